@@ -1,0 +1,45 @@
+"""What the compiler has to say about a file: data only. `cortex_dsl.report.diagnostics` draws it."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+
+from cortex_dsl.source import Source, Span
+
+
+class Severity(Enum):
+    ERROR = "error"
+    WARNING = "warning"
+    NOTE = "note"
+
+
+@dataclass(frozen=True)
+class Label:
+    """A place in the source and what to say there; an empty text draws the carets alone."""
+
+    span: Span
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """One finding: what is wrong (`message`), where, why (`reason`), and how to mend it (`cure`)."""
+
+    code: str
+    """Stable: SCN1xx syntax, SCN2xx names, SCN3xx units and types, SCN4xx values and meaning, SCN5xx random
+    structure and sampling, SCN6xx behaviours."""
+    message: str
+    label: Label
+    severity: Severity = Severity.ERROR
+    secondary: tuple[Label, ...] = ()
+    reason: str = ""
+    cure: str = ""
+
+
+class CompileError(Exception):
+    """The one exception that carries diagnostics out of the compiler."""
+
+    def __init__(self, source: Source, diagnostics: Iterable[Diagnostic]) -> None:
+        self.source = source
+        self.diagnostics = tuple(diagnostics)
+        super().__init__("; ".join(f"{d.code}: {d.message}" for d in self.diagnostics))

@@ -1,0 +1,5 @@
+"""Lowering: the checked scenario becomes a `Program`."""
+
+from cortex_dsl.lowering.program import lower
+
+__all__ = ["lower"]

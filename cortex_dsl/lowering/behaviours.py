@@ -1,0 +1,183 @@
+"""Behaviours to rows: structured acts become jumps over resumable blocks.
+
+A block is a stretch of behaviour that keeps its own place: the main line of an actor, the body of a `try`, each of
+its handlers. `YIELD b` ends the actor's turn and notes where block b goes on; `RESUME b` goes there. A `try` notes in
+its parent that the next turn starts at its dispatch, which asks the handlers from the last to the first whether they
+are running or should start, and resumes the first that is, else the body. That is all there is to Scenic's interrupts:
+later clauses win, may interrupt earlier handlers, and those then resume.
+"""
+
+from dataclasses import dataclass, field
+
+from cortex_dsl import ir
+from cortex_dsl.lowering.expressions import ExpressionWriter
+from cortex_dsl.lowering.operands import CodeBuffer, LocalRegister, Target
+from engine.vocabulary import Op
+
+
+@dataclass
+class BlockNumbers:
+    """Hands out block numbers, unique over all actors of a template."""
+
+    count: int = 0
+
+    def new(self) -> int:
+        self.count += 1
+        return self.count - 1
+
+
+@dataclass
+class LoopTargets:
+    top: Target
+    end: Target
+
+
+@dataclass
+class BehaviourWriter:
+    """Writes one actor's behaviour. The stacks mirror the nesting of the acts being written."""
+
+    buffer: CodeBuffer
+    expressions: ExpressionWriter
+    blocks: BlockNumbers
+    block: int
+    """The block whose code is being written."""
+    loops: list[LoopTargets] = field(default_factory=list)
+    tries: list[Target] = field(default_factory=list)
+    scopes: dict[int, Target] = field(default_factory=dict)
+
+    def write(self, acts: ir.Block) -> None:
+        for act in acts:
+            self.buffer.offset = act.span.start
+            self._act(act)
+
+    def _act(self, act: ir.Act) -> None:
+        match act:
+            case ir.SetLocal(index=index, value=value):
+                self.expressions.branch().into(LocalRegister(index), value)
+            case ir.Take(commands=commands):
+                self._take(commands)
+            case ir.Wait():
+                self.buffer.emit(Op.YIELD, None, self.block)
+            case ir.Follow():
+                self._follow(act)
+            case ir.HoldSpeed(target_speed=target_speed):
+                self._hold_speed(target_speed)
+            case ir.Branch():
+                self._branch(act)
+            case ir.Loop():
+                self._loop(act)
+            case ir.Leave(kind=kind, scope=scope):
+                self._leave(kind, scope)
+            case ir.Scope():
+                self._scope(act)
+            case ir.TryInterrupt():
+                self._try(act)
+            case ir.Abort():
+                self.buffer.emit(Op.JUMP, None, self.tries[-1])
+            case ir.Terminate(rule=rule):
+                self.buffer.emit(Op.TERMINATE, None, rule)
+            case _:
+                raise AssertionError(f"no code for {type(act).__name__}")
+
+    def _take(self, commands: tuple[tuple[int, ir.Expr], ...]) -> None:
+        writer = self.expressions.branch()
+        registers = [writer.register(value) for _, value in commands]
+        for (command, _), register in zip(commands, registers, strict=True):
+            self.buffer.emit(Op.COMMAND, None, int(command), register)
+        self.buffer.emit(Op.YIELD, None, self.block)
+
+    def _follow(self, act: ir.Follow) -> None:
+        again, done = Target(), Target()
+        progress = LocalRegister(act.progress)
+        self.buffer.emit(Op.MOVE, progress, self.expressions.constants.add(-1.0))
+        self.buffer.place(again)
+        writer = self.expressions.branch()
+        path, speed, lateral = (writer.register(e) for e in (act.path, act.target_speed, act.max_lateral))
+        self.buffer.emit(Op.FOLLOW, progress, path, speed, lateral, done)
+        self._turn_then(again)
+        self.buffer.place(done)
+
+    def _hold_speed(self, target_speed: ir.Expr) -> None:
+        again = Target()
+        self.buffer.place(again)
+        self.buffer.emit(Op.HOLD_SPEED, None, self.expressions.branch().register(target_speed))
+        self._turn_then(again)
+
+    def _turn_then(self, target: Target) -> None:
+        self.buffer.emit(Op.YIELD, None, self.block)
+        self.buffer.emit(Op.JUMP, None, target)
+
+    def _unless(self, condition: ir.Expr, target: Target) -> None:
+        self.buffer.emit(Op.JUMP_UNLESS, None, self.expressions.branch().register(condition), target)
+
+    def _branch(self, act: ir.Branch) -> None:
+        otherwise, end = Target(), Target()
+        self._unless(act.condition, otherwise)
+        self.write(act.then)
+        self.buffer.emit(Op.JUMP, None, end)
+        self.buffer.place(otherwise)
+        self.write(act.otherwise)
+        self.buffer.place(end)
+
+    def _loop(self, act: ir.Loop) -> None:
+        targets = LoopTargets(Target(), Target())
+        self.buffer.place(targets.top)
+        self._unless(act.condition, targets.end)
+        self.loops.append(targets)
+        self.write(act.body)
+        self.loops.pop()
+        self.buffer.emit(Op.JUMP, None, targets.top)
+        self.buffer.place(targets.end)
+
+    def _leave(self, kind: str, scope: int) -> None:
+        targets = {
+            "break": lambda: self.loops[-1].end,
+            "continue": lambda: self.loops[-1].top,
+            "return": lambda: self.scopes[scope],
+        }
+        self.buffer.emit(Op.JUMP, None, targets[kind]())
+
+    def _scope(self, act: ir.Scope) -> None:
+        self.scopes[act.scope] = Target()
+        self.write(act.body)
+        self.buffer.place(self.scopes[act.scope])
+
+    def _try(self, act: ir.TryInterrupt) -> None:
+        body_block, body_start = self.blocks.new(), Target()
+        handlers = [(self.blocks.new(), Target(), condition, acts) for condition, acts in act.handlers]
+        dispatch, end = Target(), Target()
+
+        self.buffer.emit(Op.SET_RESUME, None, body_block, body_start)
+        for block, *_ in handlers:
+            self.buffer.emit(Op.SET_RESUME, None, block, -1)
+        self.buffer.place(dispatch)
+        self.buffer.emit(Op.SET_RESUME, None, self.block, dispatch)
+        for block, start, condition, _ in reversed(handlers):
+            self._dispatch_to(block, start, condition)
+        self.buffer.emit(Op.RESUME, None, body_block)
+
+        self.tries.append(end)
+        self.buffer.place(body_start)
+        self._write_in(body_block, act.body)
+        self.buffer.emit(Op.JUMP, None, end)
+        for block, start, _, acts in handlers:
+            self.buffer.place(start)
+            self._write_in(block, acts)
+            self.buffer.emit(Op.SET_RESUME, None, block, -1)
+            self.buffer.emit(Op.JUMP, None, dispatch)
+        self.tries.pop()
+        self.buffer.place(end)
+
+    def _dispatch_to(self, block: int, start: Target, condition: ir.Expr) -> None:
+        enter, skip = Target(), Target()
+        self.buffer.emit(Op.JUMP_IF_RUNNING, None, block, enter)
+        self._unless(condition, skip)
+        self.buffer.emit(Op.SET_RESUME, None, block, start)
+        self.buffer.place(enter)
+        self.buffer.emit(Op.RESUME, None, block)
+        self.buffer.place(skip)
+
+    def _write_in(self, block: int, acts: ir.Block) -> None:
+        parent, self.block = self.block, block
+        self.write(acts)
+        self.block = parent

@@ -1,0 +1,483 @@
+"""The syntax tree: what was written, shaped as the author thinks. Frozen; spans never take part in equality."""
+
+from dataclasses import dataclass, field
+
+from cortex_dsl.source import Span
+
+
+@dataclass(frozen=True, kw_only=True)
+class Node:
+    span: Span = field(compare=False, repr=False)
+
+
+class Expression(Node):
+    pass
+
+
+class Statement(Node):
+    pass
+
+
+# -- expressions ----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Number(Expression):
+    value: float
+    unit: str | None = None
+    """`km/h` in `50 km/h`."""
+
+
+@dataclass(frozen=True)
+class WithUnit(Expression):
+    """A unit after a call: `Range(5, 80) km/h`."""
+
+    value: Expression
+    unit: str
+
+
+@dataclass(frozen=True)
+class String(Expression):
+    value: str
+
+
+@dataclass(frozen=True)
+class Constant(Expression):
+    """`True`, `False`, `None`."""
+
+    value: bool | None
+
+
+@dataclass(frozen=True)
+class Name(Expression):
+    id: str
+
+
+@dataclass(frozen=True)
+class Attribute(Expression):
+    value: Expression
+    name: str
+    name_span: Span = field(compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Index(Expression):
+    value: Expression
+    index: Expression
+
+
+@dataclass(frozen=True)
+class Argument(Node):
+    value: Expression
+    name: str | None = None
+
+
+@dataclass(frozen=True)
+class Call(Expression):
+    function: Expression
+    arguments: tuple[Argument, ...]
+
+
+@dataclass(frozen=True)
+class Starred(Expression):
+    """`*xs` inside a call or a list."""
+
+    value: Expression
+
+
+@dataclass(frozen=True)
+class ListDisplay(Expression):
+    items: tuple[Expression, ...]
+
+
+@dataclass(frozen=True)
+class TupleDisplay(Expression):
+    items: tuple[Expression, ...]
+
+
+@dataclass(frozen=True)
+class DictDisplay(Expression):
+    """`{a: 1, b: 2}`: weights of `Discrete`."""
+
+    entries: tuple[tuple[Expression, Expression], ...]
+
+
+@dataclass(frozen=True)
+class Comprehension(Expression):
+    """`[element for targets in iterable if c1 if c2]`, one or more `for` clauses; also a bare generator."""
+
+    element: Expression
+    clauses: "tuple[ForClause, ...]"
+
+
+@dataclass(frozen=True)
+class ForClause(Node):
+    targets: tuple[str, ...]
+    iterable: Expression
+    conditions: tuple[Expression, ...]
+
+
+@dataclass(frozen=True)
+class Lambda(Expression):
+    parameters: tuple[str, ...]
+    body: Expression
+
+
+@dataclass(frozen=True)
+class Unary(Expression):
+    """`-x`, `+x`, `not x`."""
+
+    operator: str
+    operand: Expression
+
+
+@dataclass(frozen=True)
+class Binary(Expression):
+    """`+ - * / // % **` and `@` (a vector from two numbers)."""
+
+    operator: str
+    left: Expression
+    right: Expression
+
+
+@dataclass(frozen=True)
+class BoolOp(Expression):
+    """`a and b and c`, `a or b`."""
+
+    operator: str
+    operands: tuple[Expression, ...]
+
+
+@dataclass(frozen=True)
+class Compare(Expression):
+    """`a < b <= c`; operators: `< <= > >= == != in`, `not in`, `is`, `is not`."""
+
+    first: Expression
+    rest: tuple[tuple[str, Expression], ...]
+
+
+@dataclass(frozen=True)
+class Conditional(Expression):
+    condition: Expression
+    then: Expression
+    otherwise: Expression
+
+
+@dataclass(frozen=True)
+class Distance(Expression):
+    """`distance [from a] to b`; with `minimum` in front: between outlines. `origin` None means the ego."""
+
+    origin: Expression | None
+    target: Expression
+    between_outlines: bool = False
+
+
+@dataclass(frozen=True)
+class RelativeHeading(Expression):
+    """`relative heading of a [from b]`."""
+
+    of: Expression
+    origin: Expression | None
+
+
+@dataclass(frozen=True)
+class CanSee(Expression):
+    viewer: Expression
+    target: Expression
+
+
+@dataclass(frozen=True)
+class Intersects(Expression):
+    left: Expression
+    right: Expression
+
+
+@dataclass(frozen=True)
+class Degrees(Expression):
+    """`x deg`: Scenic's operator on any expression (a literal with the unit is a `Number`)."""
+
+    value: Expression
+
+
+@dataclass(frozen=True)
+class OffsetBy(Expression):
+    """`a offset by b`."""
+
+    base: Expression
+    offset: Expression
+
+
+@dataclass(frozen=True)
+class OffsetAlong(Expression):
+    """`a offset along d by b`."""
+
+    base: Expression
+    direction: Expression
+    offset: Expression
+
+
+# -- specifiers and `new` -------------------------------------------------------------------------------------------
+
+
+class Specifier(Node):
+    pass
+
+
+@dataclass(frozen=True)
+class At(Specifier):
+    position: Expression
+
+
+@dataclass(frozen=True)
+class InRegion(Specifier):
+    """`in region` / `on region`."""
+
+    keyword: str
+    region: Expression
+
+
+@dataclass(frozen=True)
+class OffsetBySpecifier(Specifier):
+    """`offset by v`: relative to the ego."""
+
+    offset: Expression
+
+
+@dataclass(frozen=True)
+class OffsetAlongSpecifier(Specifier):
+    direction: Expression
+    offset: Expression
+
+
+@dataclass(frozen=True)
+class Beside(Specifier):
+    """`ahead of | behind | left of | right of x [by d]`; side is `ahead`, `behind`, `left` or `right`."""
+
+    side: str
+    reference: Expression
+    distance: Expression | None
+
+
+@dataclass(frozen=True)
+class Following(Specifier):
+    """`following field [from x] for d`."""
+
+    direction: Expression
+    origin: Expression | None
+    distance: Expression
+
+
+@dataclass(frozen=True)
+class Before(Specifier):
+    """`before intersection by d [along trajectory]`: the place on the trajectory d ahead of the junction."""
+
+    region: Expression
+    distance: Expression
+    trajectory: Expression | None
+
+
+@dataclass(frozen=True)
+class Facing(Specifier):
+    """`facing heading`, `facing toward point`, `facing away from point`; mode `""`, `toward`, `away`."""
+
+    heading: Expression
+    mode: str = ""
+
+
+@dataclass(frozen=True)
+class With(Specifier):
+    property: str
+    value: Expression
+    property_span: Span = field(compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class New(Expression):
+    class_name: str
+    specifiers: tuple[Specifier, ...]
+    class_span: Span = field(compare=False, repr=False, kw_only=True)
+
+
+# -- statements -----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Map(Statement):
+    """`map intersection(ways=4, ...)`; kind is the word after `map`."""
+
+    kind: str
+    arguments: tuple[Argument, ...]
+
+
+@dataclass(frozen=True)
+class Simulation(Statement):
+    """`simulation(time_step=0.05 s, max_attempts=2000)`: what the file says about how it is run."""
+
+    arguments: tuple[Argument, ...]
+
+
+@dataclass(frozen=True)
+class Model(Statement):
+    """`model scenic.simulators.carla.model`: accepted for Scenic's sake, answered with a note."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class ParamEntry(Node):
+    name: str
+    value: Expression
+    name_span: Span = field(compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Param(Statement):
+    """`param A = x, B = y`."""
+
+    entries: tuple[ParamEntry, ...]
+
+
+@dataclass(frozen=True)
+class Assign(Statement):
+    """`a = value`, `a, b = value`; targets are plain names."""
+
+    targets: tuple[str, ...]
+    value: Expression
+
+
+@dataclass(frozen=True)
+class AugmentedAssign(Statement):
+    """`a += value`; operator is the binary one (`+`)."""
+
+    target: str
+    operator: str
+    value: Expression
+
+
+@dataclass(frozen=True)
+class ExpressionStatement(Statement):
+    value: Expression
+
+
+@dataclass(frozen=True)
+class Require(Statement):
+    """`require[p] condition as "name"`."""
+
+    condition: Expression
+    probability: Expression | None = None
+    name: str | None = None
+
+
+@dataclass(frozen=True)
+class TerminateWhen(Statement):
+    condition: Expression
+
+
+@dataclass(frozen=True)
+class TerminateAfter(Statement):
+    """`terminate after 20 s`, `terminate after 400 steps`; `in_steps` for the latter (`seconds` also accepted)."""
+
+    amount: Expression
+    in_steps: bool = False
+
+
+@dataclass(frozen=True)
+class Parameter(Node):
+    name: str
+    default: Expression | None = None
+
+
+@dataclass(frozen=True)
+class BehaviorDefinition(Statement):
+    name: str
+    parameters: tuple[Parameter, ...]
+    body: tuple[Statement, ...]
+    docstring: str | None = None
+    name_span: Span = field(compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Do(Statement):
+    """`do b`, `do b until c`, `do b for d`; at most one of `until` and `duration` is there."""
+
+    behavior: Expression
+    until: Expression | None = None
+    duration: Expression | None = None
+    in_steps: bool = False
+    """`do b for 20 steps`."""
+
+
+@dataclass(frozen=True)
+class Take(Statement):
+    actions: tuple[Expression, ...]
+
+
+@dataclass(frozen=True)
+class Wait(Statement):
+    pass
+
+
+@dataclass(frozen=True)
+class Handler(Node):
+    """`interrupt when condition: body`."""
+
+    condition: Expression
+    body: tuple[Statement, ...]
+
+
+@dataclass(frozen=True)
+class Try(Statement):
+    body: tuple[Statement, ...]
+    handlers: tuple[Handler, ...]
+
+
+@dataclass(frozen=True)
+class Abort(Statement):
+    pass
+
+
+@dataclass(frozen=True)
+class Terminate(Statement):
+    """`terminate` inside a behaviour: ends the whole run."""
+
+
+@dataclass(frozen=True)
+class If(Statement):
+    """`if / elif / else`: branches of (condition, body), then the else body."""
+
+    branches: tuple[tuple[Expression, tuple[Statement, ...]], ...]
+    otherwise: tuple[Statement, ...] = ()
+
+
+@dataclass(frozen=True)
+class While(Statement):
+    condition: Expression
+    body: tuple[Statement, ...]
+
+
+@dataclass(frozen=True)
+class Break(Statement):
+    pass
+
+
+@dataclass(frozen=True)
+class Continue(Statement):
+    pass
+
+
+@dataclass(frozen=True)
+class Return(Statement):
+    """`return` without a value: the behaviour is over."""
+
+
+@dataclass(frozen=True)
+class Pass(Statement):
+    pass
+
+
+@dataclass(frozen=True)
+class Module(Node):
+    """A whole file."""
+
+    statements: tuple[Statement, ...]
+    docstring: str | None = None

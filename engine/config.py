@@ -1,0 +1,71 @@
+"""Every setting of the engine, as frozen dataclasses. No setting lives anywhere else."""
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class SimulationConfig:
+    """How scenes are drawn and run."""
+
+    time_step: float = 0.05
+    """Step of the simulation [s]."""
+    max_time: float = 30.0
+    """End of a run that nothing else ended [s]."""
+    max_attempts: int = 2000
+    """Rejection-sampling attempts per scene; Scenic's default."""
+    instruction_budget: int = 100_000
+    """Instructions one behaviour may run in one step before it is called stuck."""
+
+
+@dataclass(frozen=True)
+class ContactConfig:
+    """Contact physics of `engine.world`; the values and their reasons are in the physics reference."""
+
+    restitution: float = 0.15
+    friction: float = 0.5
+    substep: float = 0.0025
+    """Step of pymunk from the first contact on [s]."""
+    aftermath: float = 4.0
+    """How long the world goes on after first contact, or until everything rests [s]."""
+    collision_slop: float = 0.01
+    collision_persistence: int = 1
+
+
+@dataclass(frozen=True)
+class SearchConfig:
+    """A search campaign. Budget = generations x population individuals."""
+
+    generations: int = 30
+    population: int = 100
+    seed: int = 0
+    rollouts: int = 1
+    aggregate: str = "mean"
+    """How k rollouts of one genome become one fitness: mean | max | q90 (any quantile qNN)."""
+    jobs: int = 1
+    engine: str = "batch"
+    run: int = 0
+    """Number of this run in a study; part of the stream key."""
+
+
+@dataclass(frozen=True)
+class GAConfig:
+    """The genetic algorithm of the paper, every gap decided (see search.ga)."""
+
+    preset: str = "cortex"
+    selection_rate: float = 0.1
+    crossover_rate: float = 0.8
+    mutation_rate: float = 0.1
+    tournament: int = 2
+    """Size of the parents' tournament; 1 = uniform over the valid (preset `cortex-literal`)."""
+    per_individual: bool = False
+    """Read the three rates as shares of individuals instead of shares of draws."""
+    max_redraws: int = 10
+    """How often a child equal to a known genome is redrawn before one gene is mutated."""
+
+
+@dataclass(frozen=True)
+class Config:
+    simulation: SimulationConfig = field(default_factory=SimulationConfig)
+    contact: ContactConfig = field(default_factory=ContactConfig)
+    search: SearchConfig = field(default_factory=SearchConfig)
+    ga: GAConfig = field(default_factory=GAConfig)

@@ -1,0 +1,145 @@
+"""`Program`: a compiled scenario as data. The one type between the language and the engine.
+
+A program holds arrays, tables and names, and nothing that needs the language again: it can be saved, hashed, sent to
+another machine, sampled, simulated by either host and searched.
+"""
+
+from dataclasses import dataclass
+
+from engine.tables import CodeTables, Floats, Ints, RoadTables
+
+
+@dataclass(frozen=True)
+class ParamSpace:
+    """The genes, in the order of the file. A genome is one row of values in the file's own units."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    """Unit as written in the file, "" for pure numbers and option indices."""
+    kinds: Ints
+    """(d,) `GeneKind`."""
+    low: Floats
+    """(d,) inclusive, file units. Bounds of the search box."""
+    high: Floats
+    distribution: Ints
+    """(d,) `Distribution`: how a plain run draws the gene."""
+    shape: Floats
+    """(d, 2): mean and standard deviation (file units) of a truncated normal; else unused."""
+    scale: Floats
+    """(d,): SI value = file value * scale."""
+    options: tuple[tuple[str, ...], ...]
+    """Printable options of an INDEX gene; () otherwise."""
+    weights: tuple[tuple[float, ...], ...]
+    """Probabilities of a DISCRETE gene's options; () otherwise."""
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """One `require`, or a built-in or variant rejection, as a person knows it."""
+
+    name: str
+    """What the author called it (`as "..."`), or its source text; shown in every count."""
+    line: int
+    """Line in the source; 0 for a built-in."""
+    probability: float = 1.0
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One way for a run to end: `terminate when`, or a `terminate` inside a behaviour."""
+
+    name: str
+    line: int
+
+
+@dataclass(frozen=True)
+class ChoiceLabel:
+    """A finite choice as a variant made it. `start`, `end`: its place in the source, for a concrete copy."""
+
+    name: str
+    option: str
+    option_source: str
+    start: int
+    end: int
+
+
+@dataclass(frozen=True)
+class DrawSite:
+    """A nuisance draw in the source: its place, and the scene values that hold what was drawn (see ir.DrawSite)."""
+
+    kind: str
+    unit: str
+    start: int
+    end: int
+    values: tuple[int, ...]
+    """Indices of scene values."""
+
+
+@dataclass(frozen=True)
+class VariantLabel:
+    """One way of making all finite choices, for people and for concrete copies."""
+
+    probability: float
+    choices: tuple[ChoiceLabel, ...]
+    sites: tuple[DrawSite, ...]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the file itself says about its simulation; None where it is silent and the config decides."""
+
+    time_step: float | None = None
+    max_time: float | None = None
+    """From `terminate after` [s]."""
+    max_attempts: int | None = None
+    stream: str | None = None
+    """Stream key pinned by a concrete file, so that a found case replays exactly."""
+
+
+@dataclass(frozen=True)
+class RoadSpec:
+    """A grid of intersections, as `map intersection(...)` says it. SI units."""
+
+    ways: int = 4
+    lanes: int = 1
+    """Lanes a direction."""
+    lane_width: float = 3.5
+    corner_radius: float = 6.0
+    approach: float = 50.0
+    """Length of every arm from its stop line to the end of the road [m]."""
+    rows: int = 1
+    cols: int = 1
+    block: float = 100.0
+    """Distance between the centres of neighbouring intersections [m]."""
+    left_hand: bool = False
+
+
+@dataclass(frozen=True)
+class Program:
+    """A compiled scenario. See `engine.tables` for the arrays; nothing in here refers back to text."""
+
+    name: str
+    description: str
+    digest: str
+    """Hash of everything that decides a result; names and text are left out."""
+    source_text: str
+    """The file as written; kept for reports and concrete copies, not used to run."""
+    space: ParamSpace
+    actors: tuple[str, ...]
+    """Actor names; actor 0 is the ego."""
+    requirements: tuple[Requirement, ...]
+    """In testing order: the file's own, then `variant` rejections, then the built-in ones
+    (`outlines inside the road`, `no overlap at the start`)."""
+    rules: tuple[Rule, ...]
+    variants: tuple[VariantLabel, ...]
+    settings: Settings
+    code: CodeTables
+    road: RoadTables
+    road_spec: RoadSpec
+    step_lines: Ints
+    """(rows of step_code,): source line of each instruction, for messages about running behaviours."""
+    routes: Ints
+    """(variants, actors): path each actor is known to follow, or -1; for drawing and for conflict metrics."""

@@ -1,0 +1,106 @@
+"""The two types that a run goes through: sampled `Scenes`, simulated `Outcomes`; and the states over time.
+
+Arrays are row-aligned: row i of every array belongs to scene i.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.tables import Floats, Ints
+
+Bools = NDArray[np.bool_]
+
+
+class StreamKey(NamedTuple):
+    """Names one stream of random numbers. Equal keys give equal numbers, whatever ran before or beside."""
+
+    seed: int
+    method: int
+    """`vocabulary.Method`"""
+    run: int
+    generation: int
+    index: int
+    rollout: int
+
+
+@dataclass(frozen=True)
+class Scenes:
+    """Concrete scenes drawn for genomes: `engine.sampling.sample(program, genomes, keys, config)`."""
+
+    genomes: Floats
+    """(n, d) in the file's own units."""
+    keys: Ints
+    """(n, 6) `StreamKey` rows, int64."""
+    verdict: Ints
+    """(n,) `Verdict`"""
+    variant: Ints
+    """(n,) variant of the accepted attempt, -1 where none."""
+    values: Floats
+    """(n, n_values) scene values: `len(Column)` per actor, then values that behaviours use. NaN where invalid."""
+    draws: Floats
+    """(n, n_draws) the uniform numbers of the accepted attempt (nuisance draws)."""
+    attempts: Ints
+    """(n,) int64"""
+    tested: Ints
+    """(n, requirements) int64: how often each requirement was tested …"""
+    failed: Ints
+    """(n, requirements) int64: … and failed. Conditional on the earlier ones."""
+
+    def __len__(self) -> int:
+        return len(self.verdict)
+
+    @property
+    def valid(self) -> Bools:
+        return self.verdict == 0
+
+
+@dataclass(frozen=True)
+class Outcomes:
+    """What happened to each scene; NaN / -1 where the scene was invalid. SI units."""
+
+    verdict: Ints
+    """(n,) `Verdict` after simulation."""
+    collided: Bools
+    """(n,) C: the ego touched another actor before the end of the run."""
+    end_reason: Ints
+    """(n,) `EndReason`, -1 where invalid."""
+    end_rule: Ints
+    """(n,) index into `Program.rules` where the reason is RULE, else -1. For STUCK: row of step_code."""
+    end_time: Floats
+    """(n,) first contact or end of the run [s]."""
+    steps: Ints
+    """(n,) steps simulated."""
+    min_distance: Floats
+    """(n, pairs) MD per pair (ego, other) [m]; pair j is actor j + 1."""
+    min_distance_time: Floats
+    max_closing_speed: Floats
+    """(n, pairs) MS [m/s]"""
+    max_closing_time: Floats
+    distance_at_ms: Floats
+    """(n, pairs) D_MS [m]"""
+    ttc_at_ms: Floats
+    """(n, pairs) TTC_MS [s]"""
+    left_road_time: Floats
+    """(n, actors) when an actor's centre first left the road, NaN if never [s]."""
+    contact_actors: Ints
+    """(n, 2) the pair in contact, -1 where none."""
+
+    def __len__(self) -> int:
+        return len(self.verdict)
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """One run over time, sampled at every step; samples after first contact carry free bodies."""
+
+    time: Floats
+    """(samples,) [s]"""
+    states: Floats
+    """(samples, actors, len(State))"""
+    outlines: Floats
+    """(actors, 2) length, width [m]"""
+    contact_sample: int
+    """Index of the last sample before first contact; -1 without contact."""

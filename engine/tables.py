@@ -1,0 +1,103 @@
+"""The arrays that kernels read, grouped under names. NamedTuples cost nothing inside numba.
+
+This module imports neither numba nor the rest of the engine, so the compiler may build tables without them.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int32]
+
+
+class RoadTables(NamedTuple):
+    """All geometry of a program. Offsets are CSR: rows of item i are `start[i]:start[i + 1]`."""
+
+    primitives: Floats
+    """(n, 6): arc length at start, x, y, heading, curvature (0 = line), length. Centre lines of all paths."""
+    path_start: Ints
+    """(paths + 1,): offsets into `primitives`."""
+    path_length: Floats
+    """(paths,) [m]"""
+    lane_path: Ints
+    """(lanes,): path id of each lane's centre line."""
+    lane_route: Ints
+    """(lanes,): path id of the default route that starts with this lane."""
+    lane_width: Floats
+    """(lanes,) [m]"""
+    edges: Floats
+    """(n, 4): x1, y1, x2, y2 of region boundaries (outer rings and holes alike; inside by the even-odd rule)."""
+    region_start: Ints
+    """(regions + 1,): offsets into `edges`."""
+    hull: Floats
+    """(n, 5): x1, y1, x2, y2 of convex hull edges, anticlockwise, and 1.0 where the edge is a region edge too."""
+    hull_start: Ints
+    """(regions + 1,)"""
+    triangles: Floats
+    """(n, 7): cumulative share of the region's area, then x1, y1, x2, y2, x3, y3."""
+    triangle_start: Ints
+    """(regions + 1,)"""
+
+
+ROAD_REGION = 0
+"""Region 0 is always the whole drivable road."""
+
+
+class CodeTables(NamedTuple):
+    """All instructions and the constants they use.
+
+    Scene registers:     literals | variant values | genes (SI) | uniform draws | temporaries
+    Behaviour registers: literals | variant values | scene values | locals      | temporaries
+    """
+
+    scene_code: Ints
+    """(n, 6) rows `(op, dst, a, b, c, d)`."""
+    step_code: Ints
+    """(n, 6) code run during simulation: behaviours and termination rules."""
+    literals: Floats
+    """(n_literals,)"""
+    pool: Floats
+    """Numeric options of discrete choices, for `Op.TABLE`."""
+
+    variant_values: Floats
+    """(variants, n_variant_values)"""
+    variant_template: Ints
+    """(variants,): which template's code a variant runs; -1: this variant is impossible (always rejected)."""
+    variant_rejection: Ints
+    """(variants,): index of the rejection reason (a pseudo requirement) of an impossible variant, else -1."""
+    variant_cumulative: Floats
+    """(variants,): cumulative probability within the variant's group."""
+    group_start: Ints
+    """(groups + 1,): variants of a group; a group is one combination of the discrete genes that pick variants."""
+    group_gene: Ints
+    """(k,): genes that pick the group, most significant first."""
+    group_size: Ints
+    """(k,): number of options of each such gene."""
+
+    gene_scale: Floats
+    """(genes,): SI value = file value * scale."""
+    requirement_segment: Ints
+    """(templates, requirements, 3): start row and end row in scene_code, result register."""
+    requirement_probability: Floats
+    """(requirements,): 1 for a hard one; below 1 its coin is tossed once per scene."""
+    output_segment: Ints
+    """(templates, 2): scene code run once a scene is accepted."""
+    output_register: Ints
+    """(templates, n_values): register of each scene value."""
+    road_check: Ints
+    """(actors,): 1 where the built-in requirement `inside the road` holds for this actor."""
+    overlap_check: Ints
+    """(actors,): 1 where the built-in requirement `no overlap at the start` holds for this actor."""
+    actor_kind: Ints
+    """(actors,) `ActorKind`."""
+    behaviour_entry: Ints
+    """(templates, actors): first row in step_code, or -1 without behaviour."""
+    main_block: Ints
+    """(templates, actors): block number of the actor's behaviour."""
+    rule_segment: Ints
+    """(templates, rules, 3): start row, end row, result register of each `terminate when`; rows are -1 for rules
+    that a `terminate` inside a behaviour triggers."""
+    sizes: Ints
+    """(6,): scene registers, draws per attempt, scene values, step registers, locals offset, blocks."""
