@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from cortex_dsl.source import Source, Span
 from engine.program import RoadSpec, Settings
-from engine.road.paths import PathBook
+from engine.road.network import Network
 from engine.vocabulary import ActorKind, Command, Distribution, GeneKind, Op
 
 # -- expressions ----------------------------------------------------------------------------------------------------
@@ -291,7 +291,7 @@ class Scenario:
     genes: tuple[GeneInfo, ...]
     settings: Settings
     variants: tuple[Variant, ...]
-    paths: PathBook
-    """All centre lines and joined trajectories; literal path ids refer to it."""
+    network: Network
+    """The road as built; literal path and region ids refer to its books, joined trajectories among them."""
     pool: tuple[float, ...]
     """Numeric options of discrete choices, for Op.TABLE."""

@@ -45,6 +45,8 @@ class SearchConfig:
     engine: str = "batch"
     run: int = 0
     """Number of this run in a study; part of the stream key."""
+    probes: int = 32
+    """Cases in which each gene is moved alone at the end of a campaign, beside the budget (search.genes); 0 = none."""
 
 
 @dataclass(frozen=True)

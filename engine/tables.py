@@ -16,7 +16,8 @@ class RoadTables(NamedTuple):
     """All geometry of a program. Offsets are CSR: rows of item i are `start[i]:start[i + 1]`."""
 
     primitives: Floats
-    """(n, 6): arc length at start, x, y, heading, curvature (0 = line), length. Centre lines of all paths."""
+    """(n, 8): arc length at start, x, y, heading, curvature (0 = line), length, cos and sin of the heading. Centre
+    lines of all paths."""
     path_start: Ints
     """(paths + 1,): offsets into `primitives`."""
     path_length: Floats
@@ -32,12 +33,17 @@ class RoadTables(NamedTuple):
     region_start: Ints
     """(regions + 1,): offsets into `edges`."""
     hull: Floats
-    """(n, 5): x1, y1, x2, y2 of convex hull edges, anticlockwise, and 1.0 where the edge is a region edge too."""
+    """(n, 8): x1, y1, x2, y2 of convex hull edges, the region on their left; 1.0 where the edge is a region edge too
+    (these first); unit direction x, y; length."""
     hull_start: Ints
     """(regions + 1,)"""
     triangles: Floats
     """(n, 7): cumulative share of the region's area, then x1, y1, x2, y2, x3, y3."""
     triangle_start: Ints
+    """(regions + 1,)"""
+    cores: Floats
+    """(n, 4): least x, least y, greatest x, greatest y of rectangles that lie in the region: a quick yes."""
+    core_start: Ints
     """(regions + 1,)"""
 
 

@@ -370,7 +370,10 @@ class Require(Statement):
 
 @dataclass(frozen=True)
 class TerminateWhen(Statement):
+    """`terminate when condition as "name"`."""
+
     condition: Expression
+    name: str | None = None
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,62 @@
+# Everything from a bare machine with Python 3.11 or newer and make: `make demo`, `make test`.
+
+VENV   := .venv
+PYTHON := $(VENV)/bin/python
+SCENE  ?= examples/left_turn.scn
+ARGS   ?=
+
+.PHONY: demo test check format bench install dev clean help
+
+help:
+	@echo "make demo    set up, then search examples/left_turn.scn for collisions"
+	@echo "make test    set up, then run the tests and the import contracts"
+	@echo "make check   ruff, format, types and import contracts"
+	@echo "make format  let ruff lay the code out"
+	@echo "make bench   measure how fast it is"
+	@echo "make clean   remove everything that was set up"
+
+demo: install
+	$(VENV)/bin/cortexc $(SCENE) --ga $(ARGS)
+
+test: dev
+	$(PYTHON) -m pytest $(ARGS)
+
+check: dev
+	$(VENV)/bin/ruff check
+	$(VENV)/bin/ruff format --check
+	$(VENV)/bin/basedpyright
+	$(VENV)/bin/lint-imports
+
+format: dev
+	$(VENV)/bin/ruff check --fix
+	$(VENV)/bin/ruff format
+
+bench: install
+	$(PYTHON) -m benchmarks $(ARGS)
+
+install: $(VENV)/.installed
+dev: $(VENV)/.installed-dev
+
+# The stamps make a second run immediate; a change of pyproject.toml installs again.
+$(VENV)/.installed: pyproject.toml | $(VENV)/bin/pip
+	$(PYTHON) -m pip install --quiet --editable .
+	@touch $@
+
+$(VENV)/.installed-dev: pyproject.toml | $(VENV)/bin/pip
+	$(PYTHON) -m pip install --quiet --editable ".[dev]"
+	@touch $@ $(VENV)/.installed
+
+$(VENV)/bin/pip:
+	@for python in python3.13 python3.12 python3.11 python3; do \
+	  if command -v $$python >/dev/null && $$python -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then \
+	    echo "setting up $(VENV) with $$python (once)"; \
+	    $$python -m venv --clear $(VENV) && exit 0; \
+	    echo "make: $$python cannot make a virtual environment; on Debian and Ubuntu install python3-venv" >&2; \
+	    exit 1; \
+	  fi; \
+	done; \
+	echo "make: cortexc needs Python 3.11 or newer, and none of python3.13, python3.12, python3.11, python3 is" >&2; \
+	exit 1
+
+clean:
+	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis .import_linter_cache build dist

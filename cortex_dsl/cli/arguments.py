@@ -1,0 +1,65 @@
+"""Types of command-line arguments: each takes the text and gives a value, or says what would be right."""
+
+import math
+import re
+from argparse import ArgumentTypeError
+from collections.abc import Callable
+
+SEED_LIMIT = 2**63 - 1
+"""Seeds are part of a stream's key, which holds signed 64-bit integers."""
+GENERATION_LIMIT = 2**16 - 1
+"""Generations have sixteen bits of a stream's address."""
+
+
+def whole_number(minimum: int, maximum: int, why: str = "") -> Callable[[str], int]:
+    """A whole number within inclusive bounds; `why` explains the lower one."""
+
+    def parse(text: str) -> int:
+        value = _int(text)
+        if value is None:
+            raise ArgumentTypeError(f"must be a whole number, not `{text}`")
+        if value < minimum:
+            reason = f" ({why})" if why else ""
+            raise ArgumentTypeError(f"must be at least {minimum}{reason}, not {text}")
+        if value > maximum:
+            raise ArgumentTypeError(f"must be at most {maximum:,}, not {text}")
+        return value
+
+    return parse
+
+
+def seconds(minimum: float, maximum: float) -> Callable[[str], float]:
+    """A finite duration within inclusive bounds; a trailing `s` is understood."""
+
+    def parse(text: str) -> float:
+        try:
+            value = float(text.removesuffix("s"))
+        except ValueError:
+            raise ArgumentTypeError(f"must be a number of seconds, not `{text}`") from None
+        if not math.isfinite(value) or not minimum <= value <= maximum:
+            raise ArgumentTypeError(f"must lie between {minimum:g} and {maximum:g} seconds, not {text}")
+        return value
+
+    return parse
+
+
+def aggregate(text: str) -> str:
+    """`mean`, `max` or a quantile `q01` .. `q99`."""
+    if text in ("mean", "max") or re.fullmatch(r"q(0[1-9]|[1-9][0-9]?)", text):
+        return text
+    raise ArgumentTypeError(f"must be `mean`, `max` or a quantile such as `q90`, not `{text}`")
+
+
+def assignment(text: str) -> tuple[str, str]:
+    """`NAME=VALUE`; the value is read later, by the rules of the language."""
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not equals or not value:
+        raise ArgumentTypeError(f"must be NAME=VALUE, such as `EGO_SPEED=50 km/h`, not `{text}`")
+    if not name.isidentifier():
+        raise ArgumentTypeError(f"`{name}` cannot be the name of a param")
+    return name, value
+
+
+def _int(text: str) -> int | None:
+    """The text as a whole number written in plain digits (`1_000` and `1e3` are not)."""
+    return int(text) if re.fullmatch(r"[+-]?[0-9]{1,30}", text.strip()) else None

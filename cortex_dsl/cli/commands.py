@@ -1,0 +1,44 @@
+"""The table of commands. A new one is a module and a row here; nothing is imported before it is asked for.
+
+A *mode* is what `cortexc FILE` does under a flag; its module has `execute(request, terminal) -> int`.
+A *subcommand* is the first word (`cortexc NAME ...`); its module has `main(arguments, terminal) -> int`
+and parses its own arguments.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+
+from cortex_dsl.cli.request import Mode, Request
+from cortex_dsl.cli.terminal import Terminal
+
+
+@dataclass(frozen=True)
+class Subcommand:
+    """A first word that `cortexc` knows: the module behind it, and one line for `--help`."""
+
+    module: str
+    summary: str
+
+
+MODES: dict[Mode, str] = {
+    Mode.RUN: "cortex_dsl.cli.run",
+    Mode.SEARCH: "cortex_dsl.cli.search",
+    Mode.SAMPLE: "cortex_dsl.cli.sample",
+    Mode.CHECK: "cortex_dsl.cli.check",
+    Mode.EMIT: "cortex_dsl.cli.emit",
+}
+
+SUBCOMMANDS: dict[str, Subcommand] = {}
+
+
+def execute(request: Request, terminal: Terminal) -> int:
+    """Run what `cortexc FILE` was asked for."""
+    command: Callable[[Request, Terminal], int] = import_module(MODES[request.mode]).execute
+    return command(request, terminal)
+
+
+def execute_subcommand(name: str, arguments: Sequence[str], terminal: Terminal) -> int:
+    """Run `cortexc NAME ARGUMENTS...`."""
+    command: Callable[[Sequence[str], Terminal], int] = import_module(SUBCOMMANDS[name].module).main
+    return command(arguments, terminal)

@@ -1,0 +1,84 @@
+"""From the request's file to a program, with everything the compiler has to say shown on the way."""
+
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from cortex_dsl.cli.exits import Exit
+from cortex_dsl.cli.files import read_source
+from cortex_dsl.cli.request import Request
+from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
+from cortex_dsl.report import diagnostics as report
+from cortex_dsl.source import Source
+
+if TYPE_CHECKING:
+    from cortex_dsl.pipeline import Compiled
+
+
+def compile_request(request: Request, terminal: Terminal) -> "Compiled | Exit":
+    """The compiled file, or the exit code once its errors are shown."""
+    from cortex_dsl.pipeline import compile_source
+
+    source = read_source(request.file)
+    try:
+        compiled = compile_source(source, request.overrides)
+    except CompileError as error:
+        show(error.source, error.diagnostics, request, terminal, failed=True)
+        return Exit.DIAGNOSTICS
+    if not request.json:
+        show(source, compiled.diagnostics, request, terminal)
+    return compiled
+
+
+def show(
+    source: Source,
+    diagnostics: Sequence[Diagnostic],
+    request: Request,
+    terminal: Terminal,
+    *,
+    failed: bool = False,
+) -> None:
+    """Show diagnostics in the form that was asked for: text on stderr, documents and annotations on stdout."""
+    if request.json:
+        if failed:
+            terminal.write(diagnostics_document(source, diagnostics))
+    elif request.diagnostics_format == "json":
+        terminal.write(diagnostics_document(source, diagnostics))
+    elif request.diagnostics_format == "github":
+        for line in github_annotations(source, diagnostics):
+            terminal.write(line)
+    elif diagnostics:
+        report.render(source, diagnostics, terminal.err)
+        sys.stderr.flush()
+
+
+def diagnostics_document(source: Source, diagnostics: Sequence[Diagnostic]) -> str:
+    """What a compilation said, as the one document of --json."""
+    from cortex_dsl.report.json_documents import document
+
+    errors = sum(d.severity is Severity.ERROR for d in diagnostics)
+    content = {"file": source.name, "errors": errors, "diagnostics": report.as_json(source, diagnostics)}
+    return document("diagnostics", content)
+
+
+def github_annotations(source: Source, diagnostics: Sequence[Diagnostic]) -> list[str]:
+    """Workflow commands that GitHub shows beside the line."""
+    lines = []
+    for d in diagnostics:
+        start, end = source.position(d.label.span.start), source.position(d.label.span.end)
+        level = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}[d.severity]
+        place = f"file={_property(source.name)},line={start.line},endLine={end.line},col={start.column}"
+        if start.line == end.line:
+            place += f",endColumn={max(end.column, start.column)}"
+        text = ". ".join(part for part in (d.message, d.label.text, d.reason, d.cure) if part)
+        lines.append(f"::{level} {place},title={_property(d.code)}::{_data(text)}")
+    return lines
+
+
+def _data(text: str) -> str:
+    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+
+def _property(text: str) -> str:
+    return _data(text).replace(":", "%3A").replace(",", "%2C")

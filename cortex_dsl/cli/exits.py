@@ -1,0 +1,28 @@
+"""How a command ends: its exit codes, and the exception that means the user's own slip."""
+
+from enum import IntEnum
+
+
+class Exit(IntEnum):
+    """Exit codes of every command."""
+
+    FINE = 0
+    DIAGNOSTICS = 1
+    """The file has errors."""
+    USAGE = 2
+    """A wrong command line, or a path that cannot be read or written."""
+    NO_SCENE = 3
+    """Infeasible, exhausted, or a single run that was aborted."""
+    BUG = 70
+    """Ours. `EX_SOFTWARE` of sysexits.h."""
+    INTERRUPTED = 130
+    """Ctrl-C: 128 + SIGINT."""
+
+
+class UsageError(Exception):
+    """The command cannot go on, and the user can mend it: what is wrong, and how to cure it."""
+
+    def __init__(self, message: str, cure: str = "") -> None:
+        self.message = message
+        self.cure = cure
+        super().__init__(message)

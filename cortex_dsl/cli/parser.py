@@ -1,0 +1,280 @@
+"""The command line: its options in groups, its help, and its messages."""
+
+import argparse
+import os
+import re
+import shutil
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from cortex_dsl.cli.arguments import GENERATION_LIMIT, SEED_LIMIT, aggregate, assignment, seconds, whole_number
+from cortex_dsl.cli.exits import UsageError
+from cortex_dsl.cli.request import Mode, Request
+from cortex_dsl.spelling import nearest
+
+DESCRIPTION = """\
+cortexc finds the corner cases of a driving scenario that is written as text.
+
+  cortexc FILE             draw one scene, run it, show what happened
+  cortexc FILE --ga        search for collisions with a genetic algorithm"""
+
+EXAMPLES = """\
+examples:
+  cortexc examples/left_turn.scn                          one run, drawn in the terminal
+  cortexc examples/left_turn.scn --ga                     3,000 simulations, the ten worst kept
+  cortexc examples/left_turn.scn --ga --random --seed 7   the search beside its baseline
+  cortexc examples/left_turn.scn -p "EGO_SPEED=50 km/h"   one run with a param held fixed
+  cortexc examples/left_turn.scn --sample 10000           how many scenes are valid, and why not
+  cortexc examples/left_turn.scn --check                  diagnostics only
+
+exit codes:
+  0    fine
+  1    the file has errors
+  2    a wrong command line, or a path that cannot be read or written
+  3    no valid scene
+  70   a bug in cortexc: please report it
+  130  interrupted with Ctrl-C"""
+
+SEARCH_OPTIONS = ("generations", "population", "preset", "rollouts", "aggregate", "out")
+COMPILE_ONLY = ("seed", "engine", "jobs", "max_attempts", "time_step", "profile")
+"""Options that say how to draw and run: of no meaning where a file is only compiled."""
+BUDGET_LIMIT = 100_000_000
+
+
+class Parser(argparse.ArgumentParser):
+    """argparse with messages that name the nearest option, and raise instead of ending the process."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(_tidy(message, self), "`cortexc --help` lists every option")
+
+    def format_help(self) -> str:
+        return _coloured(super().format_help()) if _colour_wanted(sys.stdout) else super().format_help()
+
+
+def build_parser() -> Parser:
+    """The parser of `cortexc FILE`; options that were not given stay None."""
+    parser = Parser(
+        prog="cortexc",
+        usage="cortexc FILE [--ga] [--random] [--sample N | --check | --emit STAGE] [options]",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=_Formatter,
+        allow_abbrev=False,
+        add_help=False,
+    )
+    scenario = parser.add_argument_group("scenario")
+    scenario.add_argument(
+        "file", metavar="FILE", nargs="?", type=Path, help="a scenario, such as examples/left_turn.scn"
+    )
+    _add_modes(parser)
+    _add_scene_options(parser)
+    _add_search_options(parser)
+    _add_output_options(parser)
+    return parser
+
+
+def _add_modes(parser: Parser) -> None:
+    group = parser.add_argument_group("what to do with FILE (one run, unless told otherwise)")
+    group.add_argument("--ga", action="store_true", help="search with the genetic algorithm")
+    group.add_argument("--random", action="store_true", help="draw at random; with --ga: both, side by side")
+    group.add_argument(
+        "--sample", metavar="N", type=whole_number(1, 10**9), help="draw N scenes and count what was rejected, and why"
+    )
+    group.add_argument("--check", action="store_true", help="compile only, and show the diagnostics")
+    stages = ("tree", "ast", "ir", "program")
+    group.add_argument("--emit", metavar="STAGE", choices=stages, help="print a stage: tree, ast, ir or program")
+
+
+def _add_scene_options(parser: Parser) -> None:
+    group = parser.add_argument_group("scenes and simulation")
+    group.add_argument(
+        "-p",
+        "--param",
+        metavar="NAME=VALUE",
+        action="append",
+        type=assignment,
+        help="hold a param of the file fixed; may be repeated",
+    )
+    group.add_argument("--seed", metavar="N", type=whole_number(0, SEED_LIMIT), help="root of all randomness (0)")
+    group.add_argument(
+        "--engine",
+        choices=("batch", "world"),
+        metavar="NAME",
+        help="batch (kernels only) or world (pymunk, on through an impact)",
+    )
+    group.add_argument(
+        "--profile",
+        choices=("paper", "paper-mm", "literature"),
+        metavar="NAME",
+        help="bands of the risk score: paper (the default), paper-mm or literature",
+    )
+    group.add_argument(
+        "--time-step", metavar="S", type=seconds(0.001, 0.5), help="step of the simulation in seconds (0.05)"
+    )
+    group.add_argument(
+        "--max-attempts", metavar="N", type=whole_number(1, 10**8), help="attempts to draw one scene (2000)"
+    )
+    group.add_argument(
+        "--jobs", metavar="N", type=whole_number(1, 1024), help=f"threads; results never depend on it ({_cores()})"
+    )
+
+
+def _add_search_options(parser: Parser) -> None:
+    group = parser.add_argument_group("search (with --ga or --random)")
+    group.add_argument("--generations", metavar="N", type=whole_number(1, GENERATION_LIMIT), help="generations (30)")
+    group.add_argument(
+        "--population",
+        metavar="N",
+        type=whole_number(2, 10**6, "a crossover needs two parents"),
+        help="individuals in a generation (100)",
+    )
+    group.add_argument(
+        "--preset",
+        choices=("cortex", "cortex-literal"),
+        metavar="NAME",
+        help="cortex (parents by tournament) or cortex-literal (uniformly)",
+    )
+    group.add_argument("--rollouts", metavar="K", type=whole_number(1, 10_000), help="scenes for each genome (1)")
+    group.add_argument(
+        "--aggregate", metavar="HOW", type=aggregate, help="K scores to one: mean, max or a quantile as q90 (mean)"
+    )
+    group.add_argument("--out", metavar="DIR", type=Path, help="folder of the results (a new one under runs/)")
+
+
+def _add_output_options(parser: Parser) -> None:
+    group = parser.add_argument_group("output")
+    group.add_argument("--json", action="store_true", help="one JSON document on stdout, and nothing else there")
+    group.add_argument(
+        "--format",
+        choices=("text", "json", "github"),
+        metavar="NAME",
+        default="text",
+        help="diagnostics as text, json or github annotations",
+    )
+    group.add_argument("--no-colour", "--no-color", action="store_true", help="plain text; NO_COLOR does the same")
+    group.add_argument("-h", "--help", action="store_true", help="this page")
+    group.add_argument("--version", action="store_true", help="the version")
+
+
+def to_request(options: argparse.Namespace, arguments: Sequence[str]) -> Request:
+    """The checked command line.
+
+    Raises:
+        UsageError: options that do not go together, or no file.
+    """
+    if options.file is None:
+        raise UsageError("no file given", "try `cortexc examples/left_turn.scn`; `cortexc --help` shows more")
+    mode = _mode(options)
+    _reject_idle_options(options, mode)
+    given = {name: value for name in (*SEARCH_OPTIONS, *COMPILE_ONLY) if (value := getattr(options, name)) is not None}
+    request = Request(
+        file=options.file,
+        mode=mode,
+        methods=tuple(method for method in ("ga", "random") if getattr(options, method)),
+        samples=options.sample or 0,
+        stage=options.emit or "",
+        overrides=_overrides(options.param or ()),
+        json=options.json,
+        colour=False if options.no_colour else None,
+        diagnostics_format="json" if options.json else options.format,
+        command_line=tuple(arguments),
+        **{"jobs": _cores(), **given},
+    )
+    if request.generations * request.population * request.rollouts > BUDGET_LIMIT:
+        raise UsageError(
+            f"--generations x --population x --rollouts is more than {BUDGET_LIMIT:,} simulations",
+            "lower one of them, or make several runs with different seeds",
+        )
+    return request
+
+
+def _mode(options: argparse.Namespace) -> Mode:
+    """The one thing to do; two at once are a slip."""
+    asked = {
+        Mode.SEARCH: "--ga" if options.ga else "--random" if options.random else "",
+        Mode.SAMPLE: "--sample" if options.sample is not None else "",
+        Mode.CHECK: "--check" if options.check else "",
+        Mode.EMIT: "--emit" if options.emit is not None else "",
+    }
+    chosen = [mode for mode, flag in asked.items() if flag]
+    if len(chosen) > 1:
+        raise UsageError(" and ".join(asked[mode] for mode in chosen) + " ask for different things", "give one of them")
+    return chosen[0] if chosen else Mode.RUN
+
+
+def _reject_idle_options(options: argparse.Namespace, mode: Mode) -> None:
+    """An option that would do nothing here is said, not ignored."""
+    idle = {Mode.SEARCH: (), Mode.RUN: (*SEARCH_OPTIONS, "jobs"), Mode.SAMPLE: (*SEARCH_OPTIONS, "engine", "profile")}
+    for name in idle.get(mode, (*SEARCH_OPTIONS, *COMPILE_ONLY)):
+        if getattr(options, name) is not None:
+            flag = "--" + name.replace("_", "-")
+            cure = "add --ga or --random to search" if name in SEARCH_OPTIONS else f"leave {flag} out"
+            raise UsageError(f"{flag} has no effect {_WITHOUT_EFFECT[mode]}", cure)
+    if options.aggregate is not None and options.rollouts is None:
+        raise UsageError("--aggregate has no effect with one scene for each genome", "add --rollouts K")
+    if options.preset is not None and not options.ga:
+        raise UsageError("--preset has no effect without the genetic algorithm", "add --ga")
+
+
+_WITHOUT_EFFECT = {
+    Mode.RUN: "on a single run",
+    Mode.SAMPLE: "on --sample",
+    Mode.CHECK: "on --check, which runs nothing",
+    Mode.EMIT: "on --emit, which runs nothing",
+}
+
+
+def _overrides(pairs: Sequence[tuple[str, str]]) -> dict[str, str]:
+    overrides = dict(pairs)
+    for name in overrides:
+        if sum(name == other for other, _ in pairs) > 1:
+            raise UsageError(f"-p {name} is given twice", "give every param once")
+    return overrides
+
+
+def _tidy(message: str, parser: Parser) -> str:
+    """The sentence of argparse, shorter, and with the option that was probably meant."""
+    if found := re.fullmatch(r"unrecognized arguments: (.*)", message, re.DOTALL):
+        word = found[1].split(" ")[0]
+        match = nearest(word.split("=")[0], parser._option_string_actions) if word.startswith("-") else None
+        if match is not None:
+            return f"unknown option `{word}`; did you mean `{match}`?"
+        return f"unknown option `{word}`" if word.startswith("-") else f"unexpected argument `{word}`"
+    return re.sub(r"^argument (?:-p/)?(\S+?)(?:/--\S+)?: ", r"\1: ", message)
+
+
+class _Formatter(argparse.RawDescriptionHelpFormatter):
+    """Two columns, each option named once with its value."""
+
+    def __init__(self, prog: str, **_: object) -> None:
+        width = max(60, min(100, shutil.get_terminal_size().columns))
+        super().__init__(prog, max_help_position=27, width=width)
+
+    def _format_action_invocation(self, action: argparse.Action) -> str:
+        names = ", ".join(name for name in action.option_strings if name != "--no-color")
+        if not names:
+            return super()._format_action_invocation(action)
+        if action.nargs == 0:
+            return names
+        return f"{names} {self._format_args(action, self._get_default_metavar_for_optional(action))}"
+
+
+def _colour_wanted(stream: object) -> bool:
+    isatty = getattr(stream, "isatty", lambda: False)
+    return isatty() and "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
+
+
+def _coloured(text: str) -> str:
+    """Headings bold, options in colour."""
+    text = re.sub(r"^(\S[^\n]*:)$", "\x1b[1m\\1\x1b[0m", text, flags=re.MULTILINE)
+    text = re.sub(r"^(usage:)", "\x1b[1m\\1\x1b[0m", text)
+    return re.sub(r"^(  (?:-\S+(?:, -\S+)*|\d+ ))", "\x1b[36m\\1\x1b[0m", text, flags=re.MULTILINE)
+
+
+def _cores() -> int:
+    """Cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0)) or 1
+    return os.cpu_count() or 1

@@ -1,0 +1,50 @@
+"""What the user asked for: the command line, checked and typed."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+
+
+class Mode(Enum):
+    """What `cortexc FILE` is to do with the file."""
+
+    RUN = "run"
+    SEARCH = "search"
+    SAMPLE = "sample"
+    CHECK = "check"
+    EMIT = "emit"
+
+
+@dataclass(frozen=True)
+class Request:
+    """One `cortexc FILE ...`. An option that was not given is None, so that the file may decide before the default."""
+
+    file: Path
+    mode: Mode
+    methods: tuple[str, ...] = ()
+    """Of a search: "ga", "random" or both."""
+    samples: int = 0
+    stage: str = ""
+    """Of `--emit`."""
+    overrides: Mapping[str, str] = field(default_factory=dict)
+    """The `-p NAME=VALUE` pairs; values are read by the rules of the language."""
+    generations: int = 30
+    population: int = 100
+    seed: int | None = None
+    """None: what a concrete file pins, else 0."""
+    preset: str = "cortex"
+    engine: str | None = None
+    rollouts: int = 1
+    aggregate: str = "mean"
+    jobs: int = 1
+    out: Path | None = None
+    max_attempts: int | None = None
+    time_step: float | None = None
+    profile: str = "paper"
+    json: bool = False
+    colour: bool | None = None
+    """False: never; None: the terminal decides."""
+    diagnostics_format: str = "text"
+    command_line: tuple[str, ...] = ()
+    """As typed, without the program's name; kept in the manifest of a search."""

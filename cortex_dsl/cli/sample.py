@@ -1,0 +1,86 @@
+"""`cortexc FILE --sample N`: draw scenes without running them, and count."""
+
+import time
+from collections.abc import Iterator
+
+import numpy as np
+
+from cortex_dsl.cli.compiling import compile_request
+from cortex_dsl.cli.exits import Exit
+from cortex_dsl.cli.request import Request
+from cortex_dsl.cli.simulation import announce_compilation, simulation_config
+from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.report.json_documents import document
+from cortex_dsl.report.sample_view import sample_view
+from cortex_dsl.report.tally import Tally, first_culprit
+from engine.config import SimulationConfig
+from engine.program import Program
+from engine.vocabulary import Method, Verdict
+
+CHUNK = 20_000
+"""Scenes drawn at once: only their counts are kept, so any number fits in memory."""
+
+
+def execute(request: Request, terminal: Terminal) -> int:
+    compiled = compile_request(request, terminal)
+    if isinstance(compiled, Exit):
+        return compiled
+    program = compiled.program
+    config = simulation_config(request, program)
+    announce_compilation(terminal)
+    start, tally, interrupted = time.perf_counter(), Tally(), False
+    try:
+        for so_far in _tallies(program, request, config):
+            tally = so_far
+    except KeyboardInterrupt:
+        interrupted = True
+    seconds = time.perf_counter() - start
+    seed = f"seed {request.seed or 0}" + (f", interrupted before {request.samples:,}" if interrupted else "")
+    if request.json:
+        terminal.write(_document(request, program, tally, seconds, interrupted=interrupted))
+    elif tally.scenes:
+        terminal.out.print(sample_view(program, tally, seconds, seed))
+    if interrupted:
+        return Exit.INTERRUPTED
+    return Exit.FINE if tally.valid else Exit.NO_SCENE
+
+
+def _tallies(program: Program, request: Request, config: SimulationConfig) -> Iterator[Tally]:
+    """Running totals, a chunk at a time."""
+    from engine.sampling import draw_genomes, sample
+    from engine.streams import key_rows
+
+    tally = Tally()
+    for first in range(0, request.samples, CHUNK):
+        indices = np.arange(first, min(first + CHUNK, request.samples))
+        keys = key_rows(request.seed or 0, Method.SAMPLE, 0, 0, indices)
+        tally = tally.plus(sample(program, draw_genomes(program.space, keys), keys, config, request.jobs))
+        yield tally
+
+
+def _document(request: Request, program: Program, tally: Tally, seconds: float, *, interrupted: bool) -> str:
+    requirements = [
+        {
+            "name": requirement.name,
+            "line": requirement.line or None,
+            "tested": tally.tested[index] if tally.scenes else 0,
+            "failed": tally.failed[index] if tally.scenes else 0,
+            "pass_rate": tally.pass_rate(index) if tally.scenes else None,
+        }
+        for index, requirement in enumerate(program.requirements)
+    ]
+    culprit = first_culprit(program, tally)
+    content = {
+        "file": request.file,
+        "program": program.digest,
+        "seed": request.seed or 0,
+        "scenes": tally.scenes,
+        "verdicts": {verdict.name.lower(): tally.verdicts[verdict] for verdict in Verdict},
+        "attempts": tally.attempts,
+        "acceptance": tally.acceptance,
+        "requirements": requirements,
+        "first_culprit": None if culprit is None else program.requirements[culprit].name,
+        "seconds": seconds,
+        "interrupted": interrupted,
+    }
+    return document("sample", content)

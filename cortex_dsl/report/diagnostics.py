@@ -1,0 +1,101 @@
+"""The one renderer of diagnostics: for a terminal, as plain text, and as data for other programs."""
+
+import textwrap
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from cortex_dsl.diagnostics import Diagnostic, Label, Severity
+from cortex_dsl.report.snippet import DrawnLine, gutter_width, snippet, visible
+from cortex_dsl.source import Source
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+_COLOURS = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow", Severity.NOTE: "bold cyan"}
+_STYLES = {
+    "plain": "",
+    "source": "",
+    "place": "",
+    "message": "bold",
+    "gutter": "bright_blue",
+    "secondary": "bright_blue",
+    "reason": "",
+    "help": "bold green",
+}
+
+
+def render(source: Source, diagnostics: Iterable[Diagnostic], console: "Console") -> None:
+    """Print diagnostics in colour, a blank line between them."""
+    from rich.text import Text
+
+    for index, diagnostic in enumerate(diagnostics):
+        if index:
+            console.print()
+        styles = _STYLES | {"primary": _COLOURS[diagnostic.severity], "severity": _COLOURS[diagnostic.severity]}
+        for line in draw(source, diagnostic, console.width):
+            text = Text.assemble(*((piece, styles[style]) for piece, style in line))
+            console.print(text, soft_wrap=True)
+
+
+def render_text(source: Source, diagnostics: Iterable[Diagnostic], width: int = 100) -> str:
+    """The same without colour."""
+    blocks = (
+        "\n".join("".join(piece for piece, _ in line).rstrip() for line in draw(source, diagnostic, width)) + "\n"
+        for diagnostic in diagnostics
+    )
+    return "\n".join(blocks)
+
+
+def draw(source: Source, diagnostic: Diagnostic, width: int) -> Iterator[DrawnLine]:
+    """One diagnostic as drawn lines: headline, source with marks, reason, cure."""
+    start = source.position(min(diagnostic.label.span.start, len(source.text)))
+    yield [
+        (f"{visible(source.name)}:{start.line}:{start.column}: ", "place"),
+        (f"{diagnostic.severity.value}[{diagnostic.code}]", "severity"),
+        (": " + visible(diagnostic.message), "message"),
+    ]
+    gutter = 1
+    if source.text:
+        gutter = gutter_width(source, diagnostic)
+        yield from snippet(source, diagnostic, width)
+    if diagnostic.reason or diagnostic.cure:
+        yield [(" " * gutter + " |", "gutter")] if source.text else [("", "plain")]
+    if diagnostic.reason:
+        yield from _paragraph("", diagnostic.reason, gutter, width)
+    if diagnostic.cure:
+        yield from _paragraph("help: ", diagnostic.cure, gutter, width)
+
+
+def _paragraph(head: str, text: str, gutter: int, width: int) -> Iterator[DrawnLine]:
+    """A text that begins with `= `, its further lines aligned below its first."""
+    room = max(width - gutter - 3 - len(head), 20)
+    lines = [line for part in text.split("\n") for line in textwrap.wrap(visible(part), room, break_long_words=False)]
+    for index, line in enumerate(lines):
+        sign = " = " if index == 0 else "   "
+        words = head if index == 0 else " " * len(head)
+        yield [(" " * gutter + sign, "gutter"), (words, "help"), (line, "reason")]
+
+
+def as_json(source: Source, diagnostics: Iterable[Diagnostic]) -> list[dict[str, Any]]:
+    """Diagnostics as data. Lines and columns count from 1, offsets from 0; a range ends before its end."""
+    return [
+        {
+            "code": diagnostic.code,
+            "severity": diagnostic.severity.value,
+            "message": diagnostic.message,
+            "file": source.name,
+            **_place(source, diagnostic.label),
+            "secondary": [_place(source, label) for label in diagnostic.secondary],
+            "reason": diagnostic.reason,
+            "cure": diagnostic.cure,
+        }
+        for diagnostic in diagnostics
+    ]
+
+
+def _place(source: Source, label: Label) -> dict[str, Any]:
+    ends = {}
+    for key, offset in (("start", label.span.start), ("end", label.span.end)):
+        position = source.position(offset)
+        ends[key] = {"line": position.line, "column": position.column, "offset": offset}
+    return {**ends, "label": label.text}

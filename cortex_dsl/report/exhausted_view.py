@@ -1,0 +1,42 @@
+"""Why there is no scene: every requirement with its counts, the params that were tried, and what to do."""
+
+from collections.abc import Sequence
+
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from cortex_dsl.report.layout import section
+from cortex_dsl.report.numbers import counted
+from cortex_dsl.report.params import params_view
+from cortex_dsl.report.requirements import requirements_view
+from cortex_dsl.report.tally import Tally
+from engine.program import Program
+from engine.vocabulary import Verdict
+
+REASONS = {
+    Verdict.INFEASIBLE: "the requirements contradict each other for these params",
+    Verdict.EXHAUSTED: "no attempt met every requirement",
+    Verdict.ABORTED: "the run broke a rule that must always hold",
+}
+
+
+def exhausted_view(program: Program, tally: Tally, verdict: Verdict, genome: Sequence[float]) -> RenderableType:
+    """What exit code 3 says."""
+    tried = counted(tally.attempts, "attempt")
+    parts: list[RenderableType] = [
+        Text.assemble(("no valid scene", "bad"), f" in {tried}: {REASONS.get(verdict, '')}"),
+    ]
+    if len(tally.tested):
+        parts.append(
+            section("Requirements", requirements_view(program, tally), "tested only where the earlier ones held")
+        )
+    if len(program.space) and tally.scenes == 1:
+        parts.append(section("Params of this attempt", params_view(program.space, genome)))
+    parts += [Text(), _cure(verdict)]
+    return Group(*parts)
+
+
+def _cure(verdict: Verdict) -> Text:
+    if verdict == Verdict.ABORTED:
+        return Text("help: another --seed may keep the rule")
+    return Text("help: another --seed, a wider range or window in the file, or more --max-attempts")

@@ -1,0 +1,69 @@
+"""Numbers as people read them: few digits, the same number of them in a column, a dash for what does not exist."""
+
+import math
+import re
+
+ABSENT = "–"
+
+
+def fixed(value: float, decimals: int) -> str:
+    """A number with a fixed count of decimals and thousands apart; `–` for NaN, `∞` for infinity."""
+    if math.isnan(value):
+        return ABSENT
+    if math.isinf(value):
+        return "∞" if value > 0 else "-∞"
+    text = f"{value:,.{decimals}f}"
+    return text.removeprefix("-") if re.fullmatch(r"-0(\.0*)?", text) else text
+
+
+def whole(value: float) -> str:
+    return fixed(value, 0)
+
+
+def percent(share: float, decimals: int = 1) -> str:
+    """0.257 -> `25.7 %`."""
+    return ABSENT if math.isnan(share) else f"{fixed(100.0 * share, decimals)} %"
+
+
+def ratio(part: float, whole_: float) -> float:
+    """The quotient, NaN where there is nothing."""
+    return part / whole_ if whole_ else math.nan
+
+
+def significant(value: float, digits: int = 4) -> str:
+    """A parameter's value: `digits` significant digits, no exponent over the usual range, no idle zeros."""
+    if not math.isfinite(value):
+        return fixed(value, 0)
+    if value != 0 and not 1e-4 <= abs(value) < 1e7:
+        return f"{value:.{digits - 1}e}"
+    decimals = 0 if value == 0 else max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    text = f"{value:.{decimals}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def column_decimals(low: float, high: float) -> int:
+    """Decimals that show a range [low, high] to about a thousandth of its width."""
+    width = abs(high - low)
+    if not math.isfinite(width) or width == 0:
+        return 2
+    return max(0, min(6, math.ceil(-math.log10(width / 999.0))))
+
+
+def duration(seconds: float) -> str:
+    """`0.8 s`, `42 s`, `3 min 05 s`, `2 h 10 min`."""
+    if not math.isfinite(seconds):
+        return ABSENT
+    if seconds < 9.95:
+        return f"{seconds:.1f} s"
+    if seconds < 59.5:
+        return f"{seconds:.0f} s"
+    if seconds < 3600:
+        minutes, rest = divmod(round(seconds), 60)
+        return f"{minutes} min {rest:02d} s"
+    hours, rest = divmod(round(seconds / 60), 60)
+    return f"{hours} h {rest:02d} min"
+
+
+def counted(count: int, noun: str, plural: str | None = None) -> str:
+    """`1 scene`, `2 scenes`, `1,000 scenes`."""
+    return f"{count:,} {noun if count == 1 else plural or noun + 's'}"

@@ -1,0 +1,69 @@
+"""The risk score with its parts, and the metrics it comes from."""
+
+from collections.abc import Sequence
+
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from cortex_dsl.report.layout import columns, left, quantity, right
+from cortex_dsl.report.numbers import fixed
+from engine.scenes import Outcomes
+
+PARTS: Sequence[tuple[str, int, str]] = (
+    ("C", 10, "contact"),
+    ("MD", 4, "least distance"),
+    ("D_MS", 4, "distance at the fastest closing"),
+    ("TTC_MS", 4, "time to collision then"),
+)
+"""Parts of the score in their order: name, most points, meaning."""
+HIGHEST = sum(most for _, most, _ in PARTS)
+
+
+def risk_bar(parts: Sequence[float], *, ascii_only: bool = False) -> Text:
+    """One character a point, each part in its colour, the rest of the 22 as dots."""
+    text = Text()
+    for (name, _, _), points in zip(PARTS, parts, strict=True):
+        text.append(("#" if ascii_only else "█") * round(points), f"part.{name}")
+    text.append("·" * (HIGHEST - len(text)), "quiet")
+    return text
+
+
+def risk_view(score: int, parts: Sequence[float], *, ascii_only: bool = False) -> RenderableType:
+    """The score, its bar, and a line per part."""
+    total = Text.assemble(
+        (f"{score:>2}", "title"), (f" of {HIGHEST}  ", "quiet"), risk_bar(parts, ascii_only=ascii_only)
+    )
+    rows = []
+    for (name, most, meaning), points in zip(PARTS, parts, strict=True):
+        block = "#" if ascii_only else "█"
+        gauge = Text.assemble((block * round(points), f"part.{name}"), ("·" * (most - round(points)), "quiet"))
+        rows.append(
+            (
+                Text(name, f"part.{name}"),
+                Text(fixed(points, 0)),
+                Text(f"of {most}", "quiet"),
+                gauge,
+                Text(meaning, "quiet"),
+            )
+        )
+    return Group(total, columns(left(), right(), left(), left(), left(), rows=rows))
+
+
+def metrics_view(outcomes: Outcomes, row: int, pair: int) -> RenderableType:
+    """The metrics of one pair with units, and when they were taken."""
+
+    def value(array: object) -> float:
+        return float(array[row, pair])  # type: ignore[index]
+
+    at_closest, at_fastest = value(outcomes.min_distance_time), value(outcomes.max_closing_time)
+    rows = [
+        _metric("MD", fixed(value(outcomes.min_distance), 2), "m", "least distance between outlines", at_closest),
+        _metric("MS", fixed(value(outcomes.max_closing_speed), 2), "m/s", "fastest closing speed", at_fastest),
+        _metric("D_MS", fixed(value(outcomes.distance_at_ms), 2), "m", "distance between outlines then", at_fastest),
+        _metric("TTC_MS", fixed(value(outcomes.ttc_at_ms), 2), "s", "time to collision then: D_MS / MS", at_fastest),
+    ]
+    return columns(left(), right(), left(wrap=True), right(), rows=rows)
+
+
+def _metric(name: str, number: str, unit: str, meaning: str, time: float) -> tuple[Text, Text, Text, Text]:
+    return Text(name, "title"), quantity(number, f"{unit:<3}"), Text(meaning), Text(f"at {fixed(time, 2)} s", "quiet")

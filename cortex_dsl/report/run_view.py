@@ -1,0 +1,110 @@
+"""One run, told: the drawing, the timeline, the metrics, the risk, what was drawn, and how to see it again."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from cortex_dsl.report.layout import columns, heading, left, section
+from cortex_dsl.report.numbers import counted
+from cortex_dsl.report.params import params_view
+from cortex_dsl.report.risk_view import metrics_view, risk_view
+from cortex_dsl.report.sample_view import first_line
+from cortex_dsl.report.scene_view import KeyMoment, scene_view
+from cortex_dsl.report.story import Moment, end_of, tell
+from cortex_dsl.report.timeline import curves, timeline
+from engine.program import Program
+from engine.road.outline import Outline
+from engine.scenes import Outcomes, Scenes, Trajectory
+from engine.vocabulary import State
+
+
+@dataclass(frozen=True)
+class RunReport:
+    """Everything there is to say about row 0 of a single run."""
+
+    program: Program
+    scenes: Scenes
+    outcomes: Outcomes
+    trajectory: Trajectory
+    aftermath: Sequence[Moment]
+    """What the world shows after contact."""
+    score: int
+    parts: Sequence[float]
+    pair: int
+    profile: str
+    engine: str
+    road: Outline
+    reproduce: str
+    """The command that shows this run again."""
+
+
+def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> RenderableType:
+    """The whole report of `cortexc FILE`, `width` columns wide."""
+    program, outcomes = report.program, report.outcomes
+    drawing = scene_view(
+        report.road, program.actors, report.trajectory, key_moment(report), width - 2, ascii_only=ascii_only
+    )
+    end = float(outcomes.end_time[0])
+    story = sorted(
+        [*tell(program, outcomes, report.trajectory, pair=report.pair), *report.aftermath],
+        key=lambda moment: moment.time,
+    )
+    parts: list[RenderableType] = [
+        heading(program.name, first_line(program.description)),
+        _headline(report),
+        section("Scene", drawing, _attempts(report.scenes)),
+        section("What happened", timeline(story, program.actors), f"simulated by the {report.engine} engine"),
+        section("Over time", curves(report.trajectory, program.actors, end, report.pair, width)),
+    ]
+    if outcomes.min_distance.shape[1]:
+        names = f"{program.actors[0]} and {program.actors[report.pair + 1]}"
+        parts.append(section("Metrics", metrics_view(outcomes, 0, report.pair), names))
+        risk = risk_view(report.score, report.parts, ascii_only=ascii_only)
+        parts.append(section("Risk", risk, f"profile {report.profile}"))
+    if len(program.space):
+        parts.append(section("Params", params_view(program.space, report.scenes.genomes[0])))
+    if (choices := choices_view(program, int(report.scenes.variant[0]))) is not None:
+        parts.append(section("Choices", choices))
+    parts.append(section("Again", Text(report.reproduce), "the same run, bit for bit"))
+    return Group(*parts)
+
+
+def choices_view(program: Program, variant: int) -> RenderableType | None:
+    """What chance chose among finitely many, e.g. lanes and maneuvers; None where there was nothing to choose."""
+    if not 0 <= variant < len(program.variants) or not program.variants[variant].choices:
+        return None
+    rows = [(Text(c.name), Text(c.option)) for c in program.variants[variant].choices]
+    return columns(left(), left(wrap=True), rows=rows)
+
+
+def key_moment(report: RunReport) -> KeyMoment | None:
+    """Contact, else the closest approach of the deciding pair: the mark lies between the two outlines' centres."""
+    outcomes, trajectory = report.outcomes, report.trajectory
+    contact = int(outcomes.contact_actors[0, 0]) >= 0
+    if not contact and outcomes.min_distance.shape[1] == 0:
+        return None
+    time = float(outcomes.end_time[0] if contact else outcomes.min_distance_time[0, report.pair])
+    if not np.isfinite(time):
+        return None
+    first, second = outcomes.contact_actors[0] if contact else (0, report.pair + 1)
+    sample = int(np.argmin(np.abs(trajectory.time - time)))
+    centres = trajectory.states[sample, [int(first), int(second)]][:, [State.X, State.Y]]
+    x, y = centres.mean(axis=0)
+    return KeyMoment(sample, contact, (float(x), float(y)))
+
+
+def _headline(report: RunReport) -> Text:
+    """What it came to, in one line."""
+    end = end_of(report.program, report.outcomes, 0)
+    return Text.assemble(
+        (end.text, "bad" if end.kind == "contact" else "good"),
+        (f"  after {end.time:.2f} s", "quiet"),
+        (f"  risk {report.score} of 22", "title") if report.outcomes.min_distance.shape[1] else "",
+    )
+
+
+def _attempts(scenes: Scenes) -> str:
+    return f"found after {counted(int(scenes.attempts[0]), 'attempt')}"

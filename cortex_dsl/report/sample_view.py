@@ -1,0 +1,62 @@
+"""What came of drawing many scenes: verdicts, attempts, and what each requirement rejected."""
+
+from collections.abc import Sequence
+
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from cortex_dsl.report.layout import columns, heading, left, right, section
+from cortex_dsl.report.numbers import counted, percent, ratio, whole
+from cortex_dsl.report.requirements import requirements_view
+from cortex_dsl.report.sparkline import bar
+from cortex_dsl.report.tally import Tally
+from engine.program import Program
+from engine.vocabulary import Verdict
+
+VERDICTS: Sequence[tuple[Verdict, str, str]] = (
+    (Verdict.VALID, "good", "a scene was found"),
+    (Verdict.EXHAUSTED, "warn", "no attempt passed"),
+    (Verdict.INFEASIBLE, "warn", "shown impossible before sampling"),
+    (Verdict.ABORTED, "warn", "broke a rule while it ran"),
+    (Verdict.ERROR, "bad", "a bug in cortexc"),
+)
+BAR = 24
+
+
+def sample_view(program: Program, tally: Tally, seconds: float, reproduce: str) -> RenderableType:
+    """The whole report of `--sample N`."""
+    rate = tally.attempts / seconds if seconds > 0 else 0.0
+    attempts = Text.assemble(
+        counted(tally.attempts, "attempt"),
+        f", {percent(tally.acceptance)} of them accepted",
+        (f"  {rate / 1e6:.1f} million a second" if rate > 1e5 else "", "quiet"),
+    )
+    return Group(
+        heading(program.name, first_line(program.description)),
+        section(counted(tally.scenes, "scene"), Group(verdicts_table(tally), Text(), attempts), reproduce),
+        section("Requirements", requirements_view(program, tally), "tested only where the earlier ones held"),
+    )
+
+
+def verdicts_table(tally: Tally) -> RenderableType:
+    """Every verdict that occurred, and `valid` always."""
+    rows = []
+    for verdict, style, meaning in VERDICTS:
+        count = int(tally.verdicts[verdict])
+        if count or verdict == Verdict.VALID:
+            share = ratio(count, tally.scenes)
+            rows.append(
+                (
+                    Text(verdict.name.lower(), style),
+                    Text(whole(count)),
+                    Text(percent(share)),
+                    Text(bar(share, 1.0, BAR), style),
+                    Text(meaning, "quiet"),
+                )
+            )
+    return columns(left(), right(), right(), left(), left(), rows=rows)
+
+
+def first_line(description: str) -> str:
+    """The first line of a docstring."""
+    return description.strip().splitlines()[0] if description.strip() else ""

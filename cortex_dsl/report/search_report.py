@@ -1,0 +1,21 @@
+"""What the views of a search are given: the campaign, and where its results lie."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from engine.search.campaign import Campaign
+
+
+@dataclass(frozen=True)
+class SearchReport:
+    """One campaign and its traces on disk."""
+
+    campaign: Campaign
+    folder: Path | None
+    worst_files: Sequence[Path] = ()
+    """Concrete scenarios of the worst cases, in their order; fewer where some could not be written."""
+
+    @property
+    def method(self) -> str:
+        return self.campaign.method.name.lower()

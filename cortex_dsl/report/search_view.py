@@ -1,0 +1,166 @@
+"""The final report of a search, alone or beside its baseline."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from cortex_dsl.report.genes_view import effect_note, genes_view
+from cortex_dsl.report.layout import columns, heading, left, right, section
+from cortex_dsl.report.numbers import counted, duration, fixed, percent, ratio, whole
+from cortex_dsl.report.sample_view import first_line
+from cortex_dsl.report.search_report import SearchReport
+from cortex_dsl.report.sparkline import bar, sparkline
+from cortex_dsl.report.story import end_text
+from cortex_dsl.report.worst_table import worst_files, worst_table
+from engine.program import Program
+from engine.search.figures import Figures
+from engine.vocabulary import EndReason, Verdict
+
+METRICS: Sequence[tuple[str, str, str, int, str]] = (
+    ("RL", "mean risk of valid runs", "rl", 2, ""),
+    ("NC", "collisions", "nc", 0, ""),
+    ("MDG", "mean least distance", "mdg", 2, "m"),
+    ("MDEC", "the same without collisions", "mdec", 2, "m"),
+    ("NIS", "invalid runs", "nis", 0, ""),
+)
+"""Name, meaning, field of `Figures`, decimals, unit."""
+CURVE = 30
+BAR = 16
+
+
+def search_view(program: Program, report: SearchReport, settings: str, width: int) -> RenderableType:
+    """The whole report of `--ga` or of `--random`."""
+    parts: list[RenderableType] = [
+        heading(program.name, first_line(program.description)),
+        headline(report),
+        section("Generations", generations_table(report), settings),
+    ]
+    return Group(*parts, *_details(program, report, width))
+
+
+def comparison_view(program: Program, reports: Sequence[SearchReport], settings: str, width: int) -> RenderableType:
+    """The whole report of `--ga --random`: both side by side, then the details of each."""
+    parts: list[RenderableType] = [
+        heading(program.name, first_line(program.description)),
+        *(headline(report) for report in reports),
+        section("Side by side", comparison_table(reports), settings),
+    ]
+    for report in reports:
+        parts += [Text(), Text(f"── {METHOD_NAMES[report.method]} ", f"method.{report.method}")]
+        parts += _details(program, report, width)
+    return Group(*parts)
+
+
+METHOD_NAMES = {"ga": "genetic algorithm", "random": "random"}
+
+
+def headline(report: SearchReport) -> Text:
+    """What it came to: collisions, and below what they took."""
+    campaign = report.campaign
+    found, runs = campaign.by_individual, campaign.by_simulation.runs
+    rate = runs / campaign.elapsed if campaign.elapsed > 0 else 0.0
+    work = f"{counted(runs, 'simulation')} in {duration(campaign.elapsed)}, {whole(rate)} a second"
+    distinct = f"{campaign.distinct_collisions:,} of them distinct"
+    return Text.assemble(
+        (f"{METHOD_NAMES[report.method]}: ", f"method.{report.method}"),
+        (counted(found.nc, "collision"), "bad" if found.nc else "good"),
+        f" among {counted(found.individuals, 'individual')}",
+        ("  interrupted" if campaign.stopped else "", "warn"),
+        (f"\n  {distinct}; {work}" if found.nc else f"\n  {work}", "quiet"),
+    )
+
+
+def generations_table(report: SearchReport) -> RenderableType:
+    """Each metric: first and last generation, the whole run, and its course."""
+    if not report.campaign.generations:
+        return Text("no generation was finished", "warn")
+    first, last = (report.campaign.generations[i].by_individual for i in (0, -1))
+    rows = [
+        (
+            Text(name, "title"),
+            Text(meaning),
+            *(_value(f, name_, decimals) for f in (first, last)),
+            Text.assemble(_value(report.campaign.by_individual, name_, decimals), (f" {unit}" if unit else "", "unit")),
+            Text(_course(report, name_), f"method.{report.method}"),
+        )
+        for name, meaning, name_, decimals, unit in METRICS
+    ]
+    head = (left(), left(wrap=True), right("first"), right("last"), left("whole run"), left("course"))
+    return columns(*head, rows=rows, header=True)
+
+
+def comparison_table(reports: Sequence[SearchReport]) -> RenderableType:
+    """Each metric over the whole run, one column a method, with its course."""
+    rows = []
+    for name, meaning, field, decimals, unit in METRICS:
+        cells: list[Text] = [Text(name, "title"), Text(meaning)]
+        for report in reports:
+            cells += [
+                _value(report.campaign.by_individual, field, decimals),
+                Text(_course(report, field, 16), f"method.{report.method}"),
+            ]
+        rows.append((*cells, Text(unit, "unit")))
+    for title, meaning, value in (
+        ("", "individuals", lambda r: r.campaign.by_individual.individuals),
+        ("", "distinct simulations", lambda r: r.campaign.by_simulation.runs),
+    ):
+        cells = [Text(title), Text(meaning, "quiet")]
+        for report in reports:
+            cells += [Text(whole(value(report)), "quiet"), Text()]
+        rows.append((*cells, Text()))
+    head = [left(), left(wrap=True)]
+    for report in reports:
+        head += [right(report.method, f"method.{report.method}"), left()]
+    return columns(*head, left(), rows=rows, header=True)
+
+
+def ends_table(program: Program, report: SearchReport) -> RenderableType:
+    """How the valid runs ended, and the share that each rule ended; a repeated elite counts once."""
+    runs, simulated = report.campaign.evaluations.rollouts, report.campaign.evaluations.simulated
+    valid = runs.verdict[simulated] == Verdict.VALID
+    pairs = zip(runs.end_reason[simulated][valid].tolist(), runs.end_rule[simulated][valid].tolist(), strict=True)
+    ends = Counter(pairs)
+    total = sum(ends.values())
+    rows = []
+    for (reason, rule), count in ends.most_common():
+        style = "bad" if reason == EndReason.COLLISION else ""
+        share = ratio(count, total)
+        rows.append(
+            (
+                Text(whole(count)),
+                Text(percent(share)),
+                Text(bar(share, 1.0, BAR), style or "bar"),
+                Text(end_text(program, EndReason(reason), rule), style),
+            )
+        )
+    return columns(right(), right(), left(), left(wrap=True), rows=rows)
+
+
+def _details(program: Program, report: SearchReport, width: int) -> list[RenderableType]:
+    parts: list[RenderableType] = []
+    campaign = report.campaign
+    if campaign.worst:
+        title = "The ten worst" if len(campaign.worst) == 10 else f"The {len(campaign.worst)} worst"
+        files = worst_files(report)
+        table = worst_table(program.space, campaign, width - 2)
+        body = Group(table, Text(), files) if files else table
+        parts.append(section(title, body, "parts of the risk: C + MD + D_MS + TTC_MS"))
+    if campaign.worst and len(program.space):
+        parts.append(
+            section("What each gene did", genes_view(program.space, campaign, width - 2), effect_note(campaign))
+        )
+    if campaign.by_individual.valid:
+        parts.append(section("How runs ended", ends_table(program, report)))
+    if report.folder is not None:
+        parts.append(section("Results", Text(f"{report.folder}/")))
+    return parts
+
+
+def _value(figures: Figures, field: str, decimals: int) -> Text:
+    return Text(fixed(float(getattr(figures, field)), decimals))
+
+
+def _course(report: SearchReport, field: str, width: int = CURVE) -> str:
+    return sparkline([float(getattr(f.by_individual, field)) for f in report.campaign.generations], width)

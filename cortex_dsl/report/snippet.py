@@ -1,0 +1,192 @@
+"""Source lines with their marks: gutter, carets under a span, and what to say there. Plain data, no terminal.
+
+A drawn line is a list of pieces, each a text with the name of its style, so that it can be coloured or not.
+"""
+
+import unicodedata
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from cortex_dsl.diagnostics import Diagnostic, Label
+from cortex_dsl.source import Source, Span
+
+Piece = tuple[str, str]
+DrawnLine = list[Piece]
+
+TAB_STOP = 4
+MARGIN = 12
+"""Cells that stay visible on the left of a mark when a long line is cropped."""
+FEWEST_CELLS = 24
+
+
+@dataclass(frozen=True)
+class Mark:
+    """Part of a label on one line, in cells from the start of the line."""
+
+    start: int
+    end: int
+    text: str
+    primary: bool
+
+    @property
+    def style(self) -> str:
+        return "primary" if self.primary else "secondary"
+
+    @property
+    def sign(self) -> str:
+        return "^" if self.primary else "-"
+
+
+def visible(text: str) -> str:
+    """A text whose control and direction characters show instead of acting on the terminal."""
+    return "".join("\ufffd" if unicodedata.category(c) in ("Cc", "Cf", "Cs", "Co", "Zl", "Zp") else c for c in text)
+
+
+def cells(character: str) -> int:
+    """Columns that a character takes in a terminal."""
+    if unicodedata.combining(character):
+        return 0
+    return 2 if unicodedata.east_asian_width(character) in "WF" else 1
+
+
+def snippet(source: Source, diagnostic: Diagnostic, width: int) -> Iterator[DrawnLine]:
+    """The lines that a diagnostic points at, with its marks; `width` in cells."""
+    marked = _marks(source, diagnostic)
+    numbers = sorted(marked)
+    gutter = len(str(numbers[-1])) if numbers else 1
+    yield _row(gutter)
+    previous = numbers[0] if numbers else 0
+    for number in numbers:
+        if number > previous + 1:
+            yield [("." * min(gutter, 3), "gutter")]
+        yield from _line(source.line(number), number, marked[number], gutter, max(width - gutter - 3, FEWEST_CELLS))
+        previous = number
+
+
+def gutter_width(source: Source, diagnostic: Diagnostic) -> int:
+    """Digits of the largest line number that the snippet shows."""
+    return len(str(max(_marks(source, diagnostic))))
+
+
+def _row(gutter: int, pieces: Sequence[Piece] = (), number: str = "") -> DrawnLine:
+    return [(f"{number:>{gutter}} |", "gutter"), *([(" ", "plain"), *pieces] if pieces else [])]
+
+
+# -- from labels to marks -------------------------------------------------------------------------------------------
+
+
+def _marks(source: Source, diagnostic: Diagnostic) -> dict[int, list[Mark]]:
+    """Marks by line number."""
+    marked: dict[int, list[Mark]] = {}
+    for label in (diagnostic.label, *diagnostic.secondary):
+        for number, mark in _label_marks(source, label, primary=label is diagnostic.label):
+            marked.setdefault(number, []).append(mark)
+    return marked
+
+
+def _label_marks(source: Source, label: Label, primary: bool) -> Iterator[tuple[int, Mark]]:
+    """One mark, or for a span over several lines one on its first and one on its last line."""
+    span = _within(label.span, len(source.text))
+    first, last = source.position(span.start), source.position(max(span.start, span.end - 1))
+    for number in sorted({first.line, last.line}):
+        text = source.line(number)
+        columns = _columns(text)
+        begin = first.column - 1 if number == first.line else len(text) - len(text.lstrip())
+        finish = last.column if number == last.line else len(text)
+        if span.start == span.end:
+            finish = begin
+        start, end = columns[min(begin, len(text))], columns[min(finish, len(text))]
+        yield number, Mark(start, max(end, start + 1), label.text if number == last.line else "", primary)
+
+
+def _within(span: Span, end: int) -> Span:
+    start = min(max(span.start, 0), end)
+    return Span(start, min(max(span.end, start), end))
+
+
+def _columns(text: str) -> list[int]:
+    """Cell at which each character begins, and the cell after the last."""
+    columns = [0]
+    for character in text:
+        step = TAB_STOP - columns[-1] % TAB_STOP if character == "\t" else cells(character)
+        columns.append(columns[-1] + step)
+    return columns
+
+
+def _expanded(text: str) -> str:
+    columns = _columns(text)
+    shown = (
+        " " * (columns[i + 1] - columns[i]) if character == "\t" else visible(character)
+        for i, character in enumerate(text)
+    )
+    return "".join(shown)
+
+
+# -- drawing --------------------------------------------------------------------------------------------------------
+
+
+def _line(text: str, number: int, marks: list[Mark], gutter: int, room: int) -> Iterator[DrawnLine]:
+    shown, offset = _crop(_expanded(text), marks, room)
+    marks = sorted((_moved(mark, offset, room) for mark in marks), key=lambda mark: (mark.start, mark.end))
+    yield _row(gutter, [(shown, "source")] if shown else (), str(number))
+    yield _row(gutter, _underlines(marks, room))
+    hanging = [mark for mark in marks if mark.text and not _fits_beside(mark, marks, room)]
+    for index in range(len(hanging) - 1, -1, -1):
+        if index == len(hanging) - 1:
+            yield _row(gutter, _hooks(hanging[: index + 1]))
+        mark = hanging[index]
+        shift = max(0, min(mark.start, room - len(mark.text)))
+        before = _hooks([each for each in hanging[:index] if each.start < shift])
+        yield _row(gutter, [*_padded(before, shift), (visible(mark.text), mark.style)])
+
+
+def _crop(text: str, marks: list[Mark], room: int) -> tuple[str, int]:
+    """The part of a long line that holds its first mark, and the cell at which the part begins."""
+    if sum(cells(c) for c in text) <= room:
+        return text, 0
+    columns = _columns(text)
+    anchor = next((mark for mark in marks if mark.primary), marks[0])
+    wanted = 0 if anchor.end <= room - 2 else max(0, anchor.start - MARGIN)
+    begin = next(i for i, column in enumerate(columns) if column >= wanted)
+    end = max((i for i, column in enumerate(columns) if column - columns[begin] <= room - 2), default=begin)
+    head, tail = "…" if begin else "", "…" if end < len(text) else ""
+    return head + text[begin:end] + tail, columns[begin] - len(head)
+
+
+def _moved(mark: Mark, offset: int, room: int) -> Mark:
+    start = min(max(mark.start - offset, 0), room - 1)
+    return Mark(start, min(max(mark.end - offset, start + 1), room), mark.text, mark.primary)
+
+
+def _fits_beside(mark: Mark, marks: list[Mark], room: int) -> bool:
+    """Whether a text can stand right of its own carets."""
+    return mark is marks[-1] and mark.end + 1 + sum(map(cells, mark.text)) <= room
+
+
+def _underlines(marks: list[Mark], room: int) -> list[Piece]:
+    pieces: list[Piece] = []
+    column = 0
+    for mark in marks:
+        start = max(mark.start, column)
+        if mark.end > start:
+            pieces += [(" " * (start - column), "plain"), (mark.sign * (mark.end - start), mark.style)]
+            column = mark.end
+    last = marks[-1]
+    if last.text and _fits_beside(last, marks, room):
+        pieces.append((" " * (last.end + 1 - column) + visible(last.text), last.style))
+    return pieces
+
+
+def _hooks(marks: list[Mark]) -> list[Piece]:
+    pieces: list[Piece] = []
+    column = 0
+    for mark in marks:
+        if mark.start >= column:
+            pieces += [(" " * (mark.start - column), "plain"), ("|", mark.style)]
+            column = mark.start + 1
+    return pieces
+
+
+def _padded(pieces: list[Piece], width: int) -> list[Piece]:
+    used = sum(len(text) for text, _ in pieces)
+    return [*pieces, (" " * (width - used), "plain")]

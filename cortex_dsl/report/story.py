@@ -1,0 +1,145 @@
+"""A run as moments in time: who braked, when it was closest, what touched what, and why it ended."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cortex_dsl.report.numbers import fixed, percent
+from engine.program import Program
+from engine.scenes import Outcomes, Trajectory
+from engine.vocabulary import EndReason, State
+
+PEDAL = 0.01
+"""Brake pedal from which an actor is said to brake."""
+PAUSE = 0.3
+"""A shorter pause in braking is not told [s]."""
+REST = 0.05
+"""Speed below which an actor stands [m/s]."""
+TOLD_PER_ACTOR = 3
+"""How many brakings of one actor are told."""
+
+
+@dataclass(frozen=True, order=True)
+class Moment:
+    """One line of the story."""
+
+    time: float
+    """[s]"""
+    actor: int
+    """-1: not of one actor."""
+    kind: str
+    """start | brake | rest | left_road | fastest | closest | contact | impact | end"""
+    text: str
+
+
+def tell(program: Program, outcomes: Outcomes, trajectory: Trajectory, row: int = 0, pair: int = 0) -> list[Moment]:
+    """The story of one scored run, in the order of time. `pair`: the pair (ego, pair + 1) that decided the risk."""
+    contact_time = float(outcomes.end_time[row])
+    moments = [
+        *_starts(program, trajectory),
+        *(m for actor in range(len(program.actors)) for m in _of_actor(trajectory, actor, contact_time)),
+        *_left_road(outcomes, row),
+        *_of_pair(program, outcomes, row, pair),
+        end_of(program, outcomes, row),
+    ]
+    return sorted(moments, key=lambda moment: (moment.time, moment.kind == "end"))
+
+
+def end_of(program: Program, outcomes: Outcomes, row: int) -> Moment:
+    """Why the run was over."""
+    time, reason = float(outcomes.end_time[row]), EndReason(int(outcomes.end_reason[row]))
+    if reason in (EndReason.COLLISION, EndReason.OTHER_COLLISION):
+        first, second = (program.actors[int(actor)] for actor in outcomes.contact_actors[row])
+        return Moment(time, -1, "contact", f"contact: {first} and {second}")
+    return Moment(time, -1, "end", end_text(program, reason, int(outcomes.end_rule[row])))
+
+
+def end_text(program: Program, reason: EndReason, rule: int) -> str:
+    """The reason of an end in words; a rule with its line."""
+    if reason == EndReason.RULE and 0 <= rule < len(program.rules):
+        return f"ended by `{program.rules[rule].name}` (line {program.rules[rule].line})"
+    if reason == EndReason.STUCK and 0 <= rule < len(program.step_lines):
+        return f"a behaviour was stuck (line {program.step_lines[rule]})"
+    return END_TEXTS[reason]
+
+
+END_TEXTS = {
+    EndReason.COLLISION: "collision",
+    EndReason.OTHER_COLLISION: "collision without the ego",
+    EndReason.RULE: "ended by a rule",
+    EndReason.TIMEOUT: "time is up",
+    EndReason.ALL_DONE: "every actor is done",
+    EndReason.STUCK: "a behaviour was stuck",
+    EndReason.BROKEN: "a state became NaN",
+}
+
+
+def _starts(program: Program, trajectory: Trajectory) -> Iterator[Moment]:
+    for actor in range(len(program.actors)):
+        speed = float(trajectory.states[0, actor, State.SPEED])
+        text = f"starts at {fixed(3.6 * speed, 1)} km/h" if speed > REST else "starts at rest"
+        yield Moment(0.0, actor, "start", text)
+
+
+def _of_actor(trajectory: Trajectory, actor: int, end: float) -> Iterator[Moment]:
+    """Brakings, and coming to rest, up to the end of the scored run."""
+    scored = trajectory.time <= end + 1e-9
+    states, time = trajectory.states[scored, actor], trajectory.time[scored]
+    for start, stop in list(_stretches(time, states[:, State.BRAKE] > PEDAL))[:TOLD_PER_ACTOR]:
+        pedal = float(np.max(states[start:stop, State.BRAKE]))
+        before, after = (3.6 * float(states[i, State.SPEED]) for i in (max(0, start - 1), stop - 1))
+        yield Moment(
+            float(time[max(0, start - 1)]),
+            actor,
+            "brake",
+            f"brakes, pedal {percent(pedal, 0)}, {fixed(before, 1)} to {fixed(after, 1)} km/h",
+        )
+    moving = np.flatnonzero(states[:, State.SPEED] > REST)
+    if len(moving) and moving[-1] + 1 < len(states) and states[moving[-1] + 1, State.PRESENT] > 0.5:
+        yield Moment(float(time[moving[-1] + 1]), actor, "rest", "stands still")
+
+
+def _stretches(time: NDArray[np.float64], on: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+    """Half-open runs of samples where `on` holds, those with short pauses joined."""
+    start = stop = -1
+    for index in np.flatnonzero(on):
+        if start >= 0 and time[index] - time[stop - 1] > PAUSE:
+            yield start, stop
+            start = -1
+        start = int(index) if start < 0 else start
+        stop = int(index) + 1
+    if start >= 0:
+        yield start, stop
+
+
+def _left_road(outcomes: Outcomes, row: int) -> Iterator[Moment]:
+    for actor, time in enumerate(outcomes.left_road_time[row]):
+        if np.isfinite(time):
+            yield Moment(float(time), actor, "left_road", "leaves the road")
+
+
+def _of_pair(program: Program, outcomes: Outcomes, row: int, pair: int) -> Iterator[Moment]:
+    """Fastest closing and closest approach of the deciding pair."""
+    if outcomes.min_distance.shape[1] == 0:
+        return
+    other = program.actors[pair + 1]
+    closing = float(outcomes.max_closing_speed[row, pair])
+    if closing > 0:
+        apart = fixed(float(outcomes.distance_at_ms[row, pair]), 2)
+        text = f"closing fastest on {other}: {fixed(closing, 2)} m/s, {apart} m apart"
+        yield Moment(float(outcomes.max_closing_time[row, pair]), 0, "fastest", text)
+    distance = float(outcomes.min_distance[row, pair])
+    if distance > 0:
+        yield Moment(
+            float(outcomes.min_distance_time[row, pair]),
+            0,
+            "closest",
+            f"closest to {other}: {fixed(distance, 2)} m apart",
+        )
+
+
+def in_order(moments: Sequence[Moment], more: Sequence[Moment]) -> list[Moment]:
+    """Two stories as one."""
+    return sorted([*moments, *more], key=lambda moment: moment.time)

@@ -1,0 +1,225 @@
+"""Expressions of the IR: interned, and folded where folding gives the very bits that the kernel would.
+
+Transcendental operations on constants stay operations: a concrete copy of a case must compute what the original did.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from cortex_dsl import ir
+from cortex_dsl.source import Span
+from engine.vocabulary import Op
+
+NOWHERE = Span(0, 0)
+DYNAMIC_OPS = frozenset({Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN})
+
+
+def _quotient(a: float, b: float) -> float:
+    if b == 0.0:
+        return math.nan if a == 0.0 or math.isnan(a) else math.copysign(math.inf, a) * math.copysign(1.0, b)
+    return a / b
+
+
+EXACT: Mapping[Op, Callable[..., float]] = {
+    Op.ADD: lambda a, b: a + b,
+    Op.SUB: lambda a, b: a - b,
+    Op.MUL: lambda a, b: a * b,
+    Op.DIV: _quotient,
+    Op.NEG: lambda a: -a,
+    Op.ABS: abs,
+    Op.MIN: lambda a, b: b if b < a else a,
+    Op.MAX: lambda a, b: b if b > a else a,
+    Op.FLOOR: lambda a: float(math.floor(a)),
+    Op.CEIL: lambda a: float(math.ceil(a)),
+    Op.LT: lambda a, b: float(a < b),
+    Op.LE: lambda a, b: float(a <= b),
+    Op.EQ: lambda a, b: float(a == b),
+    Op.NE: lambda a, b: float(a != b),
+    Op.AND: lambda a, b: float(bool(a) and bool(b)),
+    Op.OR: lambda a, b: float(bool(a) or bool(b)),
+    Op.NOT: lambda a: float(not a),
+    Op.SELECT: lambda a, b, c: b if a else c,
+}
+"""Operations whose results are exactly defined, so that folding them changes no bit."""
+
+CLOSED: Mapping[Op, Callable[..., float]] = {
+    **EXACT,
+    Op.MOD: lambda a, b: a % b,
+    Op.FLOORDIV: lambda a, b: a // b,
+    Op.POW: lambda a, b: float(a**b),
+    Op.SQRT: math.sqrt,
+    Op.SIN: math.sin,
+    Op.COS: math.cos,
+    Op.TAN: math.tan,
+    Op.ASIN: math.asin,
+    Op.ACOS: math.acos,
+    Op.ATAN: math.atan,
+    Op.ATAN2: math.atan2,
+    Op.EXP: math.exp,
+    Op.LOG: math.log,
+    Op.ROUND: lambda a: float(round(a)),
+    Op.HYPOT: math.hypot,
+    Op.WRAP: lambda a: a - math.tau * math.floor((a + math.pi) / math.tau),
+}
+"""What a constant expression is worth, for checks and indices; never written into the program."""
+
+
+@dataclass
+class Algebra:
+    """Makes expressions; equal ones are the same object. `span` is the place of what is being made."""
+
+    span: Span = NOWHERE
+    _known: dict[tuple[object, ...], ir.Expr] = field(default_factory=dict)
+
+    def literal(self, value: float) -> ir.Literal:
+        key = ("literal", value.hex())
+        return self._interned(key, lambda: ir.Literal(self.span, value))  # type: ignore[return-value]
+
+    def truth(self, value: bool) -> ir.Literal:
+        return self.literal(1.0 if value else 0.0)
+
+    def gene(self, index: int) -> ir.Expr:
+        return self._interned(("gene", index), lambda: ir.Gene(self.span, index))
+
+    def draw(self, index: int) -> ir.Expr:
+        return self._interned(("draw", index), lambda: ir.Draw(self.span, index))
+
+    def local(self, index: int) -> ir.Expr:
+        return self._interned(("local", index), lambda: ir.Local(self.span, index))
+
+    def random(self) -> ir.Expr:
+        """A fresh number of the behaviour stream: never shared with another."""
+        return ir.Apply(self.span, Op.RANDOM, ())
+
+    def pack(self, *items: ir.Expr) -> ir.Expr:
+        return self._interned(("pack", *map(id, items)), lambda: ir.Pack(self.span, items))
+
+    def item(self, bundle: ir.Expr, index: int) -> ir.Expr:
+        return self._interned(("item", id(bundle), index), lambda: ir.Item(self.span, bundle, index))
+
+    def items(self, bundle: ir.Expr, count: int) -> tuple[ir.Expr, ...]:
+        return tuple(self.item(bundle, i) for i in range(count))
+
+    def apply(self, op: Op, *arguments: ir.Expr, immediates: tuple[int, ...] = (), width: int = 1) -> ir.Expr:
+        if op in EXACT and all(isinstance(a, ir.Literal) for a in arguments):
+            return self.literal(EXACT[op](*(a.value for a in arguments if isinstance(a, ir.Literal))))
+        if (simpler := _simplified(op, arguments)) is not None:
+            return simpler
+        key = (op, immediates, width, *map(id, arguments))
+        return self._interned(key, lambda: ir.Apply(self.span, op, arguments, immediates, width))
+
+    def add(self, a: ir.Expr, b: ir.Expr) -> ir.Expr:
+        return self.apply(Op.ADD, a, b)
+
+    def sub(self, a: ir.Expr, b: ir.Expr) -> ir.Expr:
+        return self.apply(Op.SUB, a, b)
+
+    def mul(self, a: ir.Expr, b: ir.Expr) -> ir.Expr:
+        return self.apply(Op.MUL, a, b)
+
+    def _interned(self, key: tuple[object, ...], make: Callable[[], ir.Expr]) -> ir.Expr:
+        if key not in self._known:
+            self._known[key] = make()
+        return self._known[key]
+
+
+def _simplified(op: Op, arguments: tuple[ir.Expr, ...]) -> ir.Expr | None:
+    """Logic and selection with a known operand; truths are 1.0 or 0.0, so no bit changes."""
+    if op == Op.SELECT and isinstance(arguments[0], ir.Literal):
+        return arguments[1] if arguments[0].value else arguments[2]
+    if op in (Op.AND, Op.OR):
+        for one, other in (arguments, arguments[::-1]):
+            if isinstance(one, ir.Literal):
+                decides = bool(one.value) == (op == Op.OR)
+                return one if decides else other
+    return None
+
+
+def operands(expression: ir.Expr) -> tuple[ir.Expr, ...]:
+    """What an expression is made of."""
+    match expression:
+        case ir.Apply(arguments=arguments):
+            return arguments
+        case ir.Pack(items=items):
+            return items
+        case ir.Item(bundle=bundle):
+            return (bundle,)
+    return ()
+
+
+def leaves(expression: ir.Expr) -> list[ir.Expr]:
+    """All distinct parts without operands of their own."""
+    seen: dict[int, ir.Expr] = {}
+    stack, found = [expression], []
+    while stack:
+        part = stack.pop()
+        if id(part) in seen:
+            continue
+        seen[id(part)] = part
+        parts = operands(part)
+        stack.extend(parts)
+        if not parts:
+            found.append(part)
+    return found
+
+
+def is_dynamic(expression: ir.Expr) -> bool:
+    """Whether the value may change during a run."""
+    return any(
+        isinstance(leaf, ir.Local) or (isinstance(leaf, ir.Apply) and leaf.op in DYNAMIC_OPS)
+        for leaf in leaves(expression)
+    ) or (isinstance(expression, ir.Apply) and expression.op in DYNAMIC_OPS)
+
+
+def closed_value(expression: ir.Expr) -> float | None:
+    """Value of an expression without anything unknown in it; None for any other, NaN where it has none."""
+    match expression:
+        case ir.Literal(value=value):
+            return value
+        case ir.Apply(op=op, arguments=arguments) if op in CLOSED:
+            values = [closed_value(argument) for argument in arguments]
+            known = [value for value in values if value is not None]
+            if len(known) < len(values):
+                return None
+            try:
+                return CLOSED[op](*known)
+            except (ValueError, ArithmeticError, TypeError):
+                return math.nan
+    return None
+
+
+Interval = tuple[float, float]
+EVERYTHING: Interval = (-math.inf, math.inf)
+
+
+def interval(expression: ir.Expr, genes: Mapping[int, Interval]) -> Interval:
+    """Numbers between which the value surely lies; `genes` are the SI bounds by index."""
+    match expression:
+        case ir.Literal(value=value):
+            return (value, value)
+        case ir.Gene(index=index):
+            return genes.get(index, EVERYTHING)
+        case ir.Draw():
+            return (0.0, 1.0)
+        case ir.Apply(op=op, arguments=arguments) if op in _INTERVALS:
+            result = _INTERVALS[op](*(interval(argument, genes) for argument in arguments))
+            return EVERYTHING if math.isnan(result[0] + result[1]) else result
+    return EVERYTHING
+
+
+def _hull(*values: float) -> Interval:
+    return (min(values), max(values))
+
+
+_INTERVALS: Mapping[Op, Callable[..., Interval]] = {
+    Op.ADD: lambda a, b: (a[0] + b[0], a[1] + b[1]),
+    Op.SUB: lambda a, b: (a[0] - b[1], a[1] - b[0]),
+    Op.MUL: lambda a, b: _hull(*(x * y for x in a for y in b)),
+    Op.NEG: lambda a: (-a[1], -a[0]),
+    Op.ABS: lambda a: (0.0 if a[0] <= 0.0 <= a[1] else min(map(abs, a)), max(map(abs, a))),
+    Op.MIN: lambda a, b: (min(a[0], b[0]), min(a[1], b[1])),
+    Op.MAX: lambda a, b: (max(a[0], b[0]), max(a[1], b[1])),
+    Op.FLOOR: lambda a: a if math.inf in map(abs, a) else (math.floor(a[0]), math.floor(a[1])),
+    Op.SELECT: lambda _, b, c: _hull(*b, *c),
+}

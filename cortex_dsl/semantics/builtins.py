@@ -1,0 +1,178 @@
+"""Everything a program may name without defining it: one row each, with what hover text and the reference say.
+
+A new function, distribution, action or library behaviour starts with a row here; `functions`, `distributions` and
+`library` hold what the rows do.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from cortex_dsl.ir import PURE, Dimension
+from cortex_dsl.semantics.units import ACCELERATION, ANGLE, LENGTH, SPEED
+from engine.vocabulary import Command
+
+
+class Kind(Enum):
+    FUNCTION = "function"
+    DISTRIBUTION = "distribution"
+    CLASS = "class"
+    ACTION = "action"
+    BEHAVIOUR = "behavior"
+    CONSTANT = "constant"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One argument. A dimension says that it is a number: bare ones adopt it."""
+
+    name: str
+    dimension: Dimension | None = None
+    default: str | None = None
+    """As shown to people; None means that it must be given."""
+    low: float = float("-inf")
+    high: float = float("inf")
+    aliases: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Builtin:
+    name: str
+    kind: Kind
+    doc: str
+    parameters: tuple[Parameter, ...] = ()
+    variadic: bool = False
+    command: Command | None = None
+
+    @property
+    def signature(self) -> str:
+        """`Range(low, high)`."""
+        shown = [p.name if p.default is None else f"{p.name}={p.default}" for p in self.parameters]
+        if self.kind in (Kind.CLASS, Kind.CONSTANT):
+            return self.name
+        return f"{self.name}({', '.join([*shown, *(['...'] if self.variadic else [])])})"
+
+
+def _function(name: str, doc: str, *parameters: str, variadic: bool = False) -> Builtin:
+    return Builtin(name, Kind.FUNCTION, doc, tuple(map(Parameter, parameters)), variadic)
+
+
+def _distribution(name: str, doc: str, *parameters: str, variadic: bool = False) -> Builtin:
+    return Builtin(name, Kind.DISTRIBUTION, doc, tuple(map(Parameter, parameters)), variadic)
+
+
+def _class(name: str, doc: str) -> Builtin:
+    return Builtin(name, Kind.CLASS, doc)
+
+
+def _constant(name: str, doc: str) -> Builtin:
+    return Builtin(name, Kind.CONSTANT, doc)
+
+
+def _action(name: str, doc: str, parameter: Parameter, command: Command) -> Builtin:
+    return Builtin(name, Kind.ACTION, doc, (parameter,), command=command)
+
+
+def _behaviour(name: str, doc: str, *parameters: Parameter) -> Builtin:
+    return Builtin(name, Kind.BEHAVIOUR, doc, parameters)
+
+
+_SPEED = Parameter("target_speed", SPEED, "10 m/s", low=0.0, aliases=("speed",))
+_LATERAL = Parameter("max_lateral", ACCELERATION, "3 m/s^2", low=0.0)
+
+_ROWS = (
+    # -- distributions
+    _distribution("Range", "Uniform over an interval.", "low", "high"),
+    _distribution("Normal", "Normal (Gaussian).", "mean", "stdDev"),
+    _distribution("TruncatedNormal", "Normal confined to an interval.", "mean", "stdDev", "low", "high"),
+    _distribution("Uniform", "One of the given values, all equally likely.", variadic=True),
+    _distribution("Discrete", "One of the keys of a dictionary, as likely as its weight says.", "weights"),
+    _distribution("DiscreteRange", "A whole number of an interval, ends included.", "low", "high"),
+    _distribution("VerifaiRange", "Scenic's spelling of `Range` for searched params.", "low", "high"),
+    _distribution("VerifaiDiscreteRange", "Scenic's spelling of `DiscreteRange` for searched params.", "low", "high"),
+    _distribution("VerifaiOptions", "Scenic's spelling of `Uniform` for searched params.", variadic=True),
+    _distribution("Fixed", "Given values one after the other, one each time this place is evaluated.", variadic=True),
+    # -- mathematics
+    _function("abs", "Absolute value.", "x"),
+    _function("min", "Least of several numbers, or of a list.", variadic=True),
+    _function("max", "Greatest of several numbers, or of a list.", variadic=True),
+    _function("sum", "Sum of a list of numbers.", "items"),
+    _function("sqrt", "Square root.", "x"),
+    _function("hypot", "Square root of the sum of two squares.", "x", "y"),
+    _function("sin", "Sine of an angle.", "angle"),
+    _function("cos", "Cosine of an angle.", "angle"),
+    _function("tan", "Tangent of an angle.", "angle"),
+    _function("asin", "Angle of a sine.", "x"),
+    _function("acos", "Angle of a cosine.", "x"),
+    _function("atan", "Angle of a tangent.", "x"),
+    _function("atan2", "Angle of the direction (x, y), as `atan2(y, x)`.", "y", "x"),
+    _function("exp", "Exponential of a pure number.", "x"),
+    _function("log", "Natural logarithm of a pure number.", "x"),
+    _function("floor", "Greatest whole number not above x.", "x"),
+    _function("ceil", "Least whole number not below x.", "x"),
+    _function("round", "Nearest whole number, halves to even.", "x"),
+    # -- lists
+    _function("len", "Number of items of a list.", "items"),
+    _function("filter", "Items of a list for which a function is true.", "function", "items"),
+    _function("map", "What a function makes of every item of a list.", "function", "items"),
+    _function("any", "Whether one item of a list is true.", "items"),
+    _function("all", "Whether every item of a list is true.", "items"),
+    _function("range", "Whole numbers below an end, or from a start to below an end.", variadic=True),
+    _function("list", "The items of a list.", "items"),
+    _function("tuple", "The items of a list.", "items"),
+    # -- the running simulation
+    Builtin(
+        "withinDistanceToAnyObjs",
+        Kind.FUNCTION,
+        "Whether an object sees another whose centre is nearer than a distance.",
+        (Parameter("vehicle"), Parameter("thresholdDistance", LENGTH, low=0.0, aliases=("threshold_distance",))),
+    ),
+    _function("localPath", "A file beside this one; only there so that Scenic's scripts run.", "path"),
+    # -- actions
+    _action("SetThrottleAction", "Throttle, 0 to 1, for one step.", Parameter("throttle", PURE, low=0.0, high=1.0),
+            Command.THROTTLE),
+    _action("SetBrakeAction", "Brake pedal, 0 to 1, for one step.", Parameter("brake", PURE, low=0.0, high=1.0),
+            Command.BRAKE),
+    _action("SetSteerAction", "Steering angle, positive to the left; stays until the next.", Parameter("steer", ANGLE),
+            Command.STEER),
+    _action("SetSpeedAction", "Set the speed at once.", Parameter("speed", SPEED, low=0.0), Command.SPEED),
+    # -- library behaviours
+    _behaviour("FollowTrajectoryBehavior", "Follow a list of connected lanes to its end, slower in turns.", _SPEED,
+               Parameter("trajectory"), _LATERAL),
+    _behaviour("FollowLaneBehavior", "Follow the lane and whatever comes after it, straight on where that can be.",
+               _SPEED, Parameter("laneToFollow", default="the lane it is on"), _LATERAL),
+    _behaviour("ConstantSpeedBehavior", "Hold a speed without steering, for ever.",
+               Parameter("speed", SPEED, low=0.0, aliases=("target_speed",))),
+    _behaviour("BrakeBehavior", "Press the brake for ever.", Parameter("pedal", PURE, "1", 0.0, 1.0, ("brake",))),
+    _behaviour("IdleBehavior", "Do nothing, for ever: roll at constant speed."),
+    # -- classes
+    _class("Point", "A place."),
+    _class("OrientedPoint", "A place with a heading."),
+    _class("Car", "A passenger car (BMW 320i)."),
+    _class("Truck", "A truck with two axles."),
+    _class("Bus", "A city bus."),
+    _class("Motorcycle", "A motorcycle with its rider."),
+    _class("Bicycle", "A bicycle with its rider."),
+    _class("Pedestrian", "A person on foot."),
+    _class("Obstacle", "A thing in the way that never moves by itself."),
+    # -- constants
+    _constant("network", "All roads: `network.intersections`, `network.lanes`."),
+    _constant("intersection", "The intersection, when the map has just one."),
+    _constant("road", "The region that all lanes and intersections cover."),
+    _constant("roadDirection", "At every point the direction of the lane there."),
+    _constant("ManeuverType", "`STRAIGHT`, `LEFT_TURN`, `RIGHT_TURN`, `U_TURN`."),
+    _constant("globalParameters", "The params of this file, as attributes."),
+    _constant("none", "No value; the same as `None`."),
+    _constant("pi", "Ratio of a circle's circumference to its diameter."),
+)  # fmt: skip
+
+BUILTINS: dict[str, Builtin] = {row.name: row for row in _ROWS}
+
+SPECIAL_NAMES = {
+    "ego": "The vehicle under test: the first object of the scene.",
+    "self": "Inside a behavior: the object that it drives.",
+}
+"""Names with a meaning of their own; `ego` is assigned by the file."""
+
+
+def names_of(kind: Kind) -> tuple[str, ...]:
+    return tuple(row.name for row in _ROWS if row.kind is kind)

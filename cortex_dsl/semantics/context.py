@@ -1,0 +1,271 @@
+"""What elaboration works on: the file as a whole, one variant of it, and the evaluator of one place in it.
+
+The evaluator dispatches on the node's type through a table that `expressions` fills, so that each family of
+expressions has its own module and none needs to know the others.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+
+from cortex_dsl import ir
+from cortex_dsl.diagnostics import Diagnostic, Severity
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.algebra import Algebra, Interval, closed_value, interval, leaves
+from cortex_dsl.semantics.builtins import BUILTINS
+from cortex_dsl.semantics.choices import Oracle
+from cortex_dsl.semantics.problems import Mistake, NeedsExpansion
+from cortex_dsl.semantics.units import dimension_name
+from cortex_dsl.semantics.values import POISON, Actor, Poison, Quantity, Value
+from cortex_dsl.source import Source, Span
+from cortex_dsl.spelling import did_you_mean
+from cortex_dsl.syntax import nodes
+from engine.program import RoadSpec, Settings
+from engine.road.network import Network
+from engine.vocabulary import GeneKind
+
+
+@dataclass
+class Findings:
+    """Diagnostics in the order found, each once."""
+
+    found: dict[Diagnostic, None] = field(default_factory=dict)
+
+    def add(self, diagnostic: Diagnostic) -> None:
+        self.found.setdefault(diagnostic)
+
+    @property
+    def errors(self) -> tuple[Diagnostic, ...]:
+        return tuple(d for d in self.found if d.severity is Severity.ERROR)
+
+
+@dataclass
+class Pool:
+    """Numeric options of discrete choices, shared by all variants."""
+
+    values: list[float] = field(default_factory=list)
+    _offsets: dict[tuple[float, ...], int] = field(default_factory=dict)
+
+    def offset(self, options: Sequence[float]) -> int:
+        key = tuple(options)
+        if key not in self._offsets:
+            self._offsets[key] = len(self.values)
+            self.values.extend(key)
+        return self._offsets[key]
+
+
+@dataclass
+class FileContext:
+    """What all variants of a file share."""
+
+    source: Source
+    overrides: Mapping[str, nodes.Expression]
+    """`-p` values by param name; their spans are those of the params that they replace."""
+    expanded: frozenset[Span] = frozenset()
+    """Sites of numeric choices that are enumerated, because their values are needed concretely."""
+    findings: Findings = field(default_factory=Findings)
+    pool: Pool = field(default_factory=Pool)
+    genes: dict[str, ir.GeneInfo] = field(default_factory=dict)
+    networks: dict[RoadSpec, Network] = field(default_factory=dict)
+    settings: Settings = field(default_factory=Settings)
+    rules: dict[Span, str] = field(default_factory=dict)
+    """Name of every way for a run to end, by its place, in the order met; all variants number them alike."""
+
+    def gene_index(self, name: str) -> int:
+        return list(self.genes).index(name)
+
+    def gene_bounds(self) -> dict[int, Interval]:
+        """SI bounds of every gene that stands for its own value."""
+        return {
+            i: (g.low * g.scale, g.high * g.scale)
+            for i, g in enumerate(self.genes.values())
+            if g.kind != GeneKind.INDEX
+        }
+
+    def rule(self, span: Span, name: str) -> int:
+        """Number of the rule written at `span`."""
+        self.rules.setdefault(span, name)
+        return list(self.rules).index(span)
+
+    def line(self, span: Span) -> int:
+        return self.source.position(span.start).line
+
+
+@dataclass
+class Variant:
+    """One way of making all finite choices, while it is being elaborated."""
+
+    file: FileContext
+    oracle: Oracle
+    algebra: Algebra = field(default_factory=Algebra)
+    names: dict[str, Value] = field(default_factory=dict)
+    """The module's variables."""
+    params: dict[str, Value] = field(default_factory=dict)
+    network: Network | None = None
+    actors: list[Actor] = field(default_factory=list)
+    requirements: list[ir.Requirement] = field(default_factory=list)
+    rule_conditions: dict[Span, ir.Expr] = field(default_factory=dict)
+    choices: list[ir.Choice] = field(default_factory=list)
+    draw_sites: list[ir.DrawSite] = field(default_factory=list)
+    finite_draws: dict[int, Span] = field(default_factory=dict)
+    """Sites of the draws that pick one of finitely many numbers."""
+    visits: Counter[Span] = field(default_factory=Counter)
+    """How often each `Fixed(...)` was evaluated."""
+    draw_count: int = 0
+    local_count: int = 0
+    scope_count: int = 0
+    assigning: str = ""
+    """The name that is about to be assigned; it names objects and choices."""
+
+    def new_draw(self) -> ir.Expr:
+        self.draw_count += 1
+        return self.algebra.draw(self.draw_count - 1)
+
+    def new_local(self) -> int:
+        self.local_count += 1
+        return self.local_count - 1
+
+    def new_scope(self) -> int:
+        self.scope_count += 1
+        return self.scope_count - 1
+
+    @property
+    def ego(self) -> Actor | None:
+        ego = self.names.get("ego")
+        return ego if isinstance(ego, Actor) else None
+
+
+@dataclass(frozen=True)
+class Moment:
+    """When an expression is evaluated: with the scene, or again and again during the run."""
+
+    running: bool = False
+    actor: Actor | None = None
+    """The actor whose behaviour this is (`self`)."""
+    repeated: bool = False
+    """Inside a loop or handler, which may be entered again."""
+
+
+SCENE = Moment()
+Handler = Callable[["Evaluator", nodes.Expression], Value]
+
+
+@dataclass(frozen=True)
+class Evaluator:
+    """Evaluates expressions at one place: `scopes` are searched from the innermost to the module's names."""
+
+    run: Variant
+    handlers: Mapping[type, Handler]
+    scopes: tuple[Mapping[str, Value], ...] = ()
+    moment: Moment = SCENE
+
+    @property
+    def algebra(self) -> Algebra:
+        return self.run.algebra
+
+    @property
+    def file(self) -> FileContext:
+        return self.run.file
+
+    def inside(self, names: Mapping[str, Value]) -> "Evaluator":
+        """The same place with more names."""
+        return replace(self, scopes=(names, *self.scopes))
+
+    def at_moment(self, moment: Moment) -> "Evaluator":
+        return replace(self, moment=moment)
+
+    def evaluate(self, node: nodes.Expression) -> Value:
+        """The value of an expression.
+
+        Raises:
+            Mistake: when it has none.
+        """
+        algebra, before = self.run.algebra, self.run.algebra.span
+        algebra.span = node.span
+        try:
+            return self.handlers[type(node)](self, node)
+        finally:
+            algebra.span = before
+
+    def evaluate_all(self, expressions: Iterable[nodes.Expression]) -> list[Value]:
+        """Values of several expressions; reports every mistake in them before giving up."""
+        values = [self.tolerate(lambda node=node: self.evaluate(node)) for node in expressions]
+        if any(value is POISON for value in values):
+            raise Mistake
+        return values
+
+    def tolerate(self, compute: Callable[[], Value]) -> Value:
+        """What `compute` gives, or poison after reporting why it gives nothing."""
+        try:
+            return compute()
+        except Mistake as mistake:
+            self.report(mistake)
+            return POISON
+
+    def report(self, finding: Mistake | Diagnostic) -> None:
+        diagnostic = finding.diagnostic if isinstance(finding, Mistake) else finding
+        if diagnostic is not None:
+            self.file.findings.add(diagnostic)
+
+    def lookup(self, name: str, span: Span) -> Value:
+        """The value of a variable; None where only the builtins know the name is never confused with `none`."""
+        for scope in (*self.scopes, self.run.names):
+            if name in scope:
+                value = scope[name]
+                if isinstance(value, Poison):
+                    raise Mistake
+                return value
+        raise errors.UNKNOWN_NAME.mistake(span, name=name, suggestion=did_you_mean(name, self.known_names()))
+
+    def has(self, name: str) -> bool:
+        return any(name in scope for scope in (*self.scopes, self.run.names))
+
+    def known_names(self) -> set[str]:
+        return {name for scope in (*self.scopes, self.run.names, BUILTINS) for name in scope}
+
+    # -- concrete values ---------------------------------------------------------------------------------------------
+
+    def constant(self, quantity: Quantity, span: Span, purpose: str) -> float:
+        """The number itself, where it must be known; asks for the enumeration of finite choices behind it.
+
+        Raises:
+            NeedsExpansion: when it depends on finite choices only.
+            Mistake: when it depends on anything else.
+        """
+        value = closed_value(quantity.expr)
+        if value is not None:
+            return value
+        sites = self._finite_sites(quantity.expr)
+        if sites is None:
+            raise errors.NOT_CONSTANT.mistake(span, purpose=purpose, what=dimension_name(quantity.dimension))
+        raise NeedsExpansion(sites)
+
+    def _finite_sites(self, expression: ir.Expr) -> frozenset[Span] | None:
+        """Where the finite choices behind an expression are made; None if anything else is behind it too."""
+        sites = set()
+        genes = list(self.file.genes.values())
+        for leaf in leaves(expression):
+            match leaf:
+                case ir.Literal():
+                    continue
+                case ir.Draw(index=index) if index in self.run.finite_draws:
+                    sites.add(self.run.finite_draws[index])
+                case ir.Gene(index=index) if genes[index].kind != GeneKind.CONTINUOUS:
+                    sites.add(genes[index].span)
+                case _:
+                    return None
+        return frozenset(sites)
+
+    def interval(self, expression: ir.Expr) -> Interval:
+        return interval(expression, self.file.gene_bounds())
+
+    @contextmanager
+    def naming(self, name: str) -> Iterator[None]:
+        """Objects and choices made inside are called `name`."""
+        before = self.run.assigning
+        self.run.assigning = name
+        try:
+            yield
+        finally:
+            self.run.assigning = before

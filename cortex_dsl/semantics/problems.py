@@ -1,0 +1,66 @@
+"""The shape of a declared diagnostic, and the exceptions by which elaboration stops doing what cannot be done."""
+
+from dataclasses import dataclass
+
+from cortex_dsl.diagnostics import Diagnostic, Label, Severity
+from cortex_dsl.source import Span
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One kind of finding. Texts are `str.format` templates over the fields that `at` is given."""
+
+    code: str
+    message: str
+    reason: str = ""
+    cure: str = ""
+    severity: Severity = Severity.ERROR
+
+    def at(self, span: Span, *, secondary: tuple[Label, ...] = (), label: str = "", **fields: object) -> Diagnostic:
+        """This problem at a place, its texts filled in."""
+        return Diagnostic(
+            code=self.code,
+            message=self.message.format(**fields),
+            label=Label(span, label),
+            severity=self.severity,
+            secondary=secondary,
+            reason=self.reason.format(**fields),
+            cure=self.cure.format(**fields),
+        )
+
+    def mistake(self, span: Span, *, secondary: tuple[Label, ...] = (), label: str = "", **fields: object) -> "Mistake":
+        """An exception that carries this problem to the nearest place that can go on without the value."""
+        return Mistake(self.at(span, secondary=secondary, label=label, **fields))
+
+
+class Mistake(Exception):
+    """A value cannot be had. `diagnostic` is None when the cause has been reported already."""
+
+    def __init__(self, diagnostic: Diagnostic | None = None) -> None:
+        super().__init__("" if diagnostic is None else diagnostic.message)
+        self.diagnostic = diagnostic
+
+
+class Rejection(Exception):
+    """This variant cannot be: a random choice has nothing to choose from."""
+
+    def __init__(self, reason: str, span: Span) -> None:
+        super().__init__(reason)
+        self.reason = reason
+        self.span = span
+
+
+class NeedsExpansion(Exception):
+    """A value that was left symbolic is needed concretely: enumerate these sites (spans) instead and start again."""
+
+    def __init__(self, sites: frozenset[Span]) -> None:
+        super().__init__(str(sites))
+        self.sites = sites
+
+
+def warning(code: str, message: str, reason: str = "", cure: str = "") -> Problem:
+    return Problem(code, message, reason, cure, Severity.WARNING)
+
+
+def note(code: str, message: str, reason: str = "", cure: str = "") -> Problem:
+    return Problem(code, message, reason, cure, Severity.NOTE)

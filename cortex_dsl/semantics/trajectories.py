@@ -1,0 +1,67 @@
+"""Trajectories: lists of lanes that follow one another, joined into one path."""
+
+from dataclasses import dataclass
+
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.values import Centerline, Value, kind_name
+from cortex_dsl.source import Span
+from engine.road.network import Intersection, Lane, Maneuver
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    lanes: tuple[Lane, ...]
+    path: int
+    """Id of the joined centre lines."""
+
+    @property
+    def length(self) -> float:
+        return self.lanes[0].network.paths.length(self.path)
+
+    def entry(self, intersection: Intersection) -> float | None:
+        """Arc length at which the trajectory enters an intersection [m]; None if it never does."""
+        s = 0.0
+        for lane in self.lanes:
+            if any(maneuver.intersection is intersection for maneuver in lane.maneuvers):
+                return s + lane.length
+            s += lane.length
+        return None
+
+
+def trajectory(_ev: Evaluator, value: Value, span: Span) -> Trajectory:
+    """A list of lanes (or a maneuver, or one lane) as a path.
+
+    Raises:
+        Mistake: when it is something else, or has a gap.
+    """
+    lanes = _lanes(value, span)
+    if not lanes:
+        raise errors.EMPTY_TRAJECTORY.mistake(span)
+    paths = lanes[0].network.paths
+    for number, (before, after) in enumerate(zip(lanes, lanes[1:], strict=False), 2):
+        if not paths.continues(before.path, after.path):
+            follows = ", ".join(f"`{lane.name}`" for lane in before.successors) or "no lane"
+            raise errors.NOT_CONNECTED.mistake(
+                span, number=number, before=before.name, after=after.name, follows=follows
+            )
+    return Trajectory(lanes, paths.join([lane.path for lane in lanes]))
+
+
+def _lanes(value: Value, span: Span) -> tuple[Lane, ...]:
+    match value:
+        case Lane():
+            return (value,)
+        case Centerline(lane):
+            return (lane,)
+        case Maneuver():
+            return value.lanes
+        case tuple():
+            return tuple(lane for item in value for lane in _lanes(item, span))
+    raise errors.WRONG_KIND.mistake(
+        span,
+        what="a trajectory",
+        expected="a list of lanes",
+        actual=kind_name(value),
+        cure="as in `[maneuver.startLane, maneuver.connectingLane, maneuver.endLane]`",
+    )

@@ -1,0 +1,224 @@
+"""What an expression of the language may be worth while a file is elaborated.
+
+A number or truth is always an `ir.Expr` (a `Literal` when it is known). Everything else is concrete: text is a `str`,
+`none` is None, lists and tuples are Python tuples, enum members are the engine's, and lanes, maneuvers, intersections
+and the network are the objects of `engine.road`.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.units import dimension_name, si_word
+from cortex_dsl.source import Span
+from cortex_dsl.syntax import nodes
+from engine.road.network import Intersection, Lane, Maneuver, Network
+from engine.vocabulary import ActorKind, Command, ManeuverType
+
+Value = object
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A number, SI. Dimension None: written without a unit, so it adopts that of its place."""
+
+    expr: ir.Expr
+    dimension: ir.Dimension | None
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    expr: ir.Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Vector:
+    """A point of the plane [m]."""
+
+    x: ir.Expr
+    y: ir.Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """An oriented point [m, rad]."""
+
+    x: ir.Expr
+    y: ir.Expr
+    heading: ir.Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """An area of the network; `id` is that of `network.regions`."""
+
+    id: int
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Centerline:
+    lane: Lane
+
+
+@dataclass(frozen=True, slots=True)
+class DirectionField:
+    """`roadDirection`: at every point the direction of the lane there."""
+
+
+@dataclass(eq=False)
+class Actor:
+    """An object of the scene. `properties` hold scene-level values by property name."""
+
+    index: int
+    name: str
+    kind: ActorKind
+    span: Span
+    pose: Pose
+    properties: dict[str, Value] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Closure:
+    """A lambda."""
+
+    parameters: tuple[str, ...]
+    apply: Callable[..., Value]
+
+
+@dataclass(frozen=True)
+class BuiltinValue:
+    """A function, distribution, class, action or library behaviour of the builtins table."""
+
+    name: str
+
+
+@dataclass(frozen=True, eq=False)
+class BehaviourValue:
+    """A behaviour that the file defines."""
+
+    node: nodes.BehaviorDefinition
+
+
+@dataclass(frozen=True, eq=False)
+class BehaviourCall:
+    """A behaviour with its arguments, ready to run."""
+
+    behaviour: BehaviourValue | BuiltinValue
+    arguments: Mapping[str, Value]
+    spans: Mapping[str, Span]
+    span: Span
+
+    @property
+    def name(self) -> str:
+        return self.behaviour.node.name if isinstance(self.behaviour, BehaviourValue) else self.behaviour.name
+
+
+@dataclass(frozen=True, eq=False)
+class ActionCall:
+    command: Command
+    value: ir.Expr
+    name: str
+
+
+@dataclass(frozen=True)
+class Weights:
+    """`{option: weight}` as `Discrete` takes it."""
+
+    entries: tuple[tuple[Value, Value], ...]
+    spans: tuple[Span, ...]
+
+
+@dataclass(frozen=True)
+class EnumValue:
+    """The enumeration `ManeuverType` itself."""
+
+
+@dataclass(frozen=True)
+class GlobalParameters:
+    pass
+
+
+class Poison:
+    """The value of what could not be evaluated; using it says nothing more."""
+
+
+POISON = Poison()
+
+
+def is_constant(value: Value) -> bool:
+    return isinstance(value, Quantity | Truth) and isinstance(value.expr, ir.Literal)
+
+
+_KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
+    (Truth, "a truth value"),
+    (Vector, "a point"),
+    (Pose, "an oriented point"),
+    (Region, "a region"),
+    (Centerline, "a centre line"),
+    (DirectionField, "a direction field"),
+    (Closure, "a lambda"),
+    (BehaviourValue, "a behavior"),
+    (BehaviourCall, "a behavior"),
+    (ActionCall, "an action"),
+    (Weights, "a dictionary"),
+    (EnumValue, "an enumeration"),
+    (ManeuverType, "a maneuver type"),
+    (GlobalParameters, "`globalParameters`"),
+    (Lane, "a lane"),
+    (Maneuver, "a maneuver"),
+    (Intersection, "an intersection"),
+    (Network, "the network"),
+    (str, "text"),
+    (tuple, "a list"),
+)
+
+
+def kind_name(value: Value) -> str:
+    """What a value is, for messages: `a length`, `a lane`."""
+    if value is None:
+        return "none"
+    if isinstance(value, Quantity):
+        return dimension_name(value.dimension)
+    if isinstance(value, Actor):
+        return f"an object ({value.kind.name.capitalize()})"
+    if isinstance(value, BuiltinValue):
+        return f"`{value.name}`"
+    return next((name for kind, name in _KINDS if isinstance(value, kind)), "something else")
+
+
+def option_name(value: Value) -> str:
+    """How one option of a choice is shown to people."""
+    if isinstance(value, Lane | Maneuver | Intersection | Actor | Region):
+        return value.name
+    if isinstance(value, ManeuverType):
+        return value.name
+    if isinstance(value, str):
+        return value
+    if isinstance(value, Quantity | Truth) and isinstance(value.expr, ir.Literal):
+        return source_text(value) or kind_name(value)
+    if isinstance(value, tuple):
+        return "[" + ", ".join(option_name(item) for item in value) + "]"
+    return kind_name(value)
+
+
+def source_text(value: Value) -> str | None:
+    """Text that names a value again in the language; None where there is none."""
+    match value:
+        case None:
+            return "None"
+        case Lane() | Maneuver() | Intersection():
+            return value.source
+        case ManeuverType():
+            return f"ManeuverType.{value.name}"
+        case str():
+            return '"' + value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
+        case Truth(ir.Literal(value=number)):
+            return "True" if number else "False"
+        case Quantity(ir.Literal(value=number), dimension):
+            unit = si_word(dimension)
+            return f"{number!r} {unit}" if unit else repr(number)
+        case tuple():
+            items = [source_text(item) for item in value]
+            return None if None in items else "[" + ", ".join(filter(None, items)) + "]"
+    return None

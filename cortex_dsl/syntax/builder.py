@@ -1,0 +1,237 @@
+"""Tree to nodes: statements and the module."""
+
+from collections.abc import Callable, Sequence
+
+from cortex_dsl.diagnostics import Diagnostic
+from cortex_dsl.source import Source, Span
+from cortex_dsl.syntax import errors, later, nodes
+from cortex_dsl.syntax.expressions import Branch, Child, ExpressionBuilder, TooDeep, branch, span_of, token
+
+Statements = tuple[nodes.Statement, ...]
+
+
+def build(tree: Branch, source: Source) -> tuple[nodes.Module | None, list[Diagnostic]]:
+    """The module of a tree, and the errors that show only in its shape."""
+    builder = StatementBuilder(source)
+    try:
+        module = builder.module(tree)
+    except TooDeep:
+        module = None
+    return module, builder.diagnostics
+
+
+class StatementBuilder:
+    """Builds statements; expressions are left to an `ExpressionBuilder`."""
+
+    def __init__(self, source: Source) -> None:
+        self.expressions = ExpressionBuilder(source)
+        self.expression = self.expressions.expression
+        self.optional = self.expressions.optional
+        self.report = self.expressions.report
+
+    @property
+    def diagnostics(self) -> list[Diagnostic]:
+        return self.expressions.diagnostics
+
+    def module(self, tree: Branch) -> nodes.Module:
+        statements, docstring = _with_docstring(self.statements(tree.children))
+        end = len(self.expressions.source.text)
+        return nodes.Module(statements, docstring, span=Span(0, end))
+
+    def statements(self, children: Sequence[Child]) -> Statements:
+        return tuple(self.statement(branch(child)) for child in children)
+
+    def block(self, child: Child) -> Statements:
+        return self.statements(branch(child).children)
+
+    def statement(self, tree: Branch) -> nodes.Statement:
+        return _BUILDERS[tree.data](self, tree.children, span_of(tree))
+
+    # -- what a file says about the world ------------------------------------------------------------------------------
+
+    def map(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.Map(str(parts[0]), self.expressions.arguments(parts[1]), span=span)
+
+    def simulation(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.Simulation(self.expressions.arguments(parts[0]), span=span)
+
+    def model(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.Model(".".join(str(word) for word in parts), span=span)
+
+    def param(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.Param(tuple(self.param_entry(branch(entry)) for entry in parts), span=span)
+
+    def param_entry(self, tree: Branch) -> nodes.ParamEntry:
+        word, value = token(tree.children[0]), tree.children[1]
+        name = self.expressions.text(word) if word.type == "STRING" else str(word)
+        return nodes.ParamEntry(name, self.expression(value), span=span_of(tree), name_span=span_of(word))
+
+    # -- names and values --------------------------------------------------------------------------------------------
+
+    def assign(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.Assign(self.targets(branch(parts[0])), self.expression(parts[1]), span=span)
+
+    def augmented_assign(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        target = self.target(branch(parts[0]))
+        return nodes.AugmentedAssign(target, str(parts[1])[:-1], self.expression(parts[2]), span=span)
+
+    def targets(self, tree: Branch) -> tuple[str, ...]:
+        several = tree.data in ("bare_tuple", "tuple") and tree.children
+        return tuple(self.target(branch(child)) for child in tree.children) if several else (self.target(tree),)
+
+    def target(self, tree: Branch) -> str:
+        if tree.data == "name":
+            return str(tree.children[0])
+        self.report(
+            errors.WRONG_TARGET.at(
+                span_of(tree),
+                "only a name can be assigned to",
+                "not a name",
+                reason=errors.WRONG_TARGET.why,
+                cure="properties are given with `with` where the object is made" if tree.data == "attribute" else "",
+            )
+        )
+        return "_"
+
+    def expression_statement(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        value = self.expression(parts[0])
+        match value:
+            case nodes.Call(function=nodes.Name(id=word)) if word in later.STATEMENTS:
+                self.report(
+                    errors.NOT_SUPPORTED.at(
+                        value.function.span,
+                        f"not supported yet: {later.STATEMENTS[word]}",
+                        reason=errors.NOT_SUPPORTED.why,
+                        cure=later.INSTEAD.get(word, ""),
+                    )
+                )
+        return nodes.ExpressionStatement(value, span=span)
+
+    # -- conditions on scenes and runs -------------------------------------------------------------------------------
+
+    def require(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.Require(self.condition(parts[0]), None, self.label(parts[1]), span=span)
+
+    def require_probably(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        probability = self.expression(parts[0])
+        return nodes.Require(self.condition(parts[1]), probability, self.label(parts[2]), span=span)
+
+    def condition(self, child: Child) -> nodes.Expression:
+        """A requirement's condition; `always (x)` is grammatical as a call."""
+        condition = self.expression(child)
+        match condition:
+            case nodes.Call(function=nodes.Name(id=word)) if word in later.TEMPORAL:
+                self.report(
+                    errors.NOT_SUPPORTED.at(
+                        condition.function.span,
+                        f"not supported yet: `{word}` in a requirement",
+                        reason=errors.NOT_SUPPORTED.why,
+                        cure="a plain `require` holds for the start of a scene",
+                    )
+                )
+        return condition
+
+    def label(self, child: Child) -> str | None:
+        if child is None:
+            return None
+        word = token(branch(child).children[0])
+        return self.expressions.text(word) if word.type == "STRING" else str(word)
+
+    def terminate_when(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.TerminateWhen(self.expression(parts[0]), self.label(parts[1]), span=span)
+
+    def terminate_after(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.TerminateAfter(self.expression(parts[0]), parts[1] == "steps", span=span)
+
+    # -- behaviours --------------------------------------------------------------------------------------------------
+
+    def behavior(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        word, *parameters, block = parts
+        body, docstring = _with_docstring(self.block(block))
+        return nodes.BehaviorDefinition(
+            str(word),
+            tuple(self.parameter(branch(each)) for each in parameters),
+            body,
+            docstring,
+            span=span,
+            name_span=span_of(token(word)),
+        )
+
+    def parameter(self, tree: Branch) -> nodes.Parameter:
+        return nodes.Parameter(str(tree.children[0]), self.optional(tree.children[1]), span=span_of(tree))
+
+    def do(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.Do(self.expression(parts[0]), span=span)
+
+    def do_until(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.Do(self.expression(parts[0]), until=self.expression(parts[1]), span=span)
+
+    def do_for(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        behavior, duration, word = parts
+        return nodes.Do(
+            self.expression(behavior), duration=self.expression(duration), in_steps=word == "steps", span=span
+        )
+
+    def take(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.Take(self.expressions.expressions(parts), span=span)
+
+    def try_(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        body, *handlers = parts
+        if not handlers:
+            self.report(
+                errors.INCOMPLETE.at(
+                    Span(span.start, span.start + len("try")),
+                    "this `try` has no `interrupt when`",
+                    "nothing can interrupt it",
+                    reason=errors.INCOMPLETE.why,
+                    cure="write `interrupt when CONDITION:` below it, or remove the `try`",
+                )
+            )
+        return nodes.Try(self.block(body), tuple(self.handler(branch(each)) for each in handlers), span=span)
+
+    def handler(self, tree: Branch) -> nodes.Handler:
+        return nodes.Handler(self.expression(tree.children[0]), self.block(tree.children[1]), span=span_of(tree))
+
+    def if_(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        condition, block, *elifs, otherwise = parts
+        branches = [(self.expression(condition), self.block(block))]
+        for each in elifs:
+            condition, block = branch(each).children
+            branches.append((self.expression(condition), self.block(block)))
+        return nodes.If(tuple(branches), () if otherwise is None else self.block(otherwise), span=span)
+
+    def while_(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.While(self.expression(parts[0]), self.block(parts[1]), span=span)
+
+
+def _with_docstring(statements: Statements) -> tuple[Statements, str | None]:
+    """The statements without a leading string, and that string."""
+    match statements:
+        case (nodes.ExpressionStatement(value=nodes.String(value=text)), *rest):
+            return tuple(rest), text
+    return statements, None
+
+
+def _plain(kind: type[nodes.Statement]) -> "Builder":
+    return lambda _builder, _parts, span: kind(span=span)
+
+
+Builder = Callable[[StatementBuilder, Sequence[Child], Span], nodes.Statement]
+_B = StatementBuilder
+_BUILDERS: dict[str, Builder] = {
+    "wait": _plain(nodes.Wait),
+    "abort": _plain(nodes.Abort),
+    "terminate": _plain(nodes.Terminate),
+    "break_": _plain(nodes.Break),
+    "continue_": _plain(nodes.Continue),
+    "return_": _plain(nodes.Return),
+    "pass_": _plain(nodes.Pass),
+} | {
+    method.__name__: method
+    for method in (
+        _B.map, _B.simulation, _B.model, _B.param, _B.assign, _B.augmented_assign, _B.expression_statement,
+        _B.require, _B.require_probably, _B.terminate_when, _B.terminate_after, _B.behavior, _B.do, _B.do_until,
+        _B.do_for, _B.take, _B.try_, _B.if_, _B.while_,
+    )
+}  # fmt: skip
+"""Builder of each rule of the grammar; a method has the name of its rule."""

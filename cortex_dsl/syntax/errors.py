@@ -1,0 +1,204 @@
+"""Every syntax error, declared once: its code, what it is called, why it is one, and an example with its cure.
+
+Messages and places are made where an error is found; what is always true of it stands here.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from cortex_dsl.diagnostics import Diagnostic, Label
+from cortex_dsl.source import Span
+
+
+@dataclass(frozen=True)
+class Code:
+    """One kind of error. `wrong` is a program that has it, `right` the same program without it."""
+
+    id: str
+    title: str
+    why: str
+    wrong: str
+    right: str
+
+    def at(
+        self,
+        span: Span,
+        message: str,
+        label: str = "",
+        *,
+        secondary: Sequence[Label] = (),
+        reason: str = "",
+        cure: str = "",
+    ) -> Diagnostic:
+        """The diagnostic for one place that has this error."""
+        return Diagnostic(self.id, message, Label(span, label), secondary=tuple(secondary), reason=reason, cure=cure)
+
+
+UNEXPECTED = Code(
+    "SCN101",
+    "unexpected text",
+    "What stands here does not fit the grammar; the message says what would.",
+    "x = 3 +\n",
+    "x = 3 + 1\n",
+)
+UNCLOSED_BRACKET = Code(
+    "SCN102",
+    "bracket never closed",
+    "Inside brackets a line may go on over several lines, so the end of the bracket must be written.",
+    "x = max(1, 2\n",
+    "x = max(1, 2)\n",
+)
+WRONG_BRACKET = Code(
+    "SCN103",
+    "closing bracket without its opening one",
+    "Brackets close in the reverse order of their opening, each with its own kind.",
+    "x = (1, 2]\n",
+    "x = (1, 2)\n",
+)
+UNCLOSED_STRING = Code(
+    "SCN104",
+    "string never closed",
+    'A string ends on the line where it begins, unless it begins with three quotes (""").',
+    'require ego as "starts well\n',
+    'require ego as "starts well"\n',
+)
+STRAY_INDENT = Code(
+    "SCN105",
+    "unexpected indentation",
+    "Indentation opens a block, and only a line that ends in `:` has one.",
+    "x = 1\n    y = 2\n",
+    "x = 1\ny = 2\n",
+)
+MISSING_BODY = Code(
+    "SCN106",
+    "missing block",
+    "A line that ends in `:` is followed by at least one line that is indented deeper.",
+    "behavior Rest():\nwait\n",
+    "behavior Rest():\n    wait\n",
+)
+WRONG_DEDENT = Code(
+    "SCN107",
+    "indentation fits no block",
+    "A line that ends a block goes back to exactly the indentation of a line before it.",
+    "behavior Rest():\n    wait\n  wait\n",
+    "behavior Rest():\n    wait\n    wait\n",
+)
+MIXED_INDENT = Code(
+    "SCN108",
+    "tabs and spaces mixed",
+    "How wide a tab is depends on the editor, so a file indents either with spaces or with tabs.",
+    "behavior Rest():\n    wait\n\twait\n",
+    "behavior Rest():\n    wait\n    wait\n",
+)
+MISSING_COLON = Code(
+    "SCN109",
+    "missing colon",
+    "A line that opens a block ends in `:`.",
+    "behavior Rest()\n    wait\n",
+    "behavior Rest():\n    wait\n",
+)
+ASSIGNMENT_IN_CONDITION = Code(
+    "SCN110",
+    "`=` where a comparison is meant",
+    "`=` gives a name to a value; `==` asks whether two values are equal.",
+    "require x = 3\n",
+    "require x == 3\n",
+)
+UNKNOWN_UNIT = Code(
+    "SCN111",
+    "unknown unit",
+    "A word directly after a number or a call is read as its unit.",
+    "x = 5 kmh\n",
+    "x = 5 km/h\n",
+)
+MISPLACED_UNIT = Code(
+    "SCN112",
+    "unit in a place where none is read",
+    "A unit follows a number or a call; everywhere else the same word is a name.",
+    "y = x m\n",
+    "y = x * 1 m\n",
+)
+RESERVED_WORD = Code(
+    "SCN113",
+    "reserved word used as a name",
+    "The keywords of Python and of Scenic cannot be names.",
+    "to = 3\n",
+    "target = 3\n",
+)
+FOREIGN_SPELLING = Code(
+    "SCN114",
+    "spelling of another language",
+    "The language has this, under another spelling.",
+    "require a && b\n",
+    "require a and b\n",
+)
+NOT_SUPPORTED = Code(
+    "SCN115",
+    "not supported yet",
+    "Scenic has this construct; this version of the language does not have it yet.",
+    "require always x < 3\n",
+    "require x < 3\n",
+)
+WRONG_TARGET = Code(
+    "SCN116",
+    "cannot be assigned to",
+    "On the left of `=` stands a name, or several names with commas.",
+    "f(x) = 3\n",
+    "y = 3\n",
+)
+TOO_DEEP = Code(
+    "SCN117",
+    "nested too deeply",
+    "Nesting is limited, so that no input can exhaust the compiler.",
+    "x = " + "(" * 101 + "1" + ")" * 101 + "\n",
+    "x = 1\n",
+)
+STRANGE_CHARACTER = Code(
+    "SCN118",
+    "character that means nothing here",
+    "Outside strings and comments only letters, digits and the signs of the language have a meaning.",
+    "x = 3 $\n",
+    "x = 3\n",
+)
+MISSING_COMMA = Code(
+    "SCN119",
+    "missing comma",
+    "Commas part the specifiers of an object, the arguments of a call and the items of a list.",
+    "ego = new Car at p with speed 3\n",
+    "ego = new Car at p, with speed 3\n",
+)
+MISSING_NEW = Code(
+    "SCN120",
+    "object made without `new`",
+    "Since Scenic 3 an object is made with `new`.",
+    "ego = Car at p\n",
+    "ego = new Car at p\n",
+)
+WRONG_LITERAL = Code(
+    "SCN121",
+    "number or string that cannot be read",
+    "A number must fit a 64-bit floating-point number, and `\\` in a string begins one of the known escapes.",
+    "x = 1e999\n",
+    "x = 1e99\n",
+)
+INCOMPLETE = Code(
+    "SCN122",
+    "incomplete statement",
+    "Some statements have parts that belong together, such as `try` and `interrupt when`.",
+    "behavior B():\n    try:\n        wait\n    wait\n",
+    "behavior B():\n    try:\n        wait\n    interrupt when x:\n        wait\n",
+)
+TOO_MANY = Code(
+    "SCN123",
+    "too many errors",
+    "After this many errors further ones are mostly consequences.",
+    "x = $\n" * 21,
+    "x = 1\n",
+)
+EMPTY_FILE = Code("SCN130", "empty file", "A scenario has at least one statement.", "", "x = 1\n")
+BINARY_FILE = Code("SCN131", "not a text file", "A scenario is text; this file holds zero bytes.", "\0", "x = 1\n")
+WRONG_ENCODING = Code("SCN132", "not UTF-8", "A scenario is read as UTF-8.", "", "x = 1\n")
+LARGE_FILE = Code("SCN133", "file too large", "The size of a file is limited.", "", "x = 1\n")
+
+CODES: tuple[Code, ...] = tuple(value for value in list(globals().values()) if isinstance(value, Code))
+"""All of them, in the order of their numbers."""

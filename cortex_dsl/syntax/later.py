@@ -1,0 +1,82 @@
+"""What Scenic has and this version of the language does not have yet, so that it gets a fitting answer."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+STATEMENTS: Mapping[str, str] = MappingProxyType(
+    {
+        "monitor": "monitors",
+        "scenario": "modular scenarios",
+        "setup": "modular scenarios",
+        "compose": "modular scenarios",
+        "class": "classes of one's own",
+        "import": "imports",
+        "from": "imports",
+        "record": "`record`",
+        "mutate": "`mutate`",
+        "override": "`override`",
+        "precondition": "preconditions",
+        "invariant": "invariants",
+        "simulator": "`simulator`",
+        "def": "functions",
+        "for": "`for` loops",
+        "with": "`with` statements",
+        "except": "`except`",
+        "finally": "`finally`",
+        "assert": "`assert`",
+        "raise": "`raise`",
+        "del": "`del`",
+        "global": "`global`",
+        "nonlocal": "`nonlocal`",
+        "async": "`async`",
+        "await": "`await`",
+        "yield": "`yield`",
+    }
+)
+"""First word of a statement, and what the message calls it."""
+
+BLOCKS = frozenset(STATEMENTS)
+"""Statements whose whole block is skipped."""
+
+TEMPORAL = frozenset({"always", "eventually", "next", "until", "implies"})
+
+INSTEAD: Mapping[str, str] = MappingProxyType(
+    {
+        "for": "write a comprehension `[f(x) for x in xs]`, or `while` in a behavior",
+        "import": "write everything into one file",
+        "from": "write everything into one file",
+        "def": "write a `lambda`, or a `behavior` for what an actor does",
+        "class": "give the properties with `with` where the object is made",
+        "assert": "write `require`",
+        "monitor": "write `terminate when` with a condition",
+        "except": "write `interrupt when` with a condition",
+    }
+)
+
+OPERATORS: Mapping[str, str] = MappingProxyType(
+    {
+        "relative": "`relative to` and `relative position of`",
+        "visible": "`visible`",
+        "apparent": "`apparent heading of`",
+        "altitude": "`altitude`",
+        "angle": "`angle from … to …`",
+        "follow": "`follow … from … for …`",
+        "front": "`front of`",
+        "back": "`back of`",
+        "until": "temporal requirements",
+        "implies": "temporal requirements",
+    }
+)
+"""Words of operators, and what the message calls them."""
+
+SPECIFIERS: Mapping[str, str] = MappingProxyType(
+    {
+        "beyond": "`beyond`",
+        "visible": "`visible`",
+        "contained": "`contained in`",
+        "apparently": "`apparently facing`",
+        "above": "`above`",
+        "below": "`below`",
+        "using": "`using`",
+    }
+)

@@ -1,0 +1,240 @@
+"""Indentation: which line belongs to which block, and the post-lexer that tells the grammar."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+from lark import Token
+
+from cortex_dsl.diagnostics import Diagnostic, Label
+from cortex_dsl.source import Span
+from cortex_dsl.syntax import errors
+from cortex_dsl.syntax.limits import MAX_DEPTH
+from cortex_dsl.syntax.scanning import Line, Scan, scan
+from cortex_dsl.syntax.words import BLOCK_WORDS, SPECIFIER_WORDS
+
+TAB_WIDTH = 8
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The logical lines of a file and how deep in blocks each is; of one length."""
+
+    lines: tuple[Line, ...]
+    levels: tuple[int, ...]
+    hollow: frozenset[int]
+    """Lines that end in a colon and have no block."""
+    diagnostics: tuple[Diagnostic, ...]
+    hopeless: bool = False
+
+    def line_at(self, offset: int) -> int:
+        """Index of the line that an offset lies in, or of the last before it."""
+        low, high = 0, len(self.lines)
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (middle, high) if self.lines[middle].start <= offset else (low, middle)
+        return low
+
+    def block_end(self, index: int) -> int:
+        """Index of the last line of the block that a line opens, or of the line itself."""
+        last = index
+        while last + 1 < len(self.lines) and self.levels[last + 1] > self.levels[index]:
+            last += 1
+        return last
+
+
+def lay_out(text: str) -> Layout:
+    """Logical lines with their levels, and everything that is wrong with brackets, quotes and indentation."""
+    found = scan(text)
+    if found.hopeless:
+        return Layout((), (), frozenset(), found.diagnostics, hopeless=True)
+    return _Arrangement(text, found).layout()
+
+
+def _width(indent: str) -> int:
+    return len(indent.expandtabs(TAB_WIDTH))
+
+
+class _Arrangement:
+    """One walk over the lines with a stack of open blocks."""
+
+    def __init__(self, text: str, found: Scan) -> None:
+        self.text = text
+        self.diagnostics = list(found.diagnostics)
+        self.lines: list[Line] = []
+        self.levels: list[int] = []
+        self.hollow: set[int] = set()
+        self.blocks: list[tuple[int, int]] = [(0, 0)]
+        """Width and level of each open block; a stray indentation has the level of the block around it."""
+        self.style: Line | None = None
+        self.mixed = False
+        self.found = found
+
+    def layout(self) -> Layout:
+        for line in self.found.lines:
+            if self.belongs_to_broken(line):
+                self.lines[-1] = replace(self.lines[-1], stop=line.stop)
+                continue
+            self.check_tabs(line)
+            level = self.level(line)
+            if level > MAX_DEPTH:
+                return Layout((), (), frozenset(), (self.too_deep(line),), hopeless=True)
+            self.lines.append(line)
+            self.levels.append(level)
+        if self.lines and self.lines[-1].opens:
+            self.missing_body()
+        return Layout(tuple(self.lines), tuple(self.levels), frozenset(self.hollow), tuple(self.diagnostics))
+
+    def belongs_to_broken(self, line: Line) -> bool:
+        """Whether the line goes on from one whose brackets or quotes are wrong."""
+        if not self.lines:
+            return False
+        previous = self.lines[-1]
+        return previous.broken and not previous.opens and _width(line.indent) > _width(previous.indent)
+
+    def level(self, line: Line) -> int:
+        width, (current, level) = _width(line.indent), self.blocks[-1]
+        previous = self.lines[-1] if self.lines else None
+        if previous is not None and previous.opens and width <= current:
+            self.missing_body()
+        if width > current:
+            opens = previous is not None and (previous.opens or previous.word in BLOCK_WORDS)
+            if not opens:
+                self.stray_indent(line, previous)
+            self.blocks.append((width, level + 1 if opens else level))
+        elif width < current:
+            self.close_blocks(line, width)
+        return self.blocks[-1][1]
+
+    def close_blocks(self, line: Line, width: int) -> None:
+        closed = self.blocks[-1]
+        while self.blocks[-1][0] > width:
+            closed = self.blocks.pop()
+        if self.blocks[-1][0] == width:
+            return
+        self.blocks.append((width, closed[1]))
+        if not self.mixed:
+            self.diagnostics.append(
+                errors.WRONG_DEDENT.at(
+                    Span(line.start - len(line.indent), line.start),
+                    "the indentation of this line fits no block",
+                    f"{width} columns",
+                    reason=f"the lines around it are indented by {self.blocks[-2][0]} and {closed[0]} columns",
+                    cure="align it with the block that it belongs to",
+                )
+            )
+
+    def stray_indent(self, line: Line, previous: Line | None) -> None:
+        if self.mixed:
+            return
+        if previous is not None and line.word in SPECIFIER_WORDS and "new" in self.text[previous.start : previous.end]:
+            self.diagnostics.append(
+                errors.MISSING_COMMA.at(
+                    Span(previous.end, previous.end),
+                    "missing comma between specifiers",
+                    "a line that goes on below ends in `,`",
+                    secondary=[Label(Span(line.start, line.start + len(line.word)), "the next specifier")],
+                    cure="write a `,` at the end of the line",
+                )
+            )
+            return
+        label = Label(Span(previous.start, previous.end), "this line opens no block") if previous else None
+        self.diagnostics.append(
+            errors.STRAY_INDENT.at(
+                Span(line.start - len(line.indent), line.start),
+                "this line is indented, but no block begins here",
+                "unexpected indentation",
+                secondary=[label] if label else [],
+                reason="only a line that ends in `:` is followed by deeper lines" if previous else "",
+                cure="remove the spaces at its beginning",
+            )
+        )
+
+    def missing_body(self) -> None:
+        line = self.lines[-1]
+        self.hollow.add(len(self.lines) - 1)
+        self.diagnostics.append(
+            errors.MISSING_BODY.at(
+                Span(line.end - 1, line.end),
+                f"`{line.word}` has no block" if line.word else "a block is missing",
+                "expected an indented line after this",
+                reason=errors.MISSING_BODY.why,
+                cure="indent the lines that belong to it by four spaces (write `pass` if there are none)",
+            )
+        )
+
+    def check_tabs(self, line: Line) -> None:
+        if self.mixed or not line.indent:
+            return
+        self.style = self.style or line
+        kinds = sorted(set(line.indent))
+        if len({*self.style.indent, *kinds}) == 1:
+            return
+        self.mixed = True
+        first = self.style
+        secondary = [Label(Span(first.start - len(first.indent), first.start), "other lines are indented so")]
+        self.diagnostics.append(
+            errors.MIXED_INDENT.at(
+                Span(line.start - len(line.indent), line.start),
+                "tabs and spaces are mixed in the indentation",
+                "indented with " + " and ".join({" ": "spaces", "\t": "tabs"}.get(kind, "others") for kind in kinds),
+                secondary=secondary if first is not line else [],
+                reason=errors.MIXED_INDENT.why,
+                cure="indent every line with spaces",
+            )
+        )
+
+    def too_deep(self, line: Line) -> Diagnostic:
+        return errors.TOO_DEEP.at(
+            Span(line.start, line.end),
+            f"blocks are nested more than {MAX_DEPTH} deep",
+            "one too many",
+            reason=errors.TOO_DEEP.why,
+            cure="move inner blocks into a behavior of their own",
+        )
+
+
+def synthetic(kind: str, offset: int) -> Token:
+    """A token that no text stands for."""
+    return Token(kind, "", offset, 1, 1, 1, 1, offset)
+
+
+class Indenter:
+    """Lark's post-lexer: keeps the line breaks that end a logical line and adds what opens and closes blocks.
+
+    It holds the layout of the text that is being read, so one parse at a time.
+    """
+
+    always_accept = ("_NEWLINE",)
+
+    def __init__(self) -> None:
+        self.begin(Layout((), (), frozenset(), ()))
+
+    def begin(self, layout: Layout) -> None:
+        self.layout = layout
+        self.levels = list(layout.levels)
+        self.breaks = {line.stop: index for index, line in enumerate(layout.lines)}
+        self.ended = -1
+        """Index of the last line whose end was told."""
+        self.resumed = -1
+        """Index of the last line that was skipped after an error."""
+
+    def process(self, stream: Iterable[Token]) -> Iterator[Token]:
+        for token in stream:
+            if token.type != "_NEWLINE":
+                yield token
+            elif (index := self.breaks.get(token.start_pos or 0)) is not None:
+                yield from self.line_end(index)
+        if self.ended < len(self.layout.lines) - 1:
+            yield from self.line_end(len(self.layout.lines) - 1)
+
+    def line_end(self, index: int) -> Iterator[Token]:
+        self.ended = index
+        end = self.layout.lines[index].end
+        kinds = ["_NEWLINE"]
+        if index in self.layout.hollow:
+            kinds += ["_INDENT", "_PASS", "_NEWLINE", "_DEDENT"]
+        following = self.levels[index + 1] if index + 1 < len(self.levels) else 0
+        step = following - self.levels[index]
+        kinds += ["_INDENT"] * step + ["_DEDENT"] * -step
+        for kind in kinds:
+            yield synthetic(kind, end)

@@ -1,0 +1,64 @@
+"""Numbers and strings: from what stands in the file to their value, and back."""
+
+import re
+
+_ESCAPES = {"n": "\n", "t": "\t", "r": "\r", "\\": "\\", "'": "'", '"': '"', "0": "\0", "\n": ""}
+_ESCAPE = re.compile(r"\\(?:x([0-9a-fA-F]{2})|u([0-9a-fA-F]{4})|U([0-9a-fA-F]{8})|([\s\S]))")
+
+
+class BadEscape(ValueError):
+    """A `\\` in a string that begins no escape; `offset` is where, from the start of the literal."""
+
+    def __init__(self, text: str, offset: int) -> None:
+        super().__init__(text)
+        self.text = text
+        self.offset = offset
+
+
+def string_value(literal: str) -> str:
+    """The text that a quoted literal means. Line breaks in it are `\\n` whatever the file uses."""
+    quotes = 3 if literal[:3] in ('"""', "'''") else 1
+    pieces, last = [], quotes
+    body = literal[: len(literal) - quotes]
+    for match in _ESCAPE.finditer(body, quotes):
+        pieces += [body[last : match.start()], _unescape(match)]
+        last = match.end()
+    return "".join([*pieces, body[last:]]).replace("\r\n", "\n")
+
+
+def _unescape(match: re.Match[str]) -> str:
+    code = match[1] or match[2] or match[3]
+    if code:
+        if int(code, 16) > 0x10FFFF:
+            raise BadEscape(match.group(), match.start())
+        return chr(int(code, 16))
+    if match[4] not in _ESCAPES:
+        raise BadEscape(match.group(), match.start())
+    return _ESCAPES[match[4]]
+
+
+def write_string(value: str) -> str:
+    """A one-line literal for a text."""
+    return '"' + "".join(_escaped(character) for character in value) + '"'
+
+
+def write_docstring(value: str) -> str:
+    """A triple-quoted literal for a text."""
+    body = "".join("\n" if character == "\n" else _escaped(character) for character in value)
+    return f'"""{body}"""'
+
+
+def _escaped(character: str) -> str:
+    if character in '\\"':
+        return "\\" + character
+    if character == "\n":
+        return "\\n"
+    if character == "\t" or (character.isprintable() and character != "\ufeff"):
+        return character
+    code = ord(character)
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
+
+
+def write_number(value: float) -> str:
+    """The shortest literal that reads as this number."""
+    return str(int(value)) if value == int(value) and value < 1e16 else repr(value)

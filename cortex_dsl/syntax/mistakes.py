@@ -1,0 +1,370 @@
+"""Likely mistakes, each a rule from the surroundings of an error to its explanation, or None if it is another one.
+
+The first rule that knows the mistake answers, so the more special ones come first. A new one is a function and a row
+in `MISTAKES`.
+"""
+
+from collections.abc import Callable
+
+from cortex_dsl.diagnostics import Diagnostic, Label
+from cortex_dsl.source import Span
+from cortex_dsl.spelling import nearest
+from cortex_dsl.syntax import errors, later
+from cortex_dsl.syntax.trouble import Trouble, Word
+from cortex_dsl.syntax.units import UNIT_WORDS, unit_list
+from cortex_dsl.syntax.words import BLOCK_WORDS, RESERVED, SPECIFIER_WORDS
+
+Mistake = Callable[[Trouble], Diagnostic | None]
+
+_FOREIGN = {
+    "&&": "and",
+    "||": "or",
+    "!": "not",
+    "&": "and",
+    "|": "or",
+    "<>": "!=",
+    "===": "==",
+    "°": "deg",
+    "“": '"',
+    "”": '"',
+    "‘": "'",
+    "’": "'",
+    "−": "-",
+    "–": "-",
+    "×": "*",
+    "·": "*",
+    "÷": "/",
+    "≤": "<=",
+    "≥": ">=",
+    "≠": "!=",
+    "^": "**",
+    "++": "+= 1",
+    "--": "-= 1",
+}
+_STATEMENT_WORDS = (
+    "behavior map model param simulation require terminate do take wait abort break continue return pass try if while "
+    "interrupt elif else"
+).split()
+_NAME_OF_A_THING = {
+    "param": "a name and a value: `param SPEED = Range(5, 10)`",
+    "behavior": "a name and brackets: `behavior Drive(trajectory):`",
+    "require": "a condition: `require x < 3`",
+    "take": "an action: `take SetBrakeAction(1)`",
+    "do": "a behavior: `do FollowLaneBehavior()`",
+    "new": "a class such as `Car`",
+    "while": "a condition",
+    "if": "a condition",
+    "when": "a condition",
+    "map": "a kind of map: `map intersection(ways=4)`",
+    "with": "a property and its value: `with speed 5 m/s`",
+}
+
+
+def not_supported(trouble: Trouble) -> Diagnostic | None:
+    first, found, before = trouble.first, trouble.found, trouble.before
+    named = len(trouble.words) > 1 and trouble.words[1].text in ("=", ".", ",")
+    if first.text in later.STATEMENTS and first.kind == "name" and not named:
+        return _later(first, later.STATEMENTS[first.text], later.INSTEAD.get(first.text, ""))
+    for word in (found, before):
+        if word is None or word.kind != "name":
+            continue
+        if first.text == "require" and (word.text in later.TEMPORAL or word.text == "monitor"):
+            return _later(word, f"`{word.text}` in a requirement", "a plain `require` holds for the start of a scene")
+        if first.text == "do" and word.text in ("choose", "shuffle"):
+            return _later(word, f"`do {word.text}`", "name the one behavior that is to run")
+    if found.text == "," and first.text == "do":
+        return _later(found, "several behaviors at once", "write one `do` for each, one after the other")
+    if first.text == "wait" and found.text in ("for", "until"):
+        return _later(found, f"`wait {found.text}`", f"write `do IdleBehavior() {found.text} …`")
+    if first.text == "return" and before is first and found.kind != "end":
+        return _later(found, "a value after `return`", "a behavior ends with `return` alone")
+    if found.text == ":" and trouble.bracket is not None and trouble.bracket.text == "[":
+        return _later(found, "a slice", "index one element, or write a comprehension")
+    if found.kind == "name" and found.text in later.OPERATORS and trouble.wants_operator:
+        return _later(found, later.OPERATORS[found.text])
+    if before is not None and before.text in later.OPERATORS and found.kind == "name":
+        return _later(before, later.OPERATORS[before.text])
+    if found.kind == "name" and found.text in later.SPECIFIERS:
+        return _later(found, later.SPECIFIERS[found.text])
+    return None
+
+
+def _later(word: Word, what: str, cure: str = "") -> Diagnostic:
+    message = f"not supported yet: {what}"
+    return errors.NOT_SUPPORTED.at(word.span, message, reason=errors.NOT_SUPPORTED.why, cure=cure)
+
+
+def foreign_spelling(trouble: Trouble) -> Diagnostic | None:
+    found, before = trouble.found, trouble.before
+    if found.text in ("if", ":") and before is not None and before.text == "else" and trouble.first.text == "else":
+        if found.text == "if":
+            return _foreign(Word("name", "else if", before.span.to(found.span)), "elif")
+    if found.text == "if" and before is not None and before.text in ("else", "}"):
+        return _foreign(Word("name", "else if", before.span.to(found.span)), "elif")
+    if found.text == "++" or found.text == "--":
+        return _foreign(found, _FOREIGN[found.text])
+    if found.kind == "sign" and found.text in _FOREIGN:
+        return _foreign(found, _FOREIGN[found.text])
+    if found.text == "!=" and trouble.wants_value:
+        return None
+    if trouble.first.text in ("elseif", "elsif") and trouble.first.kind == "name":
+        return _foreign(trouble.first, "elif")
+    if trouble.first.text in ("function", "fn", "func", "behaviour") and trouble.before is trouble.first:
+        return _foreign(trouble.first, "behavior")
+    if trouble.first.text in ("let", "var", "const", "auto") and trouble.before is trouble.first:
+        return errors.FOREIGN_SPELLING.at(
+            trouble.first.span, f"`{trouble.first.text}` is not needed", cure="write `name = value`"
+        )
+    if found.text == "?":
+        return errors.FOREIGN_SPELLING.at(
+            found.span, "`?` is no operator", cure="a choice between two values is `a if condition else b`"
+        )
+    if found.text == ";" or found.text == "{" and trouble.wants_operator:
+        return errors.FOREIGN_SPELLING.at(
+            found.span, f"`{found.text}` does not belong here", cure="blocks begin with `:` and are indented"
+        )
+    return None
+
+
+def _foreign(word: Word, ours: str) -> Diagnostic:
+    return errors.FOREIGN_SPELLING.at(
+        word.span, f"`{word.text}` is written `{ours}`", f"write `{ours}`", cure=f"write `{ours}`"
+    )
+
+
+def assignment_in_condition(trouble: Trouble) -> Diagnostic | None:
+    in_condition = trouble.first.text in ("require", "if", "elif", "while", "terminate", "interrupt", "do")
+    if trouble.found.text != "=" or not in_condition:
+        return None
+    return errors.ASSIGNMENT_IN_CONDITION.at(
+        trouble.found.span,
+        "`=` does not compare",
+        "did you mean `==`?",
+        reason=errors.ASSIGNMENT_IN_CONDITION.why,
+        cure="write `==`",
+    )
+
+
+def second_assignment(trouble: Trouble) -> Diagnostic | None:
+    if trouble.found.text != "=" or not trouble.wants_operator or trouble.bracket is not None:
+        return None
+    return errors.WRONG_TARGET.at(
+        trouble.found.span, "only one `=` in an assignment", cure="write one line for each name, or `==` to compare"
+    )
+
+
+def missing_colon(trouble: Trouble) -> Diagnostic | None:
+    if "COLON" not in trouble.accepts or trouble.first.text not in BLOCK_WORDS or trouble.bracket is not None:
+        return None
+    if trouble.found.kind != "end" and trouble.found.text not in ("do", "take", "wait", "{", "then", "terminate"):
+        return None
+    place = trouble.before.span.end if trouble.before else trouble.found.span.start
+    return errors.MISSING_COLON.at(
+        Span(place, place),
+        f"missing `:` after `{_head(trouble)}`",
+        "expected `:`",
+        reason=errors.MISSING_COLON.why,
+        cure="write `:` here",
+    )
+
+
+def _head(trouble: Trouble) -> str:
+    text = trouble.source.slice(Span(trouble.line.start, trouble.before.span.end if trouble.before else trouble.line.end))
+    return text if len(text) <= 40 and "\n" not in text else trouble.first.text
+
+
+def missing_brackets(trouble: Trouble) -> Diagnostic | None:
+    if trouble.first.text != "behavior" or trouble.found.text != ":" or "LPAR" not in trouble.accepts:
+        return None
+    return errors.UNEXPECTED.at(
+        trouble.found.span, "a behavior has brackets after its name", "expected `()`", cure="write `():`"
+    )
+
+
+def orphan(trouble: Trouble) -> Diagnostic | None:
+    parents = {"else": "if", "elif": "if", "interrupt": "try"}
+    word = trouble.first
+    if trouble.place != 0 and not (trouble.place == 1 and word.text == "interrupt"):
+        return None
+    if word.text not in parents or "COLON" in trouble.accepts:
+        return None
+    parent = parents[word.text]
+    return errors.INCOMPLETE.at(
+        word.span,
+        f"`{word.text}` without a `{parent}`",
+        reason=f"it continues a `{parent}` block that is right above it, at the same indentation",
+        cure=f"align it with its `{parent}`, or write the `{parent}`",
+    )
+
+
+def missing_new(trouble: Trouble) -> Diagnostic | None:
+    before = trouble.before
+    if trouble.found.text not in SPECIFIER_WORDS or before is None or before.kind != "name":
+        return None
+    if not before.text[0].isupper() or before.text.isupper() or not trouble.wants_operator:
+        return None
+    if any(word.text == "new" for word in trouble.words[: trouble.place]):
+        return None
+    return errors.MISSING_NEW.at(
+        before.span,
+        f"missing `new` before `{before.text}`",
+        reason=errors.MISSING_NEW.why,
+        cure=f"write `new {before.text} {trouble.found.text} …`",
+    )
+
+
+def missing_comma(trouble: Trouble) -> Diagnostic | None:
+    found, before = trouble.found, trouble.before
+    if before is None or not trouble.wants_operator:
+        return None
+    place = Span(before.span.end, before.span.end)
+    after_new = any(word.text == "new" for word in trouble.words[: trouble.place])
+    if found.text in SPECIFIER_WORDS and after_new:
+        return errors.MISSING_COMMA.at(
+            place,
+            f"missing comma before `{found.text}`",
+            "expected `,`",
+            secondary=[Label(found.span, "the next specifier")],
+            cure="write a `,` between specifiers",
+        )
+    begins = found.kind in ("name", "number", "string") and found.text not in RESERVED
+    if trouble.bracket is not None and begins and before.kind != "number":
+        return errors.MISSING_COMMA.at(
+            place,
+            f"expected `,` or an operator before {_quoted(found)}",
+            "something is missing here",
+            secondary=[Label(found.span, "begins another value")],
+            cure="write a `,` between the two, or an operator",
+        )
+    return None
+
+
+def _quoted(word: Word) -> str:
+    return "a string" if word.kind == "string" else f"`{word.text}`"
+
+
+def misplaced_unit(trouble: Trouble) -> Diagnostic | None:
+    found, before = trouble.found, trouble.before
+    if found.text not in UNIT_WORDS or before is None or not trouble.wants_operator:
+        return None
+    if before.kind == "name":
+        cure = f"if `{before.text}` is a pure number write `{before.text} * 1 {found.text}`; else leave the unit away"
+    else:
+        cure = f"write `* 1 {found.text}`"
+    return errors.MISPLACED_UNIT.at(
+        found.span,
+        f"the unit `{found.text}` cannot stand here",
+        "a unit follows a number or a call",
+        reason=errors.MISPLACED_UNIT.why,
+        cure=cure,
+    )
+
+
+def continued_line(trouble: Trouble) -> Diagnostic | None:
+    """A comma at the end of the line before, and this line at its indentation."""
+    if trouble.place != 0 or trouble.index == 0 or trouble.found.text not in SPECIFIER_WORDS:
+        return None
+    previous = trouble.layout.lines[trouble.index - 1]
+    if trouble.source.text[previous.end - 1] != ",":
+        return None
+    return errors.STRAY_INDENT.at(
+        trouble.found.span,
+        f"`{trouble.found.text}` must be indented",
+        "a specifier",
+        secondary=[Label(Span(previous.end - 1, previous.end), "goes on below")],
+        reason="a line goes on after a comma only if the next one is indented deeper",
+        cure="indent this line by four spaces",
+    )
+
+
+def reserved_word(trouble: Trouble) -> Diagnostic | None:
+    found, after = trouble.found, trouble.after
+    if found.kind != "name" or found.text not in RESERVED or "NAME" not in trouble.accepts:
+        return None
+    as_name = after is not None and (after.text in ("=", ".", ",", ")", "]") or after.kind == "end")
+    if trouble.wants_value and not as_name:
+        return None
+    return errors.RESERVED_WORD.at(
+        found.span,
+        f"`{found.text}` is a reserved word and cannot be a name",
+        "choose another name",
+        reason=errors.RESERVED_WORD.why,
+        cure=f"for example `{found.text}_`",
+    )
+
+
+def strange_character(trouble: Trouble) -> Diagnostic | None:
+    found = trouble.found
+    if found.kind != "sign" or found.text[0] in "()[]{}+-*/%=<>!.,:;@'\"":
+        return None
+    shown = f"`{found.text}`" if found.text.isprintable() else f"U+{ord(found.text[0]):04X}"
+    return errors.STRANGE_CHARACTER.at(
+        found.span, f"the character {shown} means nothing here", reason=errors.STRANGE_CHARACTER.why, cure="remove it"
+    )
+
+
+def text_prefix(trouble: Trouble) -> Diagnostic | None:
+    found, before = trouble.found, trouble.before
+    if found.kind != "string" or before is None or before.span.end != found.span.start:
+        return None
+    if before.text.lower() not in ("f", "r", "b", "u", "rb", "br", "fr", "rf"):
+        return None
+    return errors.NOT_SUPPORTED.at(
+        before.span, f"strings with the prefix `{before.text}` are not supported", cure="write a plain string"
+    )
+
+
+def misspelt_statement(trouble: Trouble) -> Diagnostic | None:
+    """A line that begins with two words, of which the first is nearly a statement."""
+    if trouble.place != 1 or trouble.first.kind != "name" or trouble.found.kind not in ("name", "number", "string"):
+        return None
+    if trouble.first.text in RESERVED or trouble.first.text in _STATEMENT_WORDS:
+        return None
+    meant = nearest(trouble.first.text, _STATEMENT_WORDS)
+    return errors.UNEXPECTED.at(
+        trouble.first.span,
+        f"`{trouble.first.text}` begins no statement",
+        f"did you mean `{meant}`?" if meant else "",
+        cure=f"write `{meant}`" if meant else "did you forget an operator or `=` after it?",
+    )
+
+
+def nothing_follows(trouble: Trouble) -> Diagnostic | None:
+    """A keyword at the end of its line."""
+    before = trouble.before
+    if trouble.found.kind != "end" or before is None or before.text not in _NAME_OF_A_THING:
+        return None
+    return errors.UNEXPECTED.at(
+        Span(before.span.end, before.span.end),
+        f"nothing follows `{before.text}`",
+        f"expected {_NAME_OF_A_THING[before.text]}",
+    )
+
+
+def unknown_unit(trouble: Trouble) -> Diagnostic | None:
+    """What looks like a unit and is none even by its letters: `5 %`, `90°` are told elsewhere."""
+    found, before = trouble.found, trouble.before
+    if before is None or before.kind != "number" or found.kind != "name" or found.text in RESERVED:
+        return None
+    return errors.UNKNOWN_UNIT.at(found.span, f"`{found.text}` is no unit", reason=unit_list())
+
+
+MISTAKES: tuple[Mistake, ...] = (
+    not_supported,
+    text_prefix,
+    foreign_spelling,
+    assignment_in_condition,
+    second_assignment,
+    missing_colon,
+    missing_brackets,
+    orphan,
+    continued_line,
+    missing_new,
+    misplaced_unit,
+    missing_comma,
+    unknown_unit,
+    misspelt_statement,
+    nothing_follows,
+    reserved_word,
+    strange_character,
+)

@@ -1,0 +1,114 @@
+"""Text to tree: Lark's LALR parser, its tables cached between runs, and recovery after an error."""
+
+import os
+import sys
+import tempfile
+import threading
+from functools import cache
+from hashlib import sha256
+from importlib.resources import files
+from pathlib import Path
+
+from lark import Lark, Token, Tree
+from lark import __version__ as lark_version
+from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
+
+from cortex_dsl.diagnostics import Diagnostic
+from cortex_dsl.source import Source, Span
+from cortex_dsl.syntax import errors
+from cortex_dsl.syntax.layout import Indenter, Layout, lay_out
+from cortex_dsl.syntax.limits import MAX_ERRORS
+from cortex_dsl.syntax.messages import explain
+from cortex_dsl.syntax.recovery import resume_after
+
+_LOCK = threading.Lock()
+"""The post-lexer belongs to the one parser, so texts are parsed one at a time."""
+
+
+def read_tree(source: Source) -> tuple[Tree[Token] | None, list[Diagnostic]]:
+    """The tree of a text and every error found in it; None where there is nothing to build a tree from.
+
+    After errors the tree has `pass` or an empty condition in the place of what could not be read.
+    """
+    layout = lay_out(source.text)
+    diagnostics = list(layout.diagnostics)
+    if layout.hopeless:
+        return None, diagnostics
+    with _LOCK:
+        return _run(source, layout, diagnostics)
+
+
+def _run(source: Source, layout: Layout, diagnostics: list[Diagnostic]) -> tuple[Tree[Token] | None, list[Diagnostic]]:
+    lark, indenter = _parser()
+    indenter.begin(layout)
+    run = lark.parse_interactive(source.text)
+    while True:
+        try:
+            run.exhaust_lexer()
+            return run.feed_eof(), diagnostics
+        except UnexpectedInput as error:
+            offset = _offset(error, len(source.text))
+            index = layout.line_at(offset)
+            if not (layout.lines and layout.lines[index].broken):
+                diagnostics.append(explain(source, layout, index, offset, frozenset(run.accepts())))
+            if len(diagnostics) >= MAX_ERRORS:
+                return None, [*diagnostics, _too_many(layout, index)]
+            if not resume_after(run, indenter, index):
+                return None, diagnostics
+
+
+def _too_many(layout: Layout, index: int) -> Diagnostic:
+    end = layout.lines[index].end
+    return errors.TOO_MANY.at(
+        Span(end, end),
+        f"more than {MAX_ERRORS} errors: the rest of the file was not read",
+        reason=errors.TOO_MANY.why,
+        cure="mend the first ones and try again",
+    )
+
+
+def _offset(error: UnexpectedInput, end: int) -> int:
+    """Where the error was met, as an offset into the text."""
+    if isinstance(error, UnexpectedCharacters):
+        return error.pos_in_stream or 0
+    if isinstance(error, UnexpectedToken) and error.token.type != "$END":
+        return error.token.start_pos or 0
+    return end
+
+
+@cache
+def _parser() -> tuple[Lark, Indenter]:
+    """The parser and its post-lexer, from the cache of an earlier run if there is one."""
+    grammar = (files("grammar") / "cortex.lark").read_text(encoding="utf-8")
+    indenter = Indenter()
+    key = sha256("\0".join((grammar, lark_version, sys.version)).encode()).hexdigest()[:24]
+    lark = Lark(
+        grammar,
+        parser="lalr",
+        lexer="contextual",
+        propagate_positions=True,
+        maybe_placeholders=True,
+        postlex=indenter,
+        cache=_cache_file(f"grammar-{key}.lark") or False,
+    )
+    return lark, indenter
+
+
+def _cache_file(name: str) -> str | None:
+    """Path of a file in the user's cache, or None where nothing can be written."""
+    try:
+        folder = cache_folder()
+        folder.mkdir(parents=True, exist_ok=True)
+        if not os.access(folder, os.W_OK):
+            raise PermissionError
+    except (OSError, RuntimeError):
+        return None
+    return str(folder / name)
+
+
+def cache_folder() -> Path:
+    """Where this program keeps what it can make again: `$CORTEXC_CACHE`, or `cortexc` in the user's cache."""
+    if chosen := os.environ.get("CORTEXC_CACHE"):
+        return Path(chosen)
+    root = os.environ.get("XDG_CACHE_HOME")
+    return (Path(root) if root else Path.home() / ".cache") / "cortexc"

@@ -1,0 +1,84 @@
+"""From a path to a `Source`: what is in the file is checked here, whether there is a file is the caller's business."""
+
+import re
+from pathlib import Path
+from typing import NoReturn
+
+from cortex_dsl.diagnostics import CompileError, Diagnostic
+from cortex_dsl.source import Source, Span
+from cortex_dsl.syntax import errors
+from cortex_dsl.syntax.limits import MAX_BYTES
+
+_NOTHING = re.compile(r"(?:\s|\ufeff|#[^\n]*(?:\n|\Z))*\Z")
+
+
+def read_source(path: str | Path) -> Source:
+    """The text of a file under the name by which it was asked for.
+
+    Raises:
+        CompileError: the content is no text in UTF-8, is empty, or is too large.
+        OSError: there is no such file, it is a directory, or it may not be read.
+    """
+    with Path(path).open("rb") as file:
+        content = file.read(MAX_BYTES + 1)
+    return decode(str(path), content)
+
+
+def decode(name: str, content: bytes) -> Source:
+    """The text that a file's bytes are.
+
+    Raises:
+        CompileError: as `read_source`.
+    """
+    if len(content) > MAX_BYTES:
+        _refuse(
+            Source(name, ""),
+            errors.LARGE_FILE.at(
+                Span(0, 0),
+                f"this file is larger than {MAX_BYTES >> 20} MiB",
+                reason=errors.LARGE_FILE.why,
+                cure="check whether it is a scenario at all, or split it",
+            ),
+        )
+    if b"\0" in content:
+        _refuse(
+            Source(name, ""),
+            errors.BINARY_FILE.at(
+                Span(0, 0),
+                "this is not a text file",
+                reason=f"byte {content.index(0)} is zero",
+                cure="give a `.scn` file; if this is one, save it as UTF-8 (not UTF-16)",
+            ),
+        )
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as bad:
+        _refuse(*_wrong_encoding(name, content, bad))
+    if _NOTHING.match(text):
+        _refuse(
+            Source(name, text),
+            errors.EMPTY_FILE.at(
+                Span(0, 0),
+                "this file has no statements",
+                reason=errors.EMPTY_FILE.why,
+                cure="begin with `map intersection(ways=4)` and `ego = new Car at …`",
+            ),
+        )
+    return Source(name, text)
+
+
+def _wrong_encoding(name: str, content: bytes, bad: UnicodeDecodeError) -> tuple[Source, Diagnostic]:
+    """The text with a replacement character for what cannot be read, and the place of the first."""
+    source = Source(name, content.decode("utf-8", errors="replace"))
+    start = len(content[: bad.start].decode("utf-8"))
+    return source, errors.WRONG_ENCODING.at(
+        Span(start, start + 1),
+        "this file is not UTF-8",
+        f"byte 0x{content[bad.start]:02x}",
+        reason=errors.WRONG_ENCODING.why,
+        cure="save it as UTF-8",
+    )
+
+
+def _refuse(source: Source, diagnostic: Diagnostic) -> NoReturn:
+    raise CompileError(source, [diagnostic])

@@ -1,0 +1,67 @@
+"""Going on after a syntax error: the rest of the line is skipped and something harmless stands in its place."""
+
+from lark.lexer import LexerState
+from lark.parsers.lalr_interactive_parser import InteractiveParser
+
+from cortex_dsl.syntax.layout import Indenter, synthetic
+from cortex_dsl.syntax.later import BLOCKS as LATER_BLOCKS
+
+_CONDITION = ("CONSTANT", "COLON")
+_HEADS = {
+    "elif": ("_ELIF", *_CONDITION),
+    "else": ("_ELSE", "COLON"),
+    "interrupt": ("_INTERRUPT_WHEN", *_CONDITION),
+    "try": ("_TRY", "COLON"),
+}
+_ANY_HEAD = ("_WHILE", *_CONDITION)
+"""`while` and not `if`, which may also stand inside an expression."""
+
+
+def resume_after(run: InteractiveParser, indenter: Indenter, index: int) -> bool:
+    """Bring the parser to the end of line `index`; False if there is no way to go on."""
+    if index <= indenter.resumed:
+        return False
+    layout, line = indenter.layout, indenter.layout.lines[index]
+    if line.word in LATER_BLOCKS:
+        last = layout.block_end(index)
+        indenter.levels[index : last + 1] = [indenter.levels[index]] * (last + 1 - index)
+        stand_in, index = ("_PASS",), last
+    else:
+        has_block = layout.block_end(index) > index or index in layout.hollow
+        stand_in = _stand_in(line.word, has_block)
+    for kinds in (stand_in, _ANY_HEAD if stand_in[-1] == "COLON" else ("_PASS",)):
+        if _unwind(run, kinds[0]):
+            break
+    else:
+        return False
+    for kind in kinds:
+        run.feed_token(synthetic(kind, line.start))
+    indenter.resumed = index
+    _move_to(run.lexer_thread.state, layout.lines[index].stop)
+    return True
+
+
+def _stand_in(word: str, has_block: bool) -> tuple[str, ...]:
+    """Kinds of the tokens that replace a line."""
+    if has_block:
+        return _HEADS.get(word, _ANY_HEAD)
+    return (*_HEADS[word], "_PASS") if word in _HEADS else ("_PASS",)
+
+
+def _unwind(run: InteractiveParser, kind: str) -> bool:
+    """Forget what was half read, down to where a token of this kind may stand."""
+    state = run.parser_state
+    states = state.parse_conf.states
+    depth = len(state.state_stack)
+    while depth and kind not in states[state.state_stack[depth - 1]]:
+        depth -= 1
+    if not depth:
+        return False
+    del state.state_stack[depth:]
+    del state.value_stack[depth - 1 :]
+    return True
+
+
+def _move_to(state: LexerState, offset: int) -> None:
+    state.line_ctr.char_pos = offset
+    state.last_token = None

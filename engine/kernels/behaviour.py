@@ -1,0 +1,160 @@
+"""The interpreter of step code: one turn of one actor, or one termination rule, at the current sample.
+
+Behaviours are coroutines made of blocks. A block is a stretch of code with a resume row of its own, -1 while it is not
+running; `YIELD` ends the turn and notes where its block goes on. A `try` is a row that each turn comes back to: it
+asks its handlers, last one first, whether they are running or should start, and resumes the first that is, else the
+body. Nothing here sees the effect of what another actor does in the same sample: states are those of the sample,
+commands take effect in the step that follows.
+"""
+
+from typing import NamedTuple
+
+from engine.kernels.evaluate import evaluate
+from engine.kernels.inline import inlined
+from engine.kernels.path import path_project, path_project_near
+from engine.kernels.philox import ATTEMPT_CHANNEL, open_stream, uniform
+from engine.kernels.stage import Plan, Run, Slot, Status, column_of, outline_of
+from engine.kernels.steering import pedals_towards, planned_speed, steer_along, turn_along
+from engine.kernels.view import View, sees
+from engine.vocabulary import ActorKind, Column, Command, Op, Purpose, State
+
+YIELDED, HALTED, RULE_TRIGGERED, SEGMENT_ENDED, OUT_OF_BUDGET = range(5)
+"""How a turn ended."""
+
+
+class Turn(NamedTuple):
+    """How a turn ended, and for a rule its number, out of budget the row."""
+
+    signal: int
+    detail: int
+
+
+@inlined
+def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
+    """Run step code from a row on until the turn is over. Inlined into its caller: call it in one place.
+
+    `actor` is who acts; it has no meaning for a rule, whose code neither follows nor commands.
+    """
+    code, registers = plan.code, run.registers
+    sample = run.status[Status.SAMPLE]
+    signal, detail = OUT_OF_BUDGET, -1
+    for _ in range(plan.layout.budget):
+        op, dst, a, b = code[row, 0], code[row, 1], code[row, 2], code[row, 3]
+        row += 1
+        if op < Op.STATE:
+            evaluate(op, dst, a, b, code[row - 1, 4], registers, plan.pool, plan.road)
+        elif op == Op.STATE:
+            registers[dst] = run.states[sample, a, b]
+        elif op == Op.TIME:
+            registers[dst] = sample * plan.layout.time_step
+        elif op == Op.RANDOM:
+            registers[dst] = _draw(run)
+        elif op == Op.WITHIN:
+            registers[dst] = 1.0 if _within(plan, run, sample, a, registers[b]) else 0.0
+        elif op == Op.JUMP:
+            row = a
+        elif op == Op.JUMP_UNLESS:
+            if not abs(registers[a]) > 0.0:  # NaN is not true
+                row = b
+        elif op == Op.JUMP_IF_RUNNING:
+            if run.resume[a] >= 0:
+                row = b
+        elif op == Op.SET_RESUME:
+            run.resume[a] = b
+        elif op == Op.RESUME:
+            row = run.resume[a]
+        elif op == Op.YIELD:
+            run.resume[a] = row
+            signal = YIELDED
+            break
+        elif op == Op.COMMAND:
+            _command(run, actor, a, registers[b])
+        elif op == Op.FOLLOW:
+            if _follow(plan, run, sample, actor, dst, int(registers[a]), registers[b], registers[code[row - 1, 4]]):
+                row = code[row - 1, 5]
+        elif op == Op.HOLD_SPEED:
+            _hold_speed(plan, run, sample, actor, registers[a])
+        elif op == Op.TERMINATE:
+            signal, detail = RULE_TRIGGERED, a
+            break
+        elif op == Op.HALT:
+            signal = HALTED
+            break
+        else:
+            signal = SEGMENT_ENDED
+            break
+    return Turn(signal, row if signal == OUT_OF_BUDGET else detail)
+
+
+@inlined
+def _draw(run: Run) -> float:
+    """The next uniform number of the scene's behaviour stream."""
+    number = run.status[Status.DRAWS]
+    run.status[Status.DRAWS] = number + 1
+    return uniform(open_stream(run.key, Purpose.BEHAVIOUR, ATTEMPT_CHANNEL), number)
+
+
+@inlined
+def _within(plan: Plan, run: Run, sample: int, me: int, distance: float) -> bool:
+    """withinDistanceToAnyObjs: whether a present actor's centre is nearer than `distance` and `me` sees it."""
+    states = run.states
+    x, y = states[sample, me, State.X], states[sample, me, State.Y]
+    for other in range(states.shape[1]):
+        if other == me or states[sample, other, State.PRESENT] == 0.0:
+            continue
+        dx, dy = states[sample, other, State.X] - x, states[sample, other, State.Y] - y
+        if distance > 0.0 and dx * dx + dy * dy < distance * distance:
+            angle = column_of(plan, run, me, Column.VIEW_ANGLE)
+            radius = column_of(plan, run, me, Column.VIEW_DISTANCE)
+            view = View(x, y, states[sample, me, State.HEADING], angle, radius)
+            if sees(view, outline_of(plan, run, sample, other)):
+                return True
+    return False
+
+
+@inlined
+def _command(run: Run, actor: int, command: int, value: float) -> None:
+    if command == Command.THROTTLE:
+        run.actors[actor, Slot.THROTTLE] = value
+    elif command == Command.BRAKE:
+        run.actors[actor, Slot.BRAKE] = value
+    elif command == Command.STEER:
+        run.actors[actor, Slot.STEER] = value
+    else:
+        run.actors[actor, Slot.SET_SPEED] = value
+
+
+@inlined
+def _follow(
+    plan: Plan, run: Run, sample: int, actor: int, progress: int, path: int, target_speed: float, max_lateral: float
+) -> bool:
+    """Steer and pedal along a path; true when the outline's centre has come to its end, and nothing is commanded."""
+    x, y = run.actors[actor, Slot.REAR_X], run.actors[actor, Slot.REAR_Y]
+    heading, speed = run.states[sample, actor, State.HEADING], run.states[sample, actor, State.SPEED]
+    guess = run.registers[progress]
+    if not guess >= 0.0:
+        guess = path_project(plan.road, path, x, y)
+    point = path_project_near(plan.road, path, x, y, guess)
+    run.registers[progress] = point.s
+    if point.s + column_of(plan, run, actor, Column.REAR_TO_CENTER) >= plan.road.path_length[path]:
+        run.actors[actor, Slot.ROUTE_DONE] = 1.0
+        return True
+    if plan.kinds[actor] == ActorKind.PEDESTRIAN:
+        run.actors[actor, Slot.STEER] = turn_along(point, heading)
+        _hold_speed(plan, run, sample, actor, target_speed)
+        return False
+    wheelbase = column_of(plan, run, actor, Column.WHEELBASE)
+    run.actors[actor, Slot.STEER] = steer_along(plan.road, path, point, heading, speed, wheelbase)
+    target = planned_speed(plan.road, path, point.s, speed, target_speed, max_lateral)
+    _hold_speed(plan, run, sample, actor, target)
+    return False
+
+
+@inlined
+def _hold_speed(plan: Plan, run: Run, sample: int, actor: int, target_speed: float) -> None:
+    max_acceleration = column_of(plan, run, actor, Column.MAX_ACCELERATION)
+    max_braking = column_of(plan, run, actor, Column.MAX_BRAKING)
+    speed = run.states[sample, actor, State.SPEED]
+    pedals = pedals_towards(target_speed, speed, max_acceleration, max_braking)
+    run.actors[actor, Slot.THROTTLE] = pedals.throttle
+    run.actors[actor, Slot.BRAKE] = pedals.brake

@@ -1,0 +1,170 @@
+"""`@kernel`: the one decorator of all compiled functions, and the cache that makes them start at once.
+
+numba's own cache notices an edit only in the file of the function itself. A kernel that calls, or takes an enum value
+from, another file would go on with old physics. So the cache folder is named by a hash of every source that a kernel
+may depend on: any edit leads to another folder, and folders long out of use are removed.
+"""
+
+import contextlib
+import hashlib
+import os
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
+
+try:
+    import fcntl
+except ImportError:  # Windows has no advisory locks of this kind
+    fcntl = None
+
+ENVIRONMENT_VARIABLE = "CORTEXC_CACHE"
+KEPT_FOLDERS = 8
+"""How many folders of other versions stay: several checkouts may share one user's cache."""
+IN_USE = 600.0
+"""A folder used more recently than this is never removed [s]: another process may be compiling into it."""
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def kernel(function: Function) -> Function:
+    """Compile a function on its first call: without the GIL, without fastmath, x / 0 = inf, cached on disk.
+
+    With NUMBA_DISABLE_JIT=1 in the environment it stays plain Python.
+    """
+    dispatcher = cast("Any", numba.njit(nogil=True, error_model="numpy", fastmath=False)(function))
+    if hasattr(dispatcher, "enable_caching"):
+        dispatcher._cache = _KernelCache(function)
+    return cast("Function", dispatcher)
+
+
+def kernels_are_cached() -> bool:
+    """Whether an earlier process compiled kernels of exactly this version: if not, the first calls take seconds."""
+    return any(cache_folder().glob("*/*.nbi"))
+
+
+@cache
+def cache_folder() -> Path:
+    """The folder for compiled kernels of this version: existing, writable, ours."""
+    name = f"numba-{source_hash()}"
+    for root in (*_chosen_roots(), _temporary_root()):
+        folder = root / name
+        if _is_writable(folder) and (root != _temporary_root() or _is_ours(root)):
+            _remove_old_folders(root, folder)
+            return folder
+    return Path(tempfile.mkdtemp(prefix="cortexc-")) / name
+
+
+@cache
+def source_hash() -> str:
+    """Hash of all sources that a compiled kernel may depend on."""
+    here = Path(__file__).parent
+    digest = hashlib.sha256()
+    for path in (*sorted(here.glob("*.py")), here.parent / "vocabulary.py", here.parent / "tables.py"):
+        digest.update(path.name.encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _chosen_roots() -> Iterator[Path]:
+    if chosen := os.environ.get(ENVIRONMENT_VARIABLE):
+        yield Path(chosen)
+    if base := os.environ.get("XDG_CACHE_HOME"):
+        yield Path(base) / "cortexc"
+    with contextlib.suppress(RuntimeError):  # no home directory
+        yield Path.home() / ".cache" / "cortexc"
+
+
+def _temporary_root() -> Path:
+    user = os.getuid() if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
+    return Path(tempfile.gettempdir()) / f"cortexc-{user}"
+
+
+def _is_writable(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+        os.utime(folder)
+    except OSError:
+        return False
+    return True
+
+
+def _is_ours(folder: Path) -> bool:
+    """Whether no other user made or may write this folder: compiled kernels in it are code that will be run."""
+    status = folder.lstat()
+    return not hasattr(os, "getuid") or (status.st_uid == os.getuid() and not status.st_mode & 0o022)
+
+
+def _remove_old_folders(root: Path, current: Path) -> None:
+    """Keep the most recently used folders of other versions and those in use; remove the rest."""
+    with contextlib.suppress(OSError):
+        others = [(path.stat().st_mtime, path) for path in root.glob("numba-*") if path != current]
+        for used, path in sorted(others, reverse=True)[KEPT_FOLDERS:]:
+            if time.time() - used > IN_USE:
+                shutil.rmtree(path, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def _exclusive(folder: Path) -> Iterator[None]:
+    """Let one process at a time write: numba's index and data files are two files and not written as one."""
+    if fcntl is None:
+        yield
+        return
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+class _Locator(UserProvidedCacheLocator):
+    """Places a kernel's files in `cache_folder()`, one subfolder per source folder (checkouts of equal text differ)."""
+
+    def __init__(self, py_func: Callable[..., Any], py_file: str) -> None:
+        self._py_file = py_file
+        self._lineno = py_func.__code__.co_firstlineno
+        self._cache_path = str(cache_folder() / self.get_suitable_cache_subpath(py_file))
+
+    @classmethod
+    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> "_Locator":
+        return cls(py_func, py_file)
+
+
+class _CacheImplementation(CompileResultCacheImpl):
+    _locator_classes = [_Locator]  # noqa: RUF012 (numba's own attribute)
+
+
+class _KernelCache(FunctionCache):
+    """numba's cache, for which a full disk, a vanished folder or a broken file is a miss and not an error."""
+
+    _impl_class = _CacheImplementation
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        # A truncated pickle raises nearly any exception; what it costs is one compilation, never a wrong kernel.
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception as error:
+            _log(f"kernel cache not read: {error!r}")
+            with contextlib.suppress(OSError):
+                self.flush()
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        try:
+            Path(self.cache_path).mkdir(parents=True, exist_ok=True)
+            with _exclusive(Path(self.cache_path)):
+                super().save_overload(sig, data)
+        except OSError as error:
+            _log(f"kernel cache not written: {error!r}")
+
+
+def _log(message: str) -> None:
+    if os.environ.get("NUMBA_DEBUG_CACHE"):
+        print(message, file=sys.stderr)  # noqa: T201

@@ -1,0 +1,182 @@
+"""Regions and lanes: inside, distance, containment of an outline, uniform sampling, the nearest lane.
+
+A region is a set of edges; inside is decided by the even-odd rule. Rectangles known to lie inside (`RoadTables.cores`)
+answer most questions first: nearly all of a road is two bands that cross. Rows of `RoadTables.hull` are `x1, y1, x2,
+y2, shared, ux, uy, length`: an edge of the convex hull, whether the region has it too, its unit direction and length.
+What is asked in inner loops is copied into its caller: handing on an array costs more than the whole answer.
+"""
+
+import math
+from typing import NamedTuple
+
+from engine.kernels.inline import inlined
+from engine.kernels.jit import kernel
+from engine.kernels.path import _pose, _project
+from engine.tables import Floats, RoadTables
+
+X1, Y1, X2, Y2, SHARED, UX, UY, LENGTH = range(8)
+"""Columns of a hull edge; a region edge has the first four."""
+
+
+class RegionPoint(NamedTuple):
+    x: float
+    y: float
+
+
+@inlined
+def region_contains(road: RoadTables, region: int, x: float, y: float) -> bool:
+    """Whether (x, y) lies in the region."""
+    if _in_core(road.cores, road.core_start[region], road.core_start[region + 1], x, y, 0.0, 0.0):
+        return True
+    return _contains(road.edges, road.region_start[region], road.region_start[region + 1], x, y)
+
+
+@inlined
+def region_distance(road: RoadTables, region: int, x: float, y: float) -> float:
+    """Distance from (x, y) to the region; 0 inside [m].
+
+    The hull holds the region, so nothing of the region is nearer than the hull. Where the hull's nearest point lies on
+    an edge that both share, it is the region's nearest point too. A car in the approach of a junction is in that case:
+    the stop line is such an edge. Otherwise every edge is tried.
+    """
+    distance = _hull_distance(road.hull, road.hull_start[region], road.hull_start[region + 1], x, y)
+    if distance >= 0.0:
+        return distance
+    if _in_core(road.cores, road.core_start[region], road.core_start[region + 1], x, y, 0.0, 0.0):
+        return 0.0
+    return _polygon_distance(road.edges, road.region_start[region], road.region_start[region + 1], x, y)
+
+
+@inlined
+def region_contains_box(
+    road: RoadTables, region: int, x: float, y: float, heading: float, length: float, width: float
+) -> bool:
+    """Whether the whole outline (centre x, y) lies in the region."""
+    cos, sin = math.cos(heading), math.sin(heading)
+    reach_x = 0.5 * (length * abs(cos) + width * abs(sin))
+    reach_y = 0.5 * (length * abs(sin) + width * abs(cos))
+    if _in_core(road.cores, road.core_start[region], road.core_start[region + 1], x, y, reach_x, reach_y):
+        return True
+    start, end = road.region_start[region], road.region_start[region + 1]
+    return _contains_box(road.edges, start, end, x, y, cos, sin, 0.5 * length, 0.5 * width)
+
+
+@inlined
+def region_sample(road: RoadTables, region: int, u1: float, u2: float) -> RegionPoint:
+    """Point uniform by area from two uniform numbers in [0, 1)."""
+    return _sample(road.triangles, road.triangle_start[region], road.triangle_start[region + 1], u1, u2)
+
+
+@kernel
+def lane_nearest(road: RoadTables, x: float, y: float, heading: float) -> int:
+    """The lane whose centre line is nearest.
+
+    With a heading (not NaN) a lane that runs across it counts one width farther off, one that runs against it two.
+    """
+    best, best_cost = 0, math.inf
+    for lane in range(len(road.lane_path)):
+        path = int(road.lane_path[lane])
+        first, last = int(road.path_start[path]), int(road.path_start[path + 1])
+        s, cost = _project(road.primitives, first, last, x, y)
+        if cost < best_cost and not math.isnan(heading):
+            turn = _pose(road.primitives, first, last, s).heading - heading
+            cost += road.lane_width[lane] * (1.0 - math.cos(turn))
+        if cost < best_cost:
+            best, best_cost = lane, cost
+    return best
+
+
+@kernel
+def _contains(edges: Floats, start: int, end: int, x: float, y: float) -> bool:
+    inside = False
+    for i in range(start, end):
+        y1, y2 = edges[i, Y1], edges[i, Y2]
+        if (y1 > y) != (y2 > y) and edges[i, X1] + (y - y1) * (edges[i, X2] - edges[i, X1]) / (y2 - y1) > x:
+            inside = not inside
+    return inside
+
+
+@inlined
+def _in_core(cores: Floats, start: int, end: int, x: float, y: float, reach_x: float, reach_y: float) -> bool:
+    """Whether one of the rectangles holds everything within the reaches of (x, y)."""
+    for i in range(start, end):
+        wide = cores[i, X1] <= x - reach_x and x + reach_x <= cores[i, X2]
+        if wide and cores[i, Y1] <= y - reach_y and y + reach_y <= cores[i, Y2]:
+            return True
+    return False
+
+
+@inlined
+def _hull_distance(hull: Floats, start: int, end: int, x: float, y: float) -> float:
+    """Distance to the hull where the nearest point lies on a shared edge, else -1.
+
+    A point straight out from the inside of an edge has its nearest point of a convex area on that edge, and no other
+    edge need be asked; shared edges come first.
+    """
+    for i in range(start, end):
+        if hull[i, SHARED] == 0.0:
+            break
+        dx, dy = x - hull[i, X1], y - hull[i, Y1]
+        out = dx * hull[i, UY] - dy * hull[i, UX]
+        along = dx * hull[i, UX] + dy * hull[i, UY]
+        if out >= 0.0 and 0.0 <= along <= hull[i, LENGTH]:
+            return out
+    return -1.0
+
+
+@kernel
+def _polygon_distance(edges: Floats, start: int, end: int, x: float, y: float) -> float:
+    if _contains(edges, start, end, x, y):
+        return 0.0
+    best = math.inf
+    for i in range(start, end):
+        ex, ey = edges[i, X2] - edges[i, X1], edges[i, Y2] - edges[i, Y1]
+        dx, dy = x - edges[i, X1], y - edges[i, Y1]
+        along = min(max((dx * ex + dy * ey) / (ex * ex + ey * ey), 0.0), 1.0)
+        best = min(best, (dx - along * ex) ** 2 + (dy - along * ey) ** 2)
+    return math.sqrt(best)
+
+
+@kernel
+def _contains_box(
+    edges: Floats, start: int, end: int, x: float, y: float, cos: float, sin: float, a: float, b: float
+) -> bool:
+    """The centre is inside and no boundary edge enters the box of half length `a` and half width `b`."""
+    for i in range(start, end):
+        dx1, dy1 = edges[i, X1] - x, edges[i, Y1] - y
+        dx2, dy2 = edges[i, X2] - x, edges[i, Y2] - y
+        x1, y1 = dx1 * cos + dy1 * sin, dy1 * cos - dx1 * sin
+        x2, y2 = dx2 * cos + dy2 * sin, dy2 * cos - dx2 * sin
+        if _segment_enters(x1, y1, x2, y2, a, b):
+            return False
+    return _contains(edges, start, end, x, y)
+
+
+@inlined
+def _segment_enters(x1: float, y1: float, x2: float, y2: float, a: float, b: float) -> bool:
+    """Whether a segment has a point inside the box |x| < a, |y| < b (separating axes; touching is outside)."""
+    if min(x1, x2) >= a or max(x1, x2) <= -a or min(y1, y2) >= b or max(y1, y2) <= -b:
+        return False
+    dx, dy = x2 - x1, y2 - y1
+    return abs(x1 * dy - y1 * dx) < a * abs(dy) + b * abs(dx)
+
+
+@inlined
+def _sample(triangles: Floats, start: int, end: int, u1: float, u2: float) -> RegionPoint:
+    """The triangle by its share of the area; what is left of `u1` places the point in it."""
+    low, high = start, end - 1
+    while low < high:
+        middle = (low + high) // 2
+        if u1 < triangles[middle, 0]:
+            high = middle
+        else:
+            low = middle + 1
+    before = triangles[low - 1, 0] if low > start else 0.0
+    a, b = (u1 - before) / (triangles[low, 0] - before), u2
+    if a + b > 1.0:  # the far half of the parallelogram, folded back
+        a, b = 1.0 - a, 1.0 - b
+    x, y = triangles[low, 1], triangles[low, 2]
+    return RegionPoint(
+        x + a * (triangles[low, 3] - x) + b * (triangles[low, 5] - x),
+        y + a * (triangles[low, 4] - y) + b * (triangles[low, 6] - y),
+    )

@@ -1,0 +1,274 @@
+"""One run, sample by sample: the one definition of a step, for every host.
+
+At sample k (1) the state is on record, (2) termination rules and the time limit are tested, (3) behaviours act in the
+order of their actors, (4) unless one of these ended the run, everything steps, and first contact is searched for in
+(t_k, t_k+1]. Between samples a centre and its heading move linearly.
+
+How a host uses it:
+
+    plan = engine.runs.plan(program, config)            # once a program
+    run = engine.runs.memory(plan, samples)             # once a thread; `samples` rows of record
+    begin(plan, run, variant, values, key)              # once a scene
+    advance(plan, run, until)                           # to contact, end, or sample `until`
+
+`run.status` then tells where the run stands (`stage.Status`), `run.states[: sample + 1]` is its record. At first
+contact in (t_k, t_k+1] the current sample is k + 1: its row holds where everybody would be had nothing touched.
+
+What contact physics does afterwards is not scored. A world host marks the bodies that it has taken over
+(`run.actors[i, Slot.FREE] = 1`), writes their states into the current row, and calls `carry_on(plan, run)` once for
+each further sample: all others go on behaving and stepping, free bodies do neither, and their next rows are left for
+the host to write.
+"""
+
+import math
+
+from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, SEGMENT_ENDED, Turn, interpret
+from engine.kernels.bicycle import Demand, Motion, clip, drive, stand, walk
+from engine.kernels.geometry import circles_apart, first_contact
+from engine.kernels.inline import inlined
+from engine.kernels.jit import kernel
+from engine.kernels.region import region_contains
+from engine.kernels.stage import NO_SPEED, RUNNING, Plan, Run, Slot, Status, column_of, outline_of, vehicle_of
+from engine.tables import ROAD_REGION, Floats, Ints
+from engine.vocabulary import ActorKind, Column, EndReason, State
+
+
+@kernel
+def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints) -> None:
+    """Set up a scene: its variant, its values (n_values,) and its stream key (6,). Literals are in place already."""
+    for i in range(plan.variant_values.shape[1]):
+        run.registers[plan.layout.variant_values + i] = plan.variant_values[variant, i]
+    for i in range(len(values)):
+        run.registers[plan.layout.scene_values + i] = values[i]
+    run.registers[plan.layout.locals :] = 0.0
+    for i in range(len(key)):
+        run.key[i] = key[i]
+    run.resume[:] = -1
+    run.status[:] = -1
+    run.status[Status.SAMPLE] = 0
+    run.status[Status.DRAWS] = 0
+    template = plan.variant_template[variant]
+    run.status[Status.TEMPLATE] = template
+    run.end[0], run.end[1] = 0.0, 0.0
+    for actor in range(len(plan.kinds)):
+        run.resume[plan.main_blocks[template, actor]] = plan.entries[template, actor]
+        _place(plan, run, actor)
+
+
+@inlined
+def _place(plan: Plan, run: Run, actor: int) -> None:
+    """An actor where its scene puts it; nobody starts backwards."""
+    run.states[0, actor, :] = 0.0
+    x, y = column_of(plan, run, actor, Column.X), column_of(plan, run, actor, Column.Y)
+    heading = column_of(plan, run, actor, Column.HEADING)
+    speed = clip(column_of(plan, run, actor, Column.SPEED), 0.0, plan.limits[actor, 1])
+    run.states[0, actor, State.X] = x
+    run.states[0, actor, State.Y] = y
+    run.states[0, actor, State.HEADING] = heading
+    run.states[0, actor, State.SPEED] = speed
+    run.states[0, actor, State.PRESENT] = 1.0
+    to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
+    run.actors[actor, :] = 0.0
+    run.actors[actor, Slot.REAR_X] = x - to_center * math.cos(heading)
+    run.actors[actor, Slot.REAR_Y] = y - to_center * math.sin(heading)
+    run.actors[actor, Slot.LEFT_ROAD] = math.nan
+
+
+@kernel
+def advance(plan: Plan, run: Run, until: int) -> None:
+    """Run on to first contact, to the end, or to sample `until`, whichever comes first."""
+    while run.status[Status.END] == RUNNING and run.status[Status.SAMPLE] < until:
+        _take_turns(plan, run, True)
+        if run.status[Status.END] == RUNNING:
+            _step(plan, run)
+            _search_contact(plan, run)
+            run.status[Status.SAMPLE] += 1
+
+
+@kernel
+def carry_on(plan: Plan, run: Run) -> None:
+    """One more sample after the end of the scored run: no rules, no contact search, free bodies left alone."""
+    _take_turns(plan, run, False)
+    _step(plan, run)
+    run.status[Status.SAMPLE] += 1
+
+
+@inlined
+def _end(plan: Plan, run: Run, reason: int, detail: int, part_of_step: float) -> None:
+    run.status[Status.END] = reason
+    run.status[Status.DETAIL] = detail
+    run.end[0] = (run.status[Status.SAMPLE] + part_of_step) * plan.layout.time_step
+    run.end[1] = part_of_step
+
+
+# -- rules and behaviours ---------------------------------------------------------------------------------------------
+
+
+@inlined
+def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
+    """Test the rules, then let all actors act. Unscored, a run has no rules and nothing that a behaviour does ends it.
+
+    Rules and behaviours share one loop because the interpreter is copied to where it is called.
+    """
+    sample, template = run.status[Status.SAMPLE], run.status[Status.TEMPLATE]
+    rules = plan.rules.shape[1]
+    for turn in range(0 if scored else rules, rules + len(plan.kinds)):
+        actor = turn - rules
+        if actor == 0 and scored and sample >= plan.layout.last_sample:
+            _end(plan, run, EndReason.TIMEOUT, -1, 0.0)
+            return
+        row = plan.rules[template, turn, 0] if actor < 0 else _first_row(plan, run, sample, template, actor)
+        if row < 0:
+            continue
+        _settle(plan, run, template, turn, interpret(plan, run, actor, row), scored)
+        if scored and run.status[Status.END] != RUNNING:
+            return
+    if scored and _present_count(run, sample) < min(2, len(plan.kinds)):
+        _end(plan, run, EndReason.ALL_DONE, -1, 0.0)
+
+
+@inlined
+def _first_row(plan: Plan, run: Run, sample: int, template: int, actor: int) -> int:
+    """Where an actor's turn starts, -1 if it has none; pedals and speed last one step and are taken back here."""
+    run.actors[actor, Slot.THROTTLE] = 0.0
+    run.actors[actor, Slot.BRAKE] = 0.0
+    run.actors[actor, Slot.SET_SPEED] = NO_SPEED
+    if run.states[sample, actor, State.PRESENT] == 0.0 or run.actors[actor, Slot.FREE] != 0.0:
+        return -1
+    return run.resume[plan.main_blocks[template, actor]]
+
+
+@inlined
+def _settle(plan: Plan, run: Run, template: int, turn: int, result: Turn, scored: bool) -> None:
+    """Draw the consequences of how a rule or a turn ended."""
+    actor = turn - plan.rules.shape[1]
+    if result.signal == SEGMENT_ENDED and actor < 0:
+        if abs(run.registers[plan.rules[template, turn, 2]]) > 0.0:
+            _end(plan, run, EndReason.RULE, turn, 0.0)
+    elif result.signal == HALTED:
+        run.resume[plan.main_blocks[template, actor]] = -1
+        run.actors[actor, Slot.LEAVING] = run.actors[actor, Slot.ROUTE_DONE]
+    elif result.signal == RULE_TRIGGERED and scored:
+        _end(plan, run, EndReason.RULE, result.detail, 0.0)
+    elif result.signal == OUT_OF_BUDGET and scored:
+        _end(plan, run, EndReason.STUCK, result.detail, 0.0)
+
+
+@inlined
+def _present_count(run: Run, sample: int) -> int:
+    """Actors that will take part in the coming step."""
+    count = 0
+    for actor in range(run.states.shape[1]):
+        here = run.states[sample, actor, State.PRESENT] != 0.0 and run.actors[actor, Slot.LEAVING] == 0.0
+        count += 1 if here else 0
+    return count
+
+
+# -- motion -----------------------------------------------------------------------------------------------------------
+
+
+@inlined
+def _step(plan: Plan, run: Run) -> None:
+    """Write the next sample of everybody but free bodies."""
+    sample = run.status[Status.SAMPLE]
+    for actor in range(len(plan.kinds)):
+        if run.actors[actor, Slot.FREE] != 0.0:
+            continue
+        if run.states[sample, actor, State.PRESENT] == 0.0 or run.actors[actor, Slot.LEAVING] != 0.0:
+            for column in range(run.states.shape[2]):
+                run.states[sample + 1, actor, column] = run.states[sample, actor, column]
+            run.states[sample + 1, actor, State.PRESENT] = 0.0
+            continue
+        _watch_road(plan, run, sample, actor)
+        _move(plan, run, sample, actor)
+
+
+@inlined
+def _watch_road(plan: Plan, run: Run, sample: int, actor: int) -> None:
+    """Note when an actor's centre is first outside the road, at the samples from which it steps."""
+    if math.isnan(run.actors[actor, Slot.LEFT_ROAD]):
+        x, y = run.states[sample, actor, State.X], run.states[sample, actor, State.Y]
+        if not region_contains(plan.road, ROAD_REGION, x, y):
+            run.actors[actor, Slot.LEFT_ROAD] = sample * plan.layout.time_step
+
+
+@inlined
+def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
+    """One actor's step from what it was commanded to do."""
+    slots = run.actors
+    throttle, brake = clip(slots[actor, Slot.THROTTLE], 0.0, 1.0), clip(slots[actor, Slot.BRAKE], 0.0, 1.0)
+    vehicle = vehicle_of(plan, run, actor)
+    # Not `brake > 0`: a pedal that is NaN must break the run.
+    acceleration = -brake * vehicle.max_braking if brake != 0.0 else throttle * vehicle.max_acceleration
+    speed = run.states[sample, actor, State.SPEED]
+    if slots[actor, Slot.SET_SPEED] != NO_SPEED:
+        speed = clip(slots[actor, Slot.SET_SPEED], 0.0, vehicle.max_speed)
+    heading, steer = run.states[sample, actor, State.HEADING], run.states[sample, actor, State.STEER]
+    motion = Motion(slots[actor, Slot.REAR_X], slots[actor, Slot.REAR_Y], heading, speed, steer)
+    demand = Demand(acceleration, slots[actor, Slot.STEER])
+    kind = plan.kinds[actor]
+    if kind == ActorKind.OBSTACLE:
+        after = stand(motion)
+    elif kind == ActorKind.PEDESTRIAN:
+        after = walk(motion, demand, vehicle, plan.layout.time_step)
+        slots[actor, Slot.STEER] = 0.0  # a turn is made once, an angle of wheels stays
+    else:
+        after = drive(motion, demand, vehicle, plan.layout.time_step)
+    slots[actor, Slot.REAR_X], slots[actor, Slot.REAR_Y] = after.x, after.y
+    _record(plan, run, sample + 1, actor, after, (after.speed - speed) / plan.layout.time_step, throttle, brake)
+
+
+@inlined
+def _record(
+    plan: Plan, run: Run, sample: int, actor: int, after: Motion, acceleration: float, throttle: float, brake: float
+) -> None:
+    states = run.states
+    to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
+    states[sample, actor, State.X] = after.x + to_center * math.cos(after.heading)
+    states[sample, actor, State.Y] = after.y + to_center * math.sin(after.heading)
+    states[sample, actor, State.HEADING] = after.heading
+    states[sample, actor, State.SPEED] = after.speed
+    states[sample, actor, State.STEER] = after.steer
+    states[sample, actor, State.ACCELERATION] = acceleration
+    states[sample, actor, State.THROTTLE] = throttle
+    states[sample, actor, State.BRAKE] = brake
+    states[sample, actor, State.PRESENT] = 1.0
+
+
+# -- contact ----------------------------------------------------------------------------------------------------------
+
+
+@inlined
+def _search_contact(plan: Plan, run: Run) -> None:
+    """End the run at the first contact in this step; a state that became NaN ends it too. Ties: the lower pair."""
+    sample = run.status[Status.SAMPLE]
+    actors = len(plan.kinds)
+    first, first_one, first_other = 2.0, -1, -1
+    for one in range(actors):
+        if run.states[sample + 1, one, State.PRESENT] == 0.0:
+            continue
+        if not _is_finite(run, sample + 1, one):
+            _end(plan, run, EndReason.BROKEN, -1, 1.0)
+            return
+        for other in range(one + 1, actors):
+            if run.states[sample + 1, other, State.PRESENT] == 0.0:
+                continue
+            one_before, one_after = outline_of(plan, run, sample, one), outline_of(plan, run, sample + 1, one)
+            before, after = outline_of(plan, run, sample, other), outline_of(plan, run, sample + 1, other)
+            if circles_apart(one_before, one_after, before, after):
+                continue
+            part = first_contact(one_before, one_after, before, after)
+            if 0.0 <= part < first:
+                first, first_one, first_other = part, one, other
+    if first_one >= 0:
+        reason = EndReason.COLLISION if first_one == 0 else EndReason.OTHER_COLLISION
+        _end(plan, run, reason, -1, first)
+        run.status[Status.CONTACT_ONE] = first_one
+        run.status[Status.CONTACT_OTHER] = first_other
+
+
+@inlined
+def _is_finite(run: Run, sample: int, actor: int) -> bool:
+    states = run.states
+    position = states[sample, actor, State.X] + states[sample, actor, State.Y]
+    return math.isfinite(position + states[sample, actor, State.HEADING] + states[sample, actor, State.SPEED])

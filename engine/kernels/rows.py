@@ -1,0 +1,91 @@
+"""Many runs, one after another: rows of scenes to rows of outcomes."""
+
+from typing import NamedTuple
+
+from engine.kernels.jit import kernel
+from engine.kernels.measure import measure_pair
+from engine.kernels.rollout import advance, begin
+from engine.kernels.stage import COLUMNS, Plan, Run, Slot, Status
+from engine.tables import Floats, Ints
+from engine.vocabulary import Column, EndReason, Verdict
+
+
+class Requested(NamedTuple):
+    """The scenes to run; arrays of `engine.scenes.Scenes`."""
+
+    verdict: Ints
+    variant: Ints
+    values: Floats
+    keys: Ints
+
+
+class Results(NamedTuple):
+    """Where results go; the arrays of `engine.scenes.Outcomes` under their names there, filled for no result."""
+
+    verdict: Ints
+    collided: Ints
+    end_reason: Ints
+    end_rule: Ints
+    end_time: Floats
+    steps: Ints
+    min_distance: Floats
+    min_distance_time: Floats
+    max_closing_speed: Floats
+    max_closing_time: Floats
+    distance_at_ms: Floats
+    ttc_at_ms: Floats
+    left_road_time: Floats
+    contact_actors: Ints
+
+
+@kernel
+def simulate_rows(
+    plan: Plan, scenes: Requested, first: int, last: int, run: Run, outlines: Floats, out: Results
+) -> None:
+    """Run the valid scenes of rows `first` to `last` (exclusive). `outlines` (actors, 3) is working memory."""
+    for row in range(first, last):
+        if scenes.verdict[row] != Verdict.VALID:
+            continue
+        begin(plan, run, scenes.variant[row], scenes.values[row], scenes.keys[row])
+        advance(plan, run, plan.layout.last_sample + 1)
+        _note_end(run, row, out)
+        reason = run.status[Status.END]
+        if reason == EndReason.BROKEN or reason == EndReason.STUCK:
+            out.verdict[row] = Verdict.ERROR
+            continue
+        _measure(plan, run, scenes.values[row], row, outlines, out)
+
+
+@kernel
+def _note_end(run: Run, row: int, out: Results) -> None:
+    reason = run.status[Status.END]
+    out.end_reason[row] = reason
+    out.end_rule[row] = run.status[Status.DETAIL]
+    out.end_time[row] = run.end[0]
+    out.steps[row] = run.status[Status.SAMPLE]
+    out.collided[row] = reason == EndReason.COLLISION
+    out.contact_actors[row, 0] = run.status[Status.CONTACT_ONE]
+    out.contact_actors[row, 1] = run.status[Status.CONTACT_OTHER]
+    for actor in range(len(run.actors)):
+        out.left_road_time[row, actor] = run.actors[actor, Slot.LEFT_ROAD]
+
+
+@kernel
+def _measure(plan: Plan, run: Run, values: Floats, row: int, outlines: Floats, out: Results) -> None:
+    """Metrics of each pair (ego, other) over the samples up to contact or the end."""
+    for actor in range(len(plan.kinds)):
+        outlines[actor, 0] = values[actor * COLUMNS + Column.LENGTH]
+        outlines[actor, 1] = values[actor * COLUMNS + Column.WIDTH]
+        outlines[actor, 2] = values[actor * COLUMNS + Column.REAR_TO_CENTER]
+    touching = run.status[Status.CONTACT_OTHER] if run.status[Status.CONTACT_ONE] == 0 else -1
+    ending = run.end[1]
+    samples = run.status[Status.SAMPLE] + (0 if ending > 0.0 else 1)
+    for other in range(1, len(plan.kinds)):
+        metrics = measure_pair(run.states, samples, plan.layout.time_step, other, outlines, touching == other, ending)
+        pair = other - 1
+        out.min_distance[row, pair] = metrics.min_distance
+        out.min_distance_time[row, pair] = metrics.min_distance_time
+        out.max_closing_speed[row, pair] = metrics.max_closing_speed
+        out.max_closing_time[row, pair] = metrics.max_closing_time
+        out.distance_at_ms[row, pair] = metrics.distance_at_ms
+        out.ttc_at_ms[row, pair] = metrics.ttc_at_ms

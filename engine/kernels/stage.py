@@ -1,0 +1,154 @@
+"""What a run reads and what it writes: `Plan` is shared by all runs of a program, `Run` is the memory of one.
+
+Registers of step code: literals | variant values | scene values | locals | temporaries. The scene values begin with
+one block of `vocabulary.Column` per actor, so an actor's properties are read where behaviours read them too.
+"""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+from engine.kernels.bicycle import GRAVITY, Vehicle
+from engine.kernels.geometry import Box
+from engine.kernels.inline import inlined
+from engine.tables import Floats, Ints, RoadTables
+from engine.vocabulary import Column, State
+
+COLUMNS = len(Column)
+
+
+class Layout(NamedTuple):
+    """Where things lie in the registers, and the numbers that govern a run."""
+
+    variant_values: int
+    """First register of the variant values …"""
+    scene_values: int
+    """… of the scene values …"""
+    locals: int
+    """… and of the locals."""
+    time_step: float
+    """[s]"""
+    last_sample: int
+    """The sample at which the time limit ends a run."""
+    budget: int
+    """Instructions that one turn may take."""
+
+
+class Plan(NamedTuple):
+    """Everything about a program that its runs read; made by `engine.runs.plan`."""
+
+    code: Ints
+    """(n, 6) `CodeTables.step_code`."""
+    pool: Floats
+    variant_values: Floats
+    """(variants, n_variant_values)"""
+    variant_template: Ints
+    """(variants,)"""
+    entries: Ints
+    """(templates, actors) `CodeTables.behaviour_entry`."""
+    main_blocks: Ints
+    """(templates, actors)"""
+    rules: Ints
+    """(templates, rules, 3) `CodeTables.rule_segment`."""
+    kinds: Ints
+    """(actors,) `ActorKind`"""
+    limits: Floats
+    """(actors, 2): steering rate [rad/s], top speed [m/s]."""
+    road: RoadTables
+    layout: Layout
+
+
+class Slot(IntEnum):
+    """Columns of `Run.actors`: what an actor carries from sample to sample beside its recorded state."""
+
+    REAR_X = 0
+    """Middle of the rear axle [m]; what is integrated, so that no rounding is made by going through the centre."""
+    REAR_Y = 1
+    THROTTLE = 2
+    """Pedals of this step."""
+    BRAKE = 3
+    STEER = 4
+    """Steering angle last asked for [rad]; stays until the next."""
+    SET_SPEED = 5
+    """Speed to take at once [m/s], or `NO_SPEED`."""
+    LEFT_ROAD = 6
+    """When the centre was first seen outside the road [s]; NaN if never."""
+    ROUTE_DONE = 7
+    """1 once a path was followed to its end."""
+    LEAVING = 8
+    """1 once the actor's way through the scene is over: absent from the next sample on."""
+    FREE = 9
+    """1 for a body that contact physics has taken over: it neither behaves nor steps here."""
+
+
+class Status(IntEnum):
+    """Entries of `Run.status`."""
+
+    SAMPLE = 0
+    """The current sample k; `states[: k + 1]` are recorded."""
+    END = 1
+    """`EndReason` of the scored run, or `RUNNING`."""
+    DETAIL = 2
+    """Rule that ended the run, or row of step code where it got stuck; else -1."""
+    CONTACT_ONE = 3
+    """The pair that touched first, lower actor first, or -1."""
+    CONTACT_OTHER = 4
+    TEMPLATE = 5
+    DRAWS = 6
+    """Random numbers that behaviours have drawn."""
+
+
+RUNNING = -1
+"""No end yet."""
+NO_SPEED = -1e300
+"""No speed was set. (Not NaN: a speed that is NaN must break the run.)"""
+
+
+class Run(NamedTuple):
+    """The memory of one run; made by `engine.runs.memory`, filled by `rollout.begin`, used again for the next."""
+
+    states: Floats
+    """(samples, actors, len(State)): the record. Row 0 is the start; the row after the current one may be written."""
+    registers: Floats
+    resume: Ints
+    """(blocks,): row at which each block goes on, -1 while it is not running."""
+    actors: Floats
+    """(actors, len(Slot))"""
+    status: Ints
+    """(len(Status),) int64"""
+    end: Floats
+    """(2,): first contact or end of the scored run [s]; and the part of the last step that came before it, in (0, 1]
+    for contact, 0 for an end at a sample."""
+    key: Ints
+    """(6,) int64: `StreamKey` of the scene."""
+
+
+@inlined
+def column_of(plan: Plan, run: Run, actor: int, column: int) -> float:
+    """A property of an actor in this scene."""
+    return run.registers[plan.layout.scene_values + actor * COLUMNS + column]
+
+
+@inlined
+def vehicle_of(plan: Plan, run: Run, actor: int) -> Vehicle:
+    """What an actor's body can do."""
+    return Vehicle(
+        wheelbase=column_of(plan, run, actor, Column.WHEELBASE),
+        max_steer=column_of(plan, run, actor, Column.MAX_STEER),
+        steer_rate=plan.limits[actor, 0],
+        max_acceleration=column_of(plan, run, actor, Column.MAX_ACCELERATION),
+        max_braking=column_of(plan, run, actor, Column.MAX_BRAKING),
+        grip=GRAVITY * column_of(plan, run, actor, Column.FRICTION),
+        max_speed=plan.limits[actor, 1],
+    )
+
+
+@inlined
+def outline_of(plan: Plan, run: Run, sample: int, actor: int) -> Box:
+    """An actor's outline at a recorded sample."""
+    return Box(
+        run.states[sample, actor, State.X],
+        run.states[sample, actor, State.Y],
+        run.states[sample, actor, State.HEADING],
+        column_of(plan, run, actor, Column.LENGTH),
+        column_of(plan, run, actor, Column.WIDTH),
+    )

@@ -1,0 +1,215 @@
+"""How bad a run was: the risk score of the CORTEX-AVD paper (its Table 2), 0 .. 22, and -1 for what could not be run.
+
+Each pair (ego, other) scores 10 for contact (C) and 0 .. 4 for each of MD, D_MS and TTC_MS by the band it falls in.
+Bands are closed below and open above, and nothing is rounded before banding. A scene has the largest risk of its
+pairs; ties go to the lower pair. It follows that a collision, whose MD is 0, scores at least 14, that 13 cannot occur,
+and that a score of 14 or more is a collision.
+
+The printed table contradicts itself once (the row "[3780, 4255[" of D_MS overlaps the next; the widths say 4020) and
+names no units; `PAPER` is the reading that fits the paper's own numbers, `PAPER_MM` its rival. Thresholds are data.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from engine.scenes import Bools, Outcomes
+from engine.tables import Floats, Ints
+from engine.vocabulary import Verdict
+
+COLLISION_POINTS = 10
+BANDS = 4
+HIGHEST_RISK = COLLISION_POINTS + 3 * BANDS
+INVALID = -1
+
+Edges = tuple[float, float, float, float]
+"""Upper ends of the bands that score 4, 3, 2 and 1, ascending; two equal ends leave the later band empty."""
+
+
+@dataclass(frozen=True)
+class RiskProfile:
+    """Where the bands of each metric end. SI units."""
+
+    name: str
+    min_distance: Edges
+    """For MD [m]."""
+    distance_at_ms: Edges
+    """For D_MS [m]."""
+    ttc_at_ms: Edges
+    """For TTC_MS [s]."""
+
+    def __post_init__(self) -> None:
+        for metric, edges in (("MD", self.min_distance), ("D_MS", self.distance_at_ms), ("TTC_MS", self.ttc_at_ms)):
+            if len(edges) != BANDS or not all(0.0 < edge < np.inf for edge in edges) or list(edges) != sorted(edges):
+                raise ValueError(f"{metric}: expected {BANDS} positive thresholds in ascending order, got {edges}")
+
+
+PAPER = RiskProfile(
+    "paper",
+    min_distance=(8.20, 11.00, 13.76, 16.55),
+    distance_at_ms=(37.80, 40.20, 42.55, 44.90),
+    ttc_at_ms=(3.59, 3.94, 4.29, 4.64),
+)
+"""Table 2 in centimetres and hundredths of a second: D_MS / TTC_MS at the edges is then 9.7 to 10.5 m/s, the speed of
+its scenes."""
+
+PAPER_MM = RiskProfile(
+    "paper-mm",
+    min_distance=(0.820, 1.100, 1.376, 1.655),
+    distance_at_ms=(3.780, 4.020, 4.255, 4.490),
+    ttc_at_ms=(0.359, 0.394, 0.429, 0.464),
+)
+"""Table 2 in millimetres and milliseconds."""
+
+LITERATURE = RiskProfile(
+    "literature",
+    min_distance=(0.91, 0.91, 1.5, 2.0),
+    distance_at_ms=(12.0, 23.0, 36.0, 53.0),
+    ttc_at_ms=(1.0, 1.5, 3.0, 4.0),
+)
+"""Thresholds in common use, each from elsewhere:
+
+- MD: 0.91 m, the three feet of passing laws such as California Vehicle Code 21760; 1.5 m and 2.0 m, the Highway Code
+  of Great Britain (2022), rule 163, room for cyclists and for people who walk. None splits the nearest band.
+- D_MS: 12, 23, 36 and 53 m, the Highway Code's rule 126, stopping distances from 20, 30, 40 and 50 mph.
+- TTC_MS: 1.0 s, the highest severity of Sayed, Brown & Navin (1994), Accid. Anal. Prev. 26(5); 1.5 s, the critical
+  value of van der Horst & Hogema (1993), ICTCT workshop; 3.0 s, Minderhoud & Bovy (2001), Accid. Anal. Prev. 33(1);
+  4.0 s, Hirst & Graham (1997), in "Ergonomics and Safety of Intelligent Driver Interfaces".
+"""
+
+PROFILES: Mapping[str, RiskProfile] = MappingProxyType({p.name: p for p in (PAPER, PAPER_MM, LITERATURE)})
+"""Profiles by name; `PAPER` is the default."""
+
+
+@dataclass(frozen=True)
+class Risk:
+    """The judgement of n scenes."""
+
+    score: Ints
+    """(n,) 0 .. 22, -1 where the scene was not valid."""
+    continuous: Floats
+    """(n,) 0 .. 22, never lower for a metric that got worse: the largest over the pairs; -1 where not valid."""
+    parts: Ints
+    """(n, 4) what C, MD, D_MS and TTC_MS of the deciding pair add to the score; 0 where not valid."""
+    pair: Ints
+    """(n,) the pair that decides: actor `pair + 1`; -1 where not valid or without a pair."""
+
+
+def assess(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Risk:
+    """Score every row of the outcomes."""
+    valid = outcomes.verdict == Verdict.VALID
+    rows, pairs = outcomes.min_distance.shape
+    if pairs == 0:
+        nothing = np.where(valid, 0, INVALID)
+        return Risk(nothing, nothing.astype(float), np.zeros((rows, 4), np.int64), np.full(rows, -1))
+    contact = COLLISION_POINTS * pairs_in_contact(outcomes)
+    metrics = (
+        (outcomes.min_distance, profile.min_distance),
+        (outcomes.distance_at_ms, profile.distance_at_ms),
+        (outcomes.ttc_at_ms, profile.ttc_at_ms),
+    )
+    parts = np.stack([contact, *(band_score(values, edges) for values, edges in metrics)], axis=-1)
+    continuous = contact + sum(continuous_score(values, edges) for values, edges in metrics)
+    per_pair = parts.sum(axis=-1)
+    deciding = per_pair.argmax(axis=1)
+    every = np.arange(rows)
+    return Risk(
+        score=np.where(valid, per_pair[every, deciding], INVALID),
+        continuous=np.where(valid, continuous.max(axis=1), float(INVALID)),
+        parts=np.where(valid[:, None], parts[every, deciding], 0),
+        pair=np.where(valid, deciding, -1),
+    )
+
+
+def pairs_in_contact(outcomes: Outcomes) -> Bools:
+    """(n, pairs): whether it was this pair (ego, other) that touched."""
+    others = np.arange(1, outcomes.min_distance.shape[1] + 1)
+    with_ego = outcomes.collided & (outcomes.contact_actors[:, 0] == 0)
+    return with_ego[:, None] & (outcomes.contact_actors[:, 1:2] == others)
+
+
+def band_score(values: Floats, edges: Edges) -> Ints:
+    """4 below the first edge, 3 from there to below the second, …, 0 from the last one on, and for NaN."""
+    return BANDS - np.searchsorted(np.asarray(edges), values, side="right")
+
+
+def continuous_score(values: Floats, edges: Edges) -> Floats:
+    """Piecewise linear through 4 at 0 and 3, 2, 1, 0 at the edges: non-increasing, and within 1 of the band's score."""
+    score = np.full(np.shape(values), float(BANDS))
+    for low, high in zip((0.0, *edges), edges, strict=False):
+        if high > low:
+            score -= np.clip((values - low) / (high - low), 0.0, 1.0)
+        else:
+            score -= values >= high
+    return np.where(np.isnan(values), 0.0, score)
+
+
+def calibrated(outcomes: Outcomes, name: str = "calibrated") -> RiskProfile:
+    """Edges from a pilot of random scenes: from the lower quartile to the 90 % quantile of each metric in three equal
+    steps, as the paper's own edges seem to have been found. Pairs that never approach one another are left out.
+    """
+    valid = outcomes.verdict == Verdict.VALID
+
+    def edges(values: Floats) -> Edges:
+        known = values[valid]
+        known = known[np.isfinite(known)]
+        if len(known) == 0:
+            raise ValueError("a profile can be calibrated only from valid runs with two actors or more")
+        first, last = np.quantile(known, (0.25, 0.9))
+        a, b, c, d = np.linspace(first, last, BANDS)
+        return float(a), float(b), float(c), float(d)
+
+    return RiskProfile(name, edges(outcomes.min_distance), edges(outcomes.distance_at_ms), edges(outcomes.ttc_at_ms))
+
+
+@dataclass(frozen=True)
+class Figures:
+    """The five evaluation metrics of the paper over a set of runs; a mean over nothing is NaN.
+
+    Runs that failed (`Verdict.ERROR`) count nowhere.
+    """
+
+    rl: float
+    """RL: mean risk of the valid runs."""
+    rl_all: float
+    """The same with every invalid run as -1."""
+    nc: int
+    """NC: collisions."""
+    mdg: float
+    """MDG: mean MD of the valid runs [m]."""
+    mdec: float
+    """MDEC: mean MD of the valid runs without collision [m]."""
+    nis: int
+    """NIS: invalid runs."""
+    valid: int
+    """Number of valid runs."""
+
+
+def figures(risk: Risk, outcomes: Outcomes) -> Figures:
+    """RL, NC, MDG, MDEC and NIS of the runs."""
+    valid = outcomes.verdict == Verdict.VALID
+    counted = outcomes.verdict != Verdict.ERROR
+    collided = outcomes.collided & valid
+    distance = scene_min_distance(outcomes)
+    return Figures(
+        rl=_mean(risk.score[valid]),
+        rl_all=_mean(risk.score[counted]),
+        nc=int(collided.sum()),
+        mdg=_mean(distance[valid]),
+        mdec=_mean(distance[valid & ~collided]),
+        nis=int((counted & ~valid).sum()),
+        valid=int(valid.sum()),
+    )
+
+
+def scene_min_distance(outcomes: Outcomes) -> Floats:
+    """(n,) MD of the scene, the least over its pairs [m]; NaN where not valid or without a pair."""
+    if outcomes.min_distance.shape[1] == 0:
+        return np.full(len(outcomes), np.nan)
+    return outcomes.min_distance.min(axis=1)
+
+
+def _mean(values: Floats | Ints) -> float:
+    return float(np.mean(values)) if len(values) else float("nan")

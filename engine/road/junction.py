@@ -1,0 +1,200 @@
+"""The geometry of one intersection around the origin. All intersections of a network are copies of it, moved.
+
+Right-hand traffic is drawn; in left-hand traffic lanes lie on the other side of the middle (`offset` is negative) and
+left and right turns change roles. Stop lines lie where the corner fillets begin, so the junction's outline is the
+square between the stop lines less four quarter discs (on a T less two, its north side straight along the kerb).
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from engine.program import RoadSpec
+from engine.road.errors import half_width, stop_distance
+from engine.road.paths import Pose, Primitive, chord_count
+from engine.tables import Floats
+from engine.vocabulary import ManeuverType
+
+CHORD_TOLERANCE = 0.01
+"""How far the chords of region outlines may leave the true arcs [m]."""
+EPSILON = 1e-9
+
+
+@dataclass(frozen=True)
+class Direction:
+    """One of the four arms of a crossing."""
+
+    name: str
+    x: int
+    """Unit vector away from the centre."""
+    y: int
+    heading: float
+    """Heading of traffic that leaves by this arm [rad]."""
+    row: int
+    """Step to the neighbouring intersection: rows count northwards, columns eastwards."""
+    col: int
+
+    @cached_property
+    def opposite(self) -> "Direction":
+        return next(other for other in COMPASS if other.x == -self.x and other.y == -self.y)
+
+
+NORTH = Direction("north", 0, 1, math.pi / 2, 1, 0)
+EAST = Direction("east", 1, 0, 0.0, 0, 1)
+SOUTH = Direction("south", 0, -1, -math.pi / 2, -1, 0)
+WEST = Direction("west", -1, 0, math.pi, 0, -1)
+COMPASS = (NORTH, EAST, SOUTH, WEST)
+
+
+@dataclass(frozen=True)
+class Turn:
+    """One way through the junction: from lane to lane, numbered from 1 at the kerb."""
+
+    start: Direction
+    start_lane: int
+    end: Direction
+    end_lane: int
+    type: ManeuverType
+    primitives: tuple[Primitive, ...]
+
+
+@dataclass(frozen=True)
+class Junction:
+    """Directions and measures of the intersections of a network."""
+
+    spec: RoadSpec
+
+    @cached_property
+    def arms(self) -> tuple[Direction, ...]:
+        """Clockwise from the north; a T has no north arm."""
+        return COMPASS if self.spec.ways == 4 else (EAST, SOUTH, WEST)
+
+    @property
+    def half_width(self) -> float:
+        return half_width(self.spec)
+
+    @property
+    def stop(self) -> float:
+        return stop_distance(self.spec)
+
+    def offset(self, lane: int) -> float:
+        """How far right of the road's middle lane `lane` runs, seen by its driver [m]; lane 1 is at the kerb."""
+        offset = self.half_width - (lane - 0.5) * self.spec.lane_width
+        return -offset if self.spec.left_hand else offset
+
+    def incoming(self, arm: Direction, lane: int, distance: float) -> Pose:
+        """Pose on an incoming lane, `distance` from the centre."""
+        offset, heading = self.offset(lane), arm.opposite.heading
+        return Pose(arm.x * distance - arm.y * offset, arm.y * distance + arm.x * offset, heading)
+
+    def outgoing(self, arm: Direction, lane: int, distance: float) -> Pose:
+        """Pose on an outgoing lane, `distance` from the centre."""
+        offset = self.offset(lane)
+        return Pose(arm.x * distance + arm.y * offset, arm.y * distance - arm.x * offset, arm.heading)
+
+    @cached_property
+    def turns(self) -> tuple[Turn, ...]:
+        """All ways through, in the order of arms, lanes, and straight, left, right."""
+        return tuple(
+            self._turn(start, lane, end)
+            for start in self.arms
+            for lane in range(1, self.spec.lanes + 1)
+            for end in sorted(self.arms, key=lambda end: turn_type(start, end))
+            if self._is_allowed(start, lane, end)
+        )
+
+    def _is_allowed(self, start: Direction, lane: int, end: Direction) -> bool:
+        """Straight on from every lane; the near turn from the kerb, the far turn from the middle.
+
+        Where there is no straight on (the stem of a T), the kerb's half of the lanes makes the near turn, the middle's
+        half the far turn, and a lane in between may do both.
+        """
+        kind = turn_type(start, end)
+        if kind in (ManeuverType.STRAIGHT, ManeuverType.U_TURN):
+            return kind is ManeuverType.STRAIGHT
+        is_near = kind is self.near_turn
+        if start.opposite in self.arms:
+            return lane == (1 if is_near else self.spec.lanes)
+        middle = (self.spec.lanes + 1) / 2
+        return lane <= middle if is_near else lane >= middle
+
+    @property
+    def near_turn(self) -> ManeuverType:
+        """The turn that crosses no oncoming lane."""
+        return ManeuverType.LEFT_TURN if self.spec.left_hand else ManeuverType.RIGHT_TURN
+
+    def _turn(self, start: Direction, lane: int, end: Direction) -> Turn:
+        """A turn keeps its lane's number: then all turns of one corner run side by side."""
+        kind = turn_type(start, end)
+        first, last = self.incoming(start, lane, self.stop), self.outgoing(end, lane, self.stop)
+        return Turn(start, lane, end, lane, kind, connect(first, last))
+
+    @cached_property
+    def outline(self) -> Floats:
+        """(n, 2) ring of the junction, anticlockwise, chords within `CHORD_TOLERANCE` of the fillets."""
+        ring = np.vstack([self.fillet(arm, _left_neighbour(arm)) for arm in reversed(COMPASS)])
+        keep = np.hypot(*(ring - np.roll(ring, 1, axis=0)).T) > EPSILON
+        return ring[keep]
+
+    @cached_property
+    def corner_kerbs(self) -> tuple[Floats, ...]:
+        """(n, 2) kerb lines of the junction: its fillets, and the straight one opposite a T's stem."""
+        pairs = [(arm, _left_neighbour(arm)) for arm in self.arms]
+        fillets = tuple(self.fillet(right, left) for right, left in pairs if left in self.arms)
+        if self.spec.ways == 4:
+            return fillets
+        return (*fillets, np.array([(self.stop, self.half_width), (-self.stop, self.half_width)]))
+
+    def fillet(self, right: Direction, left: Direction) -> Floats:
+        """(n, 2) kerb between two neighbouring arms, from the `right` one's stop line to the `left` one's."""
+        first = np.array([right.x * self.stop, right.y * self.stop]) + self.half_width * np.array([left.x, left.y])
+        last = np.array([left.x * self.stop, left.y * self.stop]) + self.half_width * np.array([right.x, right.y])
+        present = right in self.arms, left in self.arms
+        if not all(present):
+            return np.array([first] if present[0] else [last])
+        if self.spec.corner_radius < EPSILON:
+            return np.array([first])
+        return self._arc(first, last, np.array([right.x + left.x, right.y + left.y]) * self.stop)
+
+    def _arc(self, first: Floats, last: Floats, centre: Floats) -> Floats:
+        radius = self.spec.corner_radius
+        count = chord_count(Primitive(0.0, 0.0, 0.0, 1.0 / radius, radius * math.pi / 2), CHORD_TOLERANCE)
+        angles = np.arange(1, count) * (math.pi / 2 / count)
+        # Between the two radii that lead to its ends: exact at both, whatever the quadrant.
+        inner = centre + np.outer(np.cos(angles), first - centre) + np.outer(np.sin(angles), last - centre)
+        return np.vstack([first, inner, last])
+
+
+def _left_neighbour(arm: Direction) -> Direction:
+    """The arm a quarter turn anticlockwise."""
+    return next(other for other in COMPASS if (other.x, other.y) == (-arm.y, arm.x))
+
+
+def turn_type(start: Direction, end: Direction) -> ManeuverType:
+    """What a driver does who comes in by `start` and leaves by `end`."""
+    if end is start:
+        return ManeuverType.U_TURN
+    if end is start.opposite:
+        return ManeuverType.STRAIGHT
+    # The driver heads for the opposite arm; left of that heading lies the left turn.
+    ahead = start.opposite
+    return ManeuverType.LEFT_TURN if ahead.x * end.y - ahead.y * end.x > 0 else ManeuverType.RIGHT_TURN
+
+
+def connect(first: Pose, last: Pose) -> tuple[Primitive, ...]:
+    """Line, arc, line between two poses at a right angle, the arc as large as fits; one line where they are aligned."""
+    dx, dy = last.x - first.x, last.y - first.y
+    cos, sin = round(math.cos(first.heading)), round(math.sin(first.heading))
+    ahead, left = dx * cos + dy * sin, dy * cos - dx * sin
+    if abs(left) < EPSILON:
+        return (Primitive(*first, 0.0, ahead),)
+    radius = min(ahead, abs(left))
+    side = math.copysign(1.0, left)
+    before = Primitive(*first, 0.0, ahead - radius)
+    x, y, heading = before.pose(before.length)
+    arc = Primitive(x, y, heading, side / radius, radius * math.pi / 2)
+    x, y, _ = arc.pose(arc.length)
+    after = Primitive(x, y, last.heading, 0.0, abs(left) - radius)
+    return tuple(primitive for primitive in (before, arc, after) if primitive.length > EPSILON)

@@ -1,0 +1,226 @@
+"""What a scenario can point at: intersections, lanes, maneuvers. Built by `engine.road.build`.
+
+Elements refer to one another (a lane to its maneuvers, those to their lanes), so each holds ids and looks the others up
+in its network. Two elements are equal only if they are the same one.
+"""
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+from engine.program import RoadSpec
+from engine.road.paths import PathBook
+from engine.road.regions import RegionBook
+from engine.vocabulary import ManeuverType
+
+
+class LaneRole(Enum):
+    INCOMING = "incoming"
+    """From the border of the network to an intersection."""
+    OUTGOING = "outgoing"
+    """From an intersection to the border."""
+    LINK = "link"
+    """From one intersection to the next: outgoing for the one, incoming for the other."""
+    CONNECTING = "connecting"
+    """Through an intersection, from stop line to stop line."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lane:
+    """One lane of one direction, with its centre line and the strip it covers."""
+
+    network: "Network" = field(repr=False)
+    id: int
+    """Index in `network.lanes`."""
+    name: str
+    """Unique: `north.in.1` is lane 1 of the traffic coming in from the north; lane 1 is next to the kerb."""
+    role: LaneRole
+    width: float
+    path: int
+    """Id of the centre line in `network.paths`."""
+    region: int
+    """Id of the strip in `network.regions`."""
+    road: str
+    """The road it belongs to: both directions of an arm share one; an intersection for connecting lanes."""
+    number: int
+    """1 next to the kerb; of a connecting lane, that of the lane it starts from."""
+
+    @property
+    def source(self) -> str:
+        """Text that names this lane in the language."""
+        return f"network.lanes[{self.id}]"
+
+    @property
+    def length(self) -> float:
+        """[m]"""
+        return self.network.paths.length(self.path)
+
+    @property
+    def maneuvers(self) -> "tuple[Maneuver, ...]":
+        """What a driver may do at the lane's end: straight, left, right; () where the network ends."""
+        return tuple(self.network.maneuvers[i] for i in self.network.links.maneuvers[self.id])
+
+    @property
+    def intersection(self) -> "Intersection | None":
+        """The intersection this lane leads into, or runs through."""
+        index = self.network.links.intersection[self.id]
+        return None if index is None else self.network.intersections[index]
+
+    @property
+    def successors(self) -> "tuple[Lane, ...]":
+        return tuple(self.network.lanes[i] for i in self.network.links.successors[self.id])
+
+    @property
+    def predecessors(self) -> "tuple[Lane, ...]":
+        return tuple(self.network.lanes[i] for i in self.network.links.predecessors[self.id])
+
+    @property
+    def default_route(self) -> int:
+        """Path of a driver without a plan: this lane, straight on where it can (else the near turn, else the far
+        one), and the lane after that; a connecting lane and its end lane; or the lane alone.
+        """
+        return self.network.links.default_route[self.id]
+
+
+@dataclass(frozen=True, eq=False)
+class Maneuver:
+    """One way through an intersection."""
+
+    network: "Network" = field(repr=False)
+    id: int
+    """Index in `network.maneuvers`."""
+    name: str
+    type: ManeuverType
+    start: int = field(repr=False)
+    connecting: int = field(repr=False)
+    end: int = field(repr=False)
+    intersection_id: int = field(repr=False)
+
+    @property
+    def source(self) -> str:
+        """Text that names this maneuver in the language."""
+        return f"{self.start_lane.source}.maneuvers[{self.start_lane.maneuvers.index(self)}]"
+
+    @property
+    def start_lane(self) -> Lane:
+        return self.network.lanes[self.start]
+
+    @property
+    def connecting_lane(self) -> Lane:
+        return self.network.lanes[self.connecting]
+
+    @property
+    def end_lane(self) -> Lane:
+        return self.network.lanes[self.end]
+
+    @property
+    def lanes(self) -> tuple[Lane, Lane, Lane]:
+        """Start, connecting and end lane: the trajectory of a driver who does this."""
+        return self.start_lane, self.connecting_lane, self.end_lane
+
+    @property
+    def intersection(self) -> "Intersection":
+        return self.network.intersections[self.intersection_id]
+
+    @property
+    def conflicting_maneuvers(self) -> "tuple[Maneuver, ...]":
+        """Maneuvers from other lanes whose connecting lane's centre line meets this one's: they cross or merge."""
+        return tuple(self.network.maneuvers[i] for i in self.network.links.conflicts[self.id])
+
+    @property
+    def reverse_maneuvers(self) -> "tuple[Maneuver, ...]":
+        """Maneuvers that start on the road where this one ends, and end on the road where this one starts."""
+        start, end = self.start_lane.road, self.end_lane.road
+        here = self.intersection.maneuvers
+        return tuple(m for m in here if m.start_lane.road == end and m.end_lane.road == start)
+
+
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """One arm of an intersection."""
+
+    name: str
+    """`north`, `east`, `south` or `west`: where it lies, seen from the centre."""
+    heading: float
+    """Heading of the traffic that leaves by it [rad]."""
+    length: float
+    """From the stop line to the end of the road, or to the next stop line [m]."""
+    incoming_lanes: tuple[Lane, ...]
+    """From the kerb to the middle."""
+    outgoing_lanes: tuple[Lane, ...]
+    neighbour: int | None
+    """Id of the intersection at its other end; None at the border."""
+
+
+@dataclass(frozen=True, eq=False)
+class Intersection:
+    """Where roads meet: the area between the stop lines."""
+
+    network: "Network" = field(repr=False)
+    id: int
+    """Index in `network.intersections`."""
+    name: str
+    row: int
+    """From 0, counted northwards."""
+    col: int
+    """From 0, counted eastwards."""
+    center: tuple[float, float]
+    """[m]"""
+    region: int
+    """Id of its area in `network.regions`."""
+    legs: tuple[Leg, ...] = field(repr=False)
+    """Clockwise from the north."""
+
+    @property
+    def source(self) -> str:
+        """Text that names this intersection in the language."""
+        return f"network.intersections[{self.id}]"
+
+    @property
+    def incoming_lanes(self) -> tuple[Lane, ...]:
+        return tuple(lane for leg in self.legs for lane in leg.incoming_lanes)
+
+    @property
+    def outgoing_lanes(self) -> tuple[Lane, ...]:
+        return tuple(lane for leg in self.legs for lane in leg.outgoing_lanes)
+
+    @property
+    def maneuvers(self) -> tuple[Maneuver, ...]:
+        return tuple(maneuver for lane in self.incoming_lanes for maneuver in lane.maneuvers)
+
+    @property
+    def is_3way(self) -> bool:
+        return len(self.legs) == 3
+
+    @property
+    def is_4way(self) -> bool:
+        return len(self.legs) == 4
+
+
+@dataclass(eq=False)
+class Links:
+    """How elements refer to one another, by id; filled while the network is built and fixed from then on."""
+
+    maneuvers: list[tuple[int, ...]] = field(default_factory=list)
+    """Per lane."""
+    intersection: list[int | None] = field(default_factory=list)
+    successors: list[tuple[int, ...]] = field(default_factory=list)
+    predecessors: list[tuple[int, ...]] = field(default_factory=list)
+    default_route: list[int] = field(default_factory=list)
+    conflicts: list[tuple[int, ...]] = field(default_factory=list)
+    """Per maneuver."""
+
+
+@dataclass(eq=False)
+class Network:
+    """A grid of intersections and the roads between them; see `engine.road.build_network`."""
+
+    spec: RoadSpec
+    paths: PathBook = field(default_factory=PathBook)
+    """Centre lines of all lanes, default routes, and what a scenario joins."""
+    regions: RegionBook = field(default_factory=RegionBook)
+    """Region 0 is the whole drivable road, then the intersections, then the lanes."""
+    intersections: tuple[Intersection, ...] = ()
+    lanes: tuple[Lane, ...] = ()
+    """Lanes of all roads first, connecting lanes last."""
+    maneuvers: tuple[Maneuver, ...] = ()
+    links: Links = field(default_factory=Links, repr=False)

@@ -1,0 +1,208 @@
+"""Paths as chains of lines and circular arcs, addressed by arc length.
+
+A path is tangent-continuous: each primitive starts where the one before it ends, with the same heading; curvature
+may jump. Positions in metres, headings anticlockwise from +x in radians, curvature 1/m and positive to the left.
+"""
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from engine.road.overlap import Conflict, Strip, conflict_areas
+from engine.tables import Floats
+
+JOINT_TOLERANCE = 1e-6
+"""How far apart two paths may lie, and how much their headings may differ, to be joined [m, rad]."""
+
+
+class Pose(NamedTuple):
+    x: float
+    y: float
+    heading: float
+
+
+class Primitive(NamedTuple):
+    """A line (curvature 0) or an arc of at most half a turn, from a pose on for a length."""
+
+    x: float
+    y: float
+    heading: float
+    curvature: float
+    length: float
+
+    def pose(self, s: float) -> Pose:
+        """Pose at arc length `s` from the start; beyond the ends the line or circle goes on."""
+        angle = self.curvature * s
+        if self.curvature == 0.0:
+            ahead, left = s, 0.0
+        else:
+            # 1 - cos would cancel for gentle curves
+            ahead, left = math.sin(angle) / self.curvature, 2.0 * math.sin(0.5 * angle) ** 2 / self.curvature
+        cos, sin = math.cos(self.heading), math.sin(self.heading)
+        return Pose(self.x + ahead * cos - left * sin, self.y + ahead * sin + left * cos, self.heading + angle)
+
+    def moved(self, dx: float, dy: float) -> "Primitive":
+        return self._replace(x=self.x + dx, y=self.y + dy)
+
+
+class Foot(NamedTuple):
+    """Nearest points of a path to given points; arrays of the points' shape."""
+
+    s: Floats
+    """Arc length [m]."""
+    distance: Floats
+    """[m]"""
+
+
+class PathBook:
+    """All paths of a program: lanes first, then what is joined from them. Ids count up and never change."""
+
+    def __init__(self) -> None:
+        self._paths: list[tuple[Primitive, ...]] = []
+        self._starts: list[tuple[float, ...]] = []
+        self._joined: dict[tuple[int, ...], int] = {}
+
+    def __len__(self) -> int:
+        return len(self._paths)
+
+    def add(self, primitives: Sequence[Primitive]) -> int:
+        """A new path. Neighbouring primitives of one line or circle become one."""
+        merged = _merge(primitives)
+        starts = [0.0]
+        for primitive in merged:
+            starts.append(starts[-1] + primitive.length)
+        self._paths.append(merged)
+        self._starts.append(tuple(starts))
+        return len(self._paths) - 1
+
+    def join(self, path_ids: Sequence[int]) -> int:
+        """The path that runs through all given ones; the same id for the same sequence.
+
+        Raises:
+            ValueError: empty, or a path does not start where the one before it ends (see `continues`).
+
+        """
+        key = tuple(path_ids)
+        if not key:
+            raise ValueError("an empty sequence of paths cannot be joined")
+        if len(key) == 1:
+            return key[0]
+        if key not in self._joined:
+            for before, after in pairwise(key):
+                if not self.continues(before, after):
+                    raise ValueError(f"path {after} does not start where path {before} ends")
+            self._joined[key] = self.add([primitive for path in key for primitive in self._paths[path]])
+        return self._joined[key]
+
+    def continues(self, before: int, after: int) -> bool:
+        """Whether path `after` starts where path `before` ends, in the same direction."""
+        end, start = self.pose(before, self.length(before)), self.pose(after, 0.0)
+        turn = math.remainder(end.heading - start.heading, math.tau)
+        return max(abs(end.x - start.x), abs(end.y - start.y), abs(turn)) <= JOINT_TOLERANCE
+
+    def primitives(self, path: int) -> tuple[Primitive, ...]:
+        return self._paths[path]
+
+    def starts(self, path: int) -> tuple[float, ...]:
+        """Arc length at which each primitive starts, and last the path's length."""
+        return self._starts[path]
+
+    def length(self, path: int) -> float:
+        return self._starts[path][-1]
+
+    def pose(self, path: int, s: float) -> Pose:
+        """Pose at arc length `s`, held inside the path."""
+        index, start = self._find(path, s)
+        primitive = self._paths[path][index]
+        return primitive.pose(min(max(s - start, 0.0), primitive.length))
+
+    def curvature(self, path: int, s: float) -> float:
+        return self._paths[path][self._find(path, s)[0]].curvature
+
+    def project(self, path: int, x: float, y: float) -> float:
+        """Arc length of the point of the path nearest to (x, y)."""
+        return float(self.feet(path, np.array(x), np.array(y)).s)
+
+    def distance(self, path: int, x: float, y: float) -> float:
+        return float(self.feet(path, np.array(x), np.array(y)).distance)
+
+    def feet(self, path: int, x: Floats, y: Floats) -> Foot:
+        """Nearest points of the path to many points; of equally near ones the first along the path."""
+        best = Foot(np.zeros(np.shape(x)), np.full(np.shape(x), np.inf))
+        for primitive, start in zip(self._paths[path], self._starts[path], strict=False):
+            foot = _feet(primitive, x, y)
+            nearer = foot.distance < best.distance
+            s = np.where(nearer, start + foot.s, best.s)
+            best = Foot(s, np.where(nearer, foot.distance, best.distance))
+        return best
+
+    def conflict(self, first: int, second: int, first_width: float, second_width: float) -> list[Conflict]:
+        """Where the strips of two paths overlap: stretches of both; see `engine.road.overlap`."""
+        return conflict_areas(self, Strip(first, first_width), Strip(second, second_width))
+
+    def points(self, path: int, tolerance: float = 0.01) -> Floats:
+        """(n, 2) polyline that leaves the path by at most `tolerance` [m]; for drawing and strips."""
+        poses = [self.pose(path, s) for s in self.stations(path, tolerance)]
+        return np.array([(pose.x, pose.y) for pose in poses])
+
+    def stations(self, path: int, tolerance: float = 0.01) -> Floats:
+        """Arc lengths of the vertices of `points`."""
+        stations = [0.0]
+        for primitive, start in zip(self._paths[path], self._starts[path], strict=False):
+            count = chord_count(primitive, tolerance)
+            stations += [start + primitive.length * (i + 1) / count for i in range(count)]
+        return np.array(stations)
+
+    def _find(self, path: int, s: float) -> tuple[int, float]:
+        """Index and start of the primitive at arc length `s`."""
+        starts = self._starts[path]
+        index = 0
+        while index + 2 < len(starts) and s >= starts[index + 1]:
+            index += 1
+        return index, starts[index]
+
+
+def chord_count(primitive: Primitive, tolerance: float) -> int:
+    """Number of equal chords that stay within `tolerance` of the primitive [m]."""
+    if primitive.curvature == 0.0:
+        return 1
+    angle = 2.0 * math.acos(max(0.0, 1.0 - tolerance * abs(primitive.curvature)))
+    return max(1, math.ceil(abs(primitive.curvature) * primitive.length / angle - 1e-9))
+
+
+def _merge(primitives: Sequence[Primitive]) -> tuple[Primitive, ...]:
+    merged: list[Primitive] = []
+    for primitive in primitives:
+        last = merged[-1] if merged else None
+        # Arcs are left as they are: a merged one could be longer than half a turn.
+        if last is not None and last.curvature == primitive.curvature == 0.0:
+            merged[-1] = last._replace(length=last.length + primitive.length)
+        else:
+            merged.append(primitive)
+    return tuple(merged)
+
+
+def _feet(primitive: Primitive, x: Floats, y: Floats) -> Foot:
+    """Nearest points of one primitive: the closed form where its own normal meets the point, else an end."""
+    ahead, left = _local(primitive, x, y)
+    if primitive.curvature == 0.0:
+        s = np.clip(ahead, 0.0, primitive.length)
+        return Foot(s, np.hypot(ahead - s, left))
+    radius = 1.0 / primitive.curvature
+    s = np.arctan2(ahead, (radius - left) * np.sign(radius)) * abs(radius)
+    end = primitive.pose(primitive.length)
+    to_start, to_end = np.hypot(ahead, left), np.hypot(x - end.x, y - end.y)
+    on_arc = (s >= 0.0) & (s <= primitive.length)
+    nearest_end = np.where(to_end < to_start, primitive.length, 0.0)
+    radial = np.abs(np.hypot(ahead, radius - left) - abs(radius))
+    return Foot(np.where(on_arc, s, nearest_end), np.where(on_arc, radial, np.minimum(to_start, to_end)))
+
+
+def _local(primitive: Primitive, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """How far ahead of the primitive's start, and how far to its left, points lie."""
+    dx, dy = x - primitive.x, y - primitive.y
+    cos, sin = math.cos(primitive.heading), math.sin(primitive.heading)
+    return dx * cos + dy * sin, dy * cos - dx * sin

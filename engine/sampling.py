@@ -1,0 +1,156 @@
+"""Rejection sampling: genomes and stream keys to concrete scenes, or to a verdict with the counts per requirement.
+
+For each genome up to `max_attempts` attempts draw a variant and the nuisance values and test every requirement; the
+first attempt that passes is the scene. What an attempt draws is a pure function of its key and its number, so a row's
+result never depends on the other rows, their order or the number of threads.
+
+Counts are conditional: an impossible variant is turned away first, then come the file's requirements in order, last
+the built-in ones. An attempt ends at its first failure, so `attempts` is the sum of all failures, plus one if valid.
+"""
+
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+from typing import TypeVar
+
+import numpy as np
+
+from engine.config import SimulationConfig
+from engine.genomes import draw_genomes, uniform_genomes
+from engine.kernels.sampling import Layout, Ledger, Recipe, Request, Scratch, sample_rows
+from engine.program import ParamSpace, Program
+from engine.scenes import Scenes
+from engine.streams import check_keys
+from engine.tables import CodeTables, Floats, Ints, RoadTables
+from engine.vocabulary import GeneKind, Op
+
+__all__ = ["draw_genomes", "sample", "uniform_genomes"]
+
+DEFAULTS = SimulationConfig()
+BUILT_IN = 2
+"""Built-in requirements: outlines inside the road, no overlap at the start."""
+BLOCK_LIMIT = 1 << 32
+"""Blocks of random numbers that one stream can address."""
+PACKED = 5
+"""Registers that a packed operand reads at most."""
+CHUNK_ATTEMPTS = 500_000
+"""Attempts that one uninterruptible call may make: 50 ms, so that Ctrl-C is answered at once."""
+
+Tables = TypeVar("Tables", CodeTables, RoadTables)
+
+
+def sample(program: Program, genomes: Floats, keys: Ints, config: SimulationConfig = DEFAULTS, jobs: int = 1) -> Scenes:
+    """Draw one scene for each genome (n, d; file units) from the stream of its key (n, 6)."""
+    genomes = np.ascontiguousarray(genomes, dtype=np.float64)
+    keys = np.require(keys, requirements="CAW")
+    check_keys(keys)
+    check_genomes(program.space, genomes, len(keys))
+    recipe = _recipe(program)
+    if config.max_attempts < 1 or config.max_attempts * recipe.layout.blocks > BLOCK_LIMIT:
+        limit = BLOCK_LIMIT // recipe.layout.blocks
+        raise ValueError(f"max_attempts is {config.max_attempts}; this scenario allows 1 .. {limit}")
+    request = Request(genomes * program.space.scale, _groups(program, genomes), keys, config.max_attempts)
+    ledger = _empty_ledger(program, recipe.layout, len(keys))
+    _run_chunks(recipe, request, ledger, jobs)
+    return Scenes(genomes=genomes, keys=keys, **ledger._asdict())
+
+
+def check_genomes(space: ParamSpace, genomes: Floats, rows: int) -> None:
+    """Raise ValueError unless there is one finite genome a key and discrete genes hold one of their options."""
+    if genomes.shape != (rows, len(space)):
+        raise ValueError(
+            f"genomes: expected one row of {len(space)} genes a key {(rows, len(space))}, got {genomes.shape}"
+        )
+    discrete = space.kinds != GeneKind.CONTINUOUS
+    whole = (genomes == np.floor(genomes)) & (genomes >= space.low) & (genomes <= space.high)
+    wrong = ~np.isfinite(genomes) | (discrete & ~whole)
+    if wrong.any():
+        row, gene = np.argwhere(wrong)[0]
+        allowed = (
+            f"a whole number in {space.low[gene]:g} .. {space.high[gene]:g}" if discrete[gene] else "a finite number"
+        )
+        raise ValueError(f"genome {row}: {space.names[gene]} is {genomes[row, gene]}; it must be {allowed}")
+
+
+def _groups(program: Program, genomes: Floats) -> Ints:
+    """(n,): the group of variants that each genome's discrete genes pick, most significant gene first."""
+    group = np.zeros(len(genomes), dtype=np.int64)
+    for gene, size in zip(program.code.group_gene, program.code.group_size, strict=True):
+        group = group * size + (genomes[:, gene] - program.space.low[gene]).astype(np.int64)
+    return group
+
+
+def _recipe(program: Program) -> Recipe:
+    code = program.code
+    variant_values = len(code.literals)
+    genes = variant_values + code.variant_values.shape[1]
+    draw_count = int(code.sizes[1])
+    layout = Layout(
+        variant_values=variant_values,
+        genes=genes,
+        draws=genes + len(program.space),
+        draw_count=draw_count,
+        blocks=(draw_count + 2) // 2,
+        requirements=code.requirement_segment.shape[1],
+        reasons=len(program.requirements) - BUILT_IN,
+    )
+    return Recipe(_plain(code), _plain(program.road), _draws_needed(code, layout), layout)
+
+
+def _plain(tables: Tables) -> Tables:
+    """Contiguous, writable arrays: numba would compile the kernels anew for any others."""
+    return type(tables)(*(np.require(array, requirements="CAW") for array in tables))
+
+
+def _draws_needed(code: CodeTables, layout: Layout) -> Ints:
+    """(templates, requirements): one more than the highest draw that a requirement or an earlier one reads."""
+    segments = code.requirement_segment
+    needed = np.zeros(segments.shape[:2], dtype=np.int32)
+    for template, requirement in np.ndindex(needed.shape):
+        start, end, result = segments[template, requirement]
+        needed[template, requirement] = max(
+            _draws_read(code.scene_code[start:end], layout), _highest_draw(np.array([result]), layout)
+        )
+    return np.maximum.accumulate(needed, axis=1)
+
+
+def _draws_read(rows: Ints, layout: Layout) -> int:
+    """An upper bound: integers and unused operands count as registers, which costs draws but never changes one."""
+    operands = rows[:, 2:]
+    packed = (rows[:, 0] >= Op.PATH_POSE)[:, np.newaxis, np.newaxis] * np.arange(PACKED)
+    return _highest_draw(operands[:, :, np.newaxis] + packed, layout)
+
+
+def _highest_draw(registers: Ints, layout: Layout) -> int:
+    draws = registers - layout.draws
+    return int(np.max(draws + 1, where=(draws >= 0) & (draws < layout.draw_count), initial=0))
+
+
+def _empty_ledger(program: Program, layout: Layout, rows: int) -> Ledger:
+    requirements = len(program.requirements)
+    return Ledger(
+        verdict=np.zeros(rows, dtype=np.int32),
+        variant=np.full(rows, -1, dtype=np.int32),
+        values=np.full((rows, program.code.output_register.shape[1]), np.nan),
+        draws=np.full((rows, layout.draw_count), np.nan),
+        attempts=np.zeros(rows, dtype=np.int64),
+        tested=np.zeros((rows, requirements), dtype=np.int64),
+        failed=np.zeros((rows, requirements), dtype=np.int64),
+    )
+
+
+def _run_chunks(recipe: Recipe, request: Request, ledger: Ledger, jobs: int) -> None:
+    """Sample all rows, in chunks; the kernel releases the GIL, so threads run beside one another."""
+    rows = len(request.keys)
+    size = max(1, min(CHUNK_ATTEMPTS // request.max_attempts, -(-rows // (4 * jobs))))
+    chunks = list(pairwise([*range(0, rows, size), rows]))
+
+    def run(chunk: tuple[int, int]) -> None:
+        scratch = Scratch(np.zeros(recipe.code.sizes[0]), np.zeros(max(1, recipe.layout.requirements), dtype=np.int32))
+        sample_rows(recipe, request, *chunk, scratch, ledger)
+
+    if jobs == 1 or len(chunks) < 2:
+        for chunk in chunks:
+            run(chunk)
+        return
+    with ThreadPoolExecutor(jobs) as pool:
+        list(pool.map(run, chunks))

@@ -1,0 +1,184 @@
+"""Files beside the journal, for pandas and for people: every evaluation, the critical ones, the generations, a summary.
+
+| file              | holds                                                                                 |
+|-------------------|---------------------------------------------------------------------------------------|
+| evaluations.csv   | one row for each rollout of each individual; an elite's are repeated, `reused` is 1    |
+| evaluations.jsonl | the same rows, one JSON object a line, with the counts per requirement as lists        |
+| critical.csv      | the rows of evaluations.csv with a risk of at least 14 (a collision, under `paper`)    |
+| generations.csv   | the figures of each generation, by individual and by simulation                        |
+| summary.json      | manifest, figures of the whole run and of its last ten generations, worst cases, genes |
+
+Numbers are written so that reading them back gives the same bits. A gene is `param_NAME`, in the file's unit; an index
+gene is the number of its option. Missing numbers are empty in CSV and null in JSON.
+"""
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from engine.search.assessment import take
+from engine.search.campaign import Campaign
+from engine.search.columns import SCALARS, to_columns
+from engine.search.evaluations import Evaluations, flat_rollouts
+from engine.search.figures import Figures
+from engine.search.journal import finite
+from engine.search.manifest import Manifest
+from engine.search.protocol import Operator
+from engine.search.store import store_errors
+from engine.streams import format_key
+from engine.vocabulary import EndReason, Verdict
+
+CRITICAL_RISK = 14
+"""The least score of a collision under the paper's bands."""
+LAST = 10
+"""Generations at the end that a summary shows apart."""
+
+_VERDICTS = {int(verdict): verdict.name.lower() for verdict in Verdict}
+_REASONS = {-1: "", **{int(reason): reason.name.lower() for reason in EndReason}}
+_OPERATORS = {int(operator): operator.name.lower() for operator in Operator}
+
+Column = Sequence[str]
+"""One text a row."""
+
+
+def write_exports(directory: Path, campaign: Campaign, manifest: Manifest, critical: int = CRITICAL_RISK) -> None:
+    """Write all files of the table above.
+
+    Raises:
+        StoreError: a file cannot be written.
+    """
+    evaluations = campaign.evaluations
+    names, columns = _table(evaluations, campaign.space.names)
+    lines = [",".join(row) for row in zip(*columns.values(), strict=True)]
+    score = flat_rollouts(evaluations).score
+    header = ",".join(map(_quoted, columns))
+    worst = [lines[row] for row in np.flatnonzero(score >= critical).tolist()]
+    with store_errors(directory):
+        _write_lines(directory / "evaluations.csv", [header, *lines])
+        _write_lines(directory / "critical.csv", [header, *worst])
+        _write_lines(directory / "evaluations.jsonl", _json_lines(columns, names, evaluations))
+        _write_lines(directory / "generations.csv", _generation_lines(campaign))
+        text = json.dumps(finite(summary(campaign, manifest)), indent=2, ensure_ascii=False, allow_nan=False)
+        _write_lines(directory / "summary.json", [text])
+
+
+def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
+    """What a person wants to know first; numbers that do not exist are NaN."""
+    head = asdict(manifest)
+    del head["file_text"]
+    return {
+        "manifest": head,
+        "stopped": campaign.stopped,
+        "generations": len(campaign.generations),
+        "seconds": campaign.elapsed,
+        "distinct_collisions": campaign.distinct_collisions,
+        "by_individual": asdict(campaign.by_individual),
+        "by_simulation": asdict(campaign.by_simulation),
+        "last_generations": {
+            "count": LAST,
+            "by_individual": asdict(campaign.last(LAST)),
+            "by_simulation": asdict(campaign.last(LAST, by_simulation=True)),
+        },
+        "worst": [
+            {**asdict(case), "genome": dict(zip(campaign.space.names, case.genome, strict=True)), "key": format_key(case.key)}
+            for case in campaign.worst
+        ],
+        "genes": [{**asdict(gene), "worst": list(gene.worst), "dead": gene.dead} for gene in campaign.genes],
+    }
+
+
+def _table(evaluations: Evaluations, genes: Sequence[str]) -> tuple[set[str], dict[str, Column]]:
+    """Names of the columns that hold words, and all columns as CSV texts."""
+    rollouts = evaluations.keys.shape[1]
+    runs = to_columns(flat_rollouts(evaluations))
+    words = {
+        "operator": _words(np.repeat(evaluations.operator, rollouts).tolist(), _OPERATORS),
+        "key": _keys(evaluations),
+        "verdict": _words(runs["verdict"], _VERDICTS),
+        "end_reason": _words(runs["end_reason"], _REASONS),
+    }
+    rows = np.repeat(np.arange(len(evaluations)), rollouts)
+    individuals = take(evaluations, rows) if rollouts > 1 else evaluations
+    columns: dict[str, Column] = {
+        "generation": _integers(individuals.places[:, 0].tolist()),
+        "place": _integers(individuals.places[:, 1].tolist()),
+        "rollout": _integers(np.tile(np.arange(rollouts), len(evaluations)).tolist()),
+        "operator": words["operator"],
+        "reused": _integers(individuals.reused.astype(int).tolist()),
+        "birth_generation": _integers(individuals.births[:, 0].tolist()),
+        "birth_place": _integers(individuals.births[:, 1].tolist()),
+        **_parents(individuals),
+        "key": words["key"],
+        **{f"param_{name}": _floats(individuals.genomes[:, gene].tolist()) for gene, name in enumerate(genes)},
+        "fitness": _floats(individuals.fitness.tolist()),
+    }
+    for name in SCALARS:
+        values = runs[name]
+        columns[name] = words[name] if name in words else _numbers(values)
+    return set(words), columns
+
+
+def _parents(individuals: Evaluations) -> dict[str, Column]:
+    names = [f"parent_{number}_{part}" for number in (1, 2) for part in ("generation", "place")]
+    numbers = individuals.parents.reshape(-1, 4)
+    return {name: _integers(numbers[:, column].tolist(), missing=-1) for column, name in enumerate(names)}
+
+
+def _keys(evaluations: Evaluations) -> Column:
+    """Stream keys as text; only birth and rollout differ within a run."""
+    keys = evaluations.keys.reshape(-1, evaluations.keys.shape[2])
+    if not len(keys):
+        return []
+    seed_method_run = format_key(keys[0]).rsplit(".", 3)[0]
+    return [f"{seed_method_run}.{a}.{b}.{c}" for a, b, c in keys[:, 3:].tolist()]
+
+
+def _words(codes: Sequence[Any], names: dict[int, str]) -> Column:
+    return [names[code] for code in codes]
+
+
+def _integers(values: Sequence[Any], missing: int | None = None) -> Column:
+    if missing is None:
+        return list(map(str, values))
+    return ["" if value == missing else str(value) for value in values]
+
+
+def _floats(values: Sequence[float]) -> Column:
+    return ["" if value != value else repr(value) for value in values]
+
+
+def _numbers(values: Sequence[Any]) -> Column:
+    return _floats(values) if values and isinstance(values[0], float) else _integers(values)
+
+
+def _json_lines(columns: dict[str, Column], words: set[str], evaluations: Evaluations) -> Iterable[str]:
+    """One object a line, from the texts of the CSV."""
+    runs = flat_rollouts(evaluations)
+    values = [
+        [f'"{text}"' for text in column] if name in words else [text or "null" for text in column]
+        for name, column in columns.items()
+    ]
+    counts = [[str(row) for row in table.tolist()] for table in (runs.tested, runs.failed)]
+    names = [json.dumps(name, ensure_ascii=False).replace("%", "%%") for name in (*columns, "tested", "failed")]
+    template = "{" + ", ".join(f"{name}: %s" for name in names) + "}"
+    return (template % row for row in zip(*values, *counts, strict=True))
+
+
+def _generation_lines(campaign: Campaign) -> Iterable[str]:
+    names = list(Figures.__dataclass_fields__)
+    yield ",".join(["generation", *names, *(f"simulated_{name}" for name in names)])
+    for row in campaign.generations:
+        numbers = [*vars(row.by_individual).values(), *vars(row.by_simulation).values()]
+        yield ",".join([str(row.generation), *("" if value != value else repr(value) for value in numbers)])
+
+
+def _quoted(text: str) -> str:
+    return '"' + text.replace('"', '""') + '"' if any(mark in text for mark in ',"\n') else text
+
+
+def _write_lines(path: Path, lines: Iterable[str]) -> None:
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -1,0 +1,194 @@
+"""The genetic algorithm of the CORTEX-AVD paper, with every gap decided.
+
+    pool = valid individuals of the last generation
+    while the new generation is not full:
+        u ~ U[0, 1)
+        u < 0.1          the best of the pool not yet taken in this generation     (elitism)
+        0.1 <= u < 0.9   two parents, one cut point, both children                 (single-point crossover)
+        else             one parent, one gene drawn anew in its range              (random mutation)
+
+What the paper leaves open, and what is done here:
+
+| gap | decision |
+|---|---|
+| parents | preset `cortex`: binary tournament; `cortex-literal`: uniform over the pool |
+| equal parents | the second parent has another genome; a pool of one genome only mutates |
+| last slot | one of the two children, by the stream |
+| rates | shares of draws; `per_individual` makes them shares of individuals |
+| elites | fitness, then birth; equal genomes count as taken; with nothing left to take, a mutation |
+| known children | bred again from new parents at most `max_redraws` times, then one gene is mutated |
+| one gene | there is no place to cut: a mutation instead |
+| nobody valid | a fresh random generation, inside the budget |
+
+An invalid or failed individual is never selected, crossed or mutated; it stays known. An elite is proposed with its
+stored result. The stream of an operator is that of the first slot it fills, so no result depends on any other slot.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from numpy.random import Generator
+
+from engine.config import GAConfig
+from engine.search.operators import crossover, draw_genome, mutate, next_elite, pick, tournament
+from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, StreamAt, check_answer
+
+PRESETS = {
+    "cortex": GAConfig(),
+    "cortex-literal": GAConfig(preset="cortex-literal", tournament=1),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class _Child:
+    genome: Genome
+    operator: Operator
+    parents: tuple[Birth, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Pool:
+    """The valid individuals of a generation, best first (ties: elder first)."""
+
+    genomes: tuple[Genome, ...] = ()
+    fitness: tuple[float, ...] = ()
+    births: tuple[Birth, ...] = ()
+    results: tuple[Result, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.genomes)
+
+
+Breed = Callable[[Generator, int], list[_Child]]
+"""(stream, how many) -> that many children."""
+
+
+class GeneticAlgorithm:
+    """Asks for one generation after another; see the table above."""
+
+    def __init__(self, box: Box, population: int, streams: StreamAt, config: GAConfig = PRESETS["cortex"]) -> None:
+        self._box = box
+        self._population = population
+        self._streams = streams
+        self._max_redraws = config.max_redraws
+        self._tournament = tournament_size(config)
+        self._elite_below, self._crossover_below = operator_thresholds(config)
+        self._generation = -1
+        self._pool = _Pool()
+        self._known: set[Genome] = set()
+        self._asked: list[Proposal] = []
+
+    def ask(self) -> list[Proposal]:
+        self._generation += 1
+        proposals: list[Proposal] = []
+        taken: set[Genome] = set()
+        while (slot := len(proposals)) < self._population:
+            stream = self._streams(self._generation, slot)
+            if not self._pool:
+                proposals += self._born(slot, self._distinct(self._random, stream, 1))
+            else:
+                proposals += self._fill(stream, slot, taken)
+        self._asked = proposals
+        return proposals
+
+    def tell(self, results: Sequence[Result]) -> None:
+        check_answer(self._asked, results)
+        self._pool = _pool_of(self._asked, results)
+
+    def _fill(self, stream: Generator, slot: int, taken: set[Genome]) -> list[Proposal]:
+        """One or two proposals from the next slot on, by the operator that the stream chooses."""
+        u = stream.random()
+        if u < self._elite_below and (elite := next_elite(range(len(self._pool)), self._pool.genomes, taken)) is not None:
+            taken.add(self._pool.genomes[elite])
+            return [self._kept(elite)]
+        crossing = self._elite_below <= u < self._crossover_below
+        if crossing and len(self._box) > 1 and len(set(self._pool.genomes)) > 1:
+            count = min(2, self._population - slot)
+            return self._born(slot, self._distinct(self._cross, stream, count))
+        return self._born(slot, self._distinct(self._mutate, stream, 1))
+
+    def _kept(self, member: int) -> Proposal:
+        pool = self._pool
+        return Proposal(pool.genomes[member], Operator.ELITE, pool.births[member], reused=pool.results[member])
+
+    def _born(self, slot: int, children: Sequence[_Child]) -> list[Proposal]:
+        return [
+            Proposal(child.genome, child.operator, Birth(self._generation, slot + place), child.parents)
+            for place, child in enumerate(children)
+        ]
+
+    def _distinct(self, breed: Breed, stream: Generator, count: int) -> list[_Child]:
+        """`count` children that nobody has proposed before, as far as redraws and one mutation can make them so."""
+        kept: list[_Child] = []
+        stale: list[_Child] = []
+        for _ in range(1 + self._max_redraws):
+            stale = []
+            for child in breed(stream, count - len(kept)):
+                (kept if self._claim(child.genome) else stale).append(child)
+            if not stale:
+                return kept
+        return kept + [self._forced(stream, child) for child in stale]
+
+    def _claim(self, genome: Genome) -> bool:
+        """Make the genome known; whether it was new."""
+        before = len(self._known)
+        self._known.add(genome)
+        return len(self._known) > before
+
+    def _forced(self, stream: Generator, child: _Child) -> _Child:
+        """One gene mutated. A box with few genomes can still yield a known one; it is simulated anew."""
+        genome = mutate(stream, child.genome, self._box)
+        self._known.add(genome)
+        crossed = child.operator is Operator.CROSSOVER
+        return _Child(genome, Operator.CROSSOVER_MUTATION if crossed else child.operator, child.parents)
+
+    def _random(self, stream: Generator, _count: int) -> list[_Child]:
+        return [_Child(draw_genome(stream, self._box), Operator.RANDOM)]
+
+    def _mutate(self, stream: Generator, _count: int) -> list[_Child]:
+        pool = self._pool
+        parent = tournament(stream, range(len(pool)), pool.fitness, self._tournament)
+        genome = mutate(stream, pool.genomes[parent], self._box)
+        return [_Child(genome, Operator.MUTATION, (pool.births[parent],))]
+
+    def _cross(self, stream: Generator, count: int) -> list[_Child]:
+        pool = self._pool
+        first = tournament(stream, range(len(pool)), pool.fitness, self._tournament)
+        others = [member for member, genome in enumerate(pool.genomes) if genome != pool.genomes[first]]
+        second = tournament(stream, others, pool.fitness, self._tournament)
+        genomes = crossover(stream, pool.genomes[first], pool.genomes[second])
+        births = pool.births[first], pool.births[second]
+        children = [_Child(genomes[0], Operator.CROSSOVER, births), _Child(genomes[1], Operator.CROSSOVER, births[::-1])]
+        return children if count == 2 else [children[pick(stream, 2)]]
+
+
+def tournament_size(config: GAConfig) -> int:
+    """How many compete to be a parent. ValueError for an unknown preset or an empty tournament."""
+    if config.preset not in PRESETS:
+        raise ValueError(f"preset: `{config.preset}` is none of {', '.join(PRESETS)}")
+    if config.tournament < 1:
+        raise ValueError(f"tournament: expected at least 1 competitor, got {config.tournament}")
+    return 1 if config.preset == "cortex-literal" else config.tournament
+
+
+def operator_thresholds(config: GAConfig) -> tuple[float, float]:
+    """Where elitism and crossover end in [0, 1). As shares of individuals, a crossover counts for its two children."""
+    rates = config.selection_rate, config.crossover_rate, config.mutation_rate
+    if not (min(rates) >= 0.0 and abs(sum(rates) - 1.0) < 1e-9):
+        raise ValueError(f"rates of selection, crossover and mutation: expected three that add up to 1, got {rates}")
+    selection, crossing, mutation = rates
+    if config.per_individual:
+        crossing /= 2.0
+    total = selection + crossing + mutation
+    return selection / total, (selection + crossing) / total
+
+
+def _pool_of(proposals: Sequence[Proposal], results: Sequence[Result]) -> _Pool:
+    pairs = [pair for pair in zip(proposals, results, strict=True) if pair[1].selectable]
+    pairs.sort(key=lambda pair: (-pair[1].fitness, pair[0].birth))
+    return _Pool(
+        genomes=tuple(proposal.genome for proposal, _ in pairs),
+        fitness=tuple(result.fitness for _, result in pairs),
+        births=tuple(proposal.birth for proposal, _ in pairs),
+        results=tuple(result for _, result in pairs),
+    )

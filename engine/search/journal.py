@@ -1,0 +1,196 @@
+"""The journal: one SQLite file with everything about a run, written one generation at a time.
+
+Each generation is one transaction in write-ahead mode, so a killed process loses at most the generation in flight.
+What a run *found* (`generation`, `individual`, `simulation`) is a pure function of file, settings and seed; what it
+took (`pace`, `status`) lies in tables of its own. Told in order, the individuals replay a searcher through ask and tell.
+
+| table      | one row for each                                                                       |
+|------------|----------------------------------------------------------------------------------------|
+| manifest   | field of `Manifest`, as JSON                                                           |
+| generation | generation: its figures, as JSON                                                       |
+| individual | place in a generation: genome, operator, parents, birth, fitness                       |
+| simulation | rollout that was run: verdict, counts per requirement, metrics, risk; named by birth   |
+| pace       | generation: seconds since the start                                                    |
+| status     | `running`, `stopped` or `finished` (one row)                                           |
+
+A stream key is the manifest's seed, method and run, then birth and rollout. Genomes and counts are little-endian
+blobs (float64; int32, tested then failed); NaN is NULL.
+"""
+
+import json
+import sqlite3
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, fields
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from engine.search.assessment import take
+from engine.search.campaign import Campaign, Progress
+from engine.search.columns import FLOATS, SCALARS, to_columns
+from engine.search.evaluations import Evaluations, flat_rollouts
+from engine.search.figures import GenerationFigures
+from engine.search.manifest import Manifest
+from engine.search.store import StoreError, store_errors
+
+APPLICATION_ID = 0x43525458
+"""Marks the file as ours ("CRTX")."""
+SCHEMA_VERSION = 1
+"""Rises with every change of the tables."""
+
+_SIMULATION = ",\n    ".join(f"{name} {'REAL' if name in FLOATS else 'INTEGER NOT NULL'}" for name in SCALARS)
+SCHEMA = f"""
+CREATE TABLE manifest (field TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE generation (generation INTEGER PRIMARY KEY, figures TEXT NOT NULL);
+CREATE TABLE individual (
+    generation INTEGER NOT NULL, place INTEGER NOT NULL,
+    birth_generation INTEGER NOT NULL, birth_place INTEGER NOT NULL, reused INTEGER NOT NULL,
+    operator INTEGER NOT NULL,
+    parent_1_generation INTEGER NOT NULL, parent_1_place INTEGER NOT NULL,
+    parent_2_generation INTEGER NOT NULL, parent_2_place INTEGER NOT NULL,
+    verdict INTEGER NOT NULL, fitness REAL, genome BLOB NOT NULL,
+    PRIMARY KEY (generation, place)
+) WITHOUT ROWID;
+CREATE TABLE simulation (
+    generation INTEGER NOT NULL, place INTEGER NOT NULL, rollout INTEGER NOT NULL,
+    {_SIMULATION},
+    counts BLOB NOT NULL,
+    PRIMARY KEY (generation, place, rollout)
+) WITHOUT ROWID;
+CREATE TABLE pace (generation INTEGER PRIMARY KEY, seconds REAL NOT NULL);
+CREATE TABLE status (status TEXT NOT NULL, seconds REAL);
+INSERT INTO status VALUES ('running', NULL);
+PRAGMA application_id = {APPLICATION_ID};
+PRAGMA user_version = {SCHEMA_VERSION};
+"""
+_ADD_INDIVIDUAL = f"INSERT INTO individual VALUES ({', '.join('?' * 13)})"
+_ADD_SIMULATION = f"INSERT INTO simulation VALUES ({', '.join('?' * (len(SCALARS) + 4))})"
+
+
+class Journal:
+    """An open journal that a running campaign writes; its `write` is an `on_generation`."""
+
+    def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
+        self.path = path
+        self._connection = connection
+        self._generations = 0
+
+    @classmethod
+    def create(cls, path: Path, manifest: Manifest) -> "Journal":
+        """Start the journal of a new run.
+
+        Raises:
+            StoreError: there is a file already, or it cannot be written.
+        """
+        if path.exists():
+            raise StoreError(f"`{path}` exists already", "name another --out; a run is never overwritten")
+        with store_errors(path):
+            connection = sqlite3.connect(path, isolation_level=None)
+            connection.execute("PRAGMA journal_mode = WAL")
+            connection.execute("PRAGMA synchronous = NORMAL")
+            connection.executescript(f"BEGIN; {SCHEMA} COMMIT;")
+            values = [(field.name, _to_json(getattr(manifest, field.name))) for field in fields(manifest)]
+            with _transaction(connection):
+                connection.executemany("INSERT INTO manifest VALUES (?, ?)", values)
+        return cls(path, connection)
+
+    def write(self, progress: Progress) -> None:
+        """Add one generation: all of it or, if anything goes wrong, nothing."""
+        self._write(progress.evaluations, progress.figures, progress.elapsed)
+
+    def finish(self, campaign: Campaign) -> None:
+        """Add what Ctrl-C kept from being written, say how the run ended, and leave one closed file behind."""
+        for figures in campaign.generations[self._generations :]:
+            rows = campaign.evaluations.places[:, 0] == figures.generation
+            self._write(take(campaign.evaluations, rows), figures, campaign.elapsed)
+        with store_errors(self.path):
+            with _transaction(self._connection) as connection:
+                status = "stopped" if campaign.stopped else "finished"
+                connection.execute("UPDATE status SET status = ?, seconds = ?", (status, campaign.elapsed))
+            self._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the file; a run that was not finished stays `running` in it."""
+        self._connection.close()
+
+    def _write(self, evaluations: Evaluations, figures: GenerationFigures, seconds: float) -> None:
+        with store_errors(self.path), _transaction(self._connection) as connection:
+            row = figures.generation, figures_json(figures)
+            connection.execute("INSERT INTO generation VALUES (?, ?)", row)
+            connection.executemany(_ADD_INDIVIDUAL, _individual_rows(evaluations))
+            connection.executemany(_ADD_SIMULATION, _simulation_rows(evaluations))
+            connection.execute("INSERT INTO pace VALUES (?, ?)", (figures.generation, seconds))
+        self._generations = figures.generation + 1
+
+
+@contextmanager
+def _transaction(connection: sqlite3.Connection) -> Iterator[sqlite3.Connection]:
+    """Commit at the end of the block, roll back if it raises."""
+    connection.execute("BEGIN IMMEDIATE")
+    try:
+        yield connection
+        connection.execute("COMMIT")
+    except BaseException:
+        if connection.in_transaction:
+            connection.execute("ROLLBACK")
+        raise
+
+
+def figures_json(figures: GenerationFigures) -> str:
+    """Figures of a generation without its number; NaN is null."""
+    document = {"by_individual": asdict(figures.by_individual), "by_simulation": asdict(figures.by_simulation)}
+    return _to_json(document)
+
+
+def _to_json(value: Any) -> str:
+    return json.dumps(finite(value), ensure_ascii=False, allow_nan=False)
+
+
+def finite(value: Any) -> Any:
+    """The value with every NaN and infinity as None, dataclasses as dictionaries."""
+    if isinstance(value, float):
+        return value if isfinite(value) else None
+    if isinstance(value, dict):
+        return {key: finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(item) for item in value]
+    return finite(asdict(value)) if hasattr(value, "__dataclass_fields__") else value
+
+
+def _individual_rows(evaluations: Evaluations) -> Iterable[tuple[Any, ...]]:
+    integers = np.concatenate(
+        [
+            evaluations.places,
+            evaluations.births,
+            evaluations.reused[:, np.newaxis],
+            evaluations.operator[:, np.newaxis],
+            evaluations.parents.reshape(-1, 4),
+            evaluations.verdict[:, np.newaxis],
+        ],
+        axis=1,
+    )
+    genomes = evaluations.genomes.astype("<f8")
+    rows = zip(integers.tolist(), evaluations.fitness.tolist(), genomes, strict=True)
+    return ((*numbers, fitness, genome.tobytes()) for numbers, fitness, genome in rows)
+
+
+def _simulation_rows(evaluations: Evaluations) -> Iterable[tuple[Any, ...]]:
+    """One row for each rollout that this generation ran, elites left out."""
+    new = take(evaluations, evaluations.simulated)
+    count, rollouts = new.rollouts.verdict.shape
+    keys = np.concatenate(
+        [
+            np.repeat(new.births, rollouts, axis=0),
+            np.tile(np.arange(rollouts), count)[:, np.newaxis],
+        ],
+        axis=1,
+    )
+    runs = flat_rollouts(new)
+    counts = np.concatenate([runs.tested, runs.failed], axis=1).astype("<i4")
+    columns = to_columns(runs).values()
+    blobs = (row.tobytes() for row in counts)
+    return zip(*keys.T.tolist(), *columns, blobs, strict=True)

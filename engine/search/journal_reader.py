@@ -1,0 +1,129 @@
+"""Reading a journal back: exactly what the campaign held when it was written."""
+
+import json
+import sqlite3
+from contextlib import closing
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from engine.search.aggregate import aggregate
+from engine.search.assessment import Assessment, map_arrays
+from engine.search.columns import SCALARS, from_columns
+from engine.search.evaluations import Evaluations
+from engine.search.figures import Figures, GenerationFigures
+from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION
+from engine.search.manifest import Manifest, Parameter
+from engine.search.searchers import SEARCHERS
+from engine.search.store import StoreError, store_errors
+from engine.tables import Ints
+
+
+@dataclass(frozen=True)
+class Record:
+    """A run as its journal tells it."""
+
+    manifest: Manifest
+    evaluations: Evaluations
+    generations: tuple[GenerationFigures, ...]
+    status: str
+    """`running` (or killed), `stopped`, `finished`."""
+    seconds: float
+    """NaN unless stopped or finished."""
+
+
+def read_journal(path: Path) -> Record:
+    """Read a whole run.
+
+    Raises:
+        StoreError: no such file, not a journal of ours, of a newer version, or damaged.
+    """
+    if not path.is_file():
+        raise StoreError(f"there is no journal at `{path}`", "name the folder of a run, such as runs/left_turn-ga-001")
+    with store_errors(path), closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as connection:
+        _check(path, connection)
+        manifest = _manifest(connection)
+        status, seconds = connection.execute("SELECT status, seconds FROM status").fetchone()
+        figures = connection.execute("SELECT generation, figures FROM generation ORDER BY generation").fetchall()
+        return Record(
+            manifest=manifest,
+            evaluations=_evaluations(connection, manifest),
+            generations=tuple(_figures(generation, text) for generation, text in figures),
+            status=status,
+            seconds=float("nan") if seconds is None else seconds,
+        )
+
+
+def _check(path: Path, connection: sqlite3.Connection) -> None:
+    if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
+        raise StoreError(f"`{path}` is a database of another program", "name the folder of a run")
+    found = connection.execute("PRAGMA user_version").fetchone()[0]
+    if found != SCHEMA_VERSION:
+        raise StoreError(
+            f"`{path}` has version {found} of the journal, this program reads {SCHEMA_VERSION}",
+            "use the version of cortexc that wrote it",
+        )
+
+
+def _manifest(connection: sqlite3.Connection) -> Manifest:
+    values = {field: json.loads(value) for field, value in connection.execute("SELECT field, value FROM manifest")}
+    for name in ("command_line", "requirements", "rules", "actors"):
+        values[name] = tuple(values[name])
+    values["parameters"] = tuple(Parameter(**{**row, "options": tuple(row["options"])}) for row in values["parameters"])
+    return Manifest(**{field.name: values[field.name] for field in fields(Manifest)})
+
+
+def _figures(generation: int, text: str) -> GenerationFigures:
+    tables = json.loads(text)
+    by = {name: Figures(**{key: _number(value) for key, value in table.items()}) for name, table in tables.items()}
+    return GenerationFigures(generation, **by)
+
+
+def _number(value: Any) -> Any:
+    return float("nan") if value is None else value
+
+
+def _evaluations(connection: sqlite3.Connection, manifest: Manifest) -> Evaluations:
+    rows = connection.execute("SELECT * FROM individual ORDER BY generation, place").fetchall()
+    integers = np.array([row[:11] for row in rows], dtype=np.int32).reshape(len(rows), 11)
+    genomes = np.frombuffer(b"".join(row[12] for row in rows), dtype="<f8").astype(np.float64)
+    births = integers[:, 2:4]
+    names, runs = _simulations(connection, len(manifest.requirements))
+    at = np.array([names[generation, place] for generation, place in births.tolist()], dtype=np.int64)
+    rollouts = map_arrays(runs, lambda array: array[at])
+    valid = rollouts.verdict == 0
+    return Evaluations(
+        genomes=genomes.reshape(len(rows), len(manifest.parameters)),
+        places=integers[:, 0:2],
+        births=births,
+        operator=integers[:, 5],
+        parents=integers[:, 6:10].reshape(-1, 2, 2),
+        reused=integers[:, 4].astype(bool),
+        verdict=integers[:, 10],
+        fitness=aggregate(rollouts.score.astype(np.float64), valid, manifest.settings["search"]["aggregate"]),
+        keys=_keys(births, rollouts.verdict.shape[1], manifest),
+        rollouts=rollouts,
+    )
+
+
+def _simulations(connection: sqlite3.Connection, requirements: int) -> tuple[dict[tuple[int, int], int], Assessment]:
+    """Row of each birth, and all simulations as arrays (births, k, …)."""
+    rows = connection.execute("SELECT * FROM simulation ORDER BY generation, place, rollout").fetchall()
+    births = {birth: number for number, birth in enumerate(dict.fromkeys((row[0], row[1]) for row in rows))}
+    values = list(zip(*rows, strict=True)) or [()] * (len(SCALARS) + 4)
+    columns = {name: list(column) for name, column in zip(SCALARS, values[3:-1], strict=True)}
+    counts = np.frombuffer(b"".join(values[-1]), dtype="<i4").astype(np.int64).reshape(len(rows), 2, requirements)
+    runs = from_columns(columns, counts[:, 0], counts[:, 1])
+    rollouts = len(rows) // max(1, len(births))
+    return births, map_arrays(runs, lambda array: array.reshape(len(births), rollouts, *array.shape[1:]))
+
+
+def _keys(births: Ints, rollouts: int, manifest: Manifest) -> Ints:
+    """(n, k, 6) stream keys."""
+    keys = np.empty((len(births), rollouts, 6), dtype=np.int64)
+    keys[:] = (manifest.seed, int(SEARCHERS[manifest.method].method), manifest.run, 0, 0, 0)
+    keys[:, :, 3:5] = births[:, np.newaxis]
+    keys[:, :, 5] = np.arange(rollouts)
+    return keys

@@ -1,0 +1,117 @@
+"""What a searcher and a campaign say to one another: it asks with proposals and is told results. It never sees more.
+
+An *individual* is one place in a generation. Its `Birth` is the place where its genome was first simulated: an elite
+keeps the birth of the individual that it repeats, and with it the stream of its scenes.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import NamedTuple, Protocol
+
+from numpy.random import Generator
+
+from engine.program import ParamSpace
+from engine.vocabulary import GeneKind, Verdict
+
+Genome = tuple[float, ...]
+"""Gene values in the file's own units, in the order of the file. Equal tuples are equal genomes."""
+
+StreamAt = Callable[[int, int], Generator]
+"""(generation, slot) -> the stream of the operator that fills that slot; no two addresses share numbers."""
+
+
+class Operator(IntEnum):
+    """How an individual came to be."""
+
+    RANDOM = 0
+    ELITE = 1
+    CROSSOVER = 2
+    MUTATION = 3
+    CROSSOVER_MUTATION = 4
+    """A child that was known whatever its parents, so that one of its genes was drawn anew."""
+
+
+class Status(IntEnum):
+    """What a searcher may know of an evaluation's fate."""
+
+    VALID = 0
+    INVALID = 1
+    ERROR = 2
+    REUSED = 3
+    """An elite's: the stored result of its birth."""
+
+
+class Birth(NamedTuple):
+    """Where an individual was first simulated; its identity, and its place in the order of age."""
+
+    generation: int
+    index: int
+
+
+@dataclass(frozen=True)
+class Box:
+    """The space of a search: each gene in its own closed range, file units."""
+
+    names: tuple[str, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    kinds: tuple[GeneKind, ...]
+    """INTEGER and INDEX genes take whole numbers only."""
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @classmethod
+    def of(cls, space: ParamSpace) -> "Box":
+        kinds = tuple(GeneKind(kind) for kind in space.kinds)
+        return cls(space.names, tuple(space.low.tolist()), tuple(space.high.tolist()), kinds)
+
+    def holds(self, genome: Genome) -> bool:
+        """Whether the genome lies in the box, discrete genes on whole numbers."""
+        return len(genome) == len(self) and all(
+            low <= value <= high and (kind is GeneKind.CONTINUOUS or value == int(value))
+            for value, low, high, kind in zip(genome, self.low, self.high, self.kinds, strict=True)
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What became of a proposal."""
+
+    status: Status
+    fitness: float
+    """Larger is riskier; NaN unless valid or reused."""
+    verdict: Verdict
+
+    @property
+    def selectable(self) -> bool:
+        """Whether the individual may breed or be kept."""
+        return self.status in (Status.VALID, Status.REUSED)
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """One individual that a searcher wants in the next generation."""
+
+    genome: Genome
+    operator: Operator
+    birth: Birth
+    parents: tuple[Birth, ...] = ()
+    """In the order in which they gave genes."""
+    reused: Result | None = None
+    """The stored result of an individual that need not be simulated again."""
+
+
+class Searcher(Protocol):
+    """Proposes one generation at a time. `tell` answers the last `ask`, in its order."""
+
+    def ask(self) -> list[Proposal]: ...
+
+    def tell(self, results: Sequence[Result]) -> None: ...
+
+
+def check_answer(proposals: Sequence[Proposal], results: Sequence[Result]) -> None:
+    """Raise ValueError unless there is one result for each proposal."""
+    if len(results) != len(proposals):
+        raise ValueError(f"results: expected one for each of the {len(proposals)} proposals, got {len(results)}")

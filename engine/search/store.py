@@ -1,0 +1,93 @@
+"""Run directories: where a search leaves what it found. Nothing that is there is ever overwritten."""
+
+import errno
+import re
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+JOURNAL = "journal.sqlite"
+"""The one file that holds everything; the others beside it are exports of it."""
+
+
+class StoreError(Exception):
+    """Results cannot be kept, or read: what is wrong, and what to do about it."""
+
+    def __init__(self, message: str, cure: str) -> None:
+        self.message = message
+        self.cure = cure
+        super().__init__(f"{message} ({cure})")
+
+
+def numbered_directory(name: str, method: str, root: Path = Path("runs")) -> Path:
+    """Make and return the next of `runs/<name>-<method>-001`, `-002`, …; safe beside other commands doing the same."""
+    stem = f"{_portable(name)}-{_portable(method)}"
+    with store_errors(root):
+        root.mkdir(parents=True, exist_ok=True)
+        number = _last_number(root, stem)
+        while True:
+            number += 1
+            directory = root / f"{stem}-{number:03d}"
+            try:
+                directory.mkdir()
+            except FileExistsError:
+                continue
+            return directory
+
+
+def new_directory(directory: Path) -> Path:
+    """Make a run directory where the user asked for one; it may exist if it is empty."""
+    with store_errors(directory):
+        directory.mkdir(parents=True, exist_ok=True)
+        if (directory / JOURNAL).exists():
+            raise StoreError(f"`{directory}` already holds a run", "name another --out; a run is never overwritten")
+        if any(directory.iterdir()):
+            raise StoreError(f"`{directory}` is not empty", "name a new or an empty folder with --out")
+        probe = directory / ".write-test"
+        probe.touch()
+        probe.unlink()
+    return directory
+
+
+def _last_number(root: Path, stem: str) -> int:
+    pattern = re.compile(re.escape(stem) + r"-(\d{3,})")
+    return max((int(match[1]) for path in root.iterdir() if (match := pattern.fullmatch(path.name))), default=0)
+
+
+def _portable(name: str) -> str:
+    """The name with everything that a file system may mind replaced."""
+    return re.sub(r"[^A-Za-z0-9_.-]+", "-", name).strip("-.")[:80] or "scenario"
+
+
+@contextmanager
+def store_errors(path: Path) -> Iterator[None]:
+    """Turn what the file system or SQLite says about `path` into a StoreError with a cure."""
+    try:
+        yield
+    except OSError as error:
+        raise StoreError(f"cannot write `{path}`: {error.strerror or error}", _cure_of(error)) from error
+    except sqlite3.Error as error:
+        raise _journal_error(path, error) from error
+
+
+def _cure_of(error: OSError) -> str:
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return "free some space or name a folder on another disk with --out; generations already written are kept"
+    if isinstance(error, FileExistsError | NotADirectoryError):
+        return "a part of this path is a file; name another folder with --out"
+    return "name a folder that you may write to with --out"
+
+
+def _journal_error(path: Path, error: sqlite3.Error) -> StoreError:
+    text = str(error)
+    if "full" in text:
+        cure = "free some space or name a folder on another disk with --out; generations already written are kept"
+        return StoreError(f"no space left for `{path}`", cure)
+    if "not a database" in text or "malformed" in text:
+        return StoreError(f"`{path}` is not a readable journal: {text}", "restore it from a copy, or repeat the run")
+    if "locked" in text:
+        return StoreError(f"`{path}` is in use by another process", "wait for it, or name another --out")
+    if "unable to open" in text or "readonly" in text:
+        return StoreError(f"cannot open `{path}`: {text}", "name a folder that you may write to with --out")
+    return StoreError(f"`{path}`: {text}", "name another folder with --out")

@@ -1,0 +1,170 @@
+"""What every kind of actor is made of: one row of `MODELS` each, with its source. SI units, angles in radians.
+
+Sources by the short names used below:
+
+- CommonRoad: Althoff, Koschi, Manzinger (2017), "CommonRoad: Composable benchmarks for motion planning on roads",
+  IV 2017; parameters of vehicle 2 (BMW 320i). Its centre of gravity is taken as the centre of its outline.
+- AASHTO: "A Policy on Geometric Design of Highways and Streets" (2011), tables 2-1 and 2-2: design vehicles P
+  (passenger car), SU-30 (truck) and CITY-BUS. The steering limit is asin(wheelbase / centre-line turning radius).
+- R13, R78: UN Regulations 13 (mean fully developed deceleration of trucks and buses, 5.0 m/s^2) and 78 (motorcycles).
+- ISO 4210: stopping distance of a bicycle, 7 m from 25 km/h on a dry road, hence 3.4 m/s^2.
+- Fruin (1971), "Pedestrian Planning and Design": the body ellipse, 24 x 18 inches, as a rectangle.
+
+What has none of these as its source is marked *ours*: a round figure within the range usual for its kind.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from engine.vocabulary import ActorKind
+
+STEER_RATE = 0.7
+"""How fast any steering angle may change [rad/s]; *ours*: brisk hands, twice the CommonRoad limit of 0.4."""
+VIEW_ANGLE = math.pi / 2
+"""Opening angle of the sector in which others are noticed, of every kind [rad]."""
+VIEW_DISTANCE = 50.0
+"""Radius of that sector [m]."""
+DRY_FRICTION = 1.0
+"""Friction coefficient of a tyre on a dry road."""
+
+
+@dataclass(frozen=True)
+class ActorModel:
+    """The properties of one kind; those that `vocabulary.Column` names are defaults that a scene may override."""
+
+    length: float
+    """Of the outline, along the heading [m]."""
+    width: float
+    wheelbase: float
+    """Front to rear axle [m]; no meaning (1.0) for kinds without wheels."""
+    rear_to_center: float
+    """How far ahead of the rear axle the outline's centre lies [m]; 0 for kinds without wheels."""
+    mass: float
+    """[kg], a motorcycle's or bicycle's with its rider."""
+    yaw_inertia: float
+    """About the vertical axis through the outline's centre [kg m^2]; for contact physics."""
+    max_steer: float
+    """Largest steering angle of the (middle of the) front axle, either way [rad]."""
+    max_acceleration: float
+    """At full throttle, and the limit of the speed controller [m/s^2]."""
+    max_braking: float
+    """Deceleration at full pedal [m/s^2]."""
+    max_speed: float = math.inf
+    """Binds pedestrians only [m/s]."""
+    friction: float = DRY_FRICTION
+    view_angle: float = VIEW_ANGLE
+    view_distance: float = VIEW_DISTANCE
+    steer_rate: float = STEER_RATE
+
+
+def rectangle_inertia(mass: float, length: float, width: float) -> float:
+    """Yaw inertia of a uniform rectangle about its centre [kg m^2]."""
+    return mass * (length**2 + width**2) / 12.0
+
+
+CAR = ActorModel(
+    length=4.508,
+    width=1.610,
+    wheelbase=2.579,
+    rear_to_center=1.423,
+    mass=1093.0,
+    yaw_inertia=1792.0,
+    max_steer=0.551,
+    max_acceleration=3.0,
+    max_braking=8.0,
+)
+"""CommonRoad; steering AASHTO P (asin 3.35 / 6.40: CommonRoad's 61 degrees turn no real car); pedals *ours*."""
+
+TRUCK = ActorModel(
+    length=9.14,
+    width=2.44,
+    wheelbase=6.10,
+    rear_to_center=2.74,
+    mass=10_000.0,
+    yaw_inertia=rectangle_inertia(10_000.0, 9.14, 2.44),
+    max_steer=0.555,
+    max_acceleration=1.2,
+    max_braking=5.0,
+)
+"""AASHTO SU-30 (rear overhang 1.83 m, turning radius 11.58 m); braking R13; mass and acceleration *ours*."""
+
+BUS = ActorModel(
+    length=12.20,
+    width=2.59,
+    wheelbase=7.62,
+    rear_to_center=3.66,
+    mass=14_000.0,
+    yaw_inertia=rectangle_inertia(14_000.0, 12.20, 2.59),
+    max_steer=0.723,
+    max_acceleration=1.2,
+    max_braking=5.0,
+)
+"""AASHTO CITY-BUS (rear overhang 2.44 m, turning radius 11.52 m); braking R13; mass and acceleration *ours*."""
+
+MOTORCYCLE = ActorModel(
+    length=2.1,
+    width=0.8,
+    wheelbase=1.4,
+    rear_to_center=0.7,
+    mass=275.0,
+    yaw_inertia=rectangle_inertia(275.0, 2.1, 0.8),
+    max_steer=0.6,
+    max_acceleration=4.0,
+    max_braking=7.0,
+)
+"""*Ours*; braking above the 5.1 m/s^2 that R78 asks for, as a practised rider reaches it."""
+
+BICYCLE = ActorModel(
+    length=1.8,
+    width=0.6,
+    wheelbase=1.05,
+    rear_to_center=0.525,
+    mass=90.0,
+    yaw_inertia=rectangle_inertia(90.0, 1.8, 0.6),
+    max_steer=0.7,
+    max_acceleration=1.0,
+    max_braking=3.4,
+)
+"""Braking ISO 4210; the rest *ours*."""
+
+PEDESTRIAN = ActorModel(
+    length=0.46,
+    width=0.61,
+    wheelbase=1.0,
+    rear_to_center=0.0,
+    mass=75.0,
+    yaw_inertia=rectangle_inertia(75.0, 0.46, 0.61),
+    max_steer=math.pi,
+    max_acceleration=2.0,
+    max_braking=3.0,
+    max_speed=5.0,
+)
+"""Outline Fruin, faces along the short side; the rest *ours* (5 m/s is a hard run)."""
+
+OBSTACLE = ActorModel(
+    length=1.0,
+    width=1.0,
+    wheelbase=1.0,
+    rear_to_center=0.0,
+    mass=200.0,
+    yaw_inertia=rectangle_inertia(200.0, 1.0, 1.0),
+    max_steer=0.0,
+    max_acceleration=0.0,
+    max_braking=0.0,
+    max_speed=0.0,
+)
+"""*Ours*: a thing in the way that never moves by itself."""
+
+MODELS: Mapping[ActorKind, ActorModel] = MappingProxyType(
+    {
+        ActorKind.CAR: CAR,
+        ActorKind.TRUCK: TRUCK,
+        ActorKind.BUS: BUS,
+        ActorKind.MOTORCYCLE: MOTORCYCLE,
+        ActorKind.BICYCLE: BICYCLE,
+        ActorKind.PEDESTRIAN: PEDESTRIAN,
+        ActorKind.OBSTACLE: OBSTACLE,
+    }
+)

@@ -1,0 +1,140 @@
+"""The command line itself: what it takes, what it refuses, and what it says then."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from cortex_dsl.cli import main
+from cortex_dsl.cli.parser import build_parser, to_request
+from cortex_dsl.cli.request import Mode, Request
+from cortex_dsl.version import VERSION
+
+
+def request_of(*arguments: str) -> Request:
+    return to_request(build_parser().parse_args(list(arguments)), arguments)
+
+
+def test_help_is_complete(capsys: pytest.CaptureFixture[str]) -> None:
+    """`--help` answers on stdout and names every option with a sentence of its own."""
+    assert main(["--help"]) == 0
+    text = capsys.readouterr().out
+    for action in build_parser()._actions:
+        assert action.help
+        assert all(name in text for name in action.option_strings if name != "--no-color")
+    assert "exit codes" in text
+    assert "\x1b" not in text
+
+
+def test_help_fits_a_narrow_terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Options and their texts wrap at 80 columns; only examples may be longer."""
+    monkeypatch.setenv("COLUMNS", "80")
+    main(["--help"])
+    options = capsys.readouterr().out.split("examples:")[0].splitlines()[1:]
+    assert max(map(len, options)) <= 80
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    """`--version` prints the version and nothing else."""
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"cortexc {VERSION}\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "mode"),
+    [
+        ([], Mode.RUN),
+        (["--ga"], Mode.SEARCH),
+        (["--random"], Mode.SEARCH),
+        (["--ga", "--random"], Mode.SEARCH),
+        (["--sample", "10"], Mode.SAMPLE),
+        (["--check"], Mode.CHECK),
+        (["--emit", "ir"], Mode.EMIT),
+    ],
+)
+def test_flags_choose_the_mode(arguments: list[str], mode: Mode) -> None:
+    """One flag, one thing to do; none: one run."""
+    assert request_of("a.scn", *arguments).mode is mode
+
+
+def test_options_arrive() -> None:
+    """Every option of a search lands in the request under its own name."""
+    search = "--ga --random --generations 3 --population 4 --seed 5 --preset cortex-literal --engine world"
+    more = "--rollouts 2 --aggregate q90 --jobs 6 --out there --max-attempts 7 --time-step 0.01"
+    output = "--profile literature --json --no-colour"
+    words = f"a.scn {search} {more} {output}".split()
+    request = request_of(*words, "-p", "A=5 km/h", "-p", "B=Range(1, 2)")
+    assert request.methods == ("ga", "random")
+    assert (request.generations, request.population, request.seed) == (3, 4, 5)
+    assert (request.preset, request.engine, request.rollouts, request.aggregate) == (
+        "cortex-literal",
+        "world",
+        2,
+        "q90",
+    )
+    assert (request.jobs, request.out, request.max_attempts, request.time_step) == (6, Path("there"), 7, 0.01)
+    assert (request.profile, request.json, request.colour) == ("literature", True, False)
+    assert request.overrides == {"A": "5 km/h", "B": "Range(1, 2)"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--ga", "--population", "1"], "--population: must be at least 2 .*not 1"),
+        (["--ga", "--population", "-3"], "--population: must be at least 2"),
+        (["--ga", "--population", "nan"], "--population: must be a whole number, not `nan`"),
+        (["--ga", "--generations", "0"], "--generations: must be at least 1"),
+        (["--ga", "--generations", "1e3"], "--generations: must be a whole number"),
+        (["--ga", "--generations", "10000", "--population", "1000000"], "more than 100,000,000 simulations"),
+        (["--seed", "-1"], "--seed: must be at least 0"),
+        (["--seed", str(2**63)], "--seed: must be at most"),
+        (["--time-step", "nan"], "--time-step: must lie between"),
+        (["--time-step", "0"], "--time-step: must lie between"),
+        (["--time-step", "inf"], "--time-step: must lie between"),
+        (["--time-step", "soon"], "--time-step: must be a number of seconds"),
+        (["--sample", "0"], "--sample: must be at least 1"),
+        (["--ga", "--rollouts", "2", "--aggregate", "q100"], "--aggregate: must be `mean`, `max` or a quantile"),
+        (["--ga", "--aggregate", "max"], "--aggregate has no effect"),
+        (["--random", "--preset", "cortex"], "--preset has no effect"),
+        (["--generations", "3"], "--generations has no effect on a single run"),
+        (["--check", "--seed", "3"], "--seed has no effect on --check"),
+        (["--sample", "3", "--engine", "batch"], "--engine has no effect on --sample"),
+        (["--ga", "--check"], "--ga and --check ask for different things"),
+        (["--emit", "nothing"], "--emit: invalid choice"),
+        (["--engine", "fast"], "--engine: invalid choice"),
+        (["-p", "SPEED"], "--param: must be NAME=VALUE"),
+        (["-p", "=5"], "cannot be the name of a param"),
+        (["-p", "A=1", "-p", "A=2"], "-p A is given twice"),
+        (["--popluation", "5"], "unknown option `--popluation`; did you mean `--population`"),
+        (["b.scn"], "unexpected argument `b.scn`"),
+        (["--gener", "5"], "unknown option `--gener`"),
+    ],
+)
+def test_slips_are_said(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """A wrong command line ends with 2 and one line that says what would be right."""
+    assert main(["a.scn", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith("cortexc: ")
+    assert re.search(message, captured.err), captured.err
+
+
+def test_no_file(capsys: pytest.CaptureFixture[str]) -> None:
+    """`cortexc` alone says how to begin."""
+    assert main([]) == 2
+    assert "no file given" in capsys.readouterr().err
+
+
+def test_subcommands_are_found_by_their_first_word(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A row in the table and a module are all that a new command takes."""
+    import sys
+    from types import SimpleNamespace
+
+    from cortex_dsl.cli import commands
+
+    seen: list[list[str]] = []
+    module = SimpleNamespace(main=lambda arguments, terminal: seen.append(list(arguments)) or 7)
+    monkeypatch.setitem(sys.modules, "a_new_command", module)
+    monkeypatch.setitem(commands.SUBCOMMANDS, "new", commands.Subcommand("a_new_command", "does something new"))
+    assert main(["new", "--flag", "x"]) == 7
+    assert seen == [["--flag", "x"]]

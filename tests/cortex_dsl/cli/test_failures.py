@@ -1,0 +1,127 @@
+"""What the command does when something goes wrong: a slip, a path, a bug of ours, a reader that leaves."""
+
+import os
+import stat
+import sys
+from pathlib import Path
+
+import pytest
+
+import cortex_dsl.cli.commands
+from cortex_dsl.cli import main
+from cortex_dsl.cli.exits import UsageError
+from cortex_dsl.cli.files import insist_writable, read_source
+
+
+def test_missing_file_suggests_the_nearest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A misspelt path ends with 2 and names the file that was meant."""
+    (tmp_path / "left_turn.scn").write_text("")
+    assert main([str(tmp_path / "left_trun.scn"), "--check"]) == 2
+    assert "did you mean" in (error := capsys.readouterr().err)
+    assert "left_turn.scn" in error
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"\x7fELF\x00\x00", "not a text file"),
+        (b"x = 1\ny = \xff\xfe", r"not UTF-8 text \(line 2\)"),
+        (b"#" * (5 * 1024 * 1024), "larger than 4 MB"),
+    ],
+)
+def test_unreadable_contents(content: bytes, message: str, tmp_path: Path) -> None:
+    """What is no text is refused before the parser sees it."""
+    path = tmp_path / "a.scn"
+    path.write_bytes(content)
+    with pytest.raises(UsageError, match=message):
+        read_source(path)
+
+
+def test_folder_instead_of_a_file(tmp_path: Path) -> None:
+    """A folder is refused with a file in it as advice."""
+    (tmp_path / "a.scn").write_text("")
+    with pytest.raises(UsageError, match="is a folder") as caught:
+        read_source(tmp_path)
+    assert "a.scn" in caught.value.cure
+
+
+def test_line_endings_and_byte_order_mark_vanish(tmp_path: Path) -> None:
+    """A file from another system reads like any other."""
+    path = tmp_path / "a.scn"
+    path.write_bytes(b"\xef\xbb\xbfa = 1\r\nb = 2\r\n")
+    assert read_source(path).text == "a = 1\nb = 2\n"
+
+
+def test_results_cannot_go_where_a_file_stands(tmp_path: Path) -> None:
+    """`--out` is looked at before any work is done."""
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UsageError, match="is a file"):
+        insist_writable(tmp_path / "file")
+    with pytest.raises(UsageError, match="is a file"):
+        insist_writable(tmp_path / "file" / "below")
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_results_cannot_go_to_a_read_only_folder(tmp_path: Path) -> None:
+    """A folder without write permission is refused at once."""
+    tmp_path.chmod(stat.S_IRUSR | stat.S_IXUSR)
+    with pytest.raises(UsageError, match="no permission"):
+        insist_writable(tmp_path / "runs")
+
+
+def broken(*_: object) -> int:
+    raise ValueError("the cat walked over the keyboard")
+
+
+def test_our_bug(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """A bug of ours ends with 70, one line, and a file to send; never with a traceback."""
+    monkeypatch.setattr(cortex_dsl.cli.commands, "execute", broken)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.delenv("CORTEXC_DEBUG", raising=False)
+    assert main(["a.scn"]) == 70
+    error = capsys.readouterr().err
+    assert "the cat walked over the keyboard" in error
+    assert "please report" in error
+    assert "Traceback" not in error
+    (details,) = tmp_path.glob("cortexc-bug-*.txt")
+    assert "Traceback" in details.read_text()
+
+
+def test_our_bug_with_nowhere_to_write(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Where no file can be written, the line itself says where it happened."""
+    monkeypatch.setattr(cortex_dsl.cli.commands, "execute", broken)
+    monkeypatch.setattr("tempfile.tempdir", "/nonexistent")
+    assert main(["a.scn"]) == 70
+    assert "broken in line" in capsys.readouterr().err
+
+
+def test_debug_shows_the_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    """CORTEXC_DEBUG=1 lets the exception through, for a developer."""
+    monkeypatch.setattr(cortex_dsl.cli.commands, "execute", broken)
+    monkeypatch.setenv("CORTEXC_DEBUG", "1")
+    with pytest.raises(ValueError, match="the cat"):
+        main(["a.scn"])
+
+
+def test_interrupted(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Ctrl-C anywhere ends with 130 and a word."""
+
+    def interrupted(*_: object) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cortex_dsl.cli.commands, "execute", interrupted)
+    assert main(["a.scn"]) == 130
+    assert "interrupted" in capsys.readouterr().err
+
+
+def test_foreign_engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Another package called `engine` is named in one line instead of failing somewhere inside."""
+    (tmp_path / "engine").mkdir()
+    (tmp_path / "engine" / "__init__.py").write_text("")
+    monkeypatch.syspath_prepend(tmp_path)
+    for name in [name for name in sys.modules if name.split(".")[0] == "engine"]:
+        monkeypatch.delitem(sys.modules, name)
+    assert main(["--version"]) == 2
+    error = capsys.readouterr().err
+    assert str(tmp_path / "engine") in error
+    assert len(error.splitlines()) == 2

@@ -1,0 +1,56 @@
+"""The story of a run: what is told, in which order."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from cortex_dsl.report.story import Moment, tell
+from engine.program import Program
+from engine.scenes import Outcomes, Trajectory
+from engine.vocabulary import EndReason, State
+
+
+def kinds(moments: list[Moment]) -> list[str]:
+    return [moment.kind for moment in moments]
+
+
+def test_told_in_the_order_of_time(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
+    """Start, fastest closing, braking, closest approach, standstill, off the road, end."""
+    moments = tell(program, outcomes, trajectory)
+    assert [moment.time for moment in moments] == sorted(moment.time for moment in moments)
+    assert kinds(moments) == ["start", "start", "fastest", "brake", "closest", "rest", "left_road", "end"]
+
+
+def test_contact_replaces_the_closest_approach(program: Program, collision: Outcomes, trajectory: Trajectory) -> None:
+    """Distance zero is called contact, once."""
+    told = kinds(tell(program, collision, trajectory))
+    assert told.count("contact") == 1
+    assert "closest" not in told
+    assert "end" not in told
+
+
+def test_short_pauses_in_braking_are_not_told(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
+    """A pedal that flutters is one braking; one after a real pause is another."""
+    states = trajectory.states.copy()
+    states[:, 0, State.BRAKE] = 0.0
+    states[10:20:2, 0, State.BRAKE] = 0.5
+    states[50:55, 0, State.BRAKE] = 0.5
+    told = tell(program, outcomes, replace(trajectory, states=states))
+    assert [moment.time for moment in told if moment.kind == "brake"] == [0.45, 2.45]
+
+
+def test_a_rule_is_named_with_its_line(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
+    """Whoever reads the end finds the line that caused it."""
+    assert "(line 43)" in tell(program, outcomes, trajectory)[-1].text
+
+
+def test_every_reason_of_an_end_has_words(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
+    """No reason is left without a sentence."""
+    for reason in EndReason:
+        ended = replace(
+            outcomes,
+            end_reason=np.array([reason], dtype=np.int32),
+            end_rule=np.array([-1], dtype=np.int32),
+            contact_actors=np.array([[0, 1]], dtype=np.int32),
+        )
+        assert tell(program, ended, trajectory)[-1].text

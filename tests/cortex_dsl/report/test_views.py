@@ -1,0 +1,199 @@
+"""Every view at every width: it renders, fits, and says what it must."""
+
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rich.console import Console, RenderableType
+
+from cortex_dsl.report.exhausted_view import exhausted_view
+from cortex_dsl.report.progress import SearchProgress, progress_view
+from cortex_dsl.report.run_view import RunReport, run_view
+from cortex_dsl.report.sample_view import sample_view
+from cortex_dsl.report.search_report import SearchReport
+from cortex_dsl.report.search_view import comparison_view, search_view
+from cortex_dsl.report.tally import Tally
+from cortex_dsl.report.theme import THEME
+from engine.program import Program, RoadSpec
+from engine.road import build_network, outline
+from engine.scenes import Outcomes, Scenes, Trajectory
+from engine.vocabulary import Method, Verdict
+
+WIDTHS = (60, 80, 100, 120)
+ROAD = outline(build_network(RoadSpec()))
+
+
+def render(view: RenderableType, width: int, *, encoding: str = "utf-8", colour: bool = False) -> str:
+    """What the view prints on a terminal of this width; the encoding must be able to hold it."""
+    stream = io.TextIOWrapper(io.BytesIO(), encoding=encoding)
+    console = Console(file=stream, theme=THEME, width=width, highlight=False, force_terminal=colour, markup=False)
+    console.print(view)
+    stream.flush()
+    assert isinstance(stream.buffer, io.BytesIO)
+    return stream.buffer.getvalue().decode(encoding)
+
+
+def assert_fits(text: str, width: int) -> None:
+    assert max(map(len, text.splitlines())) <= width
+
+
+@pytest.fixture
+def run(program: Program, scenes: Scenes, outcomes: Outcomes, trajectory: Trajectory) -> RunReport:
+    return RunReport(
+        program=program,
+        scenes=scenes,
+        outcomes=outcomes,
+        trajectory=trajectory,
+        aftermath=(),
+        score=11,
+        parts=(0.0, 4.0, 3.0, 4.0),
+        pair=0,
+        profile="paper",
+        engine="world",
+        road=ROAD,
+        reproduce="cortexc examples/left_turn.scn --seed 0",
+    )
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_run(run: RunReport, width: int) -> None:
+    """A run shows its drawing, story, metrics with units, risk, params, choices and how to see it again."""
+    text = render(run_view(run, width), width)
+    assert_fits(text, width)
+    for word in ("closest", "2.31 m", "19.84 m/s", "risk 11 of 22", "EGO_SPEED", "43.17", "km/h", "wet", "north.in.1"):
+        assert word in " ".join(text.split())
+    assert "cortexc examples/left_turn.scn --seed 0" in " ".join(text.split())
+    assert any(0x2800 < ord(character) < 0x2900 for character in text)
+
+
+def test_run_with_contact(run: RunReport, collision: Outcomes) -> None:
+    """Contact is the headline, and marked in the drawing."""
+    text = render(run_view(replace(run, outcomes=collision), 96), 96)
+    assert text.splitlines()[1].startswith("contact: ego and adversary")
+    assert "✕" in text
+    assert "closest to" not in text
+
+
+def test_run_in_plain_ascii(run: RunReport) -> None:
+    """A terminal without braille gets a drawing of plain characters."""
+    drawing = render(run_view(run, 80, ascii_only=True), 80).split("What happened")[0]
+    assert "E" in drawing
+    assert drawing.isascii()
+
+
+def test_run_of_a_lonely_actor(run: RunReport, program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
+    """Without another actor there is no pair: no metrics, no risk, no failure."""
+    none = np.zeros((1, 0))
+    alone = replace(
+        outcomes,
+        min_distance=none,
+        min_distance_time=none,
+        max_closing_speed=none,
+        max_closing_time=none,
+        distance_at_ms=none,
+        ttc_at_ms=none,
+        left_road_time=np.array([[np.nan]]),
+    )
+    single = replace(trajectory, states=trajectory.states[:, :1], outlines=trajectory.outlines[:1])
+    view = run_view(replace(run, program=replace(program, actors=("ego",)), outcomes=alone, trajectory=single), 80)
+    text = render(view, 80)
+    assert "Risk" not in text
+    assert "ended by" in text
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_sample(program: Program, scenes: Scenes, width: int) -> None:
+    """A sample shows its verdicts, its acceptance, and every requirement with its line and counts."""
+    many = Tally().plus(scenes).plus(replace(scenes, verdict=np.array([Verdict.EXHAUSTED], dtype=np.int32)))
+    text = render(sample_view(program, many, 0.1, "seed 0"), width)
+    assert_fits(text, width)
+    words = " ".join(text.split())
+    for phrase in ("2 scenes", "valid 1 50.0 %", "exhausted 1 50.0 %", "6 attempts, 16.7 % of them accepted"):
+        assert phrase in words
+    assert "first culprit: adversary starts where it should (line 42) held in 50.0 % of its tests" in words
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_exhausted(program: Program, scenes: Scenes, width: int) -> None:
+    """Without a scene: the table, the culprit that never held, the params that were tried, and a cure."""
+    never = replace(scenes, failed=np.array([[1, 2, 0, 0]], dtype=np.int64))
+    text = render(exhausted_view(program, Tally().plus(never), Verdict.EXHAUSTED, scenes.genomes[0]), width)
+    assert_fits(text, width)
+    words = " ".join(text.split())
+    assert words.startswith("no valid scene in 3 attempts")
+    assert "adversary starts where it should (line 42) never held" in words
+    assert "43.17" in words
+    assert "help:" in words
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_search(program: Program, report: SearchReport, width: int) -> None:
+    """A search shows its figures, the worst with params and parts, the genes, the ends, and where results lie."""
+    text = render(search_view(program, report, "30 x 100", width), width)
+    assert_fits(text, width)
+    words = " ".join(text.split())
+    for phrase in (
+        "RL mean risk",
+        "The ten worst",
+        "How runs ended",
+        "runs/left_turn-0/",
+        "10+2+2+2",
+        "WEATHER none",
+    ):
+        assert phrase in words
+    assert "of TERM_DIST" not in words
+
+
+def test_search_names_what_each_gene_did(program: Program, report: SearchReport) -> None:
+    """The brake decides and has a falling trend; the weather is said to change nothing."""
+    text = render(search_view(program, report, "", 100), 100)
+    genes = {line.split()[0]: line.split()[1:] for line in text.split("What each gene did")[1].splitlines() if line}
+    assert genes["EGO_BRAKE"][0] == "5.5"
+    assert genes["EGO_BRAKE"][2].startswith("-0.")
+    assert genes["WEATHER"][0] == "none"
+    assert "WEATHER changes nothing" in text
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_comparison(program: Program, report: SearchReport, width: int) -> None:
+    """Two methods stand side by side, each with its own details below."""
+    text = render(
+        comparison_view(
+            program, [report, replace(report, campaign=replace(report.campaign, method=Method.RANDOM))], "", width
+        ),
+        width,
+    )
+    assert_fits(text, width)
+    assert text.count("The ten worst") == 2
+
+
+def test_search_without_a_single_valid_run(program: Program, nothing_valid: SearchReport) -> None:
+    """Nothing valid is said, not divided by."""
+    text = render(search_view(program, nothing_valid, "", 80), 80)
+    assert "0 collisions among 400 individuals" in text
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_progress(report: SearchReport, width: int) -> None:
+    """Progress names the generation, the five metrics, the best, the speed and the time left."""
+    text = render(progress_view("ga", [g.by_individual for g in report.campaign.generations], 30, 2000, 1.1, 16), width)
+    assert_fits(text, width)
+    for word in ("generation 8 of 30", "1,818 sim/s", "3.0 s left", "RL", "NC", "MDG", "MDEC", "NIS", "best"):
+        assert word in " ".join(text.split())
+
+
+def test_progress_is_silent_where_nobody_watches(report: SearchReport) -> None:
+    """A log file gets no redrawn lines."""
+    stream = io.StringIO()
+    with SearchProgress(Console(file=stream, theme=THEME), "ga", 30) as progress:
+        progress.generation_done(report.campaign.generations[0].by_individual, 100, 16)
+    assert stream.getvalue() == ""
+
+
+def test_colour_is_only_the_terminals_own(run: RunReport) -> None:
+    """Sixteen colours: the terminal's theme decides how they look."""
+    text = render(run_view(run, 80), 80, colour=True)
+    assert "\x1b[1;36m" in text
+    assert "38;2;" not in text
+    assert "38;5;" not in text

@@ -1,0 +1,316 @@
+"""Programs made by hand, without the language: step code written with named operands, scenes written as columns."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+
+from engine.program import ParamSpace, Program, RoadSpec, Rule, Settings, VariantLabel
+from engine.road import Network, build_network, road_tables
+from engine.scenes import Scenes
+from engine.tables import CodeTables, RoadTables
+from engine.vehicles import MODELS
+from engine.vocabulary import ActorKind, Column, ManeuverType, Op
+
+CENTRE_COLUMNS = {"x": Column.X, "y": Column.Y, "heading": Column.HEADING, "speed": Column.SPEED}
+
+
+@dataclass(frozen=True)
+class Register:
+    """A named operand: ("literal", value), ("local", i), ("temporary", i) or ("value", i)."""
+
+    kind: str
+    what: float
+
+
+def literal(value: float) -> Register:
+    return Register("literal", float(value))
+
+
+def local(index: int) -> Register:
+    return Register("local", index)
+
+
+def temporary(index: int) -> Register:
+    return Register("temporary", index)
+
+
+def value(index: int) -> Register:
+    """Scene value `index` behind the actors' columns."""
+    return Register("value", index)
+
+
+@dataclass
+class Assembler:
+    """Writes step code. Integers stand for themselves, strings are labels, registers are named."""
+
+    kinds: Sequence[ActorKind]
+    locals: int = 8
+    temporaries: int = 16
+    blocks: int = 0
+    rows: list[tuple[Op, object, tuple[object, ...]]] = field(default_factory=list)
+    labels: dict[str, int] = field(default_factory=dict)
+    entries: list[str] = field(default_factory=list)
+    rules: list[tuple[str, Register] | None] = field(default_factory=list)
+    actor: int = -1
+
+    def label(self, name: str) -> None:
+        self.labels[name] = len(self.rows)
+
+    def emit(self, op: Op, destination: object = 0, *operands: object) -> None:
+        self.rows.append((op, destination, operands))
+
+    def behaviour(self, actor: int) -> int:
+        """Start the code of an actor's behaviour; its main block has the actor's number."""
+        self.label(f"main {actor}")
+        return actor
+
+    def block(self) -> int:
+        """A new block number; main blocks come first."""
+        self.blocks += 1
+        return len(self.kinds) + self.blocks - 1
+
+    def rule(self, result: Register) -> None:
+        """A `terminate when` whose code follows, up to an END; its truth is left in `result`."""
+        self.label(f"rule {len(self.rules)}")
+        self.rules.append((f"rule {len(self.rules)}", result))
+
+    def behaviour_rule(self) -> int:
+        """The number of a rule that a behaviour's `terminate` triggers."""
+        self.rules.append(None)
+        return len(self.rules) - 1
+
+    def follow(self, block: int, path: object, speed: object, lateral: object = None, progress: int = 0) -> None:
+        """FollowTrajectoryBehavior until the path's end."""
+        again, done = f"again {len(self.rows)}", f"done {len(self.rows)}"
+        self.emit(Op.MOVE, local(progress), literal(-1))
+        self.label(again)
+        self.emit(Op.FOLLOW, local(progress), path, speed, literal(3) if lateral is None else lateral, done)
+        self.emit(Op.YIELD, 0, block)
+        self.emit(Op.JUMP, 0, again)
+        self.label(done)
+
+    def take(self, block: int, command: int, register: object) -> None:
+        self.emit(Op.COMMAND, 0, int(command), register)
+        self.emit(Op.YIELD, 0, block)
+
+    def program(self, road: RoadTables, extra_values: int = 0) -> Program:
+        literals = sorted({o.what for row in self.rows for o in _registers(row)} | {0.0})
+        values = len(self.kinds) * len(Column) + extra_values
+        starts = {
+            "value": len(literals) + len(self.kinds) * len(Column),
+            "local": len(literals) + values,
+            "temporary": len(literals) + values + self.locals,
+        }
+
+        def number(operand: object) -> int:
+            if isinstance(operand, str):
+                return self.labels[operand]
+            if isinstance(operand, Register):
+                if operand.kind == "literal":
+                    return literals.index(operand.what)
+                return starts[operand.kind] + int(operand.what)
+            return int(operand)  # type: ignore[arg-type]
+
+        code = [
+            [int(op), number(destination), *map(number, operands), *([0] * (4 - len(operands)))]
+            for op, destination, operands in self.rows
+        ]
+        actors = len(self.kinds)
+        tables = CodeTables(
+            scene_code=_ints(np.zeros((0, 6))),
+            step_code=_ints(code).reshape(-1, 6),
+            literals=np.array(literals),
+            pool=np.zeros(0),
+            variant_values=np.zeros((1, 0)),
+            variant_template=_ints([0]),
+            variant_rejection=_ints([-1]),
+            variant_cumulative=np.ones(1),
+            group_start=_ints([0, 1]),
+            group_gene=_ints([]),
+            group_size=_ints([]),
+            gene_scale=np.zeros(0),
+            requirement_segment=_ints(np.zeros((1, 0, 3))),
+            requirement_probability=np.zeros(0),
+            output_segment=_ints([[0, 0]]),
+            output_register=_ints([[0] * values]),
+            road_check=_ints([0] * actors),
+            overlap_check=_ints([0] * actors),
+            actor_kind=_ints(self.kinds),
+            behaviour_entry=_ints([[self.labels.get(f"main {actor}", -1) for actor in range(actors)]]),
+            main_block=_ints([range(actors)]),
+            rule_segment=_ints(
+                [(-1, -1, -1) if rule is None else (self.labels[rule[0]], len(code), number(rule[1])) for rule in self.rules]
+            ).reshape(1, -1, 3),
+            sizes=_ints(
+                [0, 0, values, starts["temporary"] + self.temporaries, starts["local"], actors + self.blocks]
+            ),
+        )
+        return Program(
+            name="by hand",
+            description="",
+            digest="",
+            source_text="",
+            space=ParamSpace((), (), *(np.zeros(0) for _ in range(4)), np.zeros((0, 2)), np.zeros(0), (), ()),
+            actors=tuple(f"actor{i}" for i in range(actors)),
+            requirements=(),
+            rules=tuple(Rule(f"rule {i}", i) for i in range(len(self.rules))),
+            variants=(VariantLabel(1.0, (), ()),),
+            settings=Settings(),
+            code=tables,
+            road=road,
+            road_spec=RoadSpec(),
+            step_lines=_ints(np.zeros(len(code))),
+            routes=_ints([[-1] * actors]),
+        )
+
+
+def _registers(row: tuple[Op, object, tuple[object, ...]]) -> list[Register]:
+    _, destination, operands = row
+    return [o for o in (destination, *operands) if isinstance(o, Register) and o.kind == "literal"]
+
+
+def _ints(values: object) -> np.ndarray:
+    return np.asarray(values if isinstance(values, np.ndarray) else list(values), dtype=np.int32)
+
+
+def placed(kind: ActorKind, x: float, y: float, heading: float, speed: float, **changes: float) -> np.ndarray:
+    """One actor's block of scene values: the defaults of its kind at a place, with changes by column name."""
+    model = MODELS[kind]
+    names = {column: column.name.lower() for column in Column}
+    columns = np.array([getattr(model, name, 0.0) for name in names.values()], dtype=float)
+    for name, number in {"x": x, "y": y, "heading": heading, "speed": speed, **changes}.items():
+        columns[Column[name.upper()]] = number
+    return columns
+
+
+def scenes_of(*rows: Sequence[np.ndarray], extra: Sequence[float] = ()) -> Scenes:
+    """One scene a row; each row is the `placed` blocks of its actors."""
+    values = np.array([np.concatenate([*row, extra]) for row in rows])
+    n = len(values)
+    keys = np.zeros((n, 6), dtype=np.int64)
+    keys[:, 4] = np.arange(n)
+    return Scenes(
+        genomes=np.zeros((n, 0)),
+        keys=keys,
+        verdict=np.zeros(n, dtype=np.int32),
+        variant=np.zeros(n, dtype=np.int32),
+        values=values,
+        draws=np.zeros((n, 0)),
+        attempts=np.ones(n, dtype=np.int64),
+        tested=np.zeros((n, 0), dtype=np.int64),
+        failed=np.zeros((n, 0), dtype=np.int64),
+    )
+
+
+@dataclass(frozen=True)
+class Hand:
+    """The tools of this file as one fixture: test modules cannot import from here."""
+
+    network: Network
+
+    def __post_init__(self) -> None:
+        self.route("south", ManeuverType.STRAIGHT)
+
+    literal = staticmethod(literal)
+    local = staticmethod(local)
+    temporary = staticmethod(temporary)
+    value = staticmethod(value)
+    placed = staticmethod(placed)
+    scenes = staticmethod(scenes_of)
+
+    def assembler(self, *kinds: ActorKind) -> Assembler:
+        return Assembler(kinds)
+
+    def road(self) -> RoadTables:
+        return road_tables(self.network)
+
+    def route(self, arm: str, turn: ManeuverType) -> int:
+        """Path from the border through the junction to the border again."""
+        lane = next(lane for lane in self.network.lanes if lane.name == f"{arm}.in.1")
+        maneuver = next(m for m in lane.maneuvers if m.type is turn)
+        return self.network.paths.join([lane.path, maneuver.connecting_lane.path, maneuver.end_lane.path])
+
+    def on_route(self, path: int, s: float, speed: float, kind: ActorKind = ActorKind.CAR, left: float = 0.0):  # noqa: ANN201
+        """An actor with its centre at arc length s of a path, `left` of it."""
+        pose = self.network.paths.pose(path, s)
+        x, y = pose.x - left * np.sin(pose.heading), pose.y + left * np.cos(pose.heading)
+        return placed(kind, x, y, pose.heading, speed)
+
+
+@pytest.fixture(scope="session")
+def hand() -> Hand:
+    """A four-way junction of single lanes with approaches of 50 m, and tools to write programs on it."""
+    return Hand(build_network(RoadSpec()))
+
+
+@pytest.fixture(scope="session")
+def crossing(hand: Hand) -> Program:
+    """Two cars on crossing straight paths; the ego brakes (scene value 0) within value 1 and ends the run within 2."""
+    return crossing_program(hand, hand.route("south", ManeuverType.STRAIGHT), hand.route("east", ManeuverType.STRAIGHT))
+
+
+def crossing_program(hand: Hand, ego_path: int, other_path: int) -> Program:
+    """The behaviours of the paper's scenario A, with values 3 and 4 as the two target speeds."""
+    code = hand.assembler(ActorKind.CAR, ActorKind.CAR)
+    terminate = code.behaviour_rule()
+    code.rule(temporary(5))
+    code.emit(Op.STATE, temporary(0), 0, 0)
+    code.emit(Op.STATE, temporary(1), 0, 1)
+    code.emit(Op.SUB, temporary(2), temporary(0), value(5))
+    code.emit(Op.SUB, temporary(3), temporary(1), value(6))
+    code.emit(Op.HYPOT, temporary(4), temporary(2), temporary(3))
+    code.emit(Op.LT, temporary(5), literal(70), temporary(4))
+    code.emit(Op.END)
+    main = code.behaviour(0)
+    body, brake, crash = code.block(), code.block(), code.block()
+    code.emit(Op.SET_RESUME, 0, body, "body")
+    code.emit(Op.SET_RESUME, 0, brake, -1)
+    code.emit(Op.SET_RESUME, 0, crash, -1)
+    code.label("dispatch")
+    code.emit(Op.SET_RESUME, 0, main, "dispatch")
+    for name, block, distance in (("crash", crash, value(2)), ("brake", brake, value(1))):
+        code.emit(Op.JUMP_IF_RUNNING, 0, block, f"enter {name}")
+        code.emit(Op.WITHIN, temporary(6), 0, distance)
+        code.emit(Op.JUMP_UNLESS, 0, temporary(6), f"skip {name}")
+        code.emit(Op.SET_RESUME, 0, block, f"start {name}")
+        code.label(f"enter {name}")
+        code.emit(Op.RESUME, 0, block)
+        code.label(f"skip {name}")
+    code.emit(Op.RESUME, 0, body)
+    code.label("body")
+    code.follow(body, literal(ego_path), value(3))
+    code.emit(Op.JUMP, 0, "end")
+    code.label("start brake")
+    code.take(brake, 1, value(0))
+    code.emit(Op.SET_RESUME, 0, brake, -1)
+    code.emit(Op.JUMP, 0, "dispatch")
+    code.label("start crash")
+    code.emit(Op.TERMINATE, 0, terminate)
+    code.label("end")
+    code.emit(Op.HALT)
+    other = code.behaviour(1)
+    code.follow(other, literal(other_path), value(4), progress=1)
+    code.emit(Op.HALT)
+    return code.program(hand.road(), extra_values=7)
+
+
+@pytest.fixture
+def crossing_scenes(hand: Hand):  # noqa: ANN201
+    """A function of (n, seed) to n scenes for `crossing`."""
+
+    def draw(n: int, seed: int = 0, ego: int | None = None, other: int | None = None) -> Scenes:
+        rng = np.random.default_rng(seed)
+        ego = hand.route("south", ManeuverType.STRAIGHT) if ego is None else ego
+        other = hand.route("east", ManeuverType.STRAIGHT) if other is None else other
+        blocks, extras = [], []
+        for _ in range(n):
+            v0, v1 = rng.uniform(5 / 3.6, 80 / 3.6, 2)
+            first = hand.on_route(ego, rng.uniform(3, 42), v0)
+            blocks.append([first, hand.on_route(other, rng.uniform(3, 42), v1)])
+            extras.append([rng.uniform(), rng.uniform(0, 20), rng.uniform(0, 5), v0, v1, first[0], first[1]])
+        scenes = scenes_of(*blocks)
+        return replace(scenes, values=np.column_stack([scenes.values, np.array(extras)]))
+
+    return draw

@@ -1,0 +1,137 @@
+"""Compiled kernels are cached, and never outlive an edit. Each case runs in processes of its own."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import engine
+
+SOURCES = Path(engine.__file__).parent
+
+INNER = "from engine.kernels.jit import kernel\n@kernel\ndef inner(x):\n    return x + {number}\n"
+OUTER = """
+from engine.kernels.inner import inner
+from engine.kernels.jit import kernel
+from engine.vocabulary import Command
+
+@kernel
+def outer(x):
+    return inner(x) * Command.SPEED.value
+"""
+MAIN = """
+import sys, warnings
+warnings.simplefilter("error")
+from engine.kernels.jit import cache_folder, kernels_are_cached
+from engine.kernels.outer import outer
+cached = kernels_are_cached()
+value = outer(1.0)
+hits = sum(outer.stats.cache_hits.values()) if hasattr(outer, "stats") else -1
+print(cached, value, hits, cache_folder())
+"""
+
+
+class Installation:
+    """A copy of the engine's cache machinery with two small kernels in two files."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.environment = {**os.environ, "PYTHONPATH": str(folder), "CORTEXC_CACHE": str(folder / "cache")}
+        self.package = folder / "engine"
+        (self.package / "kernels").mkdir(parents=True)
+        for name in ("__init__.py", "vocabulary.py", "tables.py", "kernels/__init__.py", "kernels/jit.py"):
+            shutil.copy(SOURCES / name, self.package / name)
+        (self.package / "kernels" / "outer.py").write_text(OUTER)
+        self.write_inner(1)
+
+    def write_inner(self, number: int) -> None:
+        (self.package / "kernels" / "inner.py").write_text(INNER.format(number=number))
+
+    def start(self, **environment: str) -> subprocess.Popen[str]:
+        return subprocess.Popen(
+            [sys.executable, "-c", MAIN],
+            env={**self.environment, **environment},
+            cwd=self.folder,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    def run(self, **environment: str) -> tuple[bool, float, int, Path]:
+        return result(self.start(**environment))
+
+
+def result(process: subprocess.Popen[str]) -> tuple[bool, float, int, Path]:
+    """(cached before, value, cache hits, cache folder) as the process printed them."""
+    output, errors = process.communicate(timeout=120)
+    assert process.returncode == 0, errors
+    cached, value, hits, folder = output.split(maxsplit=3)
+    return cached == "True", float(value), int(hits), Path(folder.strip())
+
+
+@pytest.fixture
+def installation(tmp_path: Path) -> Installation:
+    return Installation(tmp_path)
+
+
+def test_second_process_finds_what_the_first_compiled_until_a_callee_changes(installation: Installation) -> None:
+    """The caller's file is untouched by the edit, which is the case that numba alone gets wrong."""
+    assert installation.run()[:3] == (False, 6.0, 0)
+    assert installation.run()[:3] == (True, 6.0, 1)
+    installation.write_inner(2)
+    assert installation.run()[:3] == (False, 9.0, 0)
+
+
+def test_changed_enum_value_is_compiled_anew(installation: Installation) -> None:
+    """An enum value is a constant of the machine code, and vocabulary.py is not a kernel file."""
+    assert installation.run()[1] == 6.0
+    vocabulary = installation.package / "vocabulary.py"
+    vocabulary.write_text(vocabulary.read_text().replace("    SPEED = 3\n\n\nclass Op", "    SPEED = 5\n\n\nclass Op"))
+    assert installation.run()[:3] == (False, 10.0, 0)
+
+
+def test_two_processes_compile_at_the_same_time(installation: Installation) -> None:
+    """Neither fails, and what they leave behind is whole."""
+    first, second = installation.start(), installation.start()
+    assert result(first)[1] == result(second)[1] == 6.0
+    assert installation.run()[1:3] == (6.0, 1)
+
+
+def test_unwritable_folder_falls_back(installation: Installation) -> None:
+    """A file stands where each cache folder should be: permissions would not stop root."""
+    blocked = installation.folder / "blocked"
+    blocked.write_text("")
+    temporary = installation.folder / "temporary"
+    temporary.mkdir()
+    places = {"CORTEXC_CACHE": str(blocked), "XDG_CACHE_HOME": str(blocked), "HOME": str(blocked)}
+    _, value, _, folder = installation.run(**places, TMPDIR=str(temporary))
+    assert value == 6.0
+    assert folder.is_relative_to(temporary)
+
+
+def test_broken_cache_files_are_a_miss(installation: Installation) -> None:
+    """Truncated files cost a compilation and are then replaced."""
+    folder = installation.run()[3]
+    for path in folder.glob("*/*.nb?"):
+        path.write_bytes(path.read_bytes()[:40])
+    assert installation.run()[1:3] == (6.0, 0)
+    assert installation.run()[1:3] == (6.0, 1)
+
+
+def test_folders_long_unused_are_removed(installation: Installation) -> None:
+    """Only the most recent ones of other versions stay."""
+    cache = installation.folder / "cache"
+    for age in range(12):
+        old = cache / f"numba-{age:016x}"
+        old.mkdir(parents=True)
+        os.utime(old, (1e9 - age, 1e9 - age))
+    current = installation.run()[3]
+    assert sorted(cache.iterdir()) == sorted([current, *(cache / f"numba-{age:016x}" for age in range(8))])
+
+
+def test_runs_without_compiler(installation: Installation) -> None:
+    """NUMBA_DISABLE_JIT leaves plain functions, for debuggers and coverage."""
+    assert installation.run(NUMBA_DISABLE_JIT="1")[1:3] == (6.0, -1)
