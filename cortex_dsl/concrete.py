@@ -130,11 +130,10 @@ def _simulation_edit(config: SimulationConfig, key: StreamKey, module: nodes.Mod
 
     The stream is pinned too: coins of soft requirements and random numbers inside behaviours come from it.
     """
-    settings = (
-        f"time_step={config.time_step!r} s, max_time={config.max_time!r} s, "
-        f'max_attempts={config.max_attempts}, stream="{format_key(key)}"'
-    )
-    text = f"simulation({settings})"
+    settings = [f"time_step={config.time_step!r} s", f"max_attempts={config.max_attempts}"]
+    if not any(isinstance(statement, nodes.TerminateAfter) for statement in module.statements):
+        settings.append(f"max_time={config.max_time!r} s")
+    text = f'simulation({", ".join(settings)}, stream="{format_key(key)}")'
     for statement in module.statements:
         if isinstance(statement, nodes.Simulation):
             return Edit(statement.span, text)

@@ -98,7 +98,7 @@ def _jsonable(item: Any) -> Any:
 
 
 def _rebuild(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Program:
-    def group(prefix: str) -> dict[str, np.ndarray]:
+    def group(prefix: str) -> dict[str, Any]:
         return {name.removeprefix(prefix): a for name, a in arrays.items() if name.startswith(prefix)}
 
     space = {name: _tuples(value) for name, value in header["space"].items()}

@@ -102,9 +102,10 @@ def assess(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Risk:
     valid = outcomes.verdict == Verdict.VALID
     rows, pairs = outcomes.min_distance.shape
     if pairs == 0:
-        nothing = np.where(valid, 0, INVALID)
-        return Risk(nothing, nothing.astype(float), np.zeros((rows, 4), np.int64), np.full(rows, -1))
-    contact = COLLISION_POINTS * pairs_in_contact(outcomes)
+        nothing = np.where(valid, 0, INVALID).astype(np.int32)
+        none = np.full(rows, -1, np.int32)
+        return Risk(nothing, nothing.astype(np.float64), np.zeros((rows, 4), np.int32), none)
+    contact = np.where(pairs_in_contact(outcomes), COLLISION_POINTS, 0).astype(np.int32)
     metrics = (
         (outcomes.min_distance, profile.min_distance),
         (outcomes.distance_at_ms, profile.distance_at_ms),
@@ -116,10 +117,10 @@ def assess(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Risk:
     deciding = per_pair.argmax(axis=1)
     every = np.arange(rows)
     return Risk(
-        score=np.where(valid, per_pair[every, deciding], INVALID),
+        score=np.where(valid, per_pair[every, deciding], INVALID).astype(np.int32),
         continuous=np.where(valid, continuous.max(axis=1), float(INVALID)),
-        parts=np.where(valid[:, None], parts[every, deciding], 0),
-        pair=np.where(valid, deciding, -1),
+        parts=np.where(valid[:, None], parts[every, deciding], 0).astype(np.int32),
+        pair=np.where(valid, deciding, -1).astype(np.int32),
     )
 
 
@@ -132,7 +133,7 @@ def pairs_in_contact(outcomes: Outcomes) -> Bools:
 
 def band_score(values: Floats, edges: Edges) -> Ints:
     """4 below the first edge, 3 from there to below the second, …, 0 from the last one on, and for NaN."""
-    return BANDS - np.searchsorted(np.asarray(edges), values, side="right")
+    return (BANDS - np.searchsorted(np.asarray(edges), values, side="right")).astype(np.int32)
 
 
 def continuous_score(values: Floats, edges: Edges) -> Floats:

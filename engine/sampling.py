@@ -10,7 +10,7 @@ the built-in ones. An attempt ends at its first failure, so `attempts` is the su
 
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -30,6 +30,8 @@ BUILT_IN = 2
 """Built-in requirements: outlines inside the road, no overlap at the start."""
 BLOCK_LIMIT = 1 << 32
 """Blocks of random numbers that one stream can address."""
+PLAIN: tuple[Literal["C", "A", "W"], ...] = ("C", "A", "W")
+"""Contiguous, aligned, writable: the one layout of arrays that kernels are compiled for."""
 PACKED = 5
 """Registers that a packed operand reads at most."""
 CHUNK_ATTEMPTS = 500_000
@@ -41,7 +43,7 @@ Tables = TypeVar("Tables", CodeTables, RoadTables)
 def sample(program: Program, genomes: Floats, keys: Ints, config: SimulationConfig = DEFAULTS, jobs: int = 1) -> Scenes:
     """Draw one scene for each genome (n, d; file units) from the stream of its key (n, 6)."""
     genomes = np.ascontiguousarray(genomes, dtype=np.float64)
-    keys = np.require(keys, requirements="CAW")
+    keys = np.require(keys, requirements=PLAIN)
     check_keys(keys)
     check_genomes(program.space, genomes, len(keys))
     recipe = _recipe(program)
@@ -98,7 +100,7 @@ def _recipe(program: Program) -> Recipe:
 
 def _plain(tables: Tables) -> Tables:
     """Contiguous, writable arrays: numba would compile the kernels anew for any others."""
-    return type(tables)(*(np.require(array, requirements="CAW") for array in tables))
+    return tables._make(np.require(array, requirements=PLAIN) for array in tables)
 
 
 def _draws_needed(code: CodeTables, layout: Layout) -> Ints:
@@ -140,7 +142,7 @@ def _empty_ledger(program: Program, layout: Layout, rows: int) -> Ledger:
 
 def _run_chunks(recipe: Recipe, request: Request, ledger: Ledger, jobs: int) -> None:
     """Sample all rows, in chunks; the kernel releases the GIL, so threads run beside one another."""
-    rows = len(request.keys)
+    rows, jobs = len(request.keys), max(1, jobs)
     size = max(1, min(CHUNK_ATTEMPTS // request.max_attempts, -(-rows // (4 * jobs))))
     chunks = list(pairwise([*range(0, rows, size), rows]))
 

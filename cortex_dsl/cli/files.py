@@ -1,7 +1,6 @@
-"""Paths that the user named: read and written with messages that help."""
+"""Paths that the user named, read with messages that help."""
 
 import errno
-import os
 from pathlib import Path
 
 from cortex_dsl.cli.exits import UsageError
@@ -60,21 +59,6 @@ def _similar(path: Path) -> str:
     if match is None:
         return _scenarios_in(path.parent) if names else ""
     return f"did you mean `{path.parent / match}`?"
-
-
-def insist_writable(folder: Path) -> None:
-    """Make sure before any work that results can be written to `folder` (which need not exist yet).
-
-    Raises:
-        UsageError: they cannot.
-    """
-    if folder.exists() and not folder.is_dir():
-        raise UsageError(f"--out `{folder}` is a file", "name a folder")
-    place = next((p for p in (folder, *folder.absolute().parents) if p.exists()), Path("/"))
-    if not place.is_dir():
-        raise UsageError(f"cannot write to --out `{folder}`: `{place}` is a file", "name a folder")
-    if not os.access(place, os.W_OK | os.X_OK):
-        raise UsageError(f"cannot write to --out `{folder}`: no permission in `{place}`", "choose another folder")
 
 
 def reason(error: OSError) -> str:

@@ -8,9 +8,10 @@ import numpy as np
 from cortex_dsl.cli.compiling import compile_request
 from cortex_dsl.cli.exits import Exit
 from cortex_dsl.cli.request import Request
-from cortex_dsl.cli.simulation import announce_compilation, simulation_config
+from cortex_dsl.cli.simulation import announce_compilation, open_scenario
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.report.json_documents import document
+from cortex_dsl.report.run_document import requirements_content
 from cortex_dsl.report.sample_view import sample_view
 from cortex_dsl.report.tally import Tally, first_culprit
 from engine.config import SimulationConfig
@@ -26,7 +27,7 @@ def execute(request: Request, terminal: Terminal) -> int:
     if isinstance(compiled, Exit):
         return compiled
     program = compiled.program
-    config = simulation_config(request, program)
+    config = open_scenario(request, compiled).config.simulation
     announce_compilation(terminal)
     start, tally, interrupted = time.perf_counter(), Tally(), False
     try:
@@ -59,16 +60,6 @@ def _tallies(program: Program, request: Request, config: SimulationConfig) -> It
 
 
 def _document(request: Request, program: Program, tally: Tally, seconds: float, *, interrupted: bool) -> str:
-    requirements = [
-        {
-            "name": requirement.name,
-            "line": requirement.line or None,
-            "tested": tally.tested[index] if tally.scenes else 0,
-            "failed": tally.failed[index] if tally.scenes else 0,
-            "pass_rate": tally.pass_rate(index) if tally.scenes else None,
-        }
-        for index, requirement in enumerate(program.requirements)
-    ]
     culprit = first_culprit(program, tally)
     content = {
         "file": request.file,
@@ -78,7 +69,7 @@ def _document(request: Request, program: Program, tally: Tally, seconds: float, 
         "verdicts": {verdict.name.lower(): tally.verdicts[verdict] for verdict in Verdict},
         "attempts": tally.attempts,
         "acceptance": tally.acceptance,
-        "requirements": requirements,
+        "requirements": requirements_content(program, tally),
         "first_culprit": None if culprit is None else program.requirements[culprit].name,
         "seconds": seconds,
         "interrupted": interrupted,

@@ -1,34 +1,46 @@
 """What commands that draw and simulate share: the settings that apply, and the word about the first compile."""
 
+import shlex
 from dataclasses import replace
 
 from cortex_dsl.cli.exits import UsageError
 from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.terminal import Terminal
-from engine.config import SimulationConfig
-from engine.program import Program
+from cortex_dsl.pipeline import Compiled
+from cortex_dsl.session import Scenario, in_file
+from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
+from engine.program import Settings
 
-STEP_LIMIT = 2_000_000
-"""Steps of one run: its states must fit in memory."""
 
-
-def simulation_config(request: Request, program: Program) -> SimulationConfig:
-    """Defaults, overridden by the file, overridden by flags.
+def open_scenario(request: Request, compiled: Compiled) -> Scenario:
+    """The compiled file with every setting that applies: defaults, overridden by the file, overridden by flags.
 
     Raises:
         UsageError: a run of more steps than there may be.
     """
-    config = SimulationConfig()
-    for settings in (program.settings, request):
-        given = {
-            name: value
-            for name in ("time_step", "max_time", "max_attempts")
-            if (value := getattr(settings, name, None)) is not None
-        }
-        config = replace(config, **given)
-    if config.max_time / config.time_step > STEP_LIMIT:
+    search = SearchConfig(
+        generations=request.generations,
+        population=request.population,
+        seed=request.seed or 0,
+        rollouts=request.rollouts,
+        aggregate=request.aggregate,
+        jobs=request.jobs,
+        engine=request.engine or "batch",
+    )
+    ga = replace(GAConfig(), preset=request.preset)
+    config = Config(simulation=_simulation_config(request, compiled.program.settings), search=search, ga=ga)
+    return Scenario(compiled, config, request.overrides)
+
+
+def _simulation_config(request: Request, settings: Settings) -> SimulationConfig:
+    from engine.runs import MAX_SAMPLES, samples_of
+
+    flags = {"time_step": request.time_step, "max_attempts": request.max_attempts}
+    config = in_file(SimulationConfig(), settings)
+    config = replace(config, **{name: value for name, value in flags.items() if value is not None})
+    if samples_of(config) > MAX_SAMPLES:
         raise UsageError(
-            f"{config.max_time:g} s in steps of {config.time_step:g} s are more than {STEP_LIMIT:,} steps",
+            f"{config.max_time:g} s in steps of {config.time_step:g} s are more than {MAX_SAMPLES:,} steps",
             "take a longer --time-step, or `terminate after` a shorter time",
         )
     return config
@@ -44,7 +56,5 @@ def announce_compilation(terminal: Terminal) -> None:
 
 def again(request: Request, *arguments: str) -> str:
     """The command that does the same again."""
-    import shlex
-
     params = [word for name, value in request.overrides.items() for word in ("-p", f"{name}={value}")]
     return shlex.join(["cortexc", str(request.file), *params, *arguments])

@@ -104,16 +104,17 @@ class _Placement:
 class RegisterFile:
     """Where each kind of register starts in one family of code (scene or step)."""
 
-    genes: int
-    draws: int
-    values: int
-    locals: int
+    constants: int
     temporaries: int
+    genes: int = 0
+    draws: int = 0
+    values: int = 0
+    locals: int = 0
 
     def number(self, register: Register, template: Template) -> int:
         match register:
             case Constant(number):
-                return template.constant_registers[number]
+                return self.constants + template.constant_registers[number]
             case GeneRegister(index):
                 return self.genes + index
             case DrawRegister(index):
@@ -151,8 +152,11 @@ def encode(rows: Sequence[Row], template: Template, registers: RegisterFile, bas
     return [encoded(row) for row in rows]
 
 
-def encode_segment(segment: Segment, template: Template, registers: RegisterFile, base: int) -> tuple[int, int, int]:
-    """Start row, end row and result register; all -1 for a segment without code."""
+EncodedSegment = tuple[int, int, int]
+"""Start row, end row and result register; all -1 for a segment without code."""
+
+
+def encode_segment(segment: Segment, template: Template, registers: RegisterFile, base: int) -> EncodedSegment:
     if segment.result is None:
         return (-1, -1, -1)
     return (base + segment.start, base + segment.end, registers.number(segment.result, template))

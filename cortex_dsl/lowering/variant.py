@@ -121,9 +121,7 @@ def _rule(buffer: CodeBuffer, writer: ExpressionWriter, rule: ir.Rule) -> Segmen
     return Segment(start, len(buffer.rows), result)
 
 
-def _behaviour(
-    buffer: CodeBuffer, writer: ExpressionWriter, blocks: BlockNumbers, main: int, actor: ir.Actor
-) -> int:
+def _behaviour(buffer: CodeBuffer, writer: ExpressionWriter, blocks: BlockNumbers, main: int, actor: ir.Actor) -> int:
     if actor.behaviour is None:
         return -1
     entry = len(buffer.rows)

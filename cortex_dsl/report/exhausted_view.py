@@ -23,6 +23,8 @@ REASONS = {
 def exhausted_view(program: Program, tally: Tally, verdict: Verdict, genome: Sequence[float]) -> RenderableType:
     """What exit code 3 says."""
     tried = counted(tally.attempts, "attempt")
+    if tally.scenes > 1:
+        tried += f" over {counted(tally.scenes, 'draw')} of the params"
     parts: list[RenderableType] = [
         Text.assemble(("no valid scene", "bad"), f" in {tried}: {REASONS.get(verdict, '')}"),
     ]

@@ -164,3 +164,18 @@ def _value(figures: Figures, field: str, decimals: int) -> Text:
 
 def _course(report: SearchReport, field: str, width: int = CURVE) -> str:
     return sparkline([float(getattr(f.by_individual, field)) for f in report.campaign.generations], width)
+
+
+def failures_line(program: Program, report: SearchReport) -> Text | None:
+    """What to say of runs that the engine could not finish; None where there are none."""
+    campaign = report.campaign
+    runs = campaign.evaluations.rollouts
+    failed = runs.verdict == Verdict.ERROR
+    if not failed.any():
+        return None
+    reasons = Counter(zip(runs.end_reason[failed].tolist(), runs.end_rule[failed].tolist(), strict=True))
+    (reason, rule), _ = reasons.most_common(1)[0]
+    what = end_text(program, EndReason(reason), rule) if reason >= 0 else "a scene could not be drawn"
+    return Text.assemble(
+        (f"{counted(int(failed.sum()), 'run')} failed and count nowhere", "bad"), f": {what}; please report it"
+    )

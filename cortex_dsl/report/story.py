@@ -138,8 +138,3 @@ def _of_pair(program: Program, outcomes: Outcomes, row: int, pair: int) -> Itera
             "closest",
             f"closest to {other}: {fixed(distance, 2)} m apart",
         )
-
-
-def in_order(moments: Sequence[Moment], more: Sequence[Moment]) -> list[Moment]:
-    """Two stories as one."""
-    return sorted([*moments, *more], key=lambda moment: moment.time)

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import errors, later, nodes
-from cortex_dsl.syntax.expressions import Branch, Child, ExpressionBuilder, TooDeep, branch, span_of, token
+from cortex_dsl.syntax.expressions import Branch, Child, ExpressionBuilder, NestingError, branch, span_of, token
 
 Statements = tuple[nodes.Statement, ...]
 
@@ -15,7 +15,7 @@ def build(tree: Branch, source: Source) -> tuple[nodes.Module | None, list[Diagn
     builder = StatementBuilder(source)
     try:
         module = builder.module(tree)
-    except TooDeep:
+    except NestingError:
         module = None
     return module, builder.diagnostics
 
@@ -96,6 +96,10 @@ class StatementBuilder:
     def expression_statement(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         value = self.expression(parts[0])
         match value:
+            case nodes.Name(id=word) if word in ("behavior", "map", "model", "param", "simulation"):
+                self.report(
+                    errors.INCOMPLETE.at(span, f"nothing follows `{word}`", reason="a statement needs what it is about")
+                )
             case nodes.Call(function=nodes.Name(id=word)) if word in later.STATEMENTS:
                 self.report(
                     errors.NOT_SUPPORTED.at(

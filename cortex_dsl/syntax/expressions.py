@@ -11,7 +11,7 @@ from cortex_dsl.source import Source, Span
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import errors, nodes
 from cortex_dsl.syntax.limits import MAX_DEPTH
-from cortex_dsl.syntax.literals import BadEscape, string_value
+from cortex_dsl.syntax.literals import EscapeError, string_value
 from cortex_dsl.syntax.units import SPOKEN_UNITS, UNIT_WORDS, unit_list
 
 Branch: TypeAlias = Tree[Token]
@@ -37,7 +37,7 @@ def token(child: Child) -> Token:
     return child
 
 
-class TooDeep(Exception):
+class NestingError(Exception):
     """Nesting went over its limit; the diagnostic is already there."""
 
 
@@ -65,7 +65,7 @@ class ExpressionBuilder:
                     cure="give inner parts a name of their own",
                 )
             )
-            raise TooDeep
+            raise NestingError
         self.depth += 1
         try:
             return _BUILDERS[tree.data](self, tree, span_of(tree))
@@ -119,7 +119,7 @@ class ExpressionBuilder:
     def text(self, literal: Token) -> str:
         try:
             return string_value(literal)
-        except BadEscape as bad:
+        except EscapeError as bad:
             start = (literal.start_pos or 0) + bad.offset
             self.report(
                 errors.WRONG_LITERAL.at(
@@ -343,4 +343,3 @@ _SPECIFIERS: dict[str, Callable[[ExpressionBuilder, Sequence[Child], Span], node
         _B.facing, _B.facing_toward, _B.facing_away, _B.with_,
     )
 }  # fmt: skip
-

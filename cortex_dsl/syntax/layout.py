@@ -1,5 +1,6 @@
 """Indentation: which line belongs to which block, and the post-lexer that tells the grammar."""
 
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
@@ -13,6 +14,7 @@ from cortex_dsl.syntax.scanning import Line, Scan, scan
 from cortex_dsl.syntax.words import BLOCK_WORDS, SPECIFIER_WORDS
 
 TAB_WIDTH = 8
+_UNFINISHED = re.compile(r"(?:[-+*/%@=<>]|\b(?:and|or|not|in|is|if|else|by|to|from|of|at))\Z")
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,10 @@ class _Arrangement:
                 continue
             self.check_tabs(line)
             level = self.level(line)
+            if self.belongs_to_broken(line):
+                self.blocks.pop()
+                self.lines[-1] = replace(self.lines[-1], stop=line.stop)
+                continue
             if level > MAX_DEPTH:
                 return Layout((), (), frozenset(), (self.too_deep(line),), hopeless=True)
             self.lines.append(line)
@@ -136,6 +142,21 @@ class _Arrangement:
                     cure="write a `,` at the end of the line",
                 )
             )
+            # The specifiers below belong to it, so they go unread.
+            self.lines[-1] = replace(previous, broken=True)
+            return
+        if previous is not None and _UNFINISHED.search(self.text, previous.start, previous.end):
+            self.diagnostics.append(
+                errors.STRAY_INDENT.at(
+                    Span(previous.end, previous.end),
+                    "this expression ends in the middle",
+                    "the line ends here",
+                    secondary=[Label(Span(line.start, line.end), "meant to belong to it?")],
+                    reason="an expression goes on over several lines only inside brackets",
+                    cure="put it into `(` and `)`",
+                )
+            )
+            self.lines[-1] = replace(previous, broken=True)
             return
         label = Label(Span(previous.start, previous.end), "this line opens no block") if previous else None
         self.diagnostics.append(
@@ -195,7 +216,7 @@ class _Arrangement:
 
 def synthetic(kind: str, offset: int) -> Token:
     """A token that no text stands for."""
-    return Token(kind, "", offset, 1, 1, 1, 1, offset)
+    return Token(kind, "None" if kind == "CONSTANT" else "", offset, 1, 1, 1, 1, offset)
 
 
 class Indenter:

@@ -6,8 +6,8 @@ _ESCAPES = {"n": "\n", "t": "\t", "r": "\r", "\\": "\\", "'": "'", '"': '"', "0"
 _ESCAPE = re.compile(r"\\(?:x([0-9a-fA-F]{2})|u([0-9a-fA-F]{4})|U([0-9a-fA-F]{8})|([\s\S]))")
 
 
-class BadEscape(ValueError):
-    """A `\\` in a string that begins no escape; `offset` is where, from the start of the literal."""
+class EscapeError(ValueError):
+    """A backslash in a string that begins no escape; `offset` is where, from the start of the literal."""
 
     def __init__(self, text: str, offset: int) -> None:
         super().__init__(text)
@@ -16,7 +16,7 @@ class BadEscape(ValueError):
 
 
 def string_value(literal: str) -> str:
-    """The text that a quoted literal means. Line breaks in it are `\\n` whatever the file uses."""
+    """The text that a quoted literal means. Its line breaks are line feeds whatever the file uses."""
     quotes = 3 if literal[:3] in ('"""', "'''") else 1
     pieces, last = [], quotes
     body = literal[: len(literal) - quotes]
@@ -30,10 +30,10 @@ def _unescape(match: re.Match[str]) -> str:
     code = match[1] or match[2] or match[3]
     if code:
         if int(code, 16) > 0x10FFFF:
-            raise BadEscape(match.group(), match.start())
+            raise EscapeError(match.group(), match.start())
         return chr(int(code, 16))
     if match[4] not in _ESCAPES:
-        raise BadEscape(match.group(), match.start())
+        raise EscapeError(match.group(), match.start())
     return _ESCAPES[match[4]]
 
 

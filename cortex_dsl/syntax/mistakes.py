@@ -25,13 +25,13 @@ _FOREIGN = {
     "<>": "!=",
     "===": "==",
     "°": "deg",
-    "“": '"',
-    "”": '"',
-    "‘": "'",
-    "’": "'",
-    "−": "-",
-    "–": "-",
-    "×": "*",
+    "\N{LEFT DOUBLE QUOTATION MARK}": '"',
+    "\N{RIGHT DOUBLE QUOTATION MARK}": '"',
+    "\N{LEFT SINGLE QUOTATION MARK}": "'",
+    "\N{RIGHT SINGLE QUOTATION MARK}": "'",
+    "\N{MINUS SIGN}": "-",
+    "\N{EN DASH}": "-",
+    "\N{MULTIPLICATION SIGN}": "*",
     "·": "*",
     "÷": "/",
     "≤": "<=",
@@ -42,9 +42,9 @@ _FOREIGN = {
     "--": "-= 1",
 }
 _STATEMENT_WORDS = (
-    "behavior map model param simulation require terminate do take wait abort break continue return pass try if while "
-    "interrupt elif else"
-).split()
+    "behavior", "map", "model", "param", "simulation", "require", "terminate", "do", "take", "wait", "abort",
+    "break", "continue", "return", "pass", "try", "if", "while", "interrupt", "elif", "else",
+)  # fmt: skip
 _NAME_OF_A_THING = {
     "param": "a name and a value: `param SPEED = Range(5, 10)`",
     "behavior": "a name and brackets: `behavior Drive(trajectory):`",
@@ -96,17 +96,13 @@ def _later(word: Word, what: str, cure: str = "") -> Diagnostic:
 
 def foreign_spelling(trouble: Trouble) -> Diagnostic | None:
     found, before = trouble.found, trouble.before
-    if found.text in ("if", ":") and before is not None and before.text == "else" and trouble.first.text == "else":
-        if found.text == "if":
-            return _foreign(Word("name", "else if", before.span.to(found.span)), "elif")
-    if found.text == "if" and before is not None and before.text in ("else", "}"):
-        return _foreign(Word("name", "else if", before.span.to(found.span)), "elif")
-    if found.text == "++" or found.text == "--":
-        return _foreign(found, _FOREIGN[found.text])
+    second = trouble.words[1] if len(trouble.words) > 1 else trouble.first
+    if trouble.first.text == "else" and second.text == "if":
+        return _foreign(Word("name", "else if", trouble.first.span.to(second.span)), "elif")
+    if before is not None and before.text in ("++", "--") and found.kind == "end":
+        return _foreign(before, _FOREIGN[before.text])
     if found.kind == "sign" and found.text in _FOREIGN:
         return _foreign(found, _FOREIGN[found.text])
-    if found.text == "!=" and trouble.wants_value:
-        return None
     if trouble.first.text in ("elseif", "elsif") and trouble.first.kind == "name":
         return _foreign(trouble.first, "elif")
     if trouble.first.text in ("function", "fn", "func", "behaviour") and trouble.before is trouble.first:
@@ -119,7 +115,7 @@ def foreign_spelling(trouble: Trouble) -> Diagnostic | None:
         return errors.FOREIGN_SPELLING.at(
             found.span, "`?` is no operator", cure="a choice between two values is `a if condition else b`"
         )
-    if found.text == ";" or found.text == "{" and trouble.wants_operator:
+    if found.text == ";" or (found.text == "{" and trouble.wants_operator):
         return errors.FOREIGN_SPELLING.at(
             found.span, f"`{found.text}` does not belong here", cure="blocks begin with `:` and are indented"
         )
@@ -146,7 +142,8 @@ def assignment_in_condition(trouble: Trouble) -> Diagnostic | None:
 
 
 def second_assignment(trouble: Trouble) -> Diagnostic | None:
-    if trouble.found.text != "=" or not trouble.wants_operator or trouble.bracket is not None:
+    earlier = any(word.text == "=" for word in trouble.words[: trouble.place])
+    if trouble.found.text != "=" or not earlier or trouble.bracket is not None:
         return None
     return errors.WRONG_TARGET.at(
         trouble.found.span, "only one `=` in an assignment", cure="write one line for each name, or `==` to compare"
@@ -169,7 +166,9 @@ def missing_colon(trouble: Trouble) -> Diagnostic | None:
 
 
 def _head(trouble: Trouble) -> str:
-    text = trouble.source.slice(Span(trouble.line.start, trouble.before.span.end if trouble.before else trouble.line.end))
+    text = trouble.source.slice(
+        Span(trouble.line.start, trouble.before.span.end if trouble.before else trouble.line.end)
+    )
     return text if len(text) <= 40 and "\n" not in text else trouble.first.text
 
 
@@ -189,10 +188,11 @@ def orphan(trouble: Trouble) -> Diagnostic | None:
     if word.text not in parents or "COLON" in trouble.accepts:
         return None
     parent = parents[word.text]
+    article = "an" if parent == "if" else "a"
     return errors.INCOMPLETE.at(
         word.span,
-        f"`{word.text}` without a `{parent}`",
-        reason=f"it continues a `{parent}` block that is right above it, at the same indentation",
+        f"`{word.text}` without {article} `{parent}`",
+        reason=f"it continues {article} `{parent}` block that is right above it, at the same indentation",
         cure=f"align it with its `{parent}`, or write the `{parent}`",
     )
 
@@ -228,7 +228,7 @@ def missing_comma(trouble: Trouble) -> Diagnostic | None:
             cure="write a `,` between specifiers",
         )
     begins = found.kind in ("name", "number", "string") and found.text not in RESERVED
-    if trouble.bracket is not None and begins and before.kind != "number":
+    if trouble.bracket is not None and begins:
         return errors.MISSING_COMMA.at(
             place,
             f"expected `,` or an operator before {_quoted(found)}",
@@ -237,6 +237,23 @@ def missing_comma(trouble: Trouble) -> Diagnostic | None:
             cure="write a `,` between the two, or an operator",
         )
     return None
+
+
+def word_read_as_unit(trouble: Trouble) -> Diagnostic | None:
+    """`f(x) g(y)`: the grammar took `g` for the unit of `f(x)`, so the error comes one word late."""
+    before, words = trouble.before, trouble.words[: trouble.place - 1]
+    if before is None or before.kind != "name" or not words or before.text in RESERVED or before.text in UNIT_WORDS:
+        return None
+    if words[-1].text != ")" or trouble.found.text not in ("(", "=", "["):
+        return None
+    place = Span(words[-1].span.end, words[-1].span.end)
+    return errors.MISSING_COMMA.at(
+        place,
+        f"expected `,` or an operator before {_quoted(before)}",
+        "something is missing here",
+        secondary=[Label(before.span, "begins another value")],
+        cure="write a `,` between the two, or an operator",
+    )
 
 
 def _quoted(word: Word) -> str:
@@ -261,15 +278,17 @@ def misplaced_unit(trouble: Trouble) -> Diagnostic | None:
 
 
 def continued_line(trouble: Trouble) -> Diagnostic | None:
-    """A comma at the end of the line before, and this line at its indentation."""
-    if trouble.place != 0 or trouble.index == 0 or trouble.found.text not in SPECIFIER_WORDS:
+    """A comma at the end of a line, and a specifier below it at the same indentation: told once for both lines."""
+    lines = trouble.layout.lines
+    index = trouble.index + (trouble.found.kind == "end")
+    if (trouble.place and trouble.found.kind != "end") or not 0 < index < len(lines):
         return None
-    previous = trouble.layout.lines[trouble.index - 1]
-    if trouble.source.text[previous.end - 1] != ",":
+    previous, line = lines[index - 1], lines[index]
+    if line.word not in SPECIFIER_WORDS or trouble.source.text[previous.end - 1] != ",":
         return None
     return errors.STRAY_INDENT.at(
-        trouble.found.span,
-        f"`{trouble.found.text}` must be indented",
+        Span(line.start, line.start + len(line.word)),
+        f"`{line.word}` must be indented",
         "a specifier",
         secondary=[Label(Span(previous.end - 1, previous.end), "goes on below")],
         reason="a line goes on after a comma only if the next one is indented deeper",
@@ -350,6 +369,7 @@ def unknown_unit(trouble: Trouble) -> Diagnostic | None:
 
 
 MISTAKES: tuple[Mistake, ...] = (
+    continued_line,
     not_supported,
     text_prefix,
     foreign_spelling,
@@ -358,10 +378,10 @@ MISTAKES: tuple[Mistake, ...] = (
     missing_colon,
     missing_brackets,
     orphan,
-    continued_line,
     missing_new,
     misplaced_unit,
     missing_comma,
+    word_read_as_unit,
     unknown_unit,
     misspelt_statement,
     nothing_follows,

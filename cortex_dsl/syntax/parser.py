@@ -2,7 +2,6 @@
 
 import os
 import sys
-import tempfile
 import threading
 from functools import cache
 from hashlib import sha256

@@ -3,8 +3,8 @@
 from lark.lexer import LexerState
 from lark.parsers.lalr_interactive_parser import InteractiveParser
 
-from cortex_dsl.syntax.layout import Indenter, synthetic
 from cortex_dsl.syntax.later import BLOCKS as LATER_BLOCKS
+from cortex_dsl.syntax.layout import Indenter, synthetic
 
 _CONDITION = ("CONSTANT", "COLON")
 _HEADS = {
@@ -62,6 +62,7 @@ def _unwind(run: InteractiveParser, kind: str) -> bool:
     return True
 
 
-def _move_to(state: LexerState, offset: int) -> None:
+def _move_to(state: LexerState | None, offset: int) -> None:
+    assert state is not None
     state.line_ctr.char_pos = offset
     state.last_token = None

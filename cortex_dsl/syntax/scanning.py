@@ -1,6 +1,6 @@
-"""Logical lines: where statements begin and end, before any grammar.
+r"""Logical lines: where statements begin and end, before any grammar.
 
-A line goes on inside brackets, after a `\\` at its end, and after a comma if what follows is indented deeper.
+A line goes on inside brackets, after a `\` at its end, and after a comma if what follows is indented deeper.
 """
 
 import re
@@ -60,7 +60,7 @@ class Scan:
     """Whether nesting went over its limit, so that nothing else is worth a word."""
 
 
-class _TooDeep(Exception):
+class _NestingError(Exception):
     pass
 
 
@@ -72,7 +72,7 @@ def scan(text: str) -> Scan:
         if scanner.mismatched:
             scanner = _Scanner(text, suspicious=True)
             scanner.run()
-    except _TooDeep:
+    except _NestingError:
         return Scan((), (scanner.diagnostics[-1],), hopeless=True)
     return Scan(tuple(scanner.lines), tuple(scanner.diagnostics))
 
@@ -123,7 +123,7 @@ class _Scanner:
                     cure="give inner parts a name of their own",
                 )
             )
-            raise _TooDeep
+            raise _NestingError
 
     def close(self, offset: int) -> None:
         found = self.text[offset]

@@ -23,6 +23,10 @@ GRAVITY = 9.81
 """[m/s^2]"""
 
 
+SERIES = tuple((-1.0) ** (n // 2) / math.factorial(n) for n in range(12))
+"""Coefficients of the series of sine (odd) and cosine (even)."""
+
+
 class Vehicle(NamedTuple):
     """What a body can do."""
 
@@ -43,13 +47,20 @@ class Vehicle(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Where a body is and how it moves: rear axle x, y [m], heading [rad, not wrapped], speed [m/s], steering [rad]."""
+    """Where a body is and how it moves."""
 
     x: float
+    """Middle of the rear axle [m]."""
     y: float
     heading: float
+    """Not wrapped [rad]."""
+    cos: float
+    """Of the heading; carried along, as every step and every follower needs them."""
+    sin: float
     speed: float
+    """[m/s]"""
     steer: float
+    """[rad]"""
 
 
 class Demand(NamedTuple):
@@ -97,12 +108,15 @@ def within_grip(acceleration: float, curvature: float, speed: float, grip: float
 
 
 @inlined
-def sinc(x: float) -> float:
-    """sin(x) / x."""
-    if abs(x) < 0.25:  # the next term of the series is below 2e-17 there
-        y = x * x
-        return 1.0 - y / 6.0 * (1.0 - y / 20.0 * (1.0 - y / 42.0 * (1.0 - y / 72.0 * (1.0 - y / 110.0))))
-    return math.sin(x) / x
+def small_turn(angle: float) -> tuple[float, float, float]:
+    """sin(x) / x, sin(x) and cos(x) of a turn within one step; by their series where it is small, as nearly always."""
+    if abs(angle) > 0.25:
+        sin = math.sin(angle)
+        return sin / angle, sin, math.cos(angle)
+    y = angle * angle  # the first terms left out are below 2e-17
+    sinc = 1.0 + y * (SERIES[3] + y * (SERIES[5] + y * (SERIES[7] + y * (SERIES[9] + y * SERIES[11]))))
+    cos = 1.0 + y * (SERIES[2] + y * (SERIES[4] + y * (SERIES[6] + y * (SERIES[8] + y * SERIES[10]))))
+    return sinc, angle * sinc, cos
 
 
 @inlined
@@ -124,12 +138,14 @@ def drive(motion: Motion, demand: Demand, vehicle: Vehicle, time_step: float) ->
     held = within_grip(demand.acceleration, curvature, motion.speed, vehicle.grip, time_step)
     way, speed = travelled(motion.speed, held.acceleration, time_step)
     half_turn = 0.5 * way * held.curvature
-    middle = motion.heading + half_turn
-    chord = way * sinc(half_turn)
+    sinc, sin, cos = small_turn(half_turn)
+    heading = motion.heading + 2.0 * half_turn
     return Motion(
-        motion.x + chord * math.cos(middle),
-        motion.y + chord * math.sin(middle),
-        motion.heading + 2.0 * half_turn,
+        motion.x + way * sinc * (motion.cos * cos - motion.sin * sin),
+        motion.y + way * sinc * (motion.sin * cos + motion.cos * sin),
+        heading,
+        math.cos(heading),
+        math.sin(heading),
         speed,
         steer,
     )
@@ -144,10 +160,11 @@ def walk(motion: Motion, demand: Demand, vehicle: Vehicle, time_step: float) -> 
         acceleration = headroom
     way, speed = travelled(motion.speed, acceleration, time_step)
     heading = motion.heading + demand.steer
-    return Motion(motion.x + way * math.cos(heading), motion.y + way * math.sin(heading), heading, speed, 0.0)
+    cos, sin = math.cos(heading), math.sin(heading)
+    return Motion(motion.x + way * cos, motion.y + way * sin, heading, cos, sin, speed, 0.0)
 
 
 @inlined
 def stand(motion: Motion) -> Motion:
     """One step of an obstacle."""
-    return Motion(motion.x, motion.y, motion.heading, 0.0, 0.0)
+    return Motion(motion.x, motion.y, motion.heading, motion.cos, motion.sin, 0.0, 0.0)

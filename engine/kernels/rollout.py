@@ -68,9 +68,11 @@ def _place(plan: Plan, run: Run, actor: int) -> None:
     run.states[0, actor, State.SPEED] = speed
     run.states[0, actor, State.PRESENT] = 1.0
     to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
+    cos, sin = math.cos(heading), math.sin(heading)
     run.actors[actor, :] = 0.0
-    run.actors[actor, Slot.REAR_X] = x - to_center * math.cos(heading)
-    run.actors[actor, Slot.REAR_Y] = y - to_center * math.sin(heading)
+    run.actors[actor, Slot.REAR_X] = x - to_center * cos
+    run.actors[actor, Slot.REAR_Y] = y - to_center * sin
+    run.actors[actor, Slot.COS], run.actors[actor, Slot.SIN] = cos, sin
     run.actors[actor, Slot.LEFT_ROAD] = math.nan
 
 
@@ -204,7 +206,15 @@ def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
     if slots[actor, Slot.SET_SPEED] != NO_SPEED:
         speed = clip(slots[actor, Slot.SET_SPEED], 0.0, vehicle.max_speed)
     heading, steer = run.states[sample, actor, State.HEADING], run.states[sample, actor, State.STEER]
-    motion = Motion(slots[actor, Slot.REAR_X], slots[actor, Slot.REAR_Y], heading, speed, steer)
+    motion = Motion(
+        slots[actor, Slot.REAR_X],
+        slots[actor, Slot.REAR_Y],
+        heading,
+        slots[actor, Slot.COS],
+        slots[actor, Slot.SIN],
+        speed,
+        steer,
+    )
     demand = Demand(acceleration, slots[actor, Slot.STEER])
     kind = plan.kinds[actor]
     if kind == ActorKind.OBSTACLE:
@@ -215,6 +225,7 @@ def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
     else:
         after = drive(motion, demand, vehicle, plan.layout.time_step)
     slots[actor, Slot.REAR_X], slots[actor, Slot.REAR_Y] = after.x, after.y
+    slots[actor, Slot.COS], slots[actor, Slot.SIN] = after.cos, after.sin
     _record(plan, run, sample + 1, actor, after, (after.speed - speed) / plan.layout.time_step, throttle, brake)
 
 
@@ -224,8 +235,8 @@ def _record(
 ) -> None:
     states = run.states
     to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
-    states[sample, actor, State.X] = after.x + to_center * math.cos(after.heading)
-    states[sample, actor, State.Y] = after.y + to_center * math.sin(after.heading)
+    states[sample, actor, State.X] = after.x + to_center * after.cos
+    states[sample, actor, State.Y] = after.y + to_center * after.sin
     states[sample, actor, State.HEADING] = after.heading
     states[sample, actor, State.SPEED] = after.speed
     states[sample, actor, State.STEER] = after.steer

@@ -63,20 +63,23 @@ class Slot(IntEnum):
     REAR_X = 0
     """Middle of the rear axle [m]; what is integrated, so that no rounding is made by going through the centre."""
     REAR_Y = 1
-    THROTTLE = 2
+    COS = 2
+    """Of the heading."""
+    SIN = 3
+    THROTTLE = 4
     """Pedals of this step."""
-    BRAKE = 3
-    STEER = 4
+    BRAKE = 5
+    STEER = 6
     """Steering angle last asked for [rad]; stays until the next."""
-    SET_SPEED = 5
+    SET_SPEED = 7
     """Speed to take at once [m/s], or `NO_SPEED`."""
-    LEFT_ROAD = 6
+    LEFT_ROAD = 8
     """When the centre was first seen outside the road [s]; NaN if never."""
-    ROUTE_DONE = 7
+    ROUTE_DONE = 9
     """1 once a path was followed to its end."""
-    LEAVING = 8
+    LEAVING = 10
     """1 once the actor's way through the scene is over: absent from the next sample on."""
-    FREE = 9
+    FREE = 11
     """1 for a body that contact physics has taken over: it neither behaves nor steps here."""
 
 

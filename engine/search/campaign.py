@@ -116,9 +116,7 @@ def run_campaign(
             simulations += done[-1][1].by_simulation.runs
             if on_generation is not None:
                 elapsed = perf_counter() - start
-                on_generation(
-                    Progress(generation, config.generations, *done[-1], best, simulations, elapsed)
-                )
+                on_generation(Progress(generation, config.generations, *done[-1], best, simulations, elapsed))
             if should_stop():
                 break
     except KeyboardInterrupt:

@@ -1,5 +1,7 @@
 """Assessments as flat named columns, for the journal and for exports; and back."""
 
+from typing import Any
+
 import numpy as np
 
 from engine.search.assessment import RISK_PARTS, Assessment
@@ -32,13 +34,12 @@ def to_columns(runs: Assessment) -> dict[str, list[float | int]]:
 
 def from_columns(columns: dict[str, list[float | int | None]], tested: Ints, failed: Ints) -> Assessment:
     """Inverse of `to_columns`; None is NaN."""
-    integers = {name: np.array(columns[name], dtype=np.int32) for name in INTEGERS if name != "collided"}
-    floats = {name: np.array(columns[name], dtype=np.float64) for name in FLOATS}
+    arrays: dict[str, Any] = {name: np.array(columns[name], dtype=np.int32) for name in INTEGERS}
+    arrays |= {name: np.array(columns[name], dtype=np.float64) for name in FLOATS}
+    arrays["collided"] = arrays["collided"].astype(bool)
     return Assessment(
         tested=tested,
         failed=failed,
-        collided=np.array(columns["collided"], dtype=bool),
         parts=np.array([columns[name] for name in PARTS], dtype=np.int32).T.copy(),
-        **integers,
-        **floats,
+        **arrays,
     )

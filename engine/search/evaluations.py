@@ -49,12 +49,12 @@ class Evaluations:
     @cached_property
     def valid(self) -> Bools:
         """(n,)"""
-        return self.verdict == Verdict.VALID
+        return np.equal(self.verdict, Verdict.VALID)
 
     @cached_property
     def failed(self) -> Bools:
         """(n,) the engine failed: neither valid nor invalid, never scored."""
-        return self.verdict == Verdict.ERROR
+        return np.equal(self.verdict, Verdict.ERROR)
 
     @cached_property
     def collided(self) -> Bools:
@@ -104,9 +104,7 @@ def judge(rollouts: Assessment, how: str) -> tuple[Ints, Floats]:
 
 def results(evaluations: Evaluations) -> list[Result]:
     """What a searcher is told, one result a row."""
-    rows = zip(
-        evaluations.verdict.tolist(), evaluations.fitness.tolist(), evaluations.reused.tolist(), strict=True
-    )
+    rows = zip(evaluations.verdict.tolist(), evaluations.fitness.tolist(), evaluations.reused.tolist(), strict=True)
     return [Result(_status(verdict, reused), fitness, Verdict(verdict)) for verdict, fitness, reused in rows]
 
 

@@ -13,7 +13,7 @@ gene is the number of its option. Missing numbers are empty in CSV and null in J
 """
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -28,8 +28,10 @@ from engine.search.figures import Figures
 from engine.search.journal import finite
 from engine.search.manifest import Manifest
 from engine.search.protocol import Operator
+from engine.search.ranking import Case
 from engine.search.store import store_errors
 from engine.streams import format_key
+from engine.tables import Ints
 from engine.vocabulary import EndReason, Verdict
 
 CRITICAL_RISK = 14
@@ -40,6 +42,9 @@ LAST = 10
 _VERDICTS = {int(verdict): verdict.name.lower() for verdict in Verdict}
 _REASONS = {-1: "", **{int(reason): reason.name.lower() for reason in EndReason}}
 _OPERATORS = {int(operator): operator.name.lower() for operator in Operator}
+
+WORDS = ("operator", "key", "verdict", "end_reason")
+"""Columns that JSON puts in quotes."""
 
 Column = Sequence[str]
 """One text a row."""
@@ -52,7 +57,7 @@ def write_exports(directory: Path, campaign: Campaign, manifest: Manifest, criti
         StoreError: a file cannot be written.
     """
     evaluations = campaign.evaluations
-    names, columns = _table(evaluations, campaign.space.names)
+    columns = _table(evaluations, campaign.space.names)
     lines = [",".join(row) for row in zip(*columns.values(), strict=True)]
     score = flat_rollouts(evaluations).score
     header = ",".join(map(_quoted, columns))
@@ -60,7 +65,7 @@ def write_exports(directory: Path, campaign: Campaign, manifest: Manifest, criti
     with store_errors(directory):
         _write_lines(directory / "evaluations.csv", [header, *lines])
         _write_lines(directory / "critical.csv", [header, *worst])
-        _write_lines(directory / "evaluations.jsonl", _json_lines(columns, names, evaluations))
+        _write_lines(directory / "evaluations.jsonl", _json_lines(columns, evaluations))
         _write_lines(directory / "generations.csv", _generation_lines(campaign))
         text = json.dumps(finite(summary(campaign, manifest)), indent=2, ensure_ascii=False, allow_nan=False)
         _write_lines(directory / "summary.json", [text])
@@ -83,56 +88,55 @@ def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
             "by_individual": asdict(campaign.last(LAST)),
             "by_simulation": asdict(campaign.last(LAST, by_simulation=True)),
         },
-        "worst": [
-            {**asdict(case), "genome": dict(zip(campaign.space.names, case.genome, strict=True)), "key": format_key(case.key)}
-            for case in campaign.worst
-        ],
+        "worst": [_case(campaign, case) for case in campaign.worst],
         "genes": [{**asdict(gene), "worst": list(gene.worst), "dead": gene.dead} for gene in campaign.genes],
     }
 
 
-def _table(evaluations: Evaluations, genes: Sequence[str]) -> tuple[set[str], dict[str, Column]]:
-    """Names of the columns that hold words, and all columns as CSV texts."""
+def _case(campaign: Campaign, case: Case) -> dict[str, Any]:
+    genome = dict(zip(campaign.space.names, case.genome, strict=True))
+    return {**asdict(case), "genome": genome, "key": format_key(case.key)}
+
+
+def _table(evaluations: Evaluations, genes: Sequence[str]) -> dict[str, Column]:
+    """All columns as texts, one row a rollout."""
     rollouts = evaluations.keys.shape[1]
+    rows = np.repeat(np.arange(len(evaluations)), rollouts)
+    individuals = take(evaluations, rows) if rollouts > 1 else evaluations
+    number = _numbering(evaluations)
     runs = to_columns(flat_rollouts(evaluations))
-    words = {
-        "operator": _words(np.repeat(evaluations.operator, rollouts).tolist(), _OPERATORS),
+    return {
+        "individual": _texts(rows.tolist()),
+        "generation": _texts(individuals.places[:, 0].tolist()),
+        "place": _texts(individuals.places[:, 1].tolist()),
+        "rollout": _texts(np.tile(np.arange(rollouts), len(evaluations)).tolist()),
+        "operator": _words(individuals.operator.tolist(), _OPERATORS),
+        "reused": _texts(individuals.reused.astype(int).tolist()),
+        "birth": _texts(number(individuals.births)),
+        "parent_1": _texts(number(individuals.parents[:, 0]), missing=-1),
+        "parent_2": _texts(number(individuals.parents[:, 1]), missing=-1),
         "key": _keys(evaluations),
+        **{f"param_{name}": _texts(individuals.genomes[:, gene].tolist()) for gene, name in enumerate(genes)},
+        "fitness": _texts(individuals.fitness.tolist()),
+        **{name: _texts(values) for name, values in runs.items()},
         "verdict": _words(runs["verdict"], _VERDICTS),
         "end_reason": _words(runs["end_reason"], _REASONS),
     }
-    rows = np.repeat(np.arange(len(evaluations)), rollouts)
-    individuals = take(evaluations, rows) if rollouts > 1 else evaluations
-    columns: dict[str, Column] = {
-        "generation": _integers(individuals.places[:, 0].tolist()),
-        "place": _integers(individuals.places[:, 1].tolist()),
-        "rollout": _integers(np.tile(np.arange(rollouts), len(evaluations)).tolist()),
-        "operator": words["operator"],
-        "reused": _integers(individuals.reused.astype(int).tolist()),
-        "birth_generation": _integers(individuals.births[:, 0].tolist()),
-        "birth_place": _integers(individuals.births[:, 1].tolist()),
-        **_parents(individuals),
-        "key": words["key"],
-        **{f"param_{name}": _floats(individuals.genomes[:, gene].tolist()) for gene, name in enumerate(genes)},
-        "fitness": _floats(individuals.fitness.tolist()),
-    }
-    for name in SCALARS:
-        values = runs[name]
-        columns[name] = words[name] if name in words else _numbers(values)
-    return set(words), columns
 
 
-def _parents(individuals: Evaluations) -> dict[str, Column]:
-    names = [f"parent_{number}_{part}" for number in (1, 2) for part in ("generation", "place")]
-    numbers = individuals.parents.reshape(-1, 4)
-    return {name: _integers(numbers[:, column].tolist(), missing=-1) for column, name in enumerate(names)}
+def _numbering(evaluations: Evaluations) -> Callable[[Ints], list[int]]:
+    """Births (n, 2) to numbers of individuals, -1 for nobody."""
+    starts = np.flatnonzero(evaluations.places[:, 1] == 0)
+
+    def number(births: Ints) -> list[int]:
+        return np.where(births[:, 0] < 0, -1, starts[births[:, 0]] + births[:, 1]).tolist()
+
+    return number
 
 
 def _keys(evaluations: Evaluations) -> Column:
     """Stream keys as text; only birth and rollout differ within a run."""
     keys = evaluations.keys.reshape(-1, evaluations.keys.shape[2])
-    if not len(keys):
-        return []
     seed_method_run = format_key(keys[0]).rsplit(".", 3)[0]
     return [f"{seed_method_run}.{a}.{b}.{c}" for a, b, c in keys[:, 3:].tolist()]
 
@@ -141,28 +145,25 @@ def _words(codes: Sequence[Any], names: dict[int, str]) -> Column:
     return [names[code] for code in codes]
 
 
-def _integers(values: Sequence[Any], missing: int | None = None) -> Column:
-    if missing is None:
-        return list(map(str, values))
-    return ["" if value == missing else str(value) for value in values]
+def _texts(values: Sequence[Any], missing: Any = None) -> Column:
+    """Shortest texts that read back to the same numbers; NaN and `missing` are empty."""
+    texts = list(map(repr, values))
+    gone = "nan" if missing is None else repr(missing)
+    return ["" if text == gone else text for text in texts] if gone in texts else texts
 
 
-def _floats(values: Sequence[float]) -> Column:
-    return ["" if value != value else repr(value) for value in values]
-
-
-def _numbers(values: Sequence[Any]) -> Column:
-    return _floats(values) if values and isinstance(values[0], float) else _integers(values)
-
-
-def _json_lines(columns: dict[str, Column], words: set[str], evaluations: Evaluations) -> Iterable[str]:
+def _json_lines(columns: dict[str, Column], evaluations: Evaluations) -> Iterable[str]:
     """One object a line, from the texts of the CSV."""
     runs = flat_rollouts(evaluations)
     values = [
-        [f'"{text}"' for text in column] if name in words else [text or "null" for text in column]
+        [f'"{text}"' for text in column]
+        if name in WORDS
+        else [text or "null" for text in column]
+        if "" in column
+        else column
         for name, column in columns.items()
     ]
-    counts = [[str(row) for row in table.tolist()] for table in (runs.tested, runs.failed)]
+    counts = [list(map(repr, table.tolist())) for table in (runs.tested, runs.failed)]
     names = [json.dumps(name, ensure_ascii=False).replace("%", "%%") for name in (*columns, "tested", "failed")]
     template = "{" + ", ".join(f"{name}: %s" for name in names) + "}"
     return (template % row for row in zip(*values, *counts, strict=True))

@@ -80,7 +80,7 @@ def _ratio(total: float, count: int) -> float:
 
 @dataclass(frozen=True)
 class GenerationFigures:
-    """One generation, by individual (elites counted, as the paper does) and by distinct simulation (elites left out)."""
+    """One generation: by individual, elites counted as the paper does; and by simulation, elites left out."""
 
     generation: int
     by_individual: Figures
@@ -90,9 +90,7 @@ class GenerationFigures:
 def generation_figures(evaluations: Evaluations, generation: int) -> GenerationFigures:
     """Figures of a table that holds one generation."""
     everyone = np.ones(len(evaluations), dtype=bool)
-    return GenerationFigures(
-        generation, figures(evaluations, everyone), figures(evaluations, evaluations.simulated)
-    )
+    return GenerationFigures(generation, figures(evaluations, everyone), figures(evaluations, evaluations.simulated))
 
 
 def distinct_collisions(evaluations: Evaluations) -> int:

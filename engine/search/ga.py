@@ -54,6 +54,8 @@ class _Pool:
     fitness: tuple[float, ...] = ()
     births: tuple[Birth, ...] = ()
     results: tuple[Result, ...] = ()
+    crossable: bool = False
+    """Whether two of them differ."""
 
     def __len__(self) -> int:
         return len(self.genomes)
@@ -98,11 +100,12 @@ class GeneticAlgorithm:
     def _fill(self, stream: Generator, slot: int, taken: set[Genome]) -> list[Proposal]:
         """One or two proposals from the next slot on, by the operator that the stream chooses."""
         u = stream.random()
-        if u < self._elite_below and (elite := next_elite(range(len(self._pool)), self._pool.genomes, taken)) is not None:
+        elite = next_elite(range(len(self._pool)), self._pool.genomes, taken) if u < self._elite_below else None
+        if elite is not None:
             taken.add(self._pool.genomes[elite])
             return [self._kept(elite)]
         crossing = self._elite_below <= u < self._crossover_below
-        if crossing and len(self._box) > 1 and len(set(self._pool.genomes)) > 1:
+        if crossing and len(self._box) > 1 and self._pool.crossable:
             count = min(2, self._population - slot)
             return self._born(slot, self._distinct(self._cross, stream, count))
         return self._born(slot, self._distinct(self._mutate, stream, 1))
@@ -158,7 +161,8 @@ class GeneticAlgorithm:
         second = tournament(stream, others, pool.fitness, self._tournament)
         genomes = crossover(stream, pool.genomes[first], pool.genomes[second])
         births = pool.births[first], pool.births[second]
-        children = [_Child(genomes[0], Operator.CROSSOVER, births), _Child(genomes[1], Operator.CROSSOVER, births[::-1])]
+        orders = births, births[::-1]
+        children = [_Child(*pair) for pair in zip(genomes, (Operator.CROSSOVER,) * 2, orders, strict=True)]
         return children if count == 2 else [children[pick(stream, 2)]]
 
 
@@ -191,4 +195,5 @@ def _pool_of(proposals: Sequence[Proposal], results: Sequence[Result]) -> _Pool:
         fitness=tuple(result.fitness for _, result in pairs),
         births=tuple(proposal.birth for proposal, _ in pairs),
         results=tuple(result for _, result in pairs),
+        crossable=len({proposal.genome for proposal, _ in pairs}) > 1,
     )

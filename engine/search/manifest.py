@@ -89,9 +89,8 @@ def make_manifest(
 
 def _parameters(program: Program) -> tuple[Parameter, ...]:
     space = program.space
-    rows = zip(
-        space.names, space.units, space.kinds.tolist(), space.low.tolist(), space.high.tolist(), space.options, strict=True
-    )
+    numbers = space.kinds.tolist(), space.low.tolist(), space.high.tolist()
+    rows = zip(space.names, space.units, *numbers, space.options, strict=True)
     return tuple(Parameter(*row) for row in rows)
 
 

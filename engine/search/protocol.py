@@ -46,7 +46,7 @@ class Birth(NamedTuple):
     """Where an individual was first simulated; its identity, and its place in the order of age."""
 
     generation: int
-    index: int
+    place: int
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """What the command does when something goes wrong: a slip, a path, a bug of ours, a reader that leaves."""
 
-import os
-import stat
 import sys
 from pathlib import Path
 
@@ -10,7 +8,7 @@ import pytest
 import cortex_dsl.cli.commands
 from cortex_dsl.cli import main
 from cortex_dsl.cli.exits import UsageError
-from cortex_dsl.cli.files import insist_writable, read_source
+from cortex_dsl.cli.files import read_source
 
 
 def test_missing_file_suggests_the_nearest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -50,23 +48,6 @@ def test_line_endings_and_byte_order_mark_vanish(tmp_path: Path) -> None:
     path = tmp_path / "a.scn"
     path.write_bytes(b"\xef\xbb\xbfa = 1\r\nb = 2\r\n")
     assert read_source(path).text == "a = 1\nb = 2\n"
-
-
-def test_results_cannot_go_where_a_file_stands(tmp_path: Path) -> None:
-    """`--out` is looked at before any work is done."""
-    (tmp_path / "file").write_text("")
-    with pytest.raises(UsageError, match="is a file"):
-        insist_writable(tmp_path / "file")
-    with pytest.raises(UsageError, match="is a file"):
-        insist_writable(tmp_path / "file" / "below")
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
-def test_results_cannot_go_to_a_read_only_folder(tmp_path: Path) -> None:
-    """A folder without write permission is refused at once."""
-    tmp_path.chmod(stat.S_IRUSR | stat.S_IXUSR)
-    with pytest.raises(UsageError, match="no permission"):
-        insist_writable(tmp_path / "runs")
 
 
 def broken(*_: object) -> int:

@@ -71,7 +71,7 @@ def brute_force(ego: float, adversary: float, attempts: int = 600_000):
 @pytest.mark.parametrize(("ego", "adversary"), [(30.0, 20.0), (49.0, 5.0), (6.0, 47.0)])
 def test_accepted_scenes_follow_the_law_of_rejection(program, ego, adversary):
     """Start distances and variants of accepted scenes are distributed as by brute force, also at the road's end."""
-    scenes, expected = run(program, ego, adversary), brute_force(ego, adversary)
+    scenes, expected = run(program, ego, adversary, max_attempts=20_000), brute_force(ego, adversary)
     assert scenes.valid.all()
     distances = APPROACH * (1.0 - scenes.draws)
     for column in range(2):

@@ -1,0 +1,150 @@
+"""`cortexc FILE`: draw one scene, run it, and tell what happened."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cortex_dsl.cli.compiling import compile_request
+from cortex_dsl.cli.exits import Exit, UsageError
+from cortex_dsl.cli.request import Request
+from cortex_dsl.cli.simulation import again, announce_compilation, open_scenario
+from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.report.exhausted_view import exhausted_view
+from cortex_dsl.report.json_documents import document
+from cortex_dsl.report.run_document import run_content
+from cortex_dsl.report.run_view import RunReport, run_view
+from cortex_dsl.report.story import Moment, aftermath, end_of
+from cortex_dsl.report.tally import Tally
+from cortex_dsl.session import Scenario
+from engine.scenes import Outcomes, Scenes, Trajectory
+from engine.vocabulary import EndReason, Method, Verdict
+
+if TYPE_CHECKING:
+    from engine.tables import Ints
+
+DRAWS = 100
+"""How many genomes a single run draws until one allows a scene; Scenic, too, draws its params anew at every attempt."""
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """One scene, run by one of the hosts."""
+
+    outcomes: Outcomes
+    trajectory: Trajectory
+    aftermath: Sequence[Moment]
+
+
+def execute(request: Request, terminal: Terminal) -> int:
+    compiled = compile_request(request, terminal)
+    if isinstance(compiled, Exit):
+        return compiled
+    scenario = open_scenario(request, compiled)
+    announce_compilation(terminal)
+    scenes, tally = draw(scenario, request)
+    if not scenes.valid[0]:
+        return _no_scene(request, scenario, scenes, tally, terminal)
+    engine = request.engine or "world"
+    simulated = _simulate(scenario, scenes, engine)
+    verdict = Verdict(int(simulated.outcomes.verdict[0]))
+    if verdict == Verdict.ERROR:
+        return _failed(scenario, simulated.outcomes, terminal)
+    _show(_report(request, scenario, scenes, simulated, engine), request, terminal)
+    return Exit.NO_SCENE if verdict == Verdict.ABORTED else Exit.FINE
+
+
+def draw(scenario: Scenario, request: Request) -> tuple[Scenes, Tally]:
+    """The first genome of the seed that allows a scene, or the last one tried; and the counts of all that were."""
+    from engine.sampling import draw_genomes, sample
+
+    program, tally = scenario.program, Tally()
+    for keys in _keys(scenario, request):
+        genomes = draw_genomes(program.space, keys)
+        scenes = sample(program, genomes, keys, scenario.config.simulation)
+        tally = tally.plus(scenes)
+        if scenes.verdict[0] not in (Verdict.EXHAUSTED, Verdict.INFEASIBLE):
+            break
+    return scenes, tally
+
+
+def _keys(scenario: Scenario, request: Request) -> "list[Ints]":
+    """The streams to try, one after the other; a concrete file has just its own."""
+    from engine.streams import key_rows, parse_key
+
+    pinned = scenario.program.settings.stream
+    if pinned is not None and request.seed is None:
+        return [np.array([parse_key(pinned)], dtype=np.int64)]
+    draws = DRAWS if len(scenario.program.space) else 1
+    return [key_rows(request.seed or 0, Method.SINGLE, 0, 0, [index]) for index in range(draws)]
+
+
+def _simulate(scenario: Scenario, scenes: Scenes, engine: str) -> Simulated:
+    if engine == "world":
+        run = scenario.watch(scenes)
+        return Simulated(run.outcomes, run.trajectory, aftermath(scenario.program, run))
+    from engine import batch
+
+    outcomes = scenario.simulate(scenes)
+    return Simulated(outcomes, batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation), ())
+
+
+def _report(request: Request, scenario: Scenario, scenes: Scenes, simulated: Simulated, engine: str) -> RunReport:
+    from engine.road import build_network, outline
+
+    risk = scenario.assess(simulated.outcomes, request.profile)
+    return RunReport(
+        program=scenario.program,
+        scenes=scenes,
+        outcomes=simulated.outcomes,
+        trajectory=simulated.trajectory,
+        aftermath=simulated.aftermath,
+        score=int(risk.score[0]),
+        parts=risk.parts[0].tolist(),
+        pair=max(0, int(risk.pair[0])),
+        profile=request.profile,
+        engine=engine,
+        road=outline(build_network(scenario.program.road_spec)),
+        reproduce=_reproduce(request, scenario),
+    )
+
+
+def _reproduce(request: Request, scenario: Scenario) -> str:
+    """The command with everything that decides the run."""
+    pinned = scenario.program.settings.stream is not None and request.seed is None
+    words = [] if pinned else ["--seed", str(request.seed or 0)]
+    for flag, value in (("--max-attempts", request.max_attempts), ("--time-step", request.time_step)):
+        words += [] if value is None else [flag, f"{value!r}"]
+    words += ["--engine", request.engine] if request.engine else []
+    words += ["--profile", request.profile] if request.profile != "paper" else []
+    return again(request, *words)
+
+
+def _show(report: RunReport, request: Request, terminal: Terminal) -> None:
+    if request.json:
+        terminal.write(document("run", run_content(report, str(request.file))))
+    else:
+        console = terminal.out
+        console.print(run_view(report, console.width, ascii_only=console.options.ascii_only))
+
+
+def _no_scene(request: Request, scenario: Scenario, scenes: Scenes, tally: Tally, terminal: Terminal) -> Exit:
+    verdict = Verdict(int(scenes.verdict[0]))
+    if verdict == Verdict.ERROR:
+        raise RuntimeError("a scene held a value that is not a number")
+    if request.json:
+        from cortex_dsl.report.run_document import no_scene_content
+
+        terminal.write(document("run", no_scene_content(scenario.program, tally, verdict, str(request.file))))
+    else:
+        terminal.err.print(exhausted_view(scenario.program, tally, verdict, scenes.genomes[0]))
+    return Exit.NO_SCENE
+
+
+def _failed(scenario: Scenario, outcomes: Outcomes, terminal: Terminal) -> Exit:
+    """A behaviour that never acts is the file's mistake; anything else is ours."""
+    end = end_of(scenario.program, outcomes, 0)
+    if outcomes.end_reason[0] == EndReason.STUCK:
+        raise UsageError(f"{end.text} after {end.time:.2f} s", "let every loop of a behaviour `take` or `wait`")
+    raise RuntimeError(f"the simulation failed after {end.time:.2f} s: {end.text}")

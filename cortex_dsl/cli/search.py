@@ -1,0 +1,146 @@
+"""`cortexc FILE --ga`, `--random`, or both: search, keep everything, and say what was found."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from cortex_dsl.cli.compiling import compile_request
+from cortex_dsl.cli.exits import Exit, UsageError
+from cortex_dsl.cli.request import Request
+from cortex_dsl.cli.simulation import announce_compilation, open_scenario
+from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.report.json_documents import document
+from cortex_dsl.report.progress import SearchProgress
+from cortex_dsl.report.search_report import SearchReport
+from cortex_dsl.report.search_view import comparison_view, failures_line, search_view
+from cortex_dsl.session import Scenario
+from engine.program import Program
+from engine.search.campaign import Campaign, Progress
+from engine.search.exports import summary, write_exports
+from engine.search.journal import Journal
+from engine.search.manifest import Manifest, make_manifest
+from engine.search.ranking import Case
+from engine.search.store import JOURNAL, StoreError, new_directory, numbered_directory, store_errors
+
+WORST = "worst"
+"""Folder of the concrete scenarios inside a run directory."""
+
+
+def execute(request: Request, terminal: Terminal) -> int:
+    compiled = compile_request(request, terminal)
+    if isinstance(compiled, Exit):
+        return compiled
+    program = compiled.program
+    if not len(program.space):
+        raise UsageError(f"`{request.file}` has no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
+    scenario = open_scenario(request, compiled)
+    announce_compilation(terminal)
+    try:
+        reports = _searches(request, scenario, terminal)
+    except StoreError as error:
+        raise UsageError(error.message, error.cure) from error
+    _show(request, program, reports, terminal)
+    return _exit_code(reports)
+
+
+def _searches(request: Request, scenario: Scenario, terminal: Terminal) -> list[tuple[SearchReport, Manifest]]:
+    """One search after the other; Ctrl-C ends the one that runs and leaves out those to come."""
+    done: list[tuple[SearchReport, Manifest]] = []
+    for method in request.methods:
+        try:
+            done.append(_search(method, request, scenario, terminal))
+        except KeyboardInterrupt:
+            if not done:
+                raise
+            break
+        if done[-1][0].campaign.stopped:
+            break
+    return done
+
+
+def _search(method: str, request: Request, scenario: Scenario, terminal: Terminal) -> tuple[SearchReport, Manifest]:
+    """One whole search with its run directory."""
+    program = scenario.program
+    folder = _folder(method, request, program)
+    manifest = make_manifest(program, scenario.config, method, request.profile, str(request.file), request.command_line)
+    journal = Journal.create(folder / JOURNAL, manifest)
+    with SearchProgress(terminal.err, method, request.generations) as progress:
+
+        def on_generation(done: Progress) -> None:
+            journal.write(done)
+            best = done.best.score if done.best else float("nan")
+            progress.generation_done(done.figures.by_individual, done.simulations, best)
+
+        campaign = scenario.search(method, profile=request.profile, preset=request.preset, on_generation=on_generation)
+    journal.finish(campaign)
+    write_exports(folder, campaign, manifest)
+    files = [_write_case(folder, case, scenario, request.file) for case in campaign.worst]
+    return SearchReport(campaign, folder, files), manifest
+
+
+def _folder(method: str, request: Request, program: Program) -> Path:
+    if request.out is None:
+        return numbered_directory(program.name, method)
+    return new_directory(request.out if len(request.methods) == 1 else request.out / method)
+
+
+def _write_case(folder: Path, case: Case, scenario: Scenario, origin: Path) -> Path:
+    """One of the worst as a scenario that runs to the same outcome."""
+    remark = f"case {case.rank} of a search in {origin}: risk {case.score}"
+    text = scenario.concrete(scenario.scene(case), remark=remark)
+    path = folder / WORST / f"{case.rank:02d}.scn"
+    with store_errors(path):
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    return path
+
+
+def _show(
+    request: Request, program: Program, done: Sequence[tuple[SearchReport, Manifest]], terminal: Terminal
+) -> None:
+    reports = [report for report, _ in done]
+    if request.json:
+        terminal.write(_document(request, done))
+        return
+    console, settings = terminal.out, _settings(request)
+    if len(reports) == 1:
+        console.print(search_view(program, reports[0], settings, console.width))
+    else:
+        console.print(comparison_view(program, reports, settings, console.width))
+    for report in reports:
+        if (line := failures_line(program, report)) is not None:
+            terminal.err.print(line)
+
+
+def _settings(request: Request) -> str:
+    """The settings that a reader must know, in one line."""
+    parts = [f"{request.generations} x {request.population}", f"seed {request.seed or 0}"]
+    if "ga" in request.methods:
+        parts.append(f"preset {request.preset}")
+    if request.rollouts > 1:
+        parts.append(f"{request.aggregate} of {request.rollouts} rollouts")
+    return ", ".join([*parts, f"profile {request.profile}", f"{request.engine or 'batch'} engine"])
+
+
+def _document(request: Request, done: Sequence[tuple[SearchReport, Manifest]]) -> str:
+    searches = [
+        {
+            "method": report.method,
+            "folder": report.folder,
+            "worst_files": report.worst_files,
+            **summary(report.campaign, manifest),
+            "figures": report.campaign.generations,
+        }
+        for report, manifest in done
+    ]
+    return document("search", {"file": request.file, "searches": searches})
+
+
+def _exit_code(done: Sequence[tuple[SearchReport, Manifest]]) -> Exit:
+    campaigns: list[Campaign] = [report.campaign for report, _ in done]
+    if any(campaign.stopped for campaign in campaigns):
+        return Exit.INTERRUPTED
+    if any(campaign.by_simulation.error_runs for campaign in campaigns):
+        return Exit.BUG
+    if not any(campaign.by_individual.valid for campaign in campaigns):
+        return Exit.NO_SCENE
+    return Exit.FINE

@@ -1,0 +1,153 @@
+"""Symbolic code of all variants to the final code tables: templates one after another, registers with numbers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cortex_dsl import ir
+from cortex_dsl.lowering.arrays import floats, ints
+from cortex_dsl.lowering.groups import Grouping
+from cortex_dsl.lowering.templates import (
+    ROW_WIDTH,
+    EncodedSegment,
+    Merged,
+    RegisterFile,
+    Template,
+    encode,
+    encode_segment,
+    merge,
+)
+from cortex_dsl.lowering.variant import VariantCode
+from engine.tables import CodeTables
+
+
+@dataclass(frozen=True)
+class Files:
+    """The two register files, as `engine.tables.CodeTables` lays them out."""
+
+    scene: RegisterFile
+    step: RegisterFile
+    draws: int
+    values: int
+    """Scene values of the template that has most."""
+
+
+@dataclass(frozen=True)
+class EncodedTemplate:
+    """One template with all its numbers final."""
+
+    scene_rows: list[list[int]]
+    step_rows: list[list[int]]
+    requirements: list[EncodedSegment]
+    output: tuple[int, int]
+    output_registers: list[int]
+    rules: list[EncodedSegment]
+    entries: list[int]
+
+
+def code_tables(
+    scenario: ir.Scenario,
+    grouping: Grouping,
+    codes: Sequence[VariantCode | None],
+    rejections: Sequence[tuple[int, str]],
+) -> tuple[CodeTables, list[int]]:
+    """The code tables, and the source offset of each row of step code.
+
+    Args:
+        scenario: the checked scenario.
+        grouping: its variants in the order of the tables.
+        codes: their code; None for an impossible variant.
+        rejections: (line, reason) of impossible variants, in the order of their pseudo requirements.
+    """
+    example = next(variant for variant in grouping.variants if variant.rejection is None)
+    merged = merge(codes)
+    files = _register_files(scenario, grouping, merged)
+    encoded = _encode_all(merged, files)
+    templates = [template.code for template in merged.templates]
+    tables = CodeTables(
+        scene_code=ints([row for e in encoded for row in e.scene_rows]).reshape(-1, ROW_WIDTH),
+        step_code=ints([row for e in encoded for row in e.step_rows]).reshape(-1, ROW_WIDTH),
+        literals=floats(merged.literals),
+        pool=floats(scenario.pool),
+        variant_values=np.ascontiguousarray(merged.variant_values),
+        variant_template=ints(merged.template_of),
+        variant_rejection=_rejection_numbers(grouping, rejections, len(example.requirements)),
+        variant_cumulative=floats(grouping.cumulative),
+        group_start=ints(grouping.start),
+        group_gene=ints(grouping.genes),
+        group_size=ints(grouping.sizes),
+        gene_scale=floats([gene.scale for gene in scenario.genes]),
+        requirement_segment=ints([e.requirements for e in encoded]).reshape(len(encoded), -1, 3),
+        requirement_probability=floats([r.probability for r in example.requirements]),
+        output_segment=ints([e.output for e in encoded]),
+        output_register=ints([e.output_registers for e in encoded]),
+        road_check=ints([actor.inside_road for actor in example.actors]),
+        overlap_check=ints([actor.no_overlap for actor in example.actors]),
+        actor_kind=ints([actor.kind for actor in example.actors]),
+        behaviour_entry=ints([e.entries for e in encoded]),
+        main_block=ints([code.main_blocks for code in templates]),
+        rule_segment=ints([e.rules for e in encoded]).reshape(len(encoded), -1, 3),
+        sizes=_sizes(files, templates),
+    )
+    return tables, [offset for code in templates for offset in code.step_offsets]
+
+
+def _register_files(scenario: ir.Scenario, grouping: Grouping, merged: Merged) -> Files:
+    constants = len(merged.literals) + merged.variant_values.shape[1]
+    draws = max(variant.draw_count for variant in grouping.variants)
+    locals_ = max(variant.local_count for variant in grouping.variants)
+    values = max(len(template.code.outputs) for template in merged.templates)
+    first_draw = constants + len(scenario.genes)
+    return Files(
+        scene=RegisterFile(constants=0, genes=constants, draws=first_draw, temporaries=first_draw + draws),
+        step=RegisterFile(
+            constants=0, values=constants, locals=constants + values, temporaries=constants + values + locals_
+        ),
+        draws=draws,
+        values=values,
+    )
+
+
+def _encode_all(merged: Merged, files: Files) -> list[EncodedTemplate]:
+    encoded: list[EncodedTemplate] = []
+    scene_base = step_base = 0
+    for template in merged.templates:
+        encoded.append(_encode_template(template, files, scene_base, step_base))
+        scene_base += len(encoded[-1].scene_rows)
+        step_base += len(encoded[-1].step_rows)
+    return encoded
+
+
+def _encode_template(template: Template, files: Files, scene_base: int, step_base: int) -> EncodedTemplate:
+    code = template.code
+    registers = [files.scene.number(register, template) for register in code.outputs]
+    return EncodedTemplate(
+        scene_rows=encode(code.scene_rows, template, files.scene, scene_base),
+        step_rows=encode(code.step_rows, template, files.step, step_base),
+        requirements=[encode_segment(s, template, files.scene, scene_base) for s in code.requirements],
+        output=(scene_base + code.output.start, scene_base + code.output.end),
+        # A template with fewer scene values than another repeats its first: nothing reads the rest.
+        output_registers=registers + registers[:1] * (files.values - len(registers)),
+        rules=[encode_segment(s, template, files.step, step_base) for s in code.rules],
+        entries=[entry if entry < 0 else step_base + entry for entry in code.entries],
+    )
+
+
+def _rejection_numbers(grouping: Grouping, rejections: Sequence[tuple[int, str]], first: int) -> np.ndarray:
+    number = {reason: first + i for i, reason in enumerate(rejections)}
+    return ints([-1 if v.rejection is None else number[v.rejection_line, v.rejection] for v in grouping.variants])
+
+
+def _sizes(files: Files, templates: Sequence[VariantCode]) -> np.ndarray:
+    """`CodeTables.sizes`, in its order."""
+    return ints(
+        [
+            files.scene.temporaries + max(code.scene_temporaries for code in templates),
+            files.draws,
+            files.values,
+            files.step.temporaries + max(code.step_temporaries for code in templates),
+            files.step.locals,
+            max(code.blocks for code in templates),
+        ]
+    )

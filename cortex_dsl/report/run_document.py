@@ -1,0 +1,108 @@
+"""A single run as the content of a JSON document."""
+
+from typing import Any
+
+import numpy as np
+
+from cortex_dsl.report.run_view import RunReport
+from cortex_dsl.report.story import tell
+from cortex_dsl.report.tally import Tally, first_culprit
+from engine.program import ParamSpace, Program
+from engine.scenes import Outcomes, StreamKey
+from engine.streams import format_key
+from engine.vocabulary import EndReason, GeneKind, Verdict
+
+
+def run_content(report: RunReport, file: str) -> dict[str, Any]:
+    """Everything that the view shows, without the drawing. SI units, except params: the file's own."""
+    program, outcomes, scenes = report.program, report.outcomes, report.scenes
+    reason = EndReason(int(outcomes.end_reason[0]))
+    rule = int(outcomes.end_rule[0])
+    story = [*tell(program, outcomes, report.trajectory, pair=report.pair), *report.aftermath]
+    return {
+        "file": file,
+        "program": program.digest,
+        "key": format_key(StreamKey(*scenes.keys[0].tolist())),
+        "engine": report.engine,
+        "verdict": Verdict(int(outcomes.verdict[0])),
+        "attempts": scenes.attempts[0],
+        "params": params_content(program.space, scenes.genomes[0]),
+        "choices": {c.name: c.option for c in program.variants[int(scenes.variant[0])].choices},
+        "actors": program.actors,
+        "end": {
+            "reason": reason,
+            "rule": program.rules[rule].name if reason == EndReason.RULE and rule >= 0 else None,
+            "time": outcomes.end_time[0],
+        },
+        "collided": outcomes.collided[0],
+        "pairs": _pairs(program, outcomes),
+        "left_road": dict(zip(program.actors, outcomes.left_road_time[0].tolist(), strict=True)),
+        "risk": {
+            "profile": report.profile,
+            "score": report.score,
+            "parts": dict(zip(("C", "MD", "D_MS", "TTC_MS"), report.parts, strict=True)),
+        },
+        "events": [
+            {
+                "time": moment.time,
+                "actor": program.actors[moment.actor] if moment.actor >= 0 else None,
+                "kind": moment.kind,
+                "text": moment.text,
+            }
+            for moment in sorted(story, key=lambda moment: moment.time)
+        ],
+        "reproduce": report.reproduce,
+    }
+
+
+def no_scene_content(program: Program, tally: Tally, verdict: Verdict, file: str) -> dict[str, Any]:
+    """Why there was nothing to run."""
+    culprit = first_culprit(program, tally)
+    return {
+        "file": file,
+        "program": program.digest,
+        "verdict": verdict,
+        "attempts": tally.attempts,
+        "requirements": requirements_content(program, tally),
+        "first_culprit": None if culprit is None else program.requirements[culprit].name,
+    }
+
+
+def params_content(space: ParamSpace, genome: np.ndarray) -> dict[str, Any]:
+    """Each param with its value in the file's own unit; options by their text."""
+    return {
+        name: {
+            "value": space.options[gene][int(genome[gene])] if space.kinds[gene] == GeneKind.INDEX else genome[gene],
+            "unit": space.units[gene],
+        }
+        for gene, name in enumerate(space.names)
+    }
+
+
+def requirements_content(program: Program, tally: Tally) -> list[dict[str, Any]]:
+    """Each requirement with its counts."""
+    return [
+        {
+            "name": requirement.name,
+            "line": requirement.line or None,
+            "tested": tally.tested[index] if tally.scenes else 0,
+            "failed": tally.failed[index] if tally.scenes else 0,
+            "pass_rate": tally.pass_rate(index) if tally.scenes else None,
+        }
+        for index, requirement in enumerate(program.requirements)
+    ]
+
+
+def _pairs(program: Program, outcomes: Outcomes) -> list[dict[str, Any]]:
+    fields = (
+        "min_distance",
+        "min_distance_time",
+        "max_closing_speed",
+        "max_closing_time",
+        "distance_at_ms",
+        "ttc_at_ms",
+    )
+    return [
+        {"actors": [program.actors[0], other], **{name: getattr(outcomes, name)[0, pair] for name in fields}}
+        for pair, other in enumerate(program.actors[1:])
+    ]

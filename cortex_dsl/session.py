@@ -1,0 +1,139 @@
+"""cortexc in Python: load a scenario, draw scenes, run them, search. Prints nothing.
+
+    >>> from cortex_dsl.session import load
+    >>> scenario = load("examples/left_turn.scn")
+    >>> scenes = scenario.sample(1000, seed=1)
+    >>> outcomes = scenario.simulate(scenes)
+    >>> outcomes.collided.mean(), scenario.assess(outcomes).score.max()
+    >>> campaign = scenario.search("ga", generations=30, population=100)
+    >>> print(scenario.concrete(scenario.scene(campaign.worst[0])))
+
+Arrays are row-aligned and in SI units, genomes in the file's own; their shapes stand at `engine.scenes.Scenes`,
+`engine.scenes.Outcomes` and `engine.search.evaluations.Evaluations`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cortex_dsl.concrete import concrete_source
+from cortex_dsl.pipeline import Compiled, compile_source
+from cortex_dsl.source import Source
+from engine.config import Config, SimulationConfig
+from engine.program import Program, Settings
+from engine.vocabulary import Method
+
+if TYPE_CHECKING:
+    from engine.risk import Risk
+    from engine.scenes import Outcomes, Scenes
+    from engine.search.campaign import Campaign, OnGeneration
+    from engine.search.ranking import Case
+    from engine.tables import Floats
+    from engine.world import WorldRun
+
+
+def load(path: str | Path, config: Config | None = None, **params: object) -> "Scenario":
+    """Compile a file. Keywords fix params to constants: `load(path, EGO_SPEED="50 km/h", EGO_BRAKE=0)`.
+
+    Raises:
+        CompileError: with every mistake in the file.
+        OSError: the file cannot be read.
+    """
+    text = Path(path).read_text(encoding="utf-8")
+    return compile_text(text, name=str(path), config=config, **params)
+
+
+def compile_text(text: str, name: str = "<text>", config: Config | None = None, **params: object) -> "Scenario":
+    """Compile a scenario given as text; `name` is what messages call it."""
+    overrides = {param: str(value) for param, value in params.items()}
+    compiled = compile_source(Source(name, text), overrides)
+    config = config or Config()
+    simulation = in_file(config.simulation, compiled.program.settings)
+    return Scenario(compiled, replace(config, simulation=simulation), overrides)
+
+
+def in_file(config: SimulationConfig, settings: Settings) -> SimulationConfig:
+    """The config, with what the file itself says about its simulation put in."""
+    said = {name: getattr(settings, name) for name in ("time_step", "max_time", "max_attempts")}
+    return replace(config, **{name: value for name, value in said.items() if value is not None})
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A compiled file and the settings that everything it is asked for uses."""
+
+    compiled: Compiled
+    config: Config
+    overrides: Mapping[str, str]
+
+    @property
+    def program(self) -> Program:
+        return self.compiled.program
+
+    def sample(self, count: int = 1, seed: int = 0, genome: "Floats | None" = None, jobs: int = 1) -> "Scenes":
+        """Draw scenes: their genes from the file's own distributions, or all from one genome (d,) in file units."""
+        from engine.sampling import draw_genomes, sample
+        from engine.streams import key_rows
+
+        keys = key_rows(seed, Method.SAMPLE, 0, 0, range(count))
+        genomes = draw_genomes(self.program.space, keys) if genome is None else np.tile(genome, (count, 1))
+        return sample(self.program, genomes, keys, self.config.simulation, jobs)
+
+    def simulate(self, scenes: "Scenes", engine: str = "batch", jobs: int = 1) -> "Outcomes":
+        """Run scenes up to first contact or their end, in the batch host or in the pymunk world."""
+        if engine == "batch":
+            from engine import batch
+
+            return batch.simulate(self.program, scenes, self.config.simulation, jobs)
+        if engine == "world":
+            from engine import world
+
+            return world.simulate(self.program, scenes, self.config, jobs)
+        raise ValueError(f"engine: expected batch or world, got `{engine}`")
+
+    def watch(self, scenes: "Scenes", row: int = 0) -> "WorldRun":
+        """Run one scene in the pymunk world, through contact and its aftermath, and keep its states over time."""
+        from engine import world
+
+        return world.run(self.program, scenes, row, self.config)
+
+    def assess(self, outcomes: "Outcomes", profile: str = "paper") -> "Risk":
+        """Risk of each outcome: the integer score 0 .. 22 (-1 invalid), its parts, the continuous score."""
+        from engine.risk import PROFILES, assess
+
+        return assess(outcomes, PROFILES[profile])
+
+    def search(
+        self,
+        method: str = "ga",
+        *,
+        profile: str = "paper",
+        preset: str = "cortex",
+        on_generation: "OnGeneration | None" = None,
+        **settings: Any,
+    ) -> "Campaign":
+        """Hunt for the worst: `method` is `ga` or `random`, settings are fields of `engine.config.SearchConfig`."""
+        from engine.search.study import search
+
+        config = replace(
+            self.config,
+            search=replace(self.config.search, **settings),
+            ga=replace(self.config.ga, preset=preset),
+        )
+        return search(self.program, method, config, profile, on_generation)
+
+    def scene(self, case: "Case") -> "Scenes":
+        """The one scene of a campaign's case, drawn again from its genome and stream key."""
+        from engine.sampling import sample
+
+        genomes, keys = np.array([case.genome]), np.array([case.key], dtype=np.int64)
+        return sample(self.program, genomes, keys, self.config.simulation)
+
+    def concrete(self, scenes: "Scenes", row: int = 0, remark: str = "") -> str:
+        """One scene as a scenario of its own, which runs to the same outcome bit for bit."""
+        return concrete_source(
+            self.program, scenes, row, self.config.simulation, overrides=self.overrides, remark=remark
+        )

@@ -1,0 +1,125 @@
+"""A toy world for searches: a landscape with invalid regions, noise from the stream key alone, and no simulator."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from engine.program import ParamSpace
+from engine.search.assessment import Assessment, Evaluate
+from engine.search.protocol import Box
+from engine.tables import Floats, Ints
+from engine.vocabulary import Distribution, EndReason, GeneKind, Verdict
+
+REQUIREMENTS = 3
+
+
+def make_space(
+    low: list[float], high: list[float], kinds: list[GeneKind] | None = None, names: list[str] | None = None
+) -> ParamSpace:
+    """A space of genes with the given ranges; continuous unless told otherwise."""
+    count = len(low)
+    kinds = kinds or [GeneKind.CONTINUOUS] * count
+    return ParamSpace(
+        names=tuple(names or [f"GENE_{i}" for i in range(count)]),
+        units=("m",) * count,
+        kinds=np.array(kinds, dtype=np.int32),
+        low=np.array(low, dtype=np.float64),
+        high=np.array(high, dtype=np.float64),
+        distribution=np.full(count, Distribution.UNIFORM, dtype=np.int32),
+        shape=np.zeros((count, 2)),
+        scale=np.ones(count),
+        options=tuple(
+            tuple(f"option {i}" for i in range(int(b) + 1)) if kind is GeneKind.INDEX else ()
+            for kind, b in zip(kinds, high, strict=True)
+        ),
+        weights=((),) * count,
+    )
+
+
+def noise(keys: Ints) -> Floats:
+    """(n,) numbers in [0, 1) that depend on each key alone."""
+    state = np.zeros(len(keys), dtype=np.uint64)
+    for column in range(keys.shape[1]):
+        state = (state ^ keys[:, column].astype(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
+        state ^= state >> np.uint64(29)
+    return (state >> np.uint64(11)).astype(np.float64) * 2.0**-53
+
+
+def make_evaluate(space: ParamSpace, dead: int = -1, error_above: float = 2.0) -> Evaluate:
+    """Risk rises towards the middle of the box in every gene but `dead`; the lowest quarter of gene 0 is invalid."""
+    width = np.where(space.high > space.low, space.high - space.low, 1.0)
+
+    def evaluate(genomes: Floats, keys: Ints) -> Assessment:
+        unit = (genomes - space.low) / width
+        live = [gene for gene in range(len(space)) if gene != dead]
+        chance = noise(keys)
+        distance = np.abs(unit[:, live] - 0.5).mean(axis=1) * 16.0 + 0.5 * chance if live else chance
+        verdict = np.where(unit[:, 0] < 0.25, int(Verdict.EXHAUSTED), 0) if len(space) else np.zeros(len(keys), int)
+        verdict = np.where(chance > error_above, int(Verdict.ERROR), verdict).astype(np.int32)
+        return assessed(verdict, distance)
+
+    return evaluate
+
+
+def assessed(verdict: Ints, distance: Floats) -> Assessment:
+    """Rows with these verdicts and, where valid, these least distances; below 1 m is a collision."""
+    valid = verdict == Verdict.VALID
+    collided = valid & (distance < 1.0)
+    md = np.where(valid, np.where(collided, 0.0, distance), np.nan)
+    band = np.where(valid, np.clip(4 - np.nan_to_num(distance), 0, 4).astype(np.int32), 0)
+    parts = np.stack([10 * collided, band, band, band], axis=1).astype(np.int32)
+    count = len(verdict)
+    failed = np.where(valid, 1, 2000)[:, np.newaxis] * np.arange(REQUIREMENTS)
+    return Assessment(
+        verdict=verdict,
+        variant=np.where(valid, 0, -1).astype(np.int32),
+        attempts=np.where(valid, 7, 2000).astype(np.int64),
+        tested=failed + 1,
+        failed=failed,
+        score=np.where(valid, parts.sum(axis=1), -1).astype(np.int32),
+        continuous=np.where(valid, 10.0 * collided + np.clip(12.0 - distance, 0.0, 12.0), np.nan),
+        parts=parts,
+        pair=np.where(valid, 0, -1).astype(np.int32),
+        collided=collided,
+        end_reason=np.where(valid, np.where(collided, EndReason.COLLISION, EndReason.TIMEOUT), -1).astype(np.int32),
+        end_rule=np.full(count, -1, dtype=np.int32),
+        end_time=np.where(valid, 3.0 + distance, np.nan),
+        min_distance=md,
+        min_distance_time=md + 1.0,
+        max_closing_speed=md + 2.0,
+        max_closing_time=md + 3.0,
+        distance_at_ms=md + 4.0,
+        ttc_at_ms=md + 5.0,
+        left_road_time=np.full(count, np.nan),
+    )
+
+
+@pytest.fixture
+def space() -> ParamSpace:
+    """Five continuous genes, an integer and an index gene."""
+    kinds = [GeneKind.CONTINUOUS] * 5 + [GeneKind.INTEGER, GeneKind.INDEX]
+    return make_space([5, 5, 0, 5, -1, 2, 0], [58, 80, 1, 58, 1, 9, 3], kinds)
+
+
+@pytest.fixture
+def box(space: ParamSpace) -> Box:
+    return Box.of(space)
+
+
+@pytest.fixture
+def spaces() -> Callable[..., ParamSpace]:
+    """`make_space`."""
+    return make_space
+
+
+@pytest.fixture
+def evaluators() -> Callable[..., Evaluate]:
+    """`make_evaluate`."""
+    return make_evaluate
+
+
+@pytest.fixture
+def rows() -> Callable[[Ints, Floats], Assessment]:
+    """`assessed`."""
+    return assessed
