@@ -56,7 +56,7 @@ def trajectory(program: Program, scenes: Scenes, row: int, config: SimulationCon
     shared, run = plan(program, config), memory(program, samples_of(config) + 1)
     values = np.require(scenes.values[row], np.float64, "CAW")
     begin(shared, run, int(scenes.variant[row]), values, np.require(scenes.keys[row], np.int64, "CAW"))
-    advance(shared, run, samples_of(config) + 1)
+    advance(shared, run, samples_of(config) + 1, True)
     contact = bool(run.status[Status.CONTACT_ONE] >= 0)
     samples = int(run.status[Status.SAMPLE]) + (0 if contact else 1)
     return Trajectory(

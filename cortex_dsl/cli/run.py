@@ -6,18 +6,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cortex_dsl.cli.compiling import compile_request
-from cortex_dsl.cli.exits import Exit, UsageError
+from cortex_dsl.cli.compiling import compile_request, show
+from cortex_dsl.cli.exits import Exit
 from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.simulation import again, announce_compilation, open_scenario
 from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.diagnostics import Diagnostic, Label
+from cortex_dsl.report.aftermath import aftermath
 from cortex_dsl.report.exhausted_view import exhausted_view
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.run_document import run_content
 from cortex_dsl.report.run_view import RunReport, run_view
-from cortex_dsl.report.story import Moment, aftermath, end_of
+from cortex_dsl.report.story import Moment, end_of
 from cortex_dsl.report.tally import Tally
 from cortex_dsl.session import Scenario
+from cortex_dsl.source import Source, Span
 from engine.scenes import Outcomes, Scenes, Trajectory
 from engine.vocabulary import EndReason, Method, Verdict
 
@@ -50,7 +53,7 @@ def execute(request: Request, terminal: Terminal) -> int:
     simulated = _simulate(scenario, scenes, engine)
     verdict = Verdict(int(simulated.outcomes.verdict[0]))
     if verdict == Verdict.ERROR:
-        return _failed(scenario, simulated.outcomes, terminal)
+        return _failed(request, scenario, simulated.outcomes, terminal)
     _show(_report(request, scenario, scenes, simulated, engine), request, terminal)
     return Exit.NO_SCENE if verdict == Verdict.ABORTED else Exit.FINE
 
@@ -59,14 +62,14 @@ def draw(scenario: Scenario, request: Request) -> tuple[Scenes, Tally]:
     """The first genome of the seed that allows a scene, or the last one tried; and the counts of all that were."""
     from engine.sampling import draw_genomes, sample
 
-    program, tally = scenario.program, Tally()
-    for keys in _keys(scenario, request):
-        genomes = draw_genomes(program.space, keys)
-        scenes = sample(program, genomes, keys, scenario.config.simulation)
+    program, tally, keys = scenario.program, Tally(), _keys(scenario, request)
+    for key in keys:
+        genomes = draw_genomes(program.space, key)
+        scenes = sample(program, genomes, key, scenario.config.simulation)
         tally = tally.plus(scenes)
-        if scenes.verdict[0] not in (Verdict.EXHAUSTED, Verdict.INFEASIBLE):
-            break
-    return scenes, tally
+        if scenes.verdict[0] not in (Verdict.EXHAUSTED, Verdict.INFEASIBLE) or key is keys[-1]:
+            return scenes, tally
+    raise AssertionError("there is at least one key")
 
 
 def _keys(scenario: Scenario, request: Request) -> "list[Ints]":
@@ -83,7 +86,7 @@ def _keys(scenario: Scenario, request: Request) -> "list[Ints]":
 def _simulate(scenario: Scenario, scenes: Scenes, engine: str) -> Simulated:
     if engine == "world":
         run = scenario.watch(scenes)
-        return Simulated(run.outcomes, run.trajectory, aftermath(scenario.program, run))
+        return Simulated(run.outcomes, run.trajectory, aftermath(scenario.program, run.impacts, run.trajectory))
     from engine import batch
 
     outcomes = scenario.simulate(scenes)
@@ -142,9 +145,24 @@ def _no_scene(request: Request, scenario: Scenario, scenes: Scenes, tally: Tally
     return Exit.NO_SCENE
 
 
-def _failed(scenario: Scenario, outcomes: Outcomes, terminal: Terminal) -> Exit:
+def _failed(request: Request, scenario: Scenario, outcomes: Outcomes, terminal: Terminal) -> Exit:
     """A behaviour that never acts is the file's mistake; anything else is ours."""
-    end = end_of(scenario.program, outcomes, 0)
+    time = float(outcomes.end_time[0])
     if outcomes.end_reason[0] == EndReason.STUCK:
-        raise UsageError(f"{end.text} after {end.time:.2f} s", "let every loop of a behaviour `take` or `wait`")
-    raise RuntimeError(f"the simulation failed after {end.time:.2f} s: {end.text}")
+        source, budget = scenario.compiled.source, scenario.config.simulation.instruction_budget
+        line = int(scenario.program.step_lines[int(outcomes.end_rule[0])])
+        show(source, [_never_acts(source, line, time, budget)], request, terminal, failed=True)
+        return Exit.DIAGNOSTICS
+    raise RuntimeError(f"the simulation failed after {time:.2f} s: {end_of(scenario.program, outcomes, 0).text}")
+
+
+def _never_acts(source: Source, line: int, time: float, budget: int) -> Diagnostic:
+    text, start = source.line(line), source.line_starts[line - 1]
+    span = Span(start + len(text) - len(text.lstrip()), start + len(text.rstrip()))
+    return Diagnostic(
+        "SCN690",
+        "this behavior never acts",
+        Label(span, f"still here after {budget:,} instructions, at {time:.2f} s"),
+        reason="a behavior's turn ends with an action; until then the simulated time stands still",
+        cure="`take` an action or `wait` in every loop",
+    )

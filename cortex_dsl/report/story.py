@@ -1,6 +1,6 @@
 """A run as moments in time: who braked, when it was closest, what touched what, and why it ended."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np

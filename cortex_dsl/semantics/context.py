@@ -28,16 +28,23 @@ from engine.vocabulary import GeneKind
 
 @dataclass
 class Findings:
-    """Diagnostics in the order found, each once."""
+    """Diagnostics, each once whatever variants it comes from."""
 
-    found: dict[Diagnostic, None] = field(default_factory=dict)
+    _found: dict[tuple[Severity, Span], dict[str, Diagnostic]] = field(default_factory=dict)
 
     def add(self, diagnostic: Diagnostic) -> None:
-        self.found.setdefault(diagnostic)
+        """Keep one finding; a place has at most one error, the first."""
+        here = self._found.setdefault((diagnostic.severity, diagnostic.label.span), {})
+        if not here or diagnostic.severity is not Severity.ERROR:
+            here.setdefault(diagnostic.code, diagnostic)
+
+    def __iter__(self) -> Iterator[Diagnostic]:
+        """In the order of the file."""
+        return iter(sorted((d for here in self._found.values() for d in here.values()), key=lambda d: d.label.span))
 
     @property
-    def errors(self) -> tuple[Diagnostic, ...]:
-        return tuple(d for d in self.found if d.severity is Severity.ERROR)
+    def has_errors(self) -> bool:
+        return any(severity is Severity.ERROR for severity, _ in self._found)
 
 
 @dataclass
@@ -69,6 +76,10 @@ class FileContext:
     genes: dict[str, ir.GeneInfo] = field(default_factory=dict)
     networks: dict[RoadSpec, Network] = field(default_factory=dict)
     settings: Settings = field(default_factory=Settings)
+    max_steps: int | None = None
+    """From `terminate after N steps`."""
+    require_holds: dict[Span, bool] = field(default_factory=dict)
+    """Whether each `require` could hold in some variant."""
     rules: dict[Span, str] = field(default_factory=dict)
     """Name of every way for a run to end, by its place, in the order met; all variants number them alike."""
 

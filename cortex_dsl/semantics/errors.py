@@ -213,3 +213,7 @@ OBSTACLE_BEHAVIOUR = Problem("SCN610", "an Obstacle cannot have a behavior", cur
 CALLED_BEHAVIOUR = Problem(
     "SCN611", "a behavior does nothing when it is only called", cure="write `do {name}(...)`"
 )
+NEVER_RUNS = warning(
+    "SCN446", "this `terminate when` always holds", "the run ends at its first sample", "compare something that changes"
+)
+BAD_OVERRIDE = Problem("SCN209", "`-p {name}=...` needs one value", cure="as in `-p {name}=50`, `-p \"{name}=50 km/h\"`")

@@ -105,7 +105,7 @@ class _Request:
             self._info(
                 GeneKind.INDEX, "", 0.0, len(options) - 1.0, Distribution.DISCRETE if weighted else Distribution.UNIFORM
             ),
-            options=tuple(option_name(option.value) for option in options),
+            options=tuple(option.source for option in options),
             weights=distributions.probabilities(options) if weighted else (),
         )
         index = self._register(gene)

@@ -20,8 +20,7 @@ from cortex_dsl.semantics.classes import (
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.functions import known_truth
 from cortex_dsl.semantics.problems import Mistake, Problem
-from cortex_dsl.semantics.roads import ROAD
-from cortex_dsl.semantics.specifiers import PLACERS, Extent, Placement, place, within
+from cortex_dsl.semantics.specifiers import Extent, Placement, place
 from cortex_dsl.semantics.values import POISON, Actor, Pose, Value, Vector, kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -91,26 +90,25 @@ def _new_place(ev: Evaluator, node: nodes.New, found: Sorted) -> Value:
             )
         _record(ev, found.places[0].span, placement, None)
         return placement.point
-    return _posed(ev, node, found, placement, zero)
+    return _posed(ev, found, placement, zero)
 
 
-def _posed(ev: Evaluator, node: nodes.New, found: Sorted, placement: Placement, default: ir.Expr) -> Pose:
-    """Place and heading together; what was drawn is noted down for concrete copies."""
-    site = found.places[0].span if found.places else Span(node.class_span.end, node.class_span.end)
-    faced = _faced(ev, found.facings[0], placement.point) if found.facings else None
-    heading = faced or placement.heading or default
-    kind = None if faced is not None else heading
-    _record(ev, site, placement, kind, inserted=not found.places)
-    return Pose(placement.point.x, placement.point.y, heading)
+def _posed(ev: Evaluator, found: Sorted, placement: Placement, default: ir.Expr) -> Pose:
+    """Place and heading together."""
+    if found.facings:
+        heading = _faced(ev, found.facings[0], placement.point)
+        _record(ev, found.places[0].span, placement, None)
+        return Pose(placement.point.x, placement.point.y, heading)
+    heading = placement.heading or default
+    _record(ev, found.places[0].span, placement, heading)
+    return Pose(placement.point.x, placement.point.y, heading, placement.lane)
 
 
-def _record(
-    ev: Evaluator, span: Span, placement: Placement, heading: ir.Expr | None, *, inserted: bool = False
-) -> None:
+def _record(ev: Evaluator, span: Span, placement: Placement, heading: ir.Expr | None) -> None:
+    """Note down what a specifier drew, for concrete copies."""
     if placement.drawn:
         values = (placement.point.x, placement.point.y, *(() if heading is None else (heading,)))
-        kind = ("" if not inserted else "new ") + ("point" if heading is None else "pose")
-        ev.run.draw_sites.append(ir.DrawSite(span, kind, "", values))
+        ev.run.draw_sites.append(ir.DrawSite(span, "point" if heading is None else "pose", "", values))
 
 
 def _faced(ev: Evaluator, node: nodes.Facing, point: Vector) -> ir.Expr:
@@ -127,11 +125,13 @@ def _faced(ev: Evaluator, node: nodes.Facing, point: Vector) -> ir.Expr:
 
 def _new_actor(ev: Evaluator, node: nodes.New, kind: ActorKind, found: Sorted) -> Value:
     own_name = ev.run.assigning
+    if not found.places:
+        raise errors.NO_PLACE.mistake(node.span, name=node.class_name)
     with ev.naming(""):
         properties = _properties(ev, kind, found.properties)
         placement = _actor_placement(ev, found, properties)
         default = ev.algebra.literal(0.0) if kind in OFF_ROAD else geometry.road_heading(ev, placement.point)
-        pose = _posed(ev, node, found, placement, default)
+        pose = _posed(ev, found, placement, default)
     named = properties.get("name")
     name = named if isinstance(named, str) else own_name or f"{kind.name.lower()}{len(ev.run.actors) + 1}"
     actor = Actor(len(ev.run.actors), _unique(ev, name), kind, node.span, pose, properties)
@@ -149,9 +149,6 @@ def _unique(ev: Evaluator, name: str) -> str:
 
 
 def _actor_placement(ev: Evaluator, found: Sorted, properties: dict[str, Value]) -> Placement:
-    """Where the specifiers say; anywhere on the road without one, as in Scenic."""
-    if not found.places:
-        return within(ev, ROAD)
     length, width = properties["length"], properties["width"]
     assert isinstance(length, ir.Expr)
     assert isinstance(width, ir.Expr)

@@ -38,6 +38,8 @@ class Placement:
     heading: ir.Expr | None
     drawn: bool = False
     """Whether the specifier itself drew it."""
+    lane: Lane | None = None
+    """The lane along which it lies, where that is known."""
 
 
 @dataclass(frozen=True)
@@ -55,15 +57,13 @@ def place(ev: Evaluator, specifier: nodes.Specifier, extent: Extent) -> Placemen
     return PLACERS[type(specifier)](ev, specifier, extent)
 
 
-def _placed(value: Value, point: Vector) -> Placement:
-    return Placement(point, value.heading if isinstance(value, Pose) else None)
-
-
 def _at(ev: Evaluator, node: nodes.At, _extent: Extent) -> Placement:
     value = ev.evaluate(node.position)
     pose = geometry.pose_of(ev, value)
     point = geometry.position(ev, value, node.position.span, "what follows `at`")
-    return Placement(point, None if pose is None else pose.heading)
+    if pose is None:
+        return Placement(point, None)
+    return Placement(point, pose.heading, lane=pose.lane)
 
 
 def _in_region(ev: Evaluator, node: nodes.InRegion, _extent: Extent) -> Placement:
@@ -85,13 +85,13 @@ def _in_region(ev: Evaluator, node: nodes.InRegion, _extent: Extent) -> Placemen
 
 def on_centerline(ev: Evaluator, lane: Lane) -> Placement:
     s = ev.algebra.mul(ev.run.new_draw(), ev.algebra.literal(lane.length))
-    return _on_path(ev, lane.path, s, drawn=True)
+    return _on_path(ev, lane.path, s, lane, drawn=True)
 
 
-def _on_path(ev: Evaluator, path: int, s: ir.Expr, *, drawn: bool = False) -> Placement:
+def _on_path(ev: Evaluator, path: int, s: ir.Expr, lane: Lane | None, *, drawn: bool = False) -> Placement:
     pose = ev.algebra.apply(Op.PATH_POSE, ev.algebra.literal(float(path)), s, width=3)
     x, y, heading = ev.algebra.items(pose, 3)
-    return Placement(Vector(x, y), heading, drawn)
+    return Placement(Vector(x, y), heading, drawn, lane)
 
 
 def within(ev: Evaluator, region: Region, lane: Lane | None = None) -> Placement:
@@ -179,7 +179,7 @@ def _before(ev: Evaluator, node: nodes.Before, _extent: Extent) -> Placement:
         raise errors.WRONG_KIND.mistake(
             node.region.span, what="what follows `before`", expected="an intersection", actual=kind_name(region), cure=""
         )
-    way = trajectory(ev, along, node.trajectory.span)
+    way = trajectory(along, node.trajectory.span)
     entry = way.entry(region)
     if entry is None:
         raise errors.NOT_ON_TRAJECTORY.mistake(node.trajectory.span, region=option_name(region))
@@ -187,7 +187,8 @@ def _before(ev: Evaluator, node: nodes.Before, _extent: Extent) -> Placement:
     by = adopt(ev, distance, LENGTH, node.distance.span, what)
     by = in_range(ev, by, 0.0, float("inf"), LENGTH, node.distance.span, what)
     _keep_on_way(ev, node, by, entry)
-    return _on_path(ev, way.path, ev.algebra.sub(ev.algebra.literal(entry), by))
+    lane = way.lanes[0] if entry <= way.lanes[0].length else None
+    return _on_path(ev, way.path, ev.algebra.sub(ev.algebra.literal(entry), by), lane)
 
 
 def _keep_on_way(ev: Evaluator, node: nodes.Before, by: ir.Expr, entry: float) -> None:

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.values import Centerline, Value, kind_name
 from cortex_dsl.source import Span
 from engine.road.network import Intersection, Lane, Maneuver
@@ -29,7 +28,7 @@ class Trajectory:
         return None
 
 
-def trajectory(_ev: Evaluator, value: Value, span: Span) -> Trajectory:
+def trajectory(value: Value, span: Span) -> Trajectory:
     """A list of lanes (or a maneuver, or one lane) as a path.
 
     Raises:

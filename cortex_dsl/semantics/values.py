@@ -46,6 +46,8 @@ class Pose:
     x: ir.Expr
     y: ir.Expr
     heading: ir.Expr
+    lane: Lane | None = None
+    """The lane along which it surely lies and points, where that is known."""
 
 
 @dataclass(frozen=True, slots=True)

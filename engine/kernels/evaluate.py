@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from engine.kernels.geometry import Box, box_distance
-from engine.kernels.inline import inlined
+from engine.kernels.inline import inlined_part
 from engine.kernels.jit import kernel
 from engine.kernels.path import path_pose, path_project
 from engine.kernels.region import (
@@ -24,7 +24,7 @@ from engine.tables import Floats, Ints, RoadTables
 from engine.vocabulary import Op
 
 
-@inlined
+@inlined_part
 def evaluate(op: int, dst: int, a: int, b: int, c: int, registers: Floats, pool: Floats, road: RoadTables) -> None:
     """Execute one instruction with `op` < 60 on the registers. Inlined into its caller: call it in one place."""
     if op >= Op.PATH_POSE:
@@ -50,7 +50,7 @@ def run_segment(code: Ints, start: int, end: int, registers: Floats, pool: Float
     execute(code, start, end, registers, pool, road)
 
 
-@inlined
+@inlined_part
 def execute(code: Ints, start: int, end: int, registers: Floats, pool: Floats, road: RoadTables) -> None:
     """`run_segment` for hot loops: copied into its caller."""
     for row in range(start, end):
@@ -66,7 +66,7 @@ def _option(pool: Floats, first: int, index: float) -> float:
     return pool[min(max(first + int(index), 0), len(pool) - 1)]
 
 
-@inlined
+@inlined_part
 def _geometry(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
     """`Op.PATH_POSE` to `Op.PATH_PROJECT`."""
     if op < Op.REGION_SAMPLE or op == Op.PATH_PROJECT:
@@ -85,7 +85,7 @@ def _geometry(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road
         _along_road(op, dst, registers[a], registers[b], registers[c], registers, road)
 
 
-@inlined
+@inlined_part
 def _path(op: int, dst: int, path: int, y: float, z: float, registers: Floats, road: RoadTables) -> None:
     if op == Op.PATH_POSE:
         registers[dst], registers[dst + 1], registers[dst + 2] = path_pose(road, path, y)
@@ -98,7 +98,7 @@ def _path(op: int, dst: int, path: int, y: float, z: float, registers: Floats, r
         registers[dst] = path_project(road, path, y, z)
 
 
-@inlined
+@inlined_part
 def _region(op: int, dst: int, region: int, b: int, y: float, z: float, registers: Floats, road: RoadTables) -> None:
     if op == Op.REGION_DISTANCE:
         registers[dst] = region_distance(road, region, y, z)

@@ -14,7 +14,14 @@ import numba
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
+OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": False, "forceinline": True, "_nrt": False}
+
+
 def inlined(function: Function) -> Function:
     """Compile like `@kernel`, into the caller's machine code; cached as a part of the caller."""
-    options = {"nogil": True, "error_model": "numpy", "fastmath": False, "forceinline": True, "_nrt": False}
-    return cast("Function", numba.njit(**options)(function))
+    return cast("Function", numba.njit(**OPTIONS)(function))
+
+
+def inlined_part(function: Function) -> Function:
+    """Like `@inlined`, but out of Python's reach: the bridge that unpacks many tables is a third of the compilation."""
+    return cast("Function", numba.njit(**OPTIONS, no_cpython_wrapper=True, no_cfunc_wrapper=True)(function))

@@ -9,15 +9,15 @@ How a host uses it:
     plan = engine.runs.plan(program, config)            # once a program
     run = engine.runs.memory(plan, samples)             # once a thread; `samples` rows of record
     begin(plan, run, variant, values, key)              # once a scene
-    advance(plan, run, until)                           # to contact, end, or sample `until`
+    advance(plan, run, until, True)                     # to contact, end, or sample `until`
 
 `run.status` then tells where the run stands (`stage.Status`), `run.states[: sample + 1]` is its record. At first
 contact in (t_k, t_k+1] the current sample is k + 1: its row holds where everybody would be had nothing touched.
 
 What contact physics does afterwards is not scored. A world host marks the bodies that it has taken over
-(`run.actors[i, Slot.FREE] = 1`), writes their states into the current row, and calls `carry_on(plan, run)` once for
-each further sample: all others go on behaving and stepping, free bodies do neither, and their next rows are left for
-the host to write.
+(`run.actors[i, Slot.FREE] = 1`), writes their states into the current row k, and calls
+`advance(plan, run, k + 1, False)` for each further sample: all others go on behaving and stepping, free bodies do
+neither, and their rows of sample k + 1 are left for the host to write.
 """
 
 import math
@@ -77,22 +77,19 @@ def _place(plan: Plan, run: Run, actor: int) -> None:
 
 
 @kernel
-def advance(plan: Plan, run: Run, until: int) -> None:
-    """Run on to first contact, to the end, or to sample `until`, whichever comes first."""
-    while run.status[Status.END] == RUNNING and run.status[Status.SAMPLE] < until:
-        _take_turns(plan, run, True)
-        if run.status[Status.END] == RUNNING:
-            _step(plan, run)
+def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
+    """Run on to sample `until`; while scored, at most to first contact or to the end.
+
+    Unscored, there are no rules and no contact search, and nothing that a behaviour does ends the run.
+    """
+    while run.status[Status.SAMPLE] < until and (run.status[Status.END] == RUNNING or not scored):
+        _take_turns(plan, run, scored)
+        if scored and run.status[Status.END] != RUNNING:
+            return
+        _step(plan, run)
+        if scored:
             _search_contact(plan, run)
-            run.status[Status.SAMPLE] += 1
-
-
-@kernel
-def carry_on(plan: Plan, run: Run) -> None:
-    """One more sample after the end of the scored run: no rules, no contact search, free bodies left alone."""
-    _take_turns(plan, run, False)
-    _step(plan, run)
-    run.status[Status.SAMPLE] += 1
+        run.status[Status.SAMPLE] += 1
 
 
 @inlined
@@ -108,7 +105,7 @@ def _end(plan: Plan, run: Run, reason: int, detail: int, part_of_step: float) ->
 
 @inlined
 def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
-    """Test the rules, then let all actors act. Unscored, a run has no rules and nothing that a behaviour does ends it.
+    """Test the rules, then let all actors act.
 
     Rules and behaviours share one loop because the interpreter is copied to where it is called.
     """

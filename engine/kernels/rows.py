@@ -47,7 +47,7 @@ def simulate_rows(
         if scenes.verdict[row] != Verdict.VALID:
             continue
         begin(plan, run, scenes.variant[row], scenes.values[row], scenes.keys[row])
-        advance(plan, run, plan.layout.last_sample + 1)
+        advance(plan, run, plan.layout.last_sample + 1, True)
         _note_end(run, row, out)
         reason = run.status[Status.END]
         if reason == EndReason.BROKEN or reason == EndReason.STUCK:

@@ -12,7 +12,7 @@ import numpy as np
 
 from engine.kernels.evaluate import execute, run_segment
 from engine.kernels.geometry import Box, box_distance
-from engine.kernels.inline import inlined
+from engine.kernels.inline import inlined_part
 from engine.kernels.jit import kernel
 from engine.kernels.philox import ATTEMPT_CHANNEL, COIN_CHANNEL, Stream, open_stream, uniform, uniform_pair
 from engine.kernels.region import region_contains_box
@@ -102,7 +102,7 @@ def sample_rows(recipe: Recipe, request: Request, begin: int, end: int, scratch:
         _count_rejections(recipe.layout, out.attempts[row], out.tested[row], out.failed[row])
 
 
-@inlined
+@inlined_part
 def _copy(source: Floats, target: Floats, offset: int) -> None:
     for i in range(len(source)):
         target[offset + i] = source[i]
@@ -117,7 +117,7 @@ def _toss_coins(probabilities: Floats, key: Ints, enforced: Ints) -> None:
         enforced[requirement] = 1 if probability >= 1.0 or uniform(coins, requirement) < probability else 0
 
 
-@inlined
+@inlined_part
 def _sample_scene(recipe: Recipe, request: Request, row: int, scratch: Scratch, out: Ledger) -> None:
     """Attempts until the row's verdict is settled."""
     code, blocks = recipe.code, recipe.layout.blocks
@@ -139,7 +139,7 @@ def _sample_scene(recipe: Recipe, request: Request, row: int, scratch: Scratch, 
     out.draws[row, :] = np.nan
 
 
-@inlined
+@inlined_part
 def _pick_variant(group_start: Ints, cumulative: Floats, group: int, choice: float) -> int:
     """The variant of a group whose share of [0, 1) holds the uniform number `choice`."""
     start, last = group_start[group], group_start[group + 1] - 1
@@ -157,7 +157,7 @@ def _pick_variant(group_start: Ints, cumulative: Floats, group: int, choice: flo
     return start
 
 
-@inlined
+@inlined_part
 def _attempt(recipe: Recipe, variant: int, draws: Draws, row: int, scratch: Scratch, out: Ledger) -> bool:
     """Test the file's requirements in order up to the first failure, then the rest; true when the row is settled."""
     code, layout, registers = recipe.code, recipe.layout, scratch.registers
@@ -186,7 +186,7 @@ def _attempt(recipe: Recipe, variant: int, draws: Draws, row: int, scratch: Scra
     return _finish(recipe, template, row, registers, out)
 
 
-@inlined
+@inlined_part
 def _make_draws(layout: Layout, draws: Draws, known: int, needed: int, registers: Floats) -> int:
     """Make draws until at least `needed` of them are known; the number known then."""
     while known < needed:
@@ -232,7 +232,7 @@ def _finish(recipe: Recipe, template: int, row: int, registers: Floats, out: Led
     return True
 
 
-@inlined
+@inlined_part
 def _outline(values: Floats, actor: int) -> Box:
     first = actor * VALUES_PER_ACTOR
     return Box(
@@ -244,7 +244,7 @@ def _outline(values: Floats, actor: int) -> Box:
     )
 
 
-@inlined
+@inlined_part
 def _inside_road(road: RoadTables, checked: Ints, values: Floats) -> bool:
     for actor in range(len(checked)):
         if checked[actor] != 0:

@@ -22,7 +22,7 @@ import numpy as np
 
 from engine.search.assessment import take
 from engine.search.campaign import Campaign
-from engine.search.columns import SCALARS, to_columns
+from engine.search.columns import to_columns
 from engine.search.evaluations import Evaluations, flat_rollouts
 from engine.search.figures import Figures
 from engine.search.journal import finite
@@ -155,18 +155,17 @@ def _texts(values: Sequence[Any], missing: Any = None) -> Column:
 def _json_lines(columns: dict[str, Column], evaluations: Evaluations) -> Iterable[str]:
     """One object a line, from the texts of the CSV."""
     runs = flat_rollouts(evaluations)
-    values = [
-        [f'"{text}"' for text in column]
-        if name in WORDS
-        else [text or "null" for text in column]
-        if "" in column
-        else column
-        for name, column in columns.items()
-    ]
+    values = [_json_texts(column, name in WORDS) for name, column in columns.items()]
     counts = [list(map(repr, table.tolist())) for table in (runs.tested, runs.failed)]
     names = [json.dumps(name, ensure_ascii=False).replace("%", "%%") for name in (*columns, "tested", "failed")]
     template = "{" + ", ".join(f"{name}: %s" for name in names) + "}"
     return (template % row for row in zip(*values, *counts, strict=True))
+
+
+def _json_texts(column: Column, quoted: bool) -> Column:
+    if quoted:
+        return [f'"{text}"' for text in column]
+    return [text or "null" for text in column] if "" in column else column
 
 
 def _generation_lines(campaign: Campaign) -> Iterable[str]:

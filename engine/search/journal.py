@@ -76,7 +76,6 @@ class Journal:
     def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
         self.path = path
         self._connection = connection
-        self._generations = 0
 
     @classmethod
     def create(cls, path: Path, manifest: Manifest) -> "Journal":
@@ -102,15 +101,17 @@ class Journal:
         self._write(progress.evaluations, progress.figures, progress.elapsed)
 
     def finish(self, campaign: Campaign) -> None:
-        """Add what Ctrl-C kept from being written, say how the run ended, and leave one closed file behind."""
-        for figures in campaign.generations[self._generations :]:
+        """Add what Ctrl-C kept from being written, say how the run ended, and leave one plain file behind."""
+        with store_errors(self.path):
+            written = self._connection.execute("SELECT count(*) FROM generation").fetchone()[0]
+        for figures in campaign.generations[written:]:
             rows = campaign.evaluations.places[:, 0] == figures.generation
             self._write(take(campaign.evaluations, rows), figures, campaign.elapsed)
         with store_errors(self.path):
             with _transaction(self._connection) as connection:
                 status = "stopped" if campaign.stopped else "finished"
                 connection.execute("UPDATE status SET status = ?, seconds = ?", (status, campaign.elapsed))
-            self._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            self._connection.execute("PRAGMA journal_mode = DELETE")
         self.close()
 
     def close(self) -> None:
@@ -124,7 +125,6 @@ class Journal:
             connection.executemany(_ADD_INDIVIDUAL, _individual_rows(evaluations))
             connection.executemany(_ADD_SIMULATION, _simulation_rows(evaluations))
             connection.execute("INSERT INTO pace VALUES (?, ?)", (figures.generation, seconds))
-        self._generations = figures.generation + 1
 
 
 @contextmanager

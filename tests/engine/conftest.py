@@ -1,6 +1,6 @@
 """Programs made by hand, without the language: step code written with named operands, scenes written as columns."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -11,9 +11,7 @@ from engine.road import Network, build_network, road_tables
 from engine.scenes import Scenes
 from engine.tables import CodeTables, RoadTables
 from engine.vehicles import MODELS
-from engine.vocabulary import ActorKind, Column, ManeuverType, Op
-
-CENTRE_COLUMNS = {"x": Column.X, "y": Column.Y, "heading": Column.HEADING, "speed": Column.SPEED}
+from engine.vocabulary import ActorKind, Column, Command, ManeuverType, Op
 
 
 @dataclass(frozen=True)
@@ -95,6 +93,43 @@ class Assembler:
         self.emit(Op.COMMAND, 0, int(command), register)
         self.emit(Op.YIELD, 0, block)
 
+    def attempt(
+        self,
+        parent: int,
+        body: Callable[[int], None],
+        *handlers: tuple[Callable[[], Register], Callable[[int], None]],
+        end: str | None = None,
+    ) -> None:
+        """`try: body` with `interrupt when condition: handler`; each writes its code, given its own block.
+
+        A condition leaves its truth in the register that it returns. `abort` is a jump to the label `end`.
+        """
+        name = f"try {len(self.rows)}"
+        end = f"{name} end" if end is None else end
+        body_block, blocks = self.block(), [self.block() for _ in handlers]
+        self.emit(Op.SET_RESUME, 0, body_block, f"{name} body")
+        for block in blocks:
+            self.emit(Op.SET_RESUME, 0, block, -1)
+        self.label(name)
+        self.emit(Op.SET_RESUME, 0, parent, name)
+        for block, (condition, _) in reversed([*zip(blocks, handlers, strict=True)]):
+            self.emit(Op.JUMP_IF_RUNNING, 0, block, f"{name} enter {block}")
+            self.emit(Op.JUMP_UNLESS, 0, condition(), f"{name} skip {block}")
+            self.emit(Op.SET_RESUME, 0, block, f"{name} start {block}")
+            self.label(f"{name} enter {block}")
+            self.emit(Op.RESUME, 0, block)
+            self.label(f"{name} skip {block}")
+        self.emit(Op.RESUME, 0, body_block)
+        self.label(f"{name} body")
+        body(body_block)
+        self.emit(Op.JUMP, 0, end)
+        for block, (_, handler) in zip(blocks, handlers, strict=True):
+            self.label(f"{name} start {block}")
+            handler(block)
+            self.emit(Op.SET_RESUME, 0, block, -1)
+            self.emit(Op.JUMP, 0, name)
+        self.label(end)
+
     def program(self, road: RoadTables, extra_values: int = 0) -> Program:
         literals = sorted({o.what for row in self.rows for o in _registers(row)} | {0.0})
         values = len(self.kinds) * len(Column) + extra_values
@@ -141,11 +176,12 @@ class Assembler:
             behaviour_entry=_ints([[self.labels.get(f"main {actor}", -1) for actor in range(actors)]]),
             main_block=_ints([range(actors)]),
             rule_segment=_ints(
-                [(-1, -1, -1) if rule is None else (self.labels[rule[0]], len(code), number(rule[1])) for rule in self.rules]
+                [
+                    (-1, -1, -1) if rule is None else (self.labels[rule[0]], len(code), number(rule[1]))
+                    for rule in self.rules
+                ]
             ).reshape(1, -1, 3),
-            sizes=_ints(
-                [0, 0, values, starts["temporary"] + self.temporaries, starts["local"], actors + self.blocks]
-            ),
+            sizes=_ints([0, 0, values, starts["temporary"] + self.temporaries, starts["local"], actors + self.blocks]),
         )
         return Program(
             name="by hand",
@@ -210,9 +246,6 @@ class Hand:
 
     network: Network
 
-    def __post_init__(self) -> None:
-        self.route("south", ManeuverType.STRAIGHT)
-
     literal = staticmethod(literal)
     local = staticmethod(local)
     temporary = staticmethod(temporary)
@@ -264,31 +297,17 @@ def crossing_program(hand: Hand, ego_path: int, other_path: int) -> Program:
     code.emit(Op.LT, temporary(5), literal(70), temporary(4))
     code.emit(Op.END)
     main = code.behaviour(0)
-    body, brake, crash = code.block(), code.block(), code.block()
-    code.emit(Op.SET_RESUME, 0, body, "body")
-    code.emit(Op.SET_RESUME, 0, brake, -1)
-    code.emit(Op.SET_RESUME, 0, crash, -1)
-    code.label("dispatch")
-    code.emit(Op.SET_RESUME, 0, main, "dispatch")
-    for name, block, distance in (("crash", crash, value(2)), ("brake", brake, value(1))):
-        code.emit(Op.JUMP_IF_RUNNING, 0, block, f"enter {name}")
+
+    def within(distance: Register) -> Register:
         code.emit(Op.WITHIN, temporary(6), 0, distance)
-        code.emit(Op.JUMP_UNLESS, 0, temporary(6), f"skip {name}")
-        code.emit(Op.SET_RESUME, 0, block, f"start {name}")
-        code.label(f"enter {name}")
-        code.emit(Op.RESUME, 0, block)
-        code.label(f"skip {name}")
-    code.emit(Op.RESUME, 0, body)
-    code.label("body")
-    code.follow(body, literal(ego_path), value(3))
-    code.emit(Op.JUMP, 0, "end")
-    code.label("start brake")
-    code.take(brake, 1, value(0))
-    code.emit(Op.SET_RESUME, 0, brake, -1)
-    code.emit(Op.JUMP, 0, "dispatch")
-    code.label("start crash")
-    code.emit(Op.TERMINATE, 0, terminate)
-    code.label("end")
+        return temporary(6)
+
+    code.attempt(
+        main,
+        lambda block: code.follow(block, literal(ego_path), value(3)),
+        (lambda: within(value(1)), lambda block: code.take(block, Command.BRAKE, value(0))),
+        (lambda: within(value(2)), lambda _: code.emit(Op.TERMINATE, 0, terminate)),
+    )
     code.emit(Op.HALT)
     other = code.behaviour(1)
     code.follow(other, literal(other_path), value(4), progress=1)

@@ -148,7 +148,8 @@ def test_search(program: Program, report: SearchReport, width: int) -> None:
 def test_search_names_what_each_gene_did(program: Program, report: SearchReport) -> None:
     """The brake decides and has a falling trend; the weather is said to change nothing."""
     text = render(search_view(program, report, "", 100), 100)
-    genes = {line.split()[0]: line.split()[1:] for line in text.split("What each gene did")[1].splitlines() if line}
+    lines = [line.split() for line in text.split("What each gene did")[1].splitlines()]
+    genes = {words[0]: words[1:] for words in lines if len(words) > 4}
     assert genes["EGO_BRAKE"][0] == "5.5"
     assert genes["EGO_BRAKE"][2].startswith("-0.")
     assert genes["WEATHER"][0] == "none"

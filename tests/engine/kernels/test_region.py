@@ -43,6 +43,19 @@ def test_containment_and_distance_are_those_of_the_book(place: int, data: st.Dat
     assert region_distance(road, region, x, y) == pytest.approx(network.regions.distance(region, x, y), abs=1e-9)
 
 
+@pytest.mark.parametrize("place", [0, 1])
+def test_hull_is_a_shortcut_only_where_it_is_the_region(place: int) -> None:
+    """All around junctions and turns, whose hulls bridge fillets and inner bends, distances are those to every edge."""
+    network, road = PLACES[place]
+    turns = [lane.region for lane in network.lanes if lane.role is LaneRole.CONNECTING]
+    for region in [intersection.region for intersection in network.intersections] + turns[:6]:
+        centre = network.regions.shape(region).edges[:, :2].mean(axis=0)
+        for x, y in centre + np.random.default_rng(region).uniform(-20.0, 20.0, (120, 2)):
+            assert region_distance(road, region, x, y) == pytest.approx(
+                network.regions.distance(region, x, y), abs=1e-9
+            )
+
+
 @compiled
 @given(places, st.data(), st.floats(0.01, 19.9), st.floats(-1.7, 1.7))
 def test_distance_in_an_approach_is_that_to_the_stop_line(

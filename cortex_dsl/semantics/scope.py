@@ -1,0 +1,1 @@
+def check_names(module, findings): pass

@@ -1,0 +1,218 @@
+"""The statements of a file, run in order for one variant."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from cortex_dsl import ir
+from cortex_dsl.semantics import errors, numbers, roads
+from cortex_dsl.semantics.algebra import closed_value
+from cortex_dsl.semantics.arguments import Given, evaluate_arguments
+from cortex_dsl.semantics.builtins import BUILTINS
+from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.functions import whole_number
+from cortex_dsl.semantics.genes import param_value
+from cortex_dsl.semantics.operators import combine, unpack
+from cortex_dsl.semantics.problems import Mistake
+from cortex_dsl.semantics.units import PURE, TIME, Dimension
+from cortex_dsl.semantics.values import POISON, Actor, BehaviourCall, BehaviourValue, Quantity, Value, kind_name
+from cortex_dsl.source import Span
+from cortex_dsl.spelling import did_you_mean
+from cortex_dsl.syntax import nodes
+
+MAP_PARAMS = frozenset({"map", "carla_map", "lgsvl_map", "use2DMap"})
+"""Params by which Scenic's scripts name a map file."""
+IDLE_PARAMS = frozenset({"weather", "time_step", "timestep", "render", "record", "address", "port", "timeout", "time"})
+"""Params that Scenic's simulators read and nothing here does."""
+SETTINGS = ("time_step", "max_time", "max_attempts", "stream")
+
+
+def run_statement(ev: Evaluator, statement: nodes.Statement) -> None:
+    """Run one statement; after a mistake its names are poisoned, so that they cause no further complaints."""
+    try:
+        _STATEMENTS[type(statement)](ev, statement)
+    except Mistake as mistake:
+        ev.report(mistake)
+        ev.run.names.update(dict.fromkeys(_targets(statement), POISON))
+
+
+def _targets(statement: nodes.Statement) -> tuple[str, ...]:
+    match statement:
+        case nodes.Assign(targets=targets):
+            return targets
+        case nodes.AugmentedAssign(target=target):
+            return (target,)
+    return ()
+
+
+# -- names ------------------------------------------------------------------------------------------------------------
+
+
+def _assign(ev: Evaluator, node: nodes.Assign) -> None:
+    with ev.naming(", ".join(node.targets)):
+        value = ev.evaluate(node.value)
+    for name, item in unpack(node.targets, value, node.span).items():
+        _bind(ev, name, item, node.value.span)
+
+
+def _bind(ev: Evaluator, name: str, value: Value, span: Span) -> None:
+    if name == "ego" and not isinstance(value, Actor):
+        raise errors.EGO_NOT_OBJECT.mistake(span, actual=kind_name(value))
+    ev.run.names[name] = value
+
+
+def _augmented(ev: Evaluator, node: nodes.AugmentedAssign) -> None:
+    name = nodes.Name(span=node.span, id=node.target)
+    left, right = ev.evaluate_all((name, node.value))
+    operation = nodes.Binary(span=node.span, operator=node.operator, left=name, right=node.value)
+    _bind(ev, node.target, combine(ev, node.operator, left, right, operation), node.span)
+
+
+def _expression(ev: Evaluator, node: nodes.ExpressionStatement) -> None:
+    value = ev.evaluate(node.value)
+    if isinstance(value, BehaviourCall | BehaviourValue):
+        name = value.name if isinstance(value, BehaviourCall) else value.node.name
+        raise errors.CALLED_BEHAVIOUR.mistake(node.span, name=name)
+    if not isinstance(value, Actor | str):
+        ev.report(errors.BARE_EXPRESSION.at(node.span))
+
+
+def _param(ev: Evaluator, node: nodes.Param) -> None:
+    for entry in node.entries:
+        with ev.naming(entry.name):
+            value = ev.tolerate(lambda entry=entry: param_value(ev, entry))
+        ev.run.params[entry.name] = value
+        if entry.name not in BUILTINS:
+            ev.run.names[entry.name] = value
+        _note_idle_param(ev, entry)
+
+
+def _note_idle_param(ev: Evaluator, entry: nodes.ParamEntry) -> None:
+    if entry.name == "map":
+        ev.report(errors.SCENIC_MAP.at(entry.span))
+    elif entry.name in MAP_PARAMS or entry.name in IDLE_PARAMS:
+        reason = "the map is a grid of intersections" if entry.name in MAP_PARAMS else "no part of the simulation reads it"
+        ev.report(errors.NO_EFFECT.at(entry.name_span, name=entry.name, reason=reason))
+
+
+# -- the run ----------------------------------------------------------------------------------------------------------
+
+
+def _map(ev: Evaluator, node: nodes.Map) -> None:
+    roads.lay_out(ev, node)
+
+
+def _model(ev: Evaluator, node: nodes.Model) -> None:
+    ev.report(errors.SCENIC_MODEL.at(node.span))
+
+
+def _simulation(ev: Evaluator, node: nodes.Simulation) -> None:
+    for argument in evaluate_arguments(ev, node.arguments):
+        name = argument.name or ""
+        if name not in SETTINGS:
+            suggestion = did_you_mean(name, SETTINGS)
+            raise errors.UNKNOWN_ARGUMENT.mistake(
+                argument.span, function="simulation", name=name, suggestion=suggestion
+            )
+        ev.file.settings = replace(ev.file.settings, **{name: _setting(ev, name, argument)})
+
+
+def _setting(ev: Evaluator, name: str, argument: Given) -> float | int | str:
+    value, span = argument.value, argument.span
+    if name == "stream":
+        if not isinstance(value, str):
+            raise errors.BAD_SETTING.mistake(span, name=name, expected="text", actual=kind_name(value))
+        return value
+    if name == "max_attempts":
+        attempts = whole_number(ev, value, span, "`max_attempts`")
+        numbers.in_range(ev, ev.algebra.literal(float(attempts)), 1.0, 1e9, PURE, span, "`max_attempts`")
+        return attempts
+    low, high = (1e-4, 1.0) if name == "time_step" else (1e-4, 1e5)
+    return known_number(ev, argument, TIME, f"`{name}`", low, high)
+
+
+def known_number(ev: Evaluator, argument: Given, dimension: Dimension, what: str, low: float, high: float) -> float:
+    """A constant inside its legal range."""
+    expr = numbers.adopt(ev, argument.value, dimension, argument.span, what)
+    value = ev.constant(Quantity(expr, dimension), argument.span, what)
+    numbers.in_range(ev, ev.algebra.literal(value), low, high, dimension, argument.span, what)
+    return value
+
+
+def _require(ev: Evaluator, node: nodes.Require) -> None:
+    probability = _probability(ev, node.probability)
+    condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
+    name = node.name or " ".join(ev.file.source.slice(node.condition.span).split())
+    ev.run.requirements.append(ir.Requirement(condition, probability, name, ev.file.line(node.span)))
+    never = isinstance(condition, ir.Literal) and condition.value == 0.0
+    holds = ev.file.require_holds
+    holds[node.condition.span] = holds.get(node.condition.span, False) or not never or probability < 1.0
+
+
+def _probability(ev: Evaluator, node: nodes.Expression | None) -> float:
+    if node is None:
+        return 1.0
+    expr = numbers.adopt(ev, ev.evaluate(node), PURE, node.span, "a probability")
+    value = ev.constant(Quantity(expr, PURE), node.span, "a probability")
+    if not 0.0 < value <= 1.0:
+        raise errors.PROBABILITY_RANGE.mistake(node.span, actual=f"{value:g}")
+    return value
+
+
+def _terminate_after(ev: Evaluator, node: nodes.TerminateAfter) -> None:
+    amount = Given(ev.evaluate(node.amount), node.amount.span)
+    if node.in_steps:
+        steps = whole_number(ev, amount.value, amount.span, "a number of steps")
+        numbers.in_range(ev, ev.algebra.literal(float(steps)), 1.0, 1e9, PURE, amount.span, "a number of steps")
+        ev.file.max_steps = steps
+        return
+    seconds = known_number(ev, amount, TIME, "the time of `terminate after`", 1e-4, 1e5)
+    ev.file.settings = replace(ev.file.settings, max_time=seconds)
+
+
+def terminate_when(ev: Evaluator, node: nodes.TerminateWhen) -> None:
+    """A condition over the running simulation; evaluated with everything that the file defines."""
+    condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
+    ev.run.rule_conditions[node.span] = condition
+    ev.file.rule(node.span, node.name or " ".join(ev.file.source.slice(node.condition.span).split()))
+    if closed_value(condition) not in (None, 0.0):
+        ev.report(errors.NEVER_RUNS.at(node.condition.span))
+
+
+def _nothing(_ev: Evaluator, _node: nodes.Statement) -> None:
+    """Behaviours are known from the start, rules wait for the end; what stands in the wrong place was said."""
+
+
+Run = Callable[[Evaluator, nodes.Statement], None]
+
+_STATEMENTS: dict[type, Run] = {
+    **dict.fromkeys(
+        (
+            nodes.BehaviorDefinition,
+            nodes.TerminateWhen,
+            nodes.Do,
+            nodes.Take,
+            nodes.Wait,
+            nodes.Try,
+            nodes.Abort,
+            nodes.Terminate,
+            nodes.If,
+            nodes.While,
+            nodes.Break,
+            nodes.Continue,
+            nodes.Return,
+            nodes.Pass,
+        ),
+        _nothing,
+    ),
+    nodes.Assign: _assign,
+    nodes.AugmentedAssign: _augmented,
+    nodes.ExpressionStatement: _expression,
+    nodes.Param: _param,
+    nodes.Map: _map,
+    nodes.Model: _model,
+    nodes.Simulation: _simulation,
+    nodes.Require: _require,
+    nodes.TerminateAfter: _terminate_after,
+}  # type: ignore[dict-item]
+
+

@@ -1,0 +1,20 @@
+"""The world host: scenes one at a time in pymunk, which carries the poses and decides what follows a contact.
+
+`simulate(program, scenes, config)` gives scored outcomes; `run(program, scenes, row, config)` one whole story.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from engine.world.host import WorldRun, run, simulate
+
+__all__ = ["WorldRun", "run", "simulate"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import pymunk and the kernels when they are first asked for, not when the package is named."""
+    if name in __all__:
+        from engine.world import host
+
+        return getattr(host, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,0 +1,110 @@
+"""Actors as rigid bodies: an outline with mass and yaw inertia, its centre of gravity at the outline's centre."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import pymunk
+
+from engine.config import ContactConfig
+from engine.tables import Floats, Ints
+from engine.vehicles import MODELS
+from engine.vocabulary import ActorKind, Column
+
+GRAVITY = 9.81
+"""[m/s^2]"""
+
+
+@dataclass(frozen=True)
+class Axle:
+    """Where a body rubs on the road once it slides."""
+
+    offset: float
+    """Ahead of the centre [m]."""
+    load: float
+    """What friction can bear there, mu times the weight on it [N]."""
+
+
+@dataclass(frozen=True)
+class Physique:
+    """What contact physics needs to know of an actor. SI units."""
+
+    kind: ActorKind
+    length: float
+    width: float
+    mass: float
+    inertia: float
+    """About the vertical axis through the centre [kg m^2]."""
+    rear_to_center: float
+    axles: tuple[Axle, Axle]
+
+    @property
+    def fixed(self) -> bool:
+        """Whether nothing moves it: an obstacle is part of the ground."""
+        return self.kind is ActorKind.OBSTACLE
+
+
+def physiques(kinds: Ints, values: Floats) -> tuple[Physique, ...]:
+    """All actors of one scene, from its row of scene values."""
+    columns = values[: len(kinds) * len(Column)].reshape(len(kinds), len(Column))
+    return tuple(physique(ActorKind(kind), row) for kind, row in zip(kinds, columns.tolist(), strict=True))
+
+
+def physique(kind: ActorKind, columns: Sequence[float]) -> Physique:
+    """One actor from its `Column`s. The kind's inertia grows with mass and size as that of a rectangle does."""
+    model = MODELS[kind]
+    length, width, mass = columns[Column.LENGTH], columns[Column.WIDTH], columns[Column.MASS]
+    size = (length**2 + width**2) / (model.length**2 + model.width**2)
+    return Physique(
+        kind=kind,
+        length=length,
+        width=width,
+        mass=mass,
+        inertia=model.yaw_inertia * mass / model.mass * size,
+        rear_to_center=columns[Column.REAR_TO_CENTER],
+        axles=_axles(columns),
+    )
+
+
+def _axles(columns: Sequence[float]) -> tuple[Axle, Axle]:
+    """Rear and front axle with their static loads; what has no wheels rubs a quarter of its length from the centre."""
+    weight = columns[Column.FRICTION] * columns[Column.MASS] * GRAVITY
+    behind, base = columns[Column.REAR_TO_CENTER], columns[Column.WHEELBASE]
+    if not 0.0 < behind < base:
+        quarter = 0.25 * columns[Column.LENGTH]
+        return Axle(-quarter, 0.5 * weight), Axle(quarter, 0.5 * weight)
+    return Axle(-behind, weight * (base - behind) / base), Axle(base - behind, weight * behind / base)
+
+
+def new_space(config: ContactConfig) -> pymunk.Space:
+    """An empty plane without gravity or damping.
+
+    Of the two settings, pymunk's own values are wrong for cars: contacts kept for 3 steps replay old impulses, and
+    a slop of 0.1 lets outlines rest 10 cm inside one another.
+    """
+    space = pymunk.Space()
+    space.collision_persistence = config.collision_persistence
+    space.collision_slop = config.collision_slop
+    return space
+
+
+def carrier(space: pymunk.Space) -> pymunk.Body:
+    """A body without a shape: it carries a pose and touches nothing."""
+    body = pymunk.Body(1.0, 1.0)
+    space.add(body)
+    return body
+
+
+def solid(space: pymunk.Space, actor: Physique, config: ContactConfig) -> pymunk.Body:
+    """A body with its outline. pymunk multiplies the coefficients of two shapes, hence the roots."""
+    body = pymunk.Body(body_type=pymunk.Body.STATIC) if actor.fixed else pymunk.Body(actor.mass, actor.inertia)
+    shape = pymunk.Poly.create_box(body, (actor.length, actor.width))
+    shape.elasticity = math.sqrt(config.restitution)
+    shape.friction = math.sqrt(config.friction)
+    space.add(body, shape)
+    return body
+
+
+def kinetic_energy(body: pymunk.Body) -> float:
+    """Of a moving body [J]; `Body.kinetic_energy` is twice this."""
+    return 0.5 * (body.mass * body.velocity.dot(body.velocity) + body.moment * body.angular_velocity**2)

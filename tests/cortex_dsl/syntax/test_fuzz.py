@@ -1,0 +1,102 @@
+"""Whatever is read, the answer is a tree or diagnostics, and soon."""
+
+import time
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from cortex_dsl.diagnostics import CompileError
+from cortex_dsl.report.diagnostics import as_json, render_text
+from cortex_dsl.source import Source
+from cortex_dsl.syntax import parse
+from cortex_dsl.syntax.reading import decode
+
+PIECES = [
+    "behavior", "param", "map", "model", "simulation", "require", "require[", "terminate", "when", "after", "do", "for",
+    "until", "take", "wait", "abort", "try", "interrupt", "if", "elif", "else", "while", "new", "Car", "with", "at", "in",
+    "on", "offset", "by", "along", "ahead", "behind", "of", "left", "following", "facing", "toward", "away", "from", "to",
+    "before", "distance", "minimum", "relative", "heading", "can", "see", "intersects", "deg", "lambda", "not", "is", "and",
+    "or", "as", "True", "None", "true", "class", "import", "monitor", "record", "always", "steps", "seconds", "m", "km/h",
+    "m/s^2", "min", "kmh", "x", "y", "f", "5", "3.5", "1e5", "1e999", '"s"', "'", '"', '"""', "(", ")", "[", "]", "{", "}",
+    ",", ":", ";", ".", "=", "==", "+=", "<", "+", "-", "*", "**", "/", "//", "%", "@", "!", "&&", "#", "\\", "\n", "\n",
+    "\n    ", "\n        ", "\n\t", "\r\n", "\f", "\0", "\ufeff", "°", "é", "😀", "\u202e", "\x1b[31m",
+]  # fmt: skip
+
+quickly = settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+
+
+def survives(source: Source) -> None:
+    """Parse, and draw what was found."""
+    try:
+        parse(source)
+    except CompileError as error:
+        assert error.diagnostics
+        assert all(
+            0 <= d.label.span.start <= d.label.span.end <= len(source.text) + 1 and d.message for d in error.diagnostics
+        )
+        drawn = render_text(source, error.diagnostics, width=60)
+        assert "\x1b" not in drawn
+        as_json(source, error.diagnostics)
+
+
+@quickly
+@given(st.lists(st.sampled_from(PIECES), max_size=30))
+def test_soup_of_tokens(pieces: list[str]) -> None:
+    """Words of the language in any order."""
+    survives(Source("soup", " ".join(pieces)))
+
+
+@quickly
+@given(st.lists(st.sampled_from(PIECES), max_size=30))
+def test_soup_without_spaces(pieces: list[str]) -> None:
+    """The same, glued together."""
+    survives(Source("soup", "".join(pieces)))
+
+
+@quickly
+@given(st.binary(max_size=80))
+def test_random_bytes(content: bytes) -> None:
+    """Bytes that need be no text."""
+    try:
+        survives(decode("bytes", content))
+    except CompileError as error:
+        assert render_text(error.source, error.diagnostics)
+
+
+LARGE = {
+    "parentheses": "x = " + "(" * 10_000 + "1",
+    "mixed brackets": "([{" * 5_000,
+    "closing brackets": ")" * 10_000,
+    "calls": "x = " + "f(" * 10_000,
+    "minus signs": "x = " + "-" * 10_000 + "1",
+    "nots": "x = " + "not " * 10_000 + "y",
+    "attributes": "x = a" + ".b" * 10_000,
+    "sum": "x = 1" + " + 1" * 10_000,
+    "conditionals": "x = " + "1 if a else " * 5_000 + "1",
+    "lambdas": "x = " + "lambda: " * 5_000 + "1",
+    "powers": "x = 2" + " ** 2" * 5_000,
+    "blocks": "".join(" " * n + "if x:\n" for n in range(1_000)),
+    "elifs": "if x:\n    pass\n" + "elif x:\n    pass\n" * 1_000,
+    "commas and comments": "x = [1,\n" + ", # # # # # # # # # # # # # # # # # # # #\n" * 200,
+    "quotes": "'\"" * 10_000,
+    "backslashes": "\\" * 10_000,
+    "one long line": "x = [" + "1, " * 20_000 + "1]",
+    "one long name": "x" * 200_000,
+    "one long number": "x = " + "1" * 100_000,
+    "one long comment": "x = 1 #" + " #" * 100_000,
+    "spaces": "x" + " " * 200_000 + "= 1",
+    "blank lines": "\n" * 200_000 + "x = (",
+    "errors": "x = $\n" * 20_000,
+    "nested errors": "behavior B():\n" + "    x = = 3\n" * 5_000,
+    "unclosed triple": '"""' + '"" ' * 50_000,
+    "unclosed per line": "f(\nrequire x\n" * 3_000,
+}
+
+
+@pytest.mark.parametrize("name", LARGE)
+def test_large_input_is_answered_soon(name: str) -> None:
+    """Length and depth cost time in proportion, and never the stack."""
+    started = time.perf_counter()
+    survives(Source(name, LARGE[name]))
+    assert time.perf_counter() - started < 5.0

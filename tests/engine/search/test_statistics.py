@@ -1,0 +1,118 @@
+"""Statistics against known values, against scipy, and their laws."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from engine.search.statistics import (
+    a12,
+    bootstrap_interval,
+    cliffs_delta,
+    holm,
+    mann_whitney,
+    midranks,
+    spearman,
+)
+
+samples = st.lists(st.integers(-8, 8).map(float), min_size=1, max_size=12)
+
+
+def pairs_won(first: list[float], second: list[float]) -> float:
+    """A12 by its definition."""
+    wins = sum((x > y) + 0.5 * (x == y) for x in first for y in second)
+    return wins / (len(first) * len(second))
+
+
+@given(samples, samples)
+def test_a12_is_its_definition(first: list[float], second: list[float]) -> None:
+    """The rank form counts pairs."""
+    assert a12(first, second) == pytest.approx(pairs_won(first, second), abs=1e-12)
+
+
+@given(samples, samples)
+def test_a12_is_antisymmetric(first: list[float], second: list[float]) -> None:
+    """Exchanging the samples mirrors A12 at 1/2 and turns delta round."""
+    assert a12(first, second) + a12(second, first) == pytest.approx(1.0)
+    assert cliffs_delta(first, second) == pytest.approx(-cliffs_delta(second, first))
+
+
+@given(samples, samples)
+def test_a12_sees_order_only(first: list[float], second: list[float]) -> None:
+    """A monotone change of scale changes nothing."""
+    assert a12(np.exp(first), np.exp(second)) == pytest.approx(a12(first, second))
+
+
+def test_a12_known_values() -> None:
+    """All above is 1, all equal 1/2; an empty sample has none."""
+    assert a12([4, 5, 6], [1, 2, 3]) == 1.0
+    assert a12([1, 1], [1, 1, 1]) == 0.5
+    assert a12([1, 2, 3], [2, 3, 4]) == pytest.approx(2 / 9)
+    assert cliffs_delta([1, 2, 3], [2, 3, 4]) == pytest.approx(-5 / 9)
+    assert math.isnan(a12([], [1.0]))
+
+
+@given(st.lists(st.integers(-5, 5), min_size=1, max_size=15))
+def test_midranks_are_those_of_scipy(values: list[int]) -> None:
+    """Ties share the mean of their ranks."""
+    assert np.array_equal(midranks(values), stats.rankdata(values))
+
+
+@given(st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9)), min_size=3, max_size=20))
+def test_spearman_is_that_of_scipy(points: list[tuple[int, int]]) -> None:
+    """Rank correlation with ties; NaN where one side never changes."""
+    first, second = zip(*points, strict=True)
+    found = spearman(first, second)
+    if len(set(first)) == 1 or len(set(second)) == 1:
+        assert math.isnan(found)
+    else:
+        assert found == pytest.approx(stats.spearmanr(first, second).statistic, abs=1e-9)
+
+
+def test_holm_known_values() -> None:
+    """Smallest p times 4, next times 3, never falling, never above 1, in the order given."""
+    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx((0.03, 0.06, 0.06, 0.02))
+    assert holm([0.9, 0.8]) == pytest.approx((1.0, 1.0))
+    assert holm([]) == ()
+
+
+def test_holm_leaves_missing_tests_out() -> None:
+    """A test that could not be made does not count in its family."""
+    adjusted = holm([0.02, float("nan"), 0.01])
+    assert adjusted[0] == pytest.approx(0.02)
+    assert math.isnan(adjusted[1])
+    assert adjusted[2] == pytest.approx(0.02)
+
+
+@given(st.lists(st.floats(0, 1), min_size=1, max_size=10))
+def test_holm_laws(p_values: list[float]) -> None:
+    """Adjusted values are between p and min(1, n p), and keep the order of p."""
+    adjusted = holm(p_values)
+    for p, q in zip(p_values, adjusted, strict=True):
+        assert p <= q <= 1.0
+    order = np.argsort(p_values, kind="stable")
+    assert list(np.array(adjusted)[order]) == sorted(adjusted)
+
+
+def test_mann_whitney_known_values() -> None:
+    """Clearly apart is significant, equal is not, and ties alone say nothing."""
+    assert mann_whitney(range(30), range(40, 70)) < 1e-9
+    assert mann_whitney([1, 2, 3], [1, 2, 3]) == pytest.approx(1.0)
+    assert mann_whitney([2, 2], [2, 2]) == 1.0
+    assert math.isnan(mann_whitney([], [1]))
+
+
+def test_bootstrap_interval_covers() -> None:
+    """The interval holds the estimate, is repeatable, narrows with the sample, and ends at 1 when all is won."""
+    rng = np.random.default_rng(3)
+    first, second = rng.normal(0.5, 1, 30), rng.normal(0, 1, 30)
+    interval = bootstrap_interval(first, second)
+    assert interval == bootstrap_interval(first, second)
+    assert interval.low < a12(first, second) < interval.high
+    wide = bootstrap_interval(first[:8], second[:8])
+    assert wide.high - wide.low > interval.high - interval.low
+    assert bootstrap_interval([5, 6], [1, 2]) == (1.0, 1.0)
+    assert math.isnan(bootstrap_interval([], [1]).low)

@@ -1,0 +1,289 @@
+"""Run directories, the journal and the exports."""
+
+import csv
+import errno
+import json
+import sqlite3
+from collections.abc import Callable
+from dataclasses import asdict, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine.config import Config, SearchConfig
+from engine.program import ParamSpace
+from engine.search.assessment import Assessment, Evaluate, take
+from engine.search.campaign import Campaign, OnGeneration, run_campaign
+from engine.search.exports import write_exports
+from engine.search.journal import Journal
+from engine.search.journal_reader import read_journal
+from engine.search.manifest import Manifest, Parameter
+from engine.search.protocol import Box
+from engine.search.searchers import SEARCHERS, build_searcher
+from engine.search.store import JOURNAL, StoreError, new_directory, numbered_directory, store_errors
+from engine.tables import Floats, Ints
+
+CONFIG = SearchConfig(generations=5, population=20, seed=11, rollouts=2, aggregate="q90")
+
+
+def run(
+    space: ParamSpace, evaluate: Evaluate, config: SearchConfig = CONFIG, on_generation: OnGeneration | None = None
+) -> Campaign:
+    searcher = build_searcher("ga", Box.of(space), Config(search=config))
+    return run_campaign(
+        space, searcher, evaluate, config, SEARCHERS["ga"].method, "cortex", on_generation=on_generation
+    )
+
+
+def manifest_of(space: ParamSpace, config: SearchConfig = CONFIG) -> Manifest:
+    rows = zip(space.names, space.units, space.kinds.tolist(), space.low.tolist(), space.high.tolist(), strict=True)
+    return Manifest(
+        name="toy",
+        file="toy.scn",
+        file_text='"""A toy."""\n',
+        file_digest="0" * 64,
+        program_digest="1" * 64,
+        method="ga",
+        preset="cortex",
+        profile="paper",
+        seed=config.seed,
+        run=config.run,
+        settings=asdict(Config(search=config)),
+        versions={"cortexc": "0.1.0"},
+        platform="any",
+        command_line=("toy.scn", "--ga"),
+        parameters=tuple(Parameter(*row, options) for row, options in zip(rows, space.options, strict=True)),
+        requirements=("first, of all", 'the "second"', "third"),
+        rules=("time",),
+        actors=("ego", "adversary"),
+    )
+
+
+def assert_equal(first: Any, second: Any) -> None:
+    """Two tables hold the same numbers, NaN equal to NaN."""
+    for field in fields(first):
+        a, b = getattr(first, field.name), getattr(second, field.name)
+        if isinstance(a, np.ndarray):
+            np.testing.assert_array_equal(a, b, err_msg=field.name)
+        else:
+            assert_equal(a, b)
+
+
+@pytest.fixture
+def evaluate(space: ParamSpace, evaluators: Callable[..., Evaluate]) -> Evaluate:
+    return evaluators(space, error_above=0.95)
+
+
+def test_journal_round_trip(tmp_path: Path, space: ParamSpace, evaluate: Evaluate) -> None:
+    """What is read is what was found, bit for bit: manifest, every evaluation, every figure."""
+    journal = Journal.create(tmp_path / JOURNAL, manifest_of(space))
+    found = run(space, evaluate, on_generation=journal.write)
+    journal.finish(found)
+    record = read_journal(tmp_path / JOURNAL)
+    assert record.manifest == replace(manifest_of(space), settings=json.loads(json.dumps(manifest_of(space).settings)))
+    assert_equal(record.evaluations, found.evaluations)
+    assert [repr(row) for row in record.generations] == [repr(row) for row in found.generations]
+    assert (record.status, record.seconds) == ("finished", found.elapsed)
+    assert [path.name for path in tmp_path.iterdir()] == [JOURNAL]
+
+
+def test_journal_of_the_same_seed_is_the_same(tmp_path: Path, space: ParamSpace, evaluate: Evaluate) -> None:
+    """The tables of results are equal row by row; only pace and status may differ."""
+    dumps = []
+    for name in ("a.sqlite", "b.sqlite"):
+        journal = Journal.create(tmp_path / name, manifest_of(space))
+        journal.finish(run(space, evaluate, on_generation=journal.write))
+        with sqlite3.connect(tmp_path / name) as connection:
+            dumps.append(
+                [
+                    connection.execute(f"SELECT * FROM {table}").fetchall()
+                    for table in ("generation", "individual", "simulation", "manifest")
+                ]
+            )
+        connection.close()
+    assert dumps[0] == dumps[1]
+
+
+def test_rows_are_compact(tmp_path: Path, space: ParamSpace, evaluators: Callable[..., Evaluate]) -> None:
+    """An evaluation takes no more than 300 bytes."""
+    config = SearchConfig(generations=10, population=100)
+    journal = Journal.create(tmp_path / JOURNAL, manifest_of(space, config))
+    journal.finish(run(space, evaluators(space), config, journal.write))
+    assert (tmp_path / JOURNAL).stat().st_size < 300 * 1000
+
+
+def test_interrupted_campaign_keeps_its_generations(tmp_path: Path, space: ParamSpace, evaluate: Evaluate) -> None:
+    """Ctrl-C in a later generation, also while it is being written, leaves a whole journal of the earlier ones."""
+    journal = Journal.create(tmp_path / JOURNAL, manifest_of(space))
+
+    def write(progress: Any) -> None:
+        if progress.generation == 2:
+            raise KeyboardInterrupt
+        journal.write(progress)
+
+    found = run(space, evaluate, on_generation=write)
+    assert read_journal(tmp_path / JOURNAL).status == "running"
+    assert len(read_journal(tmp_path / JOURNAL).generations) == 2
+    journal.finish(found)
+    record = read_journal(tmp_path / JOURNAL)
+    assert record.status == "stopped"
+    assert_equal(record.evaluations, found.evaluations)
+    assert len(record.generations) == 3
+
+
+def test_killed_campaign_is_readable(tmp_path: Path, space: ParamSpace, evaluate: Evaluate) -> None:
+    """A copy of the files at any moment, as a kill leaves them, holds every generation that was written."""
+    journal = Journal.create(tmp_path / JOURNAL, manifest_of(space))
+    copy = tmp_path / "copy"
+    copy.mkdir()
+
+    def write(progress: Any) -> None:
+        journal.write(progress)
+        if progress.generation == 3:
+            for path in tmp_path.glob(f"{JOURNAL}*"):
+                (copy / path.name).write_bytes(path.read_bytes())
+
+    found = run(space, evaluate, on_generation=write)
+    journal.finish(found)
+    record = read_journal(copy / JOURNAL)
+    assert len(record.generations) == 4
+    assert_equal(record.evaluations, take(found.evaluations, slice(0, 80)))
+
+
+def test_full_disk_is_a_clear_error(tmp_path: Path, space: ParamSpace, evaluate: Evaluate) -> None:
+    """The generation that does not fit is left out whole; those before it stay."""
+    journal = Journal.create(tmp_path / JOURNAL, manifest_of(space))
+
+    def write(progress: Any) -> None:
+        if progress.generation == 2:
+            pages = journal._connection.execute("PRAGMA page_count").fetchone()[0]
+            journal._connection.execute(f"PRAGMA max_page_count = {pages}")
+        journal.write(progress)
+
+    with pytest.raises(StoreError, match="no space left") as caught:
+        run(space, evaluate, on_generation=write)
+    assert "--out" in caught.value.cure
+    journal.close()
+    assert len(read_journal(tmp_path / JOURNAL).generations) == 2
+
+
+def test_foreign_and_damaged_files(tmp_path: Path, space: ParamSpace) -> None:
+    """A journal that is missing, not a database, another program's or of another version is named as that."""
+    with pytest.raises(StoreError, match="no journal"):
+        read_journal(tmp_path / "missing.sqlite")
+    text = tmp_path / "text.sqlite"
+    text.write_text("not a database at all, but long enough to be looked at as one" * 20)
+    with pytest.raises(StoreError, match="not a readable journal"):
+        read_journal(text)
+    foreign = tmp_path / "foreign.sqlite"
+    connection = sqlite3.connect(foreign)
+    connection.execute("CREATE TABLE manifest (a)")
+    connection.close()
+    with pytest.raises(StoreError, match="another program"):
+        read_journal(foreign)
+    newer = tmp_path / "newer.sqlite"
+    journal = Journal.create(newer, manifest_of(space))
+    journal._connection.execute("PRAGMA user_version = 99")
+    journal.close()
+    with pytest.raises(StoreError, match="version 99"):
+        read_journal(newer)
+
+
+def test_nothing_is_overwritten(tmp_path: Path, space: ParamSpace) -> None:
+    """Neither a run, nor a folder with something in it, nor a journal."""
+    directory = new_directory(tmp_path / "out" / "deep")
+    Journal.create(directory / JOURNAL, manifest_of(space)).close()
+    with pytest.raises(StoreError, match="already holds a run"):
+        new_directory(directory)
+    with pytest.raises(StoreError, match="exists already"):
+        Journal.create(directory / JOURNAL, manifest_of(space))
+    with pytest.raises(StoreError, match="not empty"):
+        new_directory(tmp_path / "out")
+    assert list(new_directory(tmp_path / "empty").iterdir()) == []
+
+
+def test_default_directories_are_numbered(tmp_path: Path) -> None:
+    """Each run gets the next number, also past gaps, past 999, and under names that file systems mind."""
+    root = tmp_path / "runs"
+    names = [numbered_directory("left_turn", "ga", root).name for _ in range(2)]
+    assert names == ["left_turn-ga-001", "left_turn-ga-002"]
+    assert numbered_directory("left_turn", "random", root).name == "left_turn-random-001"
+    (root / "left_turn-ga-999").mkdir()
+    assert numbered_directory("left_turn", "ga", root).name == "left_turn-ga-1000"
+    assert numbered_directory("../a b/ü", "ga", root).name == "a-b-ga-001"
+    assert numbered_directory("..", "ga", root).parent == root
+
+
+def test_places_that_cannot_be_written(tmp_path: Path) -> None:
+    """A file in the way, or a device that is full, is an error with a cure."""
+    (tmp_path / "file").write_text("")
+    for make in (lambda: new_directory(tmp_path / "file" / "out"), lambda: new_directory(tmp_path / "file")):
+        with pytest.raises(StoreError, match="cannot write") as caught:
+            make()
+        assert "file" in caught.value.cure
+    with pytest.raises(StoreError, match="cannot write") as caught, store_errors(tmp_path):
+        raise OSError(errno.ENOSPC, "No space left on device")
+    assert "free some space" in caught.value.cure
+    with pytest.raises(StoreError) as caught:
+        numbered_directory("a", "ga", tmp_path / "file")
+    assert "file" in caught.value.cure
+
+
+def test_exports_tell_the_same_story(tmp_path: Path, space: ParamSpace, evaluate: Evaluate) -> None:
+    """CSV and JSON lines have one row a rollout and read back to the same numbers; critical ones are apart."""
+    found = run(space, evaluate, replace(CONFIG, generations=8, population=40))
+    write_exports(tmp_path, found, manifest_of(space))
+    with (tmp_path / "evaluations.csv").open(newline="") as file:
+        table = list(csv.DictReader(file))
+    lines = [json.loads(line) for line in (tmp_path / "evaluations.jsonl").read_text().splitlines()]
+    runs = found.evaluations.rollouts
+    assert len(table) == len(lines) == 8 * 40 * 2
+    for row, line in zip(table, lines, strict=True):
+        assert list(line)[: len(row)] == list(row)
+        at = int(row["individual"]), int(row["rollout"])
+        assert float(row["param_GENE_0"]) == line["param_GENE_0"] == found.evaluations.genomes[at[0], 0]
+        assert row["key"] == line["key"] == "11.ga.0." + ".".join(map(str, found.evaluations.keys[at][3:]))
+        assert int(row["score"]) == line["score"] == runs.score[at]
+        assert (row["min_distance"] == "") == (line["min_distance"] is None) == bool(np.isnan(runs.min_distance[at]))
+        assert row["min_distance"] == "" or float(row["min_distance"]) == runs.min_distance[at]
+        assert line["failed"] == runs.failed[at].tolist()
+        assert (row["verdict"] == "valid") == (runs.verdict[at] == 0)
+    by_number = {row["individual"]: row for row in table}
+    for row in table:
+        assert by_number[row["birth"]]["param_GENE_1"] == row["param_GENE_1"]
+        assert row["operator"] != "mutation" or by_number[row["parent_1"]]["verdict"] in ("valid", "exhausted", "error")
+    critical = (tmp_path / "critical.csv").read_text().splitlines()
+    assert len(critical) - 1 == (runs.score >= 14).sum() > 0
+
+
+def test_summary_and_generations(tmp_path: Path, space: ParamSpace, evaluate: Evaluate) -> None:
+    """The summary is strict JSON with manifest, figures, cases and genes; generations.csv has one row for each."""
+    found = run(space, evaluate)
+    write_exports(tmp_path, found, manifest_of(space))
+    document = json.loads((tmp_path / "summary.json").read_text(), parse_constant=lambda text: pytest.fail(text))
+    assert document["manifest"]["preset"] == "cortex"
+    assert document["by_individual"]["nc"] == found.by_individual.nc
+    assert document["last_generations"]["by_individual"]["individuals"] == 100
+    assert document["worst"][0]["key"].startswith("11.ga.0.")
+    assert set(document["worst"][0]["genome"]) == set(space.names)
+    assert [gene["name"] for gene in document["genes"]] == list(space.names)
+    with (tmp_path / "generations.csv").open(newline="") as file:
+        table = list(csv.DictReader(file))
+    assert [int(row["nis"]) for row in table] == [row.by_individual.nis for row in found.generations]
+    assert [float(row["simulated_rl"]) for row in table] == [row.by_simulation.rl for row in found.generations]
+
+
+def test_names_that_need_quotes(tmp_path: Path, spaces: Callable[..., ParamSpace], rows: Any) -> None:
+    """A gene may be called anything that the language allows; percent signs and quotes do no harm."""
+    space = spaces([0.0], [1.0], names=['odd, "100 %s"'])
+
+    def evaluate(genomes: Floats, keys: Ints) -> Assessment:
+        return rows(np.zeros(len(keys), dtype=np.int32), genomes[:, 0])
+
+    found = run(space, evaluate, SearchConfig(generations=1, population=3))
+    write_exports(tmp_path, found, manifest_of(space))
+    with (tmp_path / "evaluations.csv").open(newline="") as file:
+        assert 'param_odd, "100 %s"' in next(csv.DictReader(file))
+    assert 'param_odd, "100 %s"' in json.loads((tmp_path / "evaluations.jsonl").read_text().splitlines()[0])
