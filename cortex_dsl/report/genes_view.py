@@ -49,10 +49,10 @@ def genes_view(space: ParamSpace, campaign: Campaign, width: int) -> RenderableT
 
 
 def effect_note(campaign: Campaign) -> str:
-    """What the columns mean, in the heading."""
+    """What the columns mean, for the heading."""
     collisions = int(np.count_nonzero(campaign.evaluations.simulated & campaign.evaluations.collided))
-    bad = f"all {collisions:,} collisions" if collisions >= FEW else "the riskiest tenth"
-    return f"effect: points of risk when it alone moves; bad cases: {bad}"
+    bad = f"{collisions:,} collisions" if collisions >= FEW else "the riskiest tenth"
+    return f"effect in points of risk; bad cases: {bad}"
 
 
 def bad_cases(campaign: Campaign) -> NDArray[np.intp]:

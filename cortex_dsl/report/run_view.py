@@ -57,7 +57,9 @@ def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> Rend
         _headline(report),
         section("Scene", drawing, _attempts(report.scenes)),
         section("What happened", timeline(story, program.actors), f"simulated by the {report.engine} engine"),
-        section("Over time", curves(report.trajectory, program.actors, end, report.pair, width)),
+        section(
+            "Over time", curves(report.trajectory, program.actors, end, report.pair, width), "speeds, and how far apart"
+        ),
     ]
     if outcomes.min_distance.shape[1]:
         names = f"{program.actors[0]} and {program.actors[report.pair + 1]}"

@@ -19,14 +19,17 @@ from engine.search.figures import Figures
 from engine.vocabulary import EndReason, Verdict
 
 METRICS: Sequence[tuple[str, str, str, int, str]] = (
-    ("RL", "mean risk of valid runs", "rl", 2, ""),
+    ("RL", "mean risk, valid runs", "rl", 2, ""),
     ("NC", "collisions", "nc", 0, ""),
     ("MDG", "mean least distance", "mdg", 2, "m"),
-    ("MDEC", "the same without collisions", "mdec", 2, "m"),
+    ("MDEC", "without collisions", "mdec", 2, "m"),
     ("NIS", "invalid runs", "nis", 0, ""),
 )
 """Name, meaning, field of `Figures`, decimals, unit."""
 CURVE = 30
+"""Widest course of a metric over the generations."""
+BESIDE_CURVE = 60
+"""Columns that the rest of its line takes."""
 BAR = 16
 
 
@@ -35,7 +38,7 @@ def search_view(program: Program, report: SearchReport, settings: str, width: in
     parts: list[RenderableType] = [
         heading(program.name, first_line(program.description)),
         headline(report),
-        section("Generations", generations_table(report), settings),
+        section("Generations", generations_table(report, width), settings),
     ]
     return Group(*parts, *_details(program, report, width))
 
@@ -72,10 +75,11 @@ def headline(report: SearchReport) -> Text:
     )
 
 
-def generations_table(report: SearchReport) -> RenderableType:
+def generations_table(report: SearchReport, width: int) -> RenderableType:
     """Each metric: first and last generation, the whole run, and its course."""
     if not report.campaign.generations:
         return Text("no generation was finished", "warn")
+    curve = max(8, min(CURVE, width - BESIDE_CURVE))
     first, last = (report.campaign.generations[i].by_individual for i in (0, -1))
     rows = [
         (
@@ -83,7 +87,7 @@ def generations_table(report: SearchReport) -> RenderableType:
             Text(meaning),
             *(_value(f, name_, decimals) for f in (first, last)),
             Text.assemble(_value(report.campaign.by_individual, name_, decimals), (f" {unit}" if unit else "", "unit")),
-            Text(_course(report, name_), f"method.{report.method}"),
+            Text(_course(report, name_, curve), f"method.{report.method}"),
         )
         for name, meaning, name_, decimals, unit in METRICS
     ]
@@ -130,7 +134,7 @@ def ends_table(program: Program, report: SearchReport) -> RenderableType:
         rows.append(
             (
                 Text(whole(count)),
-                Text(percent(share)),
+                Text(percent(share) if share >= 0.0005 else "< 0.1 %"),
                 Text(bar(share, 1.0, BAR), style or "bar"),
                 Text(end_text(program, EndReason(reason), rule), style),
             )
@@ -162,7 +166,7 @@ def _value(figures: Figures, field: str, decimals: int) -> Text:
     return Text(fixed(float(getattr(figures, field)), decimals))
 
 
-def _course(report: SearchReport, field: str, width: int = CURVE) -> str:
+def _course(report: SearchReport, field: str, width: int) -> str:
     return sparkline([float(getattr(f.by_individual, field)) for f in report.campaign.generations], width)
 
 

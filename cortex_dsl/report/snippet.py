@@ -39,6 +39,8 @@ class Mark:
 
 def visible(text: str) -> str:
     """A text whose control and direction characters show instead of acting on the terminal."""
+    if text.isprintable():
+        return text
     return "".join("\ufffd" if unicodedata.category(c) in ("Cc", "Cf", "Cs", "Co", "Zl", "Zp") else c for c in text)
 
 
@@ -58,7 +60,7 @@ def snippet(source: Source, diagnostic: Diagnostic, width: int) -> Iterator[Draw
     previous = numbers[0] if numbers else 0
     for number in numbers:
         if number > previous + 1:
-            yield [("." * min(gutter, 3), "gutter")]
+            yield [("...", "gutter")]
         yield from _line(source.line(number), number, marked[number], gutter, max(width - gutter - 3, FEWEST_CELLS))
         previous = number
 
@@ -106,6 +108,8 @@ def _within(span: Span, end: int) -> Span:
 
 def _columns(text: str) -> list[int]:
     """Cell at which each character begins, and the cell after the last."""
+    if text.isascii() and text.isprintable():
+        return list(range(len(text) + 1))
     columns = [0]
     for character in text:
         step = TAB_STOP - columns[-1] % TAB_STOP if character == "\t" else cells(character)
@@ -114,6 +118,8 @@ def _columns(text: str) -> list[int]:
 
 
 def _expanded(text: str) -> str:
+    if text.isprintable():
+        return text
     columns = _columns(text)
     shown = (
         " " * (columns[i + 1] - columns[i]) if character == "\t" else visible(character)

@@ -59,7 +59,8 @@ def end_of(program: Program, outcomes: Outcomes, row: int) -> Moment:
 def end_text(program: Program, reason: EndReason, rule: int) -> str:
     """The reason of an end in words; a rule with its line."""
     if reason == EndReason.RULE and 0 <= rule < len(program.rules):
-        return f"ended by `{program.rules[rule].name}` (line {program.rules[rule].line})"
+        name, line = program.rules[rule].name, program.rules[rule].line
+        return f"ended by {name if '`' in name else f'`{name}`'} (line {line})"
     if reason == EndReason.STUCK and 0 <= rule < len(program.step_lines):
         return f"a behaviour was stuck (line {program.step_lines[rule]})"
     return END_TEXTS[reason]

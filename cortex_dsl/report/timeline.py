@@ -15,6 +15,7 @@ from cortex_dsl.report.theme import actor_style
 from engine.scenes import Trajectory
 from engine.vocabulary import State
 
+APART = "apart"
 KIND_STYLES = {"contact": "bad", "impact": "bad", "closest": "warn", "left_road": "warn", "end": "title"}
 
 
@@ -28,12 +29,12 @@ def timeline(moments: Sequence[Moment], actors: Sequence[str]) -> RenderableType
 
 
 def curves(trajectory: Trajectory, actors: Sequence[str], end: float, pair: int, width: int) -> RenderableType:
-    """Speed of each actor and the distance of the deciding pair's centres, from the start to the end of the run."""
+    """Speed of each actor, and how far the centres of the deciding pair are apart, up to the end of the scored run."""
     scored = trajectory.time <= end + 1e-9
-    room = max(10, min(48, width - 44))
+    room = max(10, min(48, width - max(map(len, (*actors, APART))) - 26))
     rows = [
         _curve(
-            Text.assemble((actor, actor_style(index)), " speed"),
+            Text(actor, actor_style(index)),
             _present(trajectory, index, 3.6 * trajectory.states[:, index, State.SPEED])[scored],
             "km/h",
             actor_style(index),
@@ -44,9 +45,9 @@ def curves(trajectory: Trajectory, actors: Sequence[str], end: float, pair: int,
     ]
     if len(actors) > 1:
         apart = _present(trajectory, pair + 1, _centre_distance(trajectory, pair + 1))[scored]
-        rows.append(_curve(Text(f"centres {actors[0]} – {actors[pair + 1]}"), apart, "m", "warn", room))
+        rows.append(_curve(Text(APART), apart, "m", "warn", room))
     axis = Text(f"{0:.1f} s" + f"{end:.1f} s".rjust(max(0, room - 5)), "quiet")
-    return Group(columns(left(), left(), left(), rows=[*rows, (Text(""), axis, Text(""))]))
+    return Group(columns(left(), left(), right(), rows=[*rows, (Text(""), axis, Text(""))]))
 
 
 def _curve(

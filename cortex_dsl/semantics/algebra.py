@@ -27,7 +27,7 @@ EXACT: Mapping[Op, Callable[..., float]] = {
     Op.MUL: lambda a, b: a * b,
     Op.DIV: _quotient,
     Op.NEG: lambda a: -a,
-    Op.ABS: abs,
+    Op.ABS: lambda a: abs(a),  # noqa: PLW0108 - the builtin's own type is too wide
     Op.MIN: lambda a, b: b if b < a else a,
     Op.MAX: lambda a, b: b if b > a else a,
     Op.FLOOR: lambda a: float(math.floor(a)),

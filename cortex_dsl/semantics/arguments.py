@@ -23,6 +23,12 @@ class Given:
     span: Span
     name: str | None = None
     node: nodes.Expression | None = None
+    whole: Span | None = None
+    """With the name in front of it."""
+
+    @property
+    def place(self) -> Span:
+        return self.whole or self.span
 
 
 def evaluate_arguments(ev: Evaluator, arguments: Sequence[nodes.Argument]) -> list[Given]:
@@ -38,7 +44,7 @@ def evaluate_arguments(ev: Evaluator, arguments: Sequence[nodes.Argument]) -> li
         elif starred:
             given += [Given(item, node.span) for item in items_of(value, node.span, "what `*` unpacks")]
         else:
-            given.append(Given(value, node.span, argument.name, node))
+            given.append(Given(value, node.span, argument.name, node, argument.span))
     if broken:
         raise Mistake
     return given
@@ -59,9 +65,7 @@ class Slot:
     aliases: tuple[str, ...] = ()
 
 
-def bind(
-    function: str, signature: str, slots: Sequence[Slot], given: Sequence[Given], span: Span
-) -> dict[str, Given]:
+def bind(function: str, signature: str, slots: Sequence[Slot], given: Sequence[Given], span: Span) -> dict[str, Given]:
     """Arguments by the parameter they belong to.
 
     Raises:
@@ -84,10 +88,10 @@ def bind(
             continue
         if g.name not in by_name:
             raise errors.UNKNOWN_ARGUMENT.mistake(
-                g.span, function=function, name=g.name, suggestion=did_you_mean(g.name, [slot.name for slot in slots])
+                g.place, function=function, name=g.name, suggestion=did_you_mean(g.name, [slot.name for slot in slots])
             )
         if by_name[g.name] in bound:
-            raise errors.DUPLICATE.mistake(g.span, what="the argument", name=g.name)
+            raise errors.DUPLICATE.mistake(g.place, what="the argument", name=g.name)
         bound[by_name[g.name]] = g
     missing = [f"`{slot.name}`" for slot in slots if not slot.optional and slot.name not in bound]
     if missing:
@@ -118,7 +122,7 @@ def no_names(function: str, given: Sequence[Given]) -> None:
     """Functions of any number of arguments take none by name."""
     for g in given:
         if g.name is not None:
-            raise errors.UNKNOWN_ARGUMENT.mistake(g.span, function=function, name=g.name, suggestion="")
+            raise errors.UNKNOWN_ARGUMENT.mistake(g.place, function=function, name=g.name, suggestion="")
 
 
 Bound = Mapping[str, Given]

@@ -1,6 +1,7 @@
 """`x.name`: what lanes, maneuvers, intersections, the network, places and objects can be asked for."""
 
 from collections.abc import Callable, Mapping
+from typing import TypeVar
 
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
@@ -26,7 +27,7 @@ from cortex_dsl.spelling import did_you_mean
 from engine.road.network import Intersection, Lane, Maneuver, Network
 from engine.vocabulary import ManeuverType, Op, State
 
-Getter = Callable[[Evaluator, object], Value]
+Entry = TypeVar("Entry")
 
 
 def _length(ev: Evaluator, value: float) -> Quantity:
@@ -126,11 +127,12 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
         return ev.run.params[name]
     for kind, table in _TABLES:
         if isinstance(value, kind):
-            return _of(name, span, kind_name(value), table)(ev, value)
+            getter: Callable[..., Value] = _of(name, span, kind_name(value), table)
+            return getter(ev, value)
     raise errors.UNKNOWN_ATTRIBUTE.mistake(span, kind=kind_name(value), name=name, suggestion="")
 
 
-def _of(name: str, span: Span, kind: str, table: Mapping[str, Value]) -> Value:
+def _of(name: str, span: Span, kind: str, table: Mapping[str, Entry]) -> Entry:
     if name not in table:
         raise errors.UNKNOWN_ATTRIBUTE.mistake(span, kind=kind, name=name, suggestion=did_you_mean(name, table))
     return table[name]
@@ -140,7 +142,8 @@ def current_pose(ev: Evaluator, actor: Actor) -> Pose:
     """Where an object is: at the start for the scene, at the moment during the run."""
     if not ev.moment.running:
         return actor.pose
-    return Pose(*(state(ev, actor, column) for column in (State.X, State.Y, State.HEADING)))
+    x, y, heading = (state(ev, actor, column) for column in (State.X, State.Y, State.HEADING))
+    return Pose(x, y, heading)
 
 
 def state(ev: Evaluator, actor: Actor, column: State) -> ir.Expr:

@@ -15,7 +15,7 @@ from cortex_dsl.semantics.calls import as_behaviour
 from cortex_dsl.semantics.context import Evaluator, Moment
 from cortex_dsl.semantics.operators import combine, unpack
 from cortex_dsl.semantics.problems import Mistake
-from cortex_dsl.semantics.units import TIME, dimension_name
+from cortex_dsl.semantics.units import dimension_name
 from cortex_dsl.semantics.values import (
     POISON,
     ActionCall,
@@ -29,15 +29,13 @@ from cortex_dsl.semantics.values import (
     Vector,
     kind_name,
 )
-from cortex_dsl.semantics.yielding import check_handler, check_loop, ever_acts
+from cortex_dsl.semantics.variables import snapshot
+from cortex_dsl.semantics.yielding import ever_acts
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
 from engine.vocabulary import Command, Op
-
-CLOCK_TOLERANCE = 1e-9
-"""Slack of `do ... for`: sums of time steps do not hit a duration exactly [s]."""
 
 
 def actor_behaviour(ev: Evaluator, actor: Actor) -> ir.Block | None:
@@ -79,9 +77,7 @@ class Inliner:
 def _settled(ev: Evaluator, call: BehaviourCall) -> tuple[ir.Block, BehaviourCall]:
     """A call whose arguments keep the values that they have when it starts."""
     acts: list[ir.Act] = []
-    arguments = {
-        name: snapshot(ev, value, call.spans[name], acts) for name, value in call.arguments.items()
-    }
+    arguments = {name: snapshot(ev, value, call.spans[name], acts) for name, value in call.arguments.items()}
     return tuple(acts), replace(call, arguments=arguments)
 
 

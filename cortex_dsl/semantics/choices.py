@@ -25,7 +25,7 @@ class Decision:
     gene: int | None = None
 
 
-class TooManyVariants(Exception):
+class TooManyVariants(Exception):  # noqa: N818 - control flow, turned into a diagnostic
     """The choices met along one way already multiply to more than the limit."""
 
     def __init__(self, decisions: tuple[Decision, ...]) -> None:

@@ -1,5 +1,6 @@
 """The classes of `new`, and the properties that `with` sets."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -7,8 +8,6 @@ from cortex_dsl import ir
 from cortex_dsl.semantics.units import ACCELERATION, ANGLE, LENGTH, MASS, PURE, SPEED
 from cortex_dsl.semantics.values import Quantity, Value
 from engine.vocabulary import ActorKind, Column
-
-import math
 
 PLACES = ("Point", "OrientedPoint")
 

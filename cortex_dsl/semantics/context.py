@@ -42,6 +42,12 @@ class Findings:
         """In the order of the file."""
         return iter(sorted((d for here in self._found.values() for d in here.values()), key=lambda d: d.label.span))
 
+    def copy(self) -> "Findings":
+        copied = Findings()
+        for finding in self:
+            copied.add(finding)
+        return copied
+
     @property
     def has_errors(self) -> bool:
         return any(severity is Severity.ERROR for severity, _ in self._found)
@@ -69,6 +75,8 @@ class FileContext:
     source: Source
     overrides: Mapping[str, nodes.Expression]
     """`-p` values by param name; their spans are those of the params that they replace."""
+    default_road: RoadSpec = field(default_factory=RoadSpec)
+    """The road where the file has no `map`."""
     expanded: frozenset[Span] = frozenset()
     """Sites of numeric choices that are enumerated, because their values are needed concretely."""
     findings: Findings = field(default_factory=Findings)

@@ -155,7 +155,9 @@ def _discrete_range(ev: Evaluator, name: str, given: Sequence[Given], site: Site
     dimension = None if site.unit is None else site.unit.dimension
     factor = ev.algebra.literal(1.0 if site.unit is None else site.unit.factor)
     if site.span in ev.file.expanded:
-        written = (Quantity(ev.algebra.mul(ev.algebra.literal(float(n)), factor), dimension) for n in range(low, high + 1))
+        written = (
+            Quantity(ev.algebra.mul(ev.algebra.literal(float(n)), factor), dimension) for n in range(low, high + 1)
+        )
         return choose(ev, [Option(value, 1.0, source_text(value) or "") for value in written], site)
     index = _index(ev, high - low + 1, site)
     number = ev.algebra.mul(ev.algebra.add(ev.algebra.literal(float(low)), index), factor)
@@ -318,5 +320,3 @@ def distribution_call(ev: Evaluator, node: nodes.Expression) -> nodes.Call | Non
 
 def all_constant(options: Sequence[Option]) -> bool:
     return all(is_constant(o.value) or not isinstance(o.value, Quantity) for o in options)
-
-

@@ -10,23 +10,24 @@ from pathlib import PurePath
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import CompileError, Diagnostic
+from cortex_dsl.semantics import acts as _acts  # noqa: F401 - fills the table of statements
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.behaviours import actor_behaviour, warn_if_idle
 from cortex_dsl.semantics.choices import VARIANT_LIMIT, Oracle, TooManyVariants, enumerate_variants
 from cortex_dsl.semantics.classes import OFF_ROAD, PROPERTIES
 from cortex_dsl.semantics.context import Evaluator, FileContext, Findings, Moment, Variant
 from cortex_dsl.semantics.expressions import evaluator
-from cortex_dsl.semantics.overrides import read_overrides
+from cortex_dsl.semantics.overrides import param_entries, read_overrides
 from cortex_dsl.semantics.problems import Mistake, NeedsExpansion, Rejection
 from cortex_dsl.semantics.roads import network_of
-from cortex_dsl.semantics.scope import check_names
+from cortex_dsl.semantics.scope import check_names, everything_in
 from cortex_dsl.semantics.statements import run_statement, terminate_when
 from cortex_dsl.semantics.values import Actor, BehaviourValue
 from cortex_dsl.semantics.yielding import everything
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
-from engine.program import Settings
+from engine.program import RoadSpec, Settings
 from engine.vocabulary import Column
 
 NO_OVERRIDES: Mapping[str, str] = {}
@@ -45,24 +46,31 @@ def elaborate(
         raise CompileError(source, [errors.EMPTY_FILE.at(Span(0, 0))])
     values = read_overrides(module, overrides)
     check_names(module, findings)
+    default_road = _default_road(module, findings)
     expanded: frozenset[Span] = frozenset()
     while True:
-        file = FileContext(source, values, expanded, replace_findings(findings))
+        file = FileContext(source, values, default_road, expanded, findings.copy())
         try:
             drafts = _enumerate(module, file)
         except NeedsExpansion as need:
-            assert not need.sites <= expanded, "an expanded site was left symbolic"
-            expanded |= need.sites
+            expanded = _expanded(expanded, need.sites)
         else:
             return _scenario(module, file, drafts), tuple(file.findings)
 
 
-def replace_findings(findings: Findings) -> Findings:
-    """A copy, so that what a run says that is started again is forgotten."""
-    copy = Findings()
-    for finding in findings:
-        copy.add(finding)
-    return copy
+def _expanded(known: frozenset[Span], needed: frozenset[Span]) -> frozenset[Span]:
+    assert not needed <= known, "an expanded site was left symbolic"
+    return known | needed
+
+
+def _default_road(module: nodes.Module, findings: Findings) -> RoadSpec:
+    """The road of a file without `map`: a T-junction where the file asks for one."""
+    asked = {node.name for node in everything_in(module) if isinstance(node, nodes.Attribute)}
+    road = RoadSpec(ways=3 if "is3Way" in asked and "is4Way" not in asked else 4)
+    has_map = any(isinstance(statement, nodes.Map) for statement in module.statements)
+    if not has_map and "map" not in param_entries(module):
+        findings.add(errors.DEFAULT_MAP.at(Span(0, 0), ways=road.ways))
+    return road
 
 
 @dataclass(frozen=True)
@@ -236,9 +244,7 @@ def _scenario(module: nodes.Module, file: FileContext, drafts: Sequence[Draft]) 
 def _check_together(file: FileContext, drafts: Sequence[Draft], possible: Sequence[Draft]) -> None:
     if not possible:
         first = drafts[0]
-        file.findings.add(
-            errors.NO_OPTIONS.at(first.span, reason=first.variant.rejection, cure="widen the filter, or choose another map")
-        )
+        file.findings.add(errors.NO_OPTIONS.at(first.span, reason=first.variant.rejection))
         return
     for span, holds in file.require_holds.items():
         if not holds:
@@ -285,9 +291,5 @@ def _completed(file: FileContext, draft: Draft, requirements: Mapping[Key, ir.Re
     return replace(
         draft.variant,
         requirements=tuple(own.get(key, replace(r, condition=always)) for key, r in requirements.items()),
-        rules=tuple(
-            ir.Rule(draft.conditions.get(span), name, file.line(span)) for span, name in file.rules.items()
-        ),
+        rules=tuple(ir.Rule(draft.conditions.get(span), name, file.line(span)) for span, name in file.rules.items()),
     )
-
-

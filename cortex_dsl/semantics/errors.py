@@ -1,5 +1,6 @@
 """Every finding of this stage, declared once. SCN2xx names, 3xx units and types, 4xx values and meaning, 5xx random
-structure, 6xx behaviours."""
+structure, 6xx behaviours.
+"""
 
 from cortex_dsl.semantics.problems import Problem, note, warning
 
@@ -13,10 +14,8 @@ UNKNOWN_PROPERTY = Problem("SCN204", "{kind} has no property `{name}`", cure="{s
 UNKNOWN_ARGUMENT = Problem("SCN205", "`{function}` takes no argument `{name}`", cure="{suggestion}")
 UNKNOWN_PARAM = Problem("SCN206", "no param is called `{name}`", cure="{suggestion}")
 UNKNOWN_CLASS = Problem("SCN207", "there is no class `{name}`", cure="{suggestion}")
-UNKNOWN_OVERRIDE = Problem(
-    "SCN208", "`-p` names a param that this file does not have: `{name}`", cure="{suggestion}"
-)
-DUPLICATE = Problem("SCN210", "{what} `{name}` is defined twice", "it would be unclear which one is meant", "rename one")
+UNKNOWN_OVERRIDE = Problem("SCN208", "`-p` names a param that this file does not have: `{name}`", cure="{suggestion}")
+DUPLICATE = Problem("SCN210", "{what} `{name}` is defined twice", "only one can be meant", "rename one")
 UNUSED_BEHAVIOUR = note("SCN220", "the behavior `{name}` is never used", cure="remove it, or give it to an object")
 UNUSED_GENE = warning(
     "SCN221",
@@ -72,12 +71,17 @@ NO_EGO = Problem(
     "every metric looks from the vehicle under test",
     "write `ego = new Car at ...`",
 )
+SELF_OUTSIDE = Problem(
+    "SCN432", "`self` is only known in a behavior", "it is the object that the behavior drives", "name the object"
+)
 EGO_NOT_OBJECT = Problem("SCN405", "`ego` must be an object, but this is {actual}", cure="write `ego = new Car at ...`")
 EGO_NEEDED = Problem(
     "SCN406", "{what} is measured from the ego, but there is none yet", cure="define `ego` above this line"
 )
 NO_PLACE = Problem(
-    "SCN407", "this {name} has no place", cure="say where it is: `at (x, y)`, `in lane.centerline`, `ahead of x by d`, ..."
+    "SCN407",
+    "this {name} has no place",
+    cure="say where: `at (x, y)`, `in lane.centerline`, `on road`, `ahead of x by d`",
 )
 TWO_PLACES = Problem("SCN408", "this {name} is placed twice", "an object has one position", "remove one specifier")
 TWO_HEADINGS = Problem("SCN409", "this {name} is turned twice", "an object has one heading", "remove one specifier")
@@ -100,7 +104,7 @@ NOT_CONNECTED = Problem(
     "`{before}` leads to {follows}, not to `{after}`",
     "take the lanes of one maneuver: `[m.startLane, m.connectingLane, m.endLane]`",
 )
-EMPTY_TRAJECTORY = Problem("SCN418", "this trajectory has no lanes", cure="write `[lane, maneuver.connectingLane, ...]`")
+EMPTY_TRAJECTORY = Problem("SCN418", "this trajectory has no lanes", cure="as in `[lane, maneuver.connectingLane]`")
 NOT_ON_TRAJECTORY = Problem("SCN419", "the trajectory does not lead into {region}")
 NO_TRAJECTORY = Problem(
     "SCN420", "`before` needs to know the way", cure="write `before intersection by 20 m along trajectory`"
@@ -126,18 +130,18 @@ DIFFERENT_OBJECTS = Problem(
 NOT_SUPPORTED = Problem("SCN427", "{what}", "{reason}", "{cure}")
 BAD_SETTING = Problem("SCN428", "`{name}` must be {expected}, but this is {actual}")
 EMPTY_FILE = Problem("SCN429", "this file is empty", cure="start with `map intersection()` and `ego = new Car ...`")
-UNKNOWN_COLUMN_CHANGE = Problem("SCN430", "`{name}` cannot be assigned", "{reason}", "choose another name")
+CANNOT_ASSIGN = Problem("SCN430", "`{name}` cannot be assigned", "{reason}", "choose another name")
 STATEMENT_PLACE = Problem("SCN431", "`{statement}` stands {here}, but belongs {there}")
 BARE_EXPRESSION = warning("SCN440", "this value is not used", cure="assign it, or remove the line")
 DEFAULT_MAP = note(
     "SCN441",
-    "no `map`: a four-way intersection with one lane a direction is used",
-    cure="write `map intersection(ways=4, lanes=1)`",
+    "no `map`: an intersection of {ways} roads with one lane a direction is used",
+    cure="write `map intersection(ways={ways}, lanes=1)` to say so",
 )
 SCENIC_MAP = note(
     "SCN442",
-    "map files are not read: the gridded intersection of `map intersection(...)` is used instead",
-    cure="add a `map intersection(...)` line to choose its shape",
+    "map files are not read: a gridded intersection is used instead",
+    cure="add a line like `map intersection(ways={ways}, lanes=1)` to choose its shape",
 )
 SCENIC_MODEL = note("SCN443", "`model` is not needed: the road and the vehicles are built in")
 NO_EFFECT = note("SCN444", "`{name}` has no effect here", "{reason}")
@@ -208,12 +212,10 @@ OBJECT_CHANGES = Problem(
     "use two variables",
 )
 DIMENSION_CHANGES = Problem("SCN608", "`{name}` was {before} and cannot become {after}", cure="use another name")
-ONLY_WHILE_RUNNING = Problem("SCN609", "{what} is only known during the run", cure="use it in a behavior or `terminate when`")
+ONLY_WHILE_RUNNING = Problem("SCN609", "{what} is only known during the run", cure="use it in a behavior")
 OBSTACLE_BEHAVIOUR = Problem("SCN610", "an Obstacle cannot have a behavior", cure="use a Car or a Pedestrian")
-CALLED_BEHAVIOUR = Problem(
-    "SCN611", "a behavior does nothing when it is only called", cure="write `do {name}(...)`"
-)
+CALLED_BEHAVIOUR = Problem("SCN611", "a behavior does nothing when it is only called", cure="write `do {name}(...)`")
 NEVER_RUNS = warning(
-    "SCN446", "this `terminate when` always holds", "the run ends at its first sample", "compare something that changes"
+    "SCN446", "this `terminate when` always holds", "the run ends at its first sample", "change or remove it"
 )
-BAD_OVERRIDE = Problem("SCN209", "`-p {name}=...` needs one value", cure="as in `-p {name}=50`, `-p \"{name}=50 km/h\"`")
+BAD_OVERRIDE = Problem("SCN209", "`-p {name}=...` needs one value", cure='as in `-p {name}=50`, `-p "{name}=50 km/h"`')

@@ -10,6 +10,7 @@ from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.attributes import current_pose
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.numbers import adopt
+from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.units import ANGLE, LENGTH
 from cortex_dsl.semantics.values import (
     Actor,
@@ -74,9 +75,11 @@ def oriented(ev: Evaluator, value: Value, span: Span, what: str = "this") -> Pos
 
 def ego_of(ev: Evaluator, span: Span, what: str) -> Actor:
     """What elided operands mean."""
-    if ev.run.ego is None:
-        raise errors.EGO_NEEDED.mistake(span, what=what)
-    return ev.run.ego
+    if ev.run.ego is not None:
+        return ev.run.ego
+    if "ego" in ev.run.names or ev.moment.running:
+        raise Mistake
+    raise errors.EGO_NEEDED.mistake(span, what=what)
 
 
 def region_of(value: Value) -> Region | None:
@@ -206,9 +209,7 @@ def intersects(ev: Evaluator, node: nodes.Intersects) -> Value:
             reason="",
             cure="for regions write `x in region` (all of x) or `(distance from x to region) <= 0` (its centre)",
         )
-    gap = ev.algebra.apply(
-        Op.BOX_DISTANCE, outline(ev, left, node.left.span), outline(ev, right, node.right.span)
-    )
+    gap = ev.algebra.apply(Op.BOX_DISTANCE, outline(ev, left, node.left.span), outline(ev, right, node.right.span))
     return Truth(ev.algebra.apply(Op.LE, gap, ev.algebra.literal(0.0)))
 
 

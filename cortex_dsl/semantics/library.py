@@ -102,4 +102,3 @@ LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
     "BrakeBehavior": _brake,
     "IdleBehavior": _idle,
 }
-

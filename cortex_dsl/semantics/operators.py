@@ -74,7 +74,7 @@ def name(ev: Evaluator, node: nodes.Name) -> Value:
         return ev.moment.actor
     if not ev.has(node.id):
         if node.id == "ego":
-            raise errors.EGO_NEEDED.mistake(node.span, what="this")
+            return geometry.ego_of(ev, node.span, "this")
         if (known := named_constant(ev, node.id, node.span)) is not None:
             return known.value
     return ev.lookup(node.id, node.span)
@@ -263,4 +263,6 @@ def conditional(ev: Evaluator, node: nodes.Conditional) -> Value:
 
 
 def starred(_ev: Evaluator, node: nodes.Starred) -> Value:
-    raise errors.NOT_SUPPORTED.mistake(node.span, what="`*` unpacks only in calls and lists", reason="", cure="remove it")
+    raise errors.NOT_SUPPORTED.mistake(
+        node.span, what="`*` unpacks only in calls and lists", reason="", cure="remove it"
+    )

@@ -17,7 +17,7 @@ class Problem:
     severity: Severity = Severity.ERROR
 
     def at(self, span: Span, *, secondary: tuple[Label, ...] = (), label: str = "", **fields: object) -> Diagnostic:
-        """This problem at a place, its texts filled in."""
+        """The problem at a place, its texts filled in."""
         return Diagnostic(
             code=self.code,
             message=self.message.format(**fields),
@@ -33,7 +33,7 @@ class Problem:
         return Mistake(self.at(span, secondary=secondary, label=label, **fields))
 
 
-class Mistake(Exception):
+class Mistake(Exception):  # noqa: N818 - control flow
     """A value cannot be had. `diagnostic` is None when the cause has been reported already."""
 
     def __init__(self, diagnostic: Diagnostic | None = None) -> None:
@@ -41,8 +41,8 @@ class Mistake(Exception):
         self.diagnostic = diagnostic
 
 
-class Rejection(Exception):
-    """This variant cannot be: a random choice has nothing to choose from."""
+class Rejection(Exception):  # noqa: N818 - control flow
+    """A variant cannot be: a random choice has nothing to choose from."""
 
     def __init__(self, reason: str, span: Span) -> None:
         super().__init__(reason)
@@ -50,7 +50,7 @@ class Rejection(Exception):
         self.span = span
 
 
-class NeedsExpansion(Exception):
+class NeedsExpansion(Exception):  # noqa: N818 - control flow
     """A value that was left symbolic is needed concretely: enumerate these sites (spans) instead and start again."""
 
     def __init__(self, sites: frozenset[Span]) -> None:

@@ -1,5 +1,6 @@
 """The road network: the `map` statement, and the names that lead into the network."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -28,8 +29,6 @@ from engine.road.errors import RoadError
 from engine.road.network import Network
 from engine.tables import ROAD_REGION
 
-import math
-
 _WHOLE = ("ways", "lanes", "rows", "cols")
 _LENGTHS = ("lane_width", "corner_radius", "approach", "block")
 MAP_ARGUMENTS = (*_WHOLE, *_LENGTHS, "left_hand")
@@ -42,7 +41,7 @@ def lay_out(ev: Evaluator, node: nodes.Map) -> None:
     if ev.run.network is not None:
         raise errors.MAP_TOO_LATE.mistake(node.span)
     given = evaluate_arguments(ev, node.arguments)
-    spec, spans = _spec(ev, given, node.span)
+    spec, spans = _spec(ev, given)
     try:
         ev.run.network = _network(ev, spec, node.span)
     except RoadError as error:
@@ -50,7 +49,7 @@ def lay_out(ev: Evaluator, node: nodes.Map) -> None:
         raise errors.BAD_MAP.mistake(span, message=error.message, cure=error.cure) from None
 
 
-def _spec(ev: Evaluator, given: list[Given], span: Span) -> tuple[RoadSpec, dict[str, Span]]:
+def _spec(ev: Evaluator, given: list[Given]) -> tuple[RoadSpec, dict[str, Span]]:
     values: dict[str, float | bool] = {}
     spans: dict[str, Span] = {}
     for argument in given:
@@ -60,13 +59,13 @@ def _spec(ev: Evaluator, given: list[Given], span: Span) -> tuple[RoadSpec, dict
             )
         if argument.name not in MAP_ARGUMENTS:
             raise errors.UNKNOWN_ARGUMENT.mistake(
-                argument.span,
+                argument.place,
                 function="map intersection",
                 name=argument.name,
                 suggestion=did_you_mean(argument.name, MAP_ARGUMENTS),
             )
         if argument.name in values:
-            raise errors.DUPLICATE.mistake(argument.span, what="the argument", name=argument.name)
+            raise errors.DUPLICATE.mistake(argument.place, what="the argument", name=argument.name)
         values[argument.name] = _map_value(ev, argument, argument.name)
         spans[argument.name] = argument.span
     return RoadSpec(**values), spans  # type: ignore[arg-type]
@@ -97,7 +96,7 @@ def _network(ev: Evaluator, spec: RoadSpec, span: Span) -> Network:
 def network_of(ev: Evaluator) -> Network:
     """The network of this variant; the default one where the file has no map."""
     if ev.run.network is None:
-        ev.run.network = _network(ev, RoadSpec(), ev.algebra.span)
+        ev.run.network = _network(ev, ev.file.default_road, ev.algebra.span)
     return ev.run.network
 
 

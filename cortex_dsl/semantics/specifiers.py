@@ -177,7 +177,11 @@ def _before(ev: Evaluator, node: nodes.Before, _extent: Extent) -> Placement:
     region, distance, along = ev.evaluate_all((node.region, node.distance, node.trajectory))
     if not isinstance(region, Intersection):
         raise errors.WRONG_KIND.mistake(
-            node.region.span, what="what follows `before`", expected="an intersection", actual=kind_name(region), cure=""
+            node.region.span,
+            what="what follows `before`",
+            expected="an intersection",
+            actual=kind_name(region),
+            cure="",
         )
     way = trajectory(along, node.trajectory.span)
     entry = way.entry(region)

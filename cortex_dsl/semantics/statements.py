@@ -88,9 +88,11 @@ def _param(ev: Evaluator, node: nodes.Param) -> None:
 
 def _note_idle_param(ev: Evaluator, entry: nodes.ParamEntry) -> None:
     if entry.name == "map":
-        ev.report(errors.SCENIC_MAP.at(entry.span))
+        ev.report(errors.SCENIC_MAP.at(entry.span, ways=ev.file.default_road.ways))
     elif entry.name in MAP_PARAMS or entry.name in IDLE_PARAMS:
-        reason = "the map is a grid of intersections" if entry.name in MAP_PARAMS else "no part of the simulation reads it"
+        reason = (
+            "the map is a grid of intersections" if entry.name in MAP_PARAMS else "no part of the simulation reads it"
+        )
         ev.report(errors.NO_EFFECT.at(entry.name_span, name=entry.name, reason=reason))
 
 
@@ -111,7 +113,7 @@ def _simulation(ev: Evaluator, node: nodes.Simulation) -> None:
         if name not in SETTINGS:
             suggestion = did_you_mean(name, SETTINGS)
             raise errors.UNKNOWN_ARGUMENT.mistake(
-                argument.span, function="simulation", name=name, suggestion=suggestion
+                argument.place, function="simulation", name=name, suggestion=suggestion
             )
         ev.file.settings = replace(ev.file.settings, **{name: _setting(ev, name, argument)})
 
@@ -214,5 +216,3 @@ _STATEMENTS: dict[type, Run] = {
     nodes.Require: _require,
     nodes.TerminateAfter: _terminate_after,
 }  # type: ignore[dict-item]
-
-

@@ -1,6 +1,7 @@
 """Trajectories: lists of lanes that follow one another, joined into one path."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.values import Centerline, Value, kind_name
@@ -38,7 +39,7 @@ def trajectory(value: Value, span: Span) -> Trajectory:
     if not lanes:
         raise errors.EMPTY_TRAJECTORY.mistake(span)
     paths = lanes[0].network.paths
-    for number, (before, after) in enumerate(zip(lanes, lanes[1:], strict=False), 2):
+    for number, (before, after) in enumerate(pairwise(lanes), 2):
         if not paths.continues(before.path, after.path):
             follows = ", ".join(f"`{lane.name}`" for lane in before.successors) or "no lane"
             raise errors.NOT_CONNECTED.mistake(

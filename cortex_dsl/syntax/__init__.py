@@ -4,6 +4,8 @@ from typing import TYPE_CHECKING
 
 from cortex_dsl.diagnostics import CompileError, Diagnostic
 from cortex_dsl.source import Source
+from cortex_dsl.syntax.errors import too_many
+from cortex_dsl.syntax.limits import MAX_ERRORS
 from cortex_dsl.syntax.nodes import Module
 from cortex_dsl.syntax.unparse import unparse
 
@@ -45,5 +47,7 @@ def parse_tree(source: Source) -> "Tree[Token]":
 
 def _raise_if_any(source: Source, diagnostics: list[Diagnostic]) -> None:
     if diagnostics:
-        ordered = dict.fromkeys(sorted(diagnostics, key=lambda each: each.label.span))
+        ordered = list(dict.fromkeys(sorted(diagnostics, key=lambda each: each.label.span)))
+        if len(ordered) >= MAX_ERRORS:
+            ordered = [*ordered[:MAX_ERRORS], too_many(ordered[MAX_ERRORS - 1])]
         raise CompileError(source, ordered)

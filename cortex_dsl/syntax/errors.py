@@ -4,10 +4,11 @@ Messages and places are made where an error is found; what is always true of it 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from cortex_dsl.diagnostics import Diagnostic, Label
+from cortex_dsl.diagnostics import Diagnostic, Label, Severity
 from cortex_dsl.source import Span
+from cortex_dsl.syntax.limits import MAX_ERRORS
 
 
 @dataclass(frozen=True)
@@ -191,8 +192,8 @@ INCOMPLETE = Code(
 TOO_MANY = Code(
     "SCN123",
     "too many errors",
-    "After this many errors further ones are mostly consequences.",
-    "x = $\n" * 21,
+    "After many errors further ones are mostly consequences, so reading stops.",
+    "x = $\n" * MAX_ERRORS,
     "x = 1\n",
 )
 EMPTY_FILE = Code("SCN130", "empty file", "A scenario has at least one statement.", "", "x = 1\n")
@@ -202,3 +203,14 @@ LARGE_FILE = Code("SCN133", "file too large", "The size of a file is limited.", 
 
 CODES: tuple[Code, ...] = tuple(value for value in list(globals().values()) if isinstance(value, Code))
 """All of them, in the order of their numbers."""
+
+
+def too_many(last: Diagnostic) -> Diagnostic:
+    """The note below the last error that is told."""
+    diagnostic = TOO_MANY.at(
+        Span(last.label.span.end, last.label.span.end),
+        f"reading stops here, after {MAX_ERRORS} errors",
+        reason=TOO_MANY.why,
+        cure="mend the first ones and try again",
+    )
+    return replace(diagnostic, severity=Severity.NOTE)

@@ -1,6 +1,6 @@
 """How large a file may be and how deep it may nest: hostile or generated input gets a message, never a hang."""
 
-MAX_BYTES = 1 << 20
+MAX_BYTES = 1 << 18
 """Size of a file [bytes]."""
 
 MAX_DEPTH = 100

@@ -55,6 +55,7 @@ _NAME_OF_A_THING = {
     "while": "a condition",
     "if": "a condition",
     "when": "a condition",
+    "model": "a name such as `scenic.simulators.carla.model`",
     "map": "a kind of map: `map intersection(ways=4)`",
     "with": "a property and its value: `with speed 5 m/s`",
 }
@@ -244,7 +245,7 @@ def word_read_as_unit(trouble: Trouble) -> Diagnostic | None:
     before, words = trouble.before, trouble.words[: trouble.place - 1]
     if before is None or before.kind != "name" or not words or before.text in RESERVED or before.text in UNIT_WORDS:
         return None
-    if words[-1].text != ")" or trouble.found.text not in ("(", "=", "["):
+    if not (words[-1].text == ")" or words[-1].kind == "number") or trouble.found.text not in ("(", "=", "[", ":"):
         return None
     place = Span(words[-1].span.end, words[-1].span.end)
     return errors.MISSING_COMMA.at(
@@ -264,13 +265,15 @@ def misplaced_unit(trouble: Trouble) -> Diagnostic | None:
     found, before = trouble.found, trouble.before
     if found.text not in UNIT_WORDS or before is None or not trouble.wants_operator:
         return None
+    start = found.span.start
+    unit = max((word for word in UNIT_WORDS if trouble.source.text.startswith(word, start)), key=len)
     if before.kind == "name":
-        cure = f"if `{before.text}` is a pure number write `{before.text} * 1 {found.text}`; else leave the unit away"
+        cure = f"if `{before.text}` is a pure number write `{before.text} * 1 {unit}`; else leave the unit away"
     else:
-        cure = f"write `* 1 {found.text}`"
+        cure = f"multiply by it: `… * 1 {unit}`"
     return errors.MISPLACED_UNIT.at(
-        found.span,
-        f"the unit `{found.text}` cannot stand here",
+        Span(start, start + len(unit)),
+        f"the unit `{unit}` cannot stand here",
         "a unit follows a number or a call",
         reason=errors.MISPLACED_UNIT.why,
         cure=cure,
@@ -298,17 +301,24 @@ def continued_line(trouble: Trouble) -> Diagnostic | None:
 
 def reserved_word(trouble: Trouble) -> Diagnostic | None:
     found, after = trouble.found, trouble.after
+    second = trouble.words[1] if len(trouble.words) > 1 else found
+    if trouble.first.text in ("behavior", "map", "model", "param") and second.text in RESERVED:
+        return _reserved(second)
     if found.kind != "name" or found.text not in RESERVED or "NAME" not in trouble.accepts:
         return None
     as_name = after is not None and (after.text in ("=", ".", ",", ")", "]") or after.kind == "end")
     if trouble.wants_value and not as_name:
         return None
+    return _reserved(found)
+
+
+def _reserved(word: Word) -> Diagnostic:
     return errors.RESERVED_WORD.at(
-        found.span,
-        f"`{found.text}` is a reserved word and cannot be a name",
+        word.span,
+        f"`{word.text}` is a reserved word and cannot be a name",
         "choose another name",
         reason=errors.RESERVED_WORD.why,
-        cure=f"for example `{found.text}_`",
+        cure=f"for example `{word.text}_`",
     )
 
 
@@ -349,9 +359,14 @@ def misspelt_statement(trouble: Trouble) -> Diagnostic | None:
 
 
 def nothing_follows(trouble: Trouble) -> Diagnostic | None:
-    """A keyword at the end of its line."""
+    """A keyword without what belongs to it."""
     before = trouble.before
-    if trouble.found.kind != "end" or before is None or before.text not in _NAME_OF_A_THING:
+    if before is None or before.text not in _NAME_OF_A_THING:
+        return None
+    if trouble.found.kind != "end" and before is trouble.first:
+        wanted = _NAME_OF_A_THING[before.text]
+        return errors.UNEXPECTED.at(trouble.found.span, f"`{before.text}` is followed by {wanted}", "not by this")
+    if trouble.found.kind != "end":
         return None
     return errors.UNEXPECTED.at(
         Span(before.span.end, before.span.end),
@@ -384,7 +399,7 @@ MISTAKES: tuple[Mistake, ...] = (
     word_read_as_unit,
     unknown_unit,
     misspelt_statement,
-    nothing_follows,
     reserved_word,
+    nothing_follows,
     strange_character,
 )

@@ -13,8 +13,7 @@ from lark import __version__ as lark_version
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.source import Source, Span
-from cortex_dsl.syntax import errors
+from cortex_dsl.source import Source
 from cortex_dsl.syntax.layout import Indenter, Layout, lay_out
 from cortex_dsl.syntax.limits import MAX_ERRORS
 from cortex_dsl.syntax.messages import explain
@@ -31,7 +30,7 @@ def read_tree(source: Source) -> tuple[Tree[Token] | None, list[Diagnostic]]:
     """
     layout = lay_out(source.text)
     diagnostics = list(layout.diagnostics)
-    if layout.hopeless:
+    if layout.hopeless or len(diagnostics) >= MAX_ERRORS:
         return None, diagnostics
     with _LOCK:
         return _run(source, layout, diagnostics)
@@ -51,19 +50,9 @@ def _run(source: Source, layout: Layout, diagnostics: list[Diagnostic]) -> tuple
             if not (layout.lines and layout.lines[index].broken):
                 diagnostics.append(explain(source, layout, index, offset, frozenset(run.accepts())))
             if len(diagnostics) >= MAX_ERRORS:
-                return None, [*diagnostics, _too_many(layout, index)]
+                return None, diagnostics
             if not resume_after(run, indenter, index):
                 return None, diagnostics
-
-
-def _too_many(layout: Layout, index: int) -> Diagnostic:
-    end = layout.lines[index].end
-    return errors.TOO_MANY.at(
-        Span(end, end),
-        f"more than {MAX_ERRORS} errors: the rest of the file was not read",
-        reason=errors.TOO_MANY.why,
-        cure="mend the first ones and try again",
-    )
 
 
 def _offset(error: UnexpectedInput, end: int) -> int:

@@ -35,7 +35,7 @@ def decode(name: str, content: bytes) -> Source:
             Source(name, ""),
             errors.LARGE_FILE.at(
                 Span(0, 0),
-                f"this file is larger than {MAX_BYTES >> 20} MiB",
+                f"this file is larger than {MAX_BYTES >> 10} KiB",
                 reason=errors.LARGE_FILE.why,
                 cure="check whether it is a scenario at all, or split it",
             ),

@@ -8,13 +8,15 @@ from cortex_dsl.syntax.layout import Indenter, synthetic
 
 _CONDITION = ("CONSTANT", "COLON")
 _HEADS = {
+    "if": ("_IF", *_CONDITION),
     "elif": ("_ELIF", *_CONDITION),
     "else": ("_ELSE", "COLON"),
+    "except": ("_INTERRUPT_WHEN", *_CONDITION),
+    "finally": ("_INTERRUPT_WHEN", *_CONDITION),
     "interrupt": ("_INTERRUPT_WHEN", *_CONDITION),
     "try": ("_TRY", "COLON"),
 }
 _ANY_HEAD = ("_WHILE", *_CONDITION)
-"""`while` and not `if`, which may also stand inside an expression."""
 
 
 def resume_after(run: InteractiveParser, indenter: Indenter, index: int) -> bool:
@@ -25,12 +27,13 @@ def resume_after(run: InteractiveParser, indenter: Indenter, index: int) -> bool
     if line.word in LATER_BLOCKS:
         last = layout.block_end(index)
         indenter.levels[index : last + 1] = [indenter.levels[index]] * (last + 1 - index)
-        stand_in, index = ("_PASS",), last
+        stand_in, index = _stand_in(line.word, has_block=False), last
     else:
         has_block = layout.block_end(index) > index or index in layout.hollow
         stand_in = _stand_in(line.word, has_block)
     for kinds in (stand_in, _ANY_HEAD if stand_in[-1] == "COLON" else ("_PASS",)):
-        if _unwind(run, kinds[0]):
+        # `if` may also stand inside an expression, so look for where `while` may stand.
+        if _unwind(run, "_WHILE" if kinds[0] == "_IF" else kinds[0]):
             break
     else:
         return False
@@ -45,7 +48,7 @@ def _stand_in(word: str, has_block: bool) -> tuple[str, ...]:
     """Kinds of the tokens that replace a line."""
     if has_block:
         return _HEADS.get(word, _ANY_HEAD)
-    return (*_HEADS[word], "_PASS") if word in _HEADS else ("_PASS",)
+    return (*_HEADS[word], "_PASS") if word in _HEADS and word != "if" else ("_PASS",)
 
 
 def _unwind(run: InteractiveParser, kind: str) -> bool:

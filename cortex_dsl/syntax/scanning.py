@@ -31,6 +31,7 @@ _PIECE = re.compile(
 _NEXT_LINE = re.compile(r"(?:[ \t\f]*(?:#[^\n]*)?\r?\n)*(?P<indent>[ \t\f]*)(?=[^\s#])")
 _STATEMENT = re.compile(
     r"(?:(?:behavior|model|param|require|terminate|take|do|if|while|try|interrupt|abort|wait|map)\b[ \t]*[\w(\[:]"
+    r"|(?:wait|abort|terminate|pass|break|continue|return)[ \t]*(?:#|\r?\n|\Z)"
     r"|[^\W\d]\w*[ \t]+=[ \t])"
 )
 
@@ -130,14 +131,18 @@ class _Scanner:
         if self.brackets and PAIRS[self.text[self.brackets[-1]]] == found:
             self.brackets.pop()
             return
-        self.mismatched = self.broken = True
+        told, self.mismatched, self.broken = self.broken, True, True
         span = Span(offset, offset + 1)
+        if told:
+            self.brackets = self.brackets[:-1]
+            return
         if not self.brackets:
             message = f"`{found}` closes nothing"
             cure = "remove it, or write the bracket that it should close"
             self.diagnostics.append(errors.WRONG_BRACKET.at(span, message, "no bracket is open here", cure=cure))
             return
-        opening = self.brackets.pop()
+        opening = self.brackets[-1]
+        self.brackets = self.brackets[: self.partner(found)]
         wanted = PAIRS[self.text[opening]]
         self.diagnostics.append(
             errors.WRONG_BRACKET.at(
@@ -148,6 +153,11 @@ class _Scanner:
                 cure=f"close it with `{wanted}`",
             )
         )
+
+    def partner(self, found: str) -> int:
+        """Index of the innermost open bracket of the same kind, or else of the innermost one."""
+        same = [index for index, offset in enumerate(self.brackets) if PAIRS[self.text[offset]] == found]
+        return same[-1] if same else len(self.brackets) - 1
 
     def unclosed_string(self, match: re.Match[str]) -> None:
         opening = match.group()

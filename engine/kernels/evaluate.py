@@ -63,7 +63,10 @@ def execute(code: Ints, start: int, end: int, registers: Floats, pool: Floats, r
 @kernel
 def _option(pool: Floats, first: int, index: float) -> float:
     """Numeric option `index` of a discrete choice; held inside the pool, whatever the index became."""
-    return pool[min(max(first + int(index), 0), len(pool) - 1)]
+    place = first + index
+    if not place > 0.0:
+        return pool[0]
+    return pool[int(min(place, len(pool) - 1.0))]
 
 
 @inlined_part

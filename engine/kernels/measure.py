@@ -13,7 +13,8 @@ With p the way from the ego's centre to the other's and v its rate of change:
 import math
 from typing import NamedTuple
 
-from engine.kernels.geometry import Box, box_distance, closest_in_step, shortest_turn
+from engine.kernels.closest import closest_in_step
+from engine.kernels.geometry import Box, box_distance, shortest_turn
 from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
 from engine.tables import Floats

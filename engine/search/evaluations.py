@@ -59,7 +59,7 @@ class Evaluations:
     @cached_property
     def collided(self) -> Bools:
         """(n,) at least one rollout collided."""
-        return self.rollouts.collided.any(axis=1)
+        return np.asarray(self.rollouts.collided.any(axis=1))
 
     @cached_property
     def worst_rollout(self) -> Ints:

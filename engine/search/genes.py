@@ -32,7 +32,8 @@ class GeneEffect:
     worst: Interval
     """5 % and 95 % quantile of the gene among the worst tenth of the simulations, file units."""
     concentration: float
-    """1 - (width of `worst`) / (90 % of the box's width): near 1 where high risk pins the gene down, 0 where not."""
+    """1 - (width of `worst`) / (90 % of the box's width): near 1 where high risk pins the gene down, 0 where not;
+    NaN for an index gene."""
     effect: float
     """Mean absolute change of the continuous risk over the probes that stay valid: mu* of Campolongo, Cariboni and
     Saltelli (2007), after Morris (1991), "Factorial sampling plans for preliminary computational experiments"."""
@@ -66,16 +67,20 @@ def _gene_effect(box: Box, gene: int, evaluations: Evaluations, rows: Ints, prob
     values = evaluations.genomes[rows, gene]
     ordered = box.kinds[gene] is not GeneKind.INDEX
     worst = _central_range(values[: -(-len(rows) // 10)])
-    width = 0.9 * (box.high[gene] - box.low[gene])
     return GeneEffect(
         name=box.names[gene],
         correlation=spearman(values, evaluations.fitness[rows]) if ordered else float("nan"),
         worst=worst,
-        concentration=float(1.0 - min((worst.high - worst.low) / width, 1.0)) if width > 0.0 else 0.0,
+        concentration=_concentration(worst, box.high[gene] - box.low[gene]) if ordered else float("nan"),
         effect=float(probes.effect[gene]) if probes else float("nan"),
         changed=int(probes.changed[gene]) if probes else 0,
         probes=probes.count if probes else 0,
     )
+
+
+def _concentration(worst: Interval, width: float) -> float:
+    """Share of the box, less its outer tenth, that the worst cases leave empty."""
+    return float(1.0 - min((worst.high - worst.low) / (0.9 * width), 1.0)) if width > 0.0 else float("nan")
 
 
 def _central_range(values: Floats) -> Interval:

@@ -6,9 +6,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
+from engine import batch
+from engine.config import SimulationConfig
 from engine.program import ParamSpace, Program, RoadSpec, Rule, Settings, VariantLabel
 from engine.road import Network, build_network, road_tables
-from engine.scenes import Scenes
+from engine.scenes import Outcomes, Scenes
 from engine.tables import CodeTables, RoadTables
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, Command, ManeuverType, Op
@@ -259,13 +261,21 @@ class Hand:
     def road(self) -> RoadTables:
         return road_tables(self.network)
 
+    def outcome(self, program: Program, scenes: Scenes, jobs: int = 1, **settings: float) -> Outcomes:
+        """What the batch host makes of all scenes; `settings` are those of `SimulationConfig`."""
+        return batch.simulate(program, scenes, replace(SimulationConfig(), **settings), jobs)
+
+    def states(self, program: Program, scenes: Scenes, row: int = 0, **settings: float) -> np.ndarray:
+        """Recorded states (samples, actors, len(State)) of one scene."""
+        return batch.trajectory(program, scenes, row, replace(SimulationConfig(), **settings)).states
+
     def route(self, arm: str, turn: ManeuverType) -> int:
         """Path from the border through the junction to the border again."""
         lane = next(lane for lane in self.network.lanes if lane.name == f"{arm}.in.1")
         maneuver = next(m for m in lane.maneuvers if m.type is turn)
         return self.network.paths.join([lane.path, maneuver.connecting_lane.path, maneuver.end_lane.path])
 
-    def on_route(self, path: int, s: float, speed: float, kind: ActorKind = ActorKind.CAR, left: float = 0.0):  # noqa: ANN201
+    def on_route(self, path: int, s: float, speed: float, kind: ActorKind = ActorKind.CAR, left: float = 0.0):
         """An actor with its centre at arc length s of a path, `left` of it."""
         pose = self.network.paths.pose(path, s)
         x, y = pose.x - left * np.sin(pose.heading), pose.y + left * np.cos(pose.heading)
@@ -316,7 +326,7 @@ def crossing_program(hand: Hand, ego_path: int, other_path: int) -> Program:
 
 
 @pytest.fixture
-def crossing_scenes(hand: Hand):  # noqa: ANN201
+def crossing_scenes(hand: Hand):
     """A function of (n, seed) to n scenes for `crossing`."""
 
     def draw(n: int, seed: int = 0, ego: int | None = None, other: int | None = None) -> Scenes:
@@ -333,3 +343,11 @@ def crossing_scenes(hand: Hand):  # noqa: ANN201
         return replace(scenes, values=np.column_stack([scenes.values, np.array(extras)]))
 
     return draw
+
+
+@pytest.fixture(scope="session")
+def turning(hand: Hand) -> Program:
+    """As `crossing`, with an oncoming car that turns left across the ego's path."""
+    return crossing_program(
+        hand, hand.route("south", ManeuverType.STRAIGHT), hand.route("north", ManeuverType.LEFT_TURN)
+    )

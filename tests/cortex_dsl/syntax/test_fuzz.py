@@ -97,6 +97,6 @@ LARGE = {
 @pytest.mark.parametrize("name", LARGE)
 def test_large_input_is_answered_soon(name: str) -> None:
     """Length and depth cost time in proportion, and never the stack."""
-    started = time.perf_counter()
+    started = time.process_time()
     survives(Source(name, LARGE[name]))
-    assert time.perf_counter() - started < 5.0
+    assert time.process_time() - started < 5.0

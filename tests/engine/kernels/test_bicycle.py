@@ -37,7 +37,7 @@ def run_walker(start: tuple, vehicle: Vehicle, demands: Floats, time_step: float
         out[k, 3], out[k, 4] = motion.speed, motion.steer
 
 
-def driven(demands, start=START, vehicle=CAR, time_step=0.05, kernel=run_car):  # noqa: ANN001, ANN201
+def driven(demands, start=START, vehicle=CAR, time_step=0.05, kernel=run_car):
     demands = np.array(demands, dtype=float).reshape(-1, 2)
     out = np.zeros((len(demands), 5))
     kernel(tuple(map(float, start)), vehicle, demands, time_step, out)
@@ -85,7 +85,7 @@ def test_braking_stops_and_never_reverses(speed: float, braking: float, time_ste
     assert np.all(out[:, 3] >= 0.0)
     assert out[-1, 3] == 0.0
     assert np.all(np.diff(out[:, 0]) >= 0.0)
-    assert out[-1, 0] == pytest.approx(speed**2 / (2 * braking), abs=1e-9)
+    assert out[-1, 0] == pytest.approx(speed**2 / (2 * braking), rel=1e-9, abs=1e-9)
     assert out[-1, 0] == out[-2, 0]
 
 

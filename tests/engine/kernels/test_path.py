@@ -107,6 +107,15 @@ def test_local_projection_ends_where_two_primitives_meet() -> None:
                 assert path_project_near(ROAD, path, x, y, guess).s == pytest.approx(s, abs=1e-9)
 
 
+def test_local_projection_goes_on_to_the_neighbour_primitive() -> None:
+    """A metre before or behind a joint, guessed on its other side."""
+    for path in ROUTES:
+        for joint in NETWORK.paths.starts(path)[1:-1]:
+            for step in (-1.0, 1.0):
+                x, y, _ = path_pose(ROAD, path, joint + step)
+                assert path_project_near(ROAD, path, x, y, joint - step).s == pytest.approx(joint + step, abs=1e-9)
+
+
 @compiled
 @given(routes, shares, st.floats(0.5, 8.0), st.floats(0.5, 8.0))
 def test_speed_limit_lets_every_curve_be_met(path: int, share: float, lateral: float, deceleration: float) -> None:

@@ -95,6 +95,23 @@ def test_outline_is_inside_when_all_its_points_are(
 
 
 @compiled
+@given(
+    st.sampled_from([0, 1, 2, 3]), st.floats(-3.5, 3.5), st.floats(-4.0, 4.0), st.floats(0.5, 6.0), st.floats(0.3, 3)
+)
+def test_outline_in_an_arm_is_inside_when_it_reaches_neither_kerb(
+    arm: int, offset: float, heading: float, length: float, width: float
+) -> None:
+    """Between the kerbs 3.5 m from the road's middle the law is exact, at whatever angle the box stands."""
+    network, road = PLACES[0]
+    out = network.intersections[0].legs[arm].heading
+    x, y = 19.5 * math.cos(out) - offset * math.sin(out), 19.5 * math.sin(out) + offset * math.cos(out)
+    turn = heading - out
+    room = 3.5 - abs(offset) - 0.5 * (length * abs(math.sin(turn)) + width * abs(math.cos(turn)))
+    if abs(room) > 1e-9:
+        assert region_contains_box(road, ROAD_REGION, x, y, heading, length, width) == (room > 0.0)
+
+
+@compiled
 @given(places, st.floats(0.0, 1.0), st.data())
 def test_a_car_in_its_lane_is_inside_the_road(place: int, share: float, data: st.DataObject) -> None:
     """A 4.5 m x 1.8 m car anywhere along any straight lane, clear of the road's ends."""

@@ -240,6 +240,16 @@ def test_arms_and_maneuvers_of_a_four_way_intersection() -> None:
     assert network.paths.pose(network.lanes[0].path, 0.0) == pytest.approx((-1.75, 59.5, -math.pi / 2))
 
 
+@pytest.mark.parametrize("left_hand", [False, True])
+def test_turns_start_at_the_side_they_lead_to(left_hand: bool) -> None:
+    """Of three lanes all go straight on, the kerb's makes the near turn and the middle's the far turn."""
+    near, far = (LEFT, RIGHT) if left_hand else (RIGHT, LEFT)
+    for leg in build_network(RoadSpec(lanes=3, left_hand=left_hand)).intersections[0].legs:
+        kinds = [{maneuver.type for maneuver in lane.maneuvers} for lane in leg.incoming_lanes]
+        assert kinds == [{STRAIGHT, near}, {STRAIGHT}, {STRAIGHT, far}]
+        assert all(m.end_lane.number == lane.number for lane in leg.incoming_lanes for m in lane.maneuvers)
+
+
 def test_maneuvers_of_a_t_junction() -> None:
     """The through road runs west to east; its stem makes both turns."""
     network = build_network(RoadSpec(ways=3))

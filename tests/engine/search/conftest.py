@@ -54,7 +54,7 @@ def make_evaluate(space: ParamSpace, dead: int = -1, error_above: float = 2.0) -
         unit = (genomes - space.low) / width
         live = [gene for gene in range(len(space)) if gene != dead]
         chance = noise(keys)
-        distance = np.abs(unit[:, live] - 0.5).mean(axis=1) * 16.0 + 0.5 * chance if live else chance
+        distance = np.abs(unit[:, live] - 0.5).mean(axis=1) * 9.0 + 0.5 * chance if live else chance
         verdict = np.where(unit[:, 0] < 0.25, int(Verdict.EXHAUSTED), 0) if len(space) else np.zeros(len(keys), int)
         verdict = np.where(chance > error_above, int(Verdict.ERROR), verdict).astype(np.int32)
         return assessed(verdict, distance)

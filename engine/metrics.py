@@ -1,0 +1,134 @@
+"""Every metric of one run by name, with its unit: what a report shows and an export writes.
+
+MD, MS, D_MS and TTC_MS decide the risk and come with the outcomes; the others are told beside them. Each metric is one
+function; the definitions and sources of those of a pair stand in `engine.kernels.measure` and `.conflict`.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.kernels.conflict import (
+    Snapshot,
+    post_encroachment_time,
+    relative_speed,
+    required_deceleration,
+    snapshot,
+    time_headway,
+    time_to_collision,
+)
+from engine.scenes import Outcomes, Trajectory
+from engine.tables import Floats
+from engine.vocabulary import State
+
+STEERING_DEAD_BAND = 0.01
+"""A slower turn of the wheels has no sign [rad/s]."""
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One number of a run."""
+
+    name: str
+    actors: tuple[int, ...]
+    """Whom it is about: a pair (ego, other), or one actor."""
+    value: float
+    """Infinite where the danger that it measures is not there; NaN where it is not defined."""
+    unit: str
+    meaning: str
+
+
+def measure_trajectory(
+    trajectory: Trajectory, outcomes: Outcomes, row: int = 0, rear_to_center: Sequence[float] = ()
+) -> tuple[Metric, ...]:
+    """All metrics of one run: those of each pair (ego, other), then the command metrics of each actor.
+
+    `rear_to_center`: how far ahead of its rear axle each actor's centre lies [m], for the swing of centres in turns;
+    without it centres are taken to move along the heading.
+    """
+    actors = trajectory.states.shape[1]
+    behind = np.asarray(rear_to_center, dtype=np.float64) if len(rear_to_center) else np.zeros(actors)
+    outlines = np.column_stack([trajectory.outlines[:, :2], behind])
+    pairs = [metric for other in range(1, actors) for metric in _of_pair(trajectory, outlines, outcomes, row, other)]
+    return (*pairs, *(metric for actor in range(actors) for metric in _of_commands(trajectory, actor)))
+
+
+def _of_pair(trajectory: Trajectory, outlines: Floats, outcomes: Outcomes, row: int, other: int) -> tuple[Metric, ...]:
+    states, together, step = trajectory.states, samples_together(trajectory, other), time_step(trajectory)
+    pair, who = other - 1, (0, other)
+    touched = bool(outcomes.collided[row]) and int(outcomes.contact_actors[row, 1]) == other
+    run = [snapshot(states, together, k, 0.0, step, other, outlines) for k in range(together)]
+    nearest = _at_time(trajectory, together, float(outcomes.min_distance_time[row, pair]), other, outlines)
+    pet = 0.0 if touched else post_encroachment_time(states, together, step, other, outlines)
+    return (
+        Metric("MD", who, float(outcomes.min_distance[row, pair]), "m", "least distance between the outlines"),
+        Metric("MS", who, float(outcomes.max_closing_speed[row, pair]), "m/s", "largest closing speed of the centres"),
+        Metric("D_MS", who, float(outcomes.distance_at_ms[row, pair]), "m", "distance at the instant of MS"),
+        Metric("TTC_MS", who, float(outcomes.ttc_at_ms[row, pair]), "s", "D_MS / MS"),
+        Metric("V_MD", who, relative_speed(nearest), "m/s", "relative speed at the instant of MD"),
+        Metric("TTC_MD", who, 0.0 if touched else time_to_collision(nearest), "s", "TTC at the instant of MD"),
+        Metric("TTC", who, 0.0 if touched else min(map(time_to_collision, run)), "s", "least TTC of the run"),
+        Metric("DRAC", who, max(map(required_deceleration, run)), "m/s^2", "largest deceleration needed"),
+        Metric("THW", who, min(map(time_headway, run)), "s", "least headway behind a leader"),
+        Metric("PET", who, pet, "s", "post-encroachment time, negative where the other was first"),
+    )
+
+
+def _at_time(trajectory: Trajectory, together: int, time: float, other: int, outlines: Floats) -> Snapshot:
+    """The pair at an instant; one after the last sample counts as the last."""
+    step = time_step(trajectory)
+    steps = min(max(time / step, 0.0), together - 1.0)
+    return snapshot(trajectory.states, together, int(steps), steps - int(steps), step, other, outlines)
+
+
+def _of_commands(trajectory: Trajectory, actor: int) -> tuple[Metric, ...]:
+    states = trajectory.states[: scored_samples(trajectory), actor]
+    states = states[: _leading(states[:, State.PRESENT] != 0.0)]
+    step = time_step(trajectory)
+    steering, pedals = steering_oscillation(states, step), pedal_oscillation(states, step)
+    return (
+        Metric("steering oscillation", (actor,), steering, "1/s", "sign changes of the steering rate"),
+        Metric("pedal oscillation", (actor,), pedals, "1/s", "switches between throttle and brake"),
+    )
+
+
+def steering_oscillation(states: Floats, step: float) -> float:
+    """Sign changes of the steering rate a second; rates within the dead band are passed over. NaN without a step.
+
+    `states` (samples, len(State)) of one actor. As a command metric: Table 1 of the CORTEX-AVD paper.
+    """
+    rate = np.diff(states[:, State.STEER]) / step
+    return _changes_a_second(np.sign(rate[np.abs(rate) > STEERING_DEAD_BAND]), len(states) - 1, step)
+
+
+def pedal_oscillation(states: Floats, step: float) -> float:
+    """Switches between throttle and brake a second; coasting in between is passed over, and brake beats throttle."""
+    pedal = np.where(states[1:, State.BRAKE] > 0.0, -1.0, np.sign(states[1:, State.THROTTLE]))
+    return _changes_a_second(pedal[pedal != 0.0], len(states) - 1, step)
+
+
+def _changes_a_second(signs: Floats, steps: int, step: float) -> float:
+    return float(np.count_nonzero(np.diff(signs))) / (steps * step) if steps > 0 else math.nan
+
+
+def scored_samples(trajectory: Trajectory) -> int:
+    """Samples up to the end of the scored run; what contact physics shows afterwards is left out."""
+    return trajectory.contact_sample + 1 if trajectory.contact_sample >= 0 else len(trajectory.time)
+
+
+def samples_together(trajectory: Trajectory, other: int) -> int:
+    """Scored samples at which the ego and another have both been present."""
+    present = trajectory.states[: scored_samples(trajectory), [0, other], State.PRESENT] != 0.0
+    return max(1, _leading(present.all(axis=1)))
+
+
+def time_step(trajectory: Trajectory) -> float:
+    """Time between two samples [s]; of a single sample, any."""
+    return float(trajectory.time[1] - trajectory.time[0]) if len(trajectory.time) > 1 else 1.0
+
+
+def _leading(flags: np.ndarray) -> int:
+    """How many flags hold before the first that does not."""
+    return len(flags) if flags.all() else int(np.argmin(flags))

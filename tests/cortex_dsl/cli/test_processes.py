@@ -1,0 +1,102 @@
+"""The command as a process: signals, pipes, and the folder it is started in."""
+
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+CORTEXC = [sys.executable, "-m", "cortex_dsl"]
+
+
+def start(*arguments: object, **options: object) -> "subprocess.Popen[str]":
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+    return subprocess.Popen(
+        [*CORTEXC, *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+        **options,  # type: ignore[arg-type]
+    )
+
+
+def generations(journal: Path) -> int:
+    """How many generations a journal holds so far."""
+    if not journal.exists():
+        return 0
+    try:
+        with sqlite3.connect(f"file:{journal}?mode=ro", uri=True) as connection:
+            return connection.execute("SELECT count(*) FROM generation").fetchone()[0]
+    except sqlite3.Error:
+        return 0
+
+
+def test_ctrl_c_keeps_what_there_is(left_turn: Path, tmp_path: Path) -> None:
+    """SIGINT in the middle of a search: 130, a report of what was found, and a complete run directory."""
+    process = start(left_turn, "--ga", "--generations", "60000", "--population", "50", "--out", tmp_path / "run")
+    deadline = time.monotonic() + 60
+    while generations(tmp_path / "run" / "journal.sqlite") < 3:
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted" in out
+    assert "Traceback" not in err
+    assert {path.name for path in (tmp_path / "run").iterdir()} >= {"journal.sqlite", "evaluations.csv", "summary.json"}
+
+
+def test_a_reader_that_leaves(left_turn: Path) -> None:
+    """`cortexc ... | head`: no traceback, no complaint."""
+    process = start(left_turn, "--emit", "ast")
+    assert process.stdout is not None
+    assert process.stderr is not None
+    process.stdout.readline()
+    process.stdout.close()
+    error = process.stderr.read()
+    assert process.wait(timeout=60) == 0
+    assert error == ""
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+def test_a_terminal_of_another_encoding(left_turn: Path, encoding: str) -> None:
+    """What cannot be shown is replaced; nothing fails."""
+    done = subprocess.run(
+        [*CORTEXC, str(left_turn)],
+        capture_output=True,
+        env={**os.environ, "PYTHONIOENCODING": encoding},
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert b"risk" in done.stdout
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_folder_that_cannot_be_written(left_turn: Path, tmp_path: Path) -> None:
+    """Without a place for results nothing is started."""
+    tmp_path.chmod(0o500)
+    process = start(left_turn, "--ga", cwd=tmp_path)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert "cannot write" in err
+
+
+def test_standard_output_is_plain_in_a_pipe(left_turn: Path) -> None:
+    """Nobody wants escape codes in a file, FORCE_COLOR or not, when --no-colour is given."""
+    done = subprocess.run(
+        [*CORTEXC, str(left_turn), "--no-colour"],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "FORCE_COLOR": "1"},
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0
+    assert "\x1b" not in done.stdout

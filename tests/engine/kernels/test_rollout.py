@@ -1,0 +1,271 @@
+"""A step and the ends of a run."""
+
+import math
+
+import numpy as np
+import pytest
+
+from engine import runs
+from engine.config import SimulationConfig
+from engine.kernels.rollout import advance, begin
+from engine.kernels.stage import Slot, Status
+from engine.vehicles import MODELS
+from engine.vocabulary import ActorKind, Command, EndReason, ManeuverType, Op, State, Verdict
+
+CAR, PEDESTRIAN, OBSTACLE = ActorKind.CAR, ActorKind.PEDESTRIAN, ActorKind.OBSTACLE
+STEP = 0.05
+
+
+def lone(hand, *commands, speed: float = 10.0, kind: ActorKind = CAR, turns: int = 4, **changes: float):
+    """States of one actor that takes the commands `(command, value), …` in one turn each, then coasts."""
+    code = hand.assembler(kind)
+    code.behaviour(0)
+    for turn in commands:
+        for command, value in turn:
+            code.emit(Op.COMMAND, 0, int(command), hand.literal(value))
+        code.emit(Op.YIELD, 0, 0)
+    code.emit(Op.HALT)
+    scene = hand.scenes([hand.placed(kind, 0, 0, 0, speed, **changes)])
+    return hand.states(code.program(hand.road()), scene, max_time=turns * STEP)[:, 0]
+
+
+def coasting(hand, *blocks, **settings):
+    """Outcome of actors without behaviours."""
+    kinds = [block[0] for block in blocks]
+    scene = hand.scenes([hand.placed(*block) for block in blocks])
+    return hand.outcome(hand.assembler(*kinds).program(hand.road()), scene, **settings)
+
+
+def test_the_first_sample_is_the_scene(hand) -> None:
+    """Sample 0 holds place and speed of the scene, wheels straight, pedals up."""
+    states = lone(hand, speed=7.0)
+    assert list(states[0]) == [0, 0, 0, 7, 0, 0, 0, 0, 1]
+
+
+def test_no_pedal_is_coasting_and_pedals_last_one_step(hand) -> None:
+    """Full throttle for one turn adds 3 m/s^2 for one step; then the speed stays."""
+    states = lone(hand, [(Command.THROTTLE, 1.0)])
+    assert states[:, State.SPEED] == pytest.approx([10, 10.15, 10.15, 10.15, 10.15])
+    assert states[:, State.ACCELERATION] == pytest.approx([0, 3, 0, 0, 0])
+    assert list(states[:, State.THROTTLE]) == [0, 1, 0, 0, 0]
+
+
+def test_brake_beats_throttle_and_pedals_are_cut_at_one(hand) -> None:
+    """Both pedals: half braking, 4 m/s^2. More than full is full."""
+    states = lone(hand, [(Command.THROTTLE, 1.0), (Command.BRAKE, 0.5)], [(Command.BRAKE, 7.0)])
+    assert states[:3, State.ACCELERATION] == pytest.approx([0, -4, -8])
+    assert list(states[:3, State.BRAKE]) == [0, 0.5, 1]
+
+
+def test_steering_stays(hand) -> None:
+    """A steering angle that is asked for once is kept; the wheels turn towards it at 0.7 rad/s."""
+    states = lone(hand, [(Command.STEER, 0.1)], turns=6)
+    assert states[:, State.STEER] == pytest.approx([0, 0.035, 0.07, 0.1, 0.1, 0.1, 0.1])
+
+
+def test_a_set_speed_holds_for_the_whole_step(hand) -> None:
+    """The speed is there at once, is not counted as acceleration, and never negative."""
+    states = lone(hand, [(Command.SPEED, 4.0)], [(Command.SPEED, -4.0)])
+    assert list(states[:3, State.SPEED]) == [10, 4, 0]
+    assert states[1, State.X] == pytest.approx(4 * STEP)
+    assert states[1, State.ACCELERATION] == 0.0
+
+
+def test_the_rear_axle_never_slips_sideways(hand) -> None:
+    """Between two samples the rear axle moves along the mean heading, the centre swings out."""
+    states = lone(hand, [(Command.STEER, 0.4)], speed=4.0, turns=60)
+    heading = states[:, State.HEADING]
+    to_center = MODELS[CAR].rear_to_center
+    rear = states[:, [State.X, State.Y]] - to_center * np.column_stack([np.cos(heading), np.sin(heading)])
+    way = np.diff(rear, axis=0)
+    middle = (heading[1:] + heading[:-1]) / 2
+    assert way[:, 1] * np.cos(middle) - way[:, 0] * np.sin(middle) == pytest.approx(np.zeros(60), abs=1e-12)
+    assert heading[-1] > 1.0
+
+
+def test_a_pedestrian_walks_and_an_obstacle_stands(hand) -> None:
+    """A walker turns at once, once, and keeps to its top speed; a thing keeps its place whatever it is told."""
+    walker = lone(hand, [(Command.STEER, 1.0)], kind=PEDESTRIAN, speed=99.0)
+    assert list(walker[:3, State.HEADING]) == [0, 1, 1]
+    assert np.all(walker[:, State.SPEED] == MODELS[PEDESTRIAN].max_speed)
+    thing = lone(hand, [(Command.SPEED, 5.0), (Command.STEER, 1.0)], kind=OBSTACLE, speed=3.0)
+    assert np.all(thing[:, [State.X, State.Y, State.HEADING, State.SPEED]] == 0)
+
+
+def test_timeout(hand) -> None:
+    """A run that nothing ends is ended by the time limit; one between two samples counts as the later."""
+    far = (CAR, 0, 0, 0, 1), (CAR, 0, 30, 0, 1)
+    for limit in (0.98, 1.0):
+        outcome = coasting(hand, *far, max_time=limit)
+        assert outcome.end_reason[0] == EndReason.TIMEOUT
+        assert outcome.end_time[0] == pytest.approx(1.0)
+        assert outcome.steps[0] == 20
+
+
+def test_collision_time_is_continuous(hand) -> None:
+    """Two cars head on touch when the gap between their bumpers is driven, in the middle of a step."""
+    outcome = coasting(hand, (CAR, 0, 0, 0, 10), (CAR, 30, 0, math.pi, 13))
+    assert outcome.collided[0]
+    assert outcome.end_reason[0] == EndReason.COLLISION
+    assert outcome.end_time[0] == pytest.approx((30 - MODELS[CAR].length) / 23, abs=2e-5)
+    assert list(outcome.contact_actors[0]) == [0, 1]
+    assert outcome.min_distance[0, 0] == 0.0
+
+
+def test_contact_between_others_ends_the_run_without_counting(hand) -> None:
+    """The first contact of any pair ends the scored run; C is for the ego alone."""
+    blocks = [(CAR, 0, 0, 0, 10), (CAR, 200, 50, 0, 10), (CAR, 210, 50, math.pi, 10)]
+    outcome = coasting(hand, *blocks)
+    assert outcome.end_reason[0] == EndReason.OTHER_COLLISION
+    assert not outcome.collided[0]
+    assert list(outcome.contact_actors[0]) == [1, 2]
+    assert np.all(outcome.min_distance[0] > 100)
+
+
+def test_of_two_contacts_the_first_counts(hand) -> None:
+    """Within one step the earlier contact decides, whatever the order of the actors."""
+    near, far = (CAR, 6.0, 0, math.pi, 20), (CAR, -6.4, 0, 0, 30)
+    for others, touched in (((near, far), 1), ((far, near), 2)):
+        outcome = coasting(hand, (CAR, 0, 0, 0, 10), *others)
+        assert list(outcome.contact_actors[0]) == [0, touched]
+
+
+def with_rule(hand, when: float, behaviour):
+    """A lone car; a rule holds from time `when` on."""
+    code = hand.assembler(CAR)
+    code.rule(hand.temporary(1))
+    code.emit(Op.TIME, hand.temporary(0))
+    code.emit(Op.LE, hand.temporary(1), hand.literal(when), hand.temporary(0))
+    code.emit(Op.END)
+    code.behaviour(0)
+    behaviour(code)
+    code.emit(Op.HALT)
+    return hand.outcome(code.program(hand.road()), hand.scenes([hand.placed(CAR, 0, 0, 0, 5)]), time_step=0.1)
+
+
+def test_a_rule_ends_the_run_before_behaviours_act(hand) -> None:
+    """At the sample at which a rule holds, a behaviour's own `terminate` comes too late."""
+
+    def terminating(code) -> None:
+        rule = code.behaviour_rule()
+        for _ in range(3):
+            code.emit(Op.YIELD, 0, 0)
+        code.emit(Op.TERMINATE, 0, rule)
+
+    for when, rule, end in ((0.25, 0, 0.3), (0.35, 1, 0.3), (0.0, 0, 0.0)):
+        outcome = with_rule(hand, when, terminating)
+        assert outcome.end_reason[0] == EndReason.RULE
+        assert outcome.end_rule[0] == rule
+        assert outcome.end_time[0] == pytest.approx(end)
+
+
+def test_a_broken_number_is_an_error(hand) -> None:
+    """A NaN pedal, steering angle or speed makes the run an error, never a result."""
+    for command in Command:
+        code = hand.assembler(CAR)
+        code.behaviour(0)
+        code.emit(Op.SQRT, hand.temporary(0), hand.literal(-1))
+        code.take(0, command, hand.temporary(0))
+        code.emit(Op.HALT)
+        outcome = hand.outcome(code.program(hand.road()), hand.scenes([hand.placed(CAR, 0, 0, 0, 5)]))
+        assert outcome.end_reason[0] == EndReason.BROKEN, command
+        assert outcome.verdict[0] == Verdict.ERROR
+
+
+def test_who_is_done_leaves_and_is_not_touched(hand) -> None:
+    """At the end of its route a car is gone: another drives through its last place; then all is done."""
+    path = hand.route("south", ManeuverType.STRAIGHT)
+    length = hand.network.paths.length(path)
+    code = hand.assembler(CAR, CAR)
+    for actor in range(2):
+        code.follow(code.behaviour(actor), hand.literal(path), hand.literal(10), progress=actor)
+        code.emit(Op.HALT)
+    scene = hand.scenes([hand.on_route(path, length - 5, 10), hand.on_route(path, length - 15, 10)])
+    program = code.program(hand.road())
+    outcome, states = hand.outcome(program, scene), hand.states(program, scene)
+    assert outcome.end_reason[0] == EndReason.ALL_DONE
+    present = states[:, 0, State.PRESENT]
+    assert list(present) == [1] * len(present)
+    assert outcome.end_time[0] == pytest.approx(0.5)
+    assert np.isnan(outcome.left_road_time).all()
+
+
+def test_an_absent_actor_is_passed_through_and_not_seen(hand) -> None:
+    """Three cars: the first leaves, the second drives through its last place, unscathed and without seeing it."""
+    path = hand.route("south", ManeuverType.STRAIGHT)
+    length = hand.network.paths.length(path)
+    code = hand.assembler(CAR, CAR, CAR)
+    code.follow(code.behaviour(0), hand.literal(path), hand.literal(1))
+    code.emit(Op.HALT)
+    block = code.behaviour(1)
+    code.label("look")
+    code.emit(Op.WITHIN, hand.temporary(0), 1, hand.literal(100))
+    code.emit(Op.COMMAND, 0, int(Command.THROTTLE), hand.temporary(0))
+    code.emit(Op.YIELD, 0, block)
+    code.emit(Op.JUMP, 0, "look")
+    ahead, behind = hand.on_route(path, length - 0.07, 1), hand.on_route(path, length - 15, 15)
+    aside = hand.placed(CAR, -300, 300, math.pi, 0)
+    program, scene = code.program(hand.road()), hand.scenes([ahead, behind, aside])
+    states = hand.states(program, scene, max_time=2)
+    assert list(states[:4, 0, State.PRESENT]) == [1, 1, 1, 0]
+    assert list(states[1:5, 1, State.THROTTLE]) == [1, 1, 1, 0]
+    assert hand.outcome(program, scene, max_time=2).end_reason[0] == EndReason.TIMEOUT
+
+
+def test_a_lone_actor_runs_until_it_leaves(hand) -> None:
+    """With one actor ALL_DONE means that nobody is left."""
+    path = hand.route("south", ManeuverType.STRAIGHT)
+    code = hand.assembler(CAR)
+    code.follow(code.behaviour(0), hand.literal(path), hand.literal(10))
+    code.emit(Op.HALT)
+    outcome = hand.outcome(code.program(hand.road()), hand.scenes([hand.on_route(path, 5, 10)]))
+    assert outcome.end_reason[0] == EndReason.ALL_DONE
+    assert outcome.end_time[0] == pytest.approx((hand.network.paths.length(path) - 5) / 10, abs=0.06)
+
+
+def test_left_road_is_the_first_sample_outside(hand) -> None:
+    """Against the polygon of the road itself, for cars that leave it in all directions."""
+    network = hand.network
+    program = hand.assembler(CAR).program(hand.road())
+    for heading in np.linspace(0.1, 6.2, 12):
+        scene = hand.scenes([hand.placed(CAR, 0, 0, heading, 8.0)])
+        outcome, states = hand.outcome(program, scene, max_time=8), hand.states(program, scene, max_time=8)
+        outside = [not network.regions.contains(0, x, y) for x, y in states[:-1, 0, :2]]
+        assert outcome.left_road_time[0, 0] == pytest.approx(np.argmax(outside) * STEP)
+
+
+def test_a_run_goes_on_around_free_bodies(hand, crossing, crossing_scenes) -> None:
+    """Unscored, a free body's next row is left alone, while the other actor goes on as it would have."""
+    config = SimulationConfig()
+    scenes = crossing_scenes(1, seed=3)
+    plan, run = runs.plan(crossing, config), runs.memory(crossing, 200)
+    begin(plan, run, 0, scenes.values[0], scenes.keys[0])
+    advance(plan, run, 10, True)
+    assert run.status[Status.SAMPLE] == 10
+    run.actors[0, Slot.FREE] = 1.0
+    for sample in range(11, 40):
+        run.states[sample, 0] = run.states[10, 0]
+        run.states[sample, 0, State.X] += 1000.0
+        advance(plan, run, sample, False)
+    undisturbed = hand.states(crossing, scenes)
+    assert np.all(run.states[11:40, 0, State.X] == run.states[10, 0, State.X] + 1000.0)
+    shared = min(40, len(undisturbed))
+    assert np.array_equal(run.states[:shared, 1], undisturbed[:shared, 1])
+    assert run.status[Status.END] == -1
+
+
+def test_settings_that_make_no_simulation_are_refused(hand) -> None:
+    """A step of zero, a negative time and more steps than memory each raise, saying which."""
+    for settings, word in (
+        ({"time_step": 0.0}, "time_step"),
+        ({"max_time": -1}, "max_time"),
+        ({"max_time": 1e9}, "steps"),
+    ):
+        with pytest.raises(ValueError, match=word):
+            coasting(hand, (CAR, 0, 0, 0, 1), **settings)
+
+
+def test_a_scene_may_change_what_an_actor_can_do(hand) -> None:
+    """With half the braking the same pedal slows it half as fast."""
+    states = lone(hand, [(Command.BRAKE, 1.0)], max_braking=4.0)
+    assert states[1, State.ACCELERATION] == pytest.approx(-4.0)
