@@ -32,7 +32,7 @@ format: dev
 	$(VENV)/bin/ruff format
 
 bench: install
-	$(PYTHON) -m benchmarks $(ARGS)
+	$(PYTHON) -m benchmarks.speed $(ARGS)
 
 install: $(VENV)/.installed
 dev: $(VENV)/.installed-dev

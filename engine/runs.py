@@ -1,54 +1,59 @@
-"""What both hosts prepare before the kernels of `engine.kernels.rollout` can run: a plan, and memory for runs."""
+"""What both hosts prepare around the kernels of `engine.kernels.rollout`: a plan, memory for runs, rows for results."""
 
 import math
-from typing import TypeVar
+from dataclasses import fields
 
 import numpy as np
 
 from engine.config import SimulationConfig
+from engine.kernels.rows import Requested, Results
 from engine.kernels.stage import Layout, Plan, Run, Slot, Status
 from engine.program import Program
-from engine.tables import Floats, RoadTables
+from engine.scenes import Outcomes, Scenes
+from engine.tables import Floats, Ints
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, State
 
 MAX_SAMPLES = 100_000
 """Steps that a run may have; a record of so many takes 7 MB an actor."""
-
-Array = TypeVar("Array", bound=np.ndarray)
+PLAIN = ("C", "A", "W")
+"""Contiguous, aligned, writable arrays: numba would compile the kernels anew for any others."""
 
 
 def plan(program: Program, config: SimulationConfig) -> Plan:
     """The part of a program that its runs read. Raises ValueError for settings that make no simulation."""
-    if not (math.isfinite(config.time_step) and config.time_step > 0.0):
-        raise ValueError(f"time_step is {config.time_step} s; it must be a positive number")
-    if not (math.isfinite(config.max_time) and config.max_time >= 0.0):
-        raise ValueError(f"max_time is {config.max_time} s; it must be a number that is not negative")
-    if samples_of(config) > MAX_SAMPLES:
-        raise ValueError(f"{config.max_time} s in steps of {config.time_step} s are more than {MAX_SAMPLES:,} steps")
+    _check(config)
     code = program.code
-    scene_values = len(code.literals) + code.variant_values.shape[1]
     models = [MODELS[ActorKind(kind)] for kind in code.actor_kind]
     return Plan(
-        code=_plain(code.step_code),
-        pool=_plain(code.pool),
-        variant_values=_plain(code.variant_values),
-        variant_template=_plain(code.variant_template),
-        entries=_plain(code.behaviour_entry),
-        main_blocks=_plain(code.main_block),
-        rules=_plain(code.rule_segment),
-        kinds=_plain(code.actor_kind),
+        code=_integers(code.step_code),
+        pool=_numbers(code.pool),
+        variant_values=_numbers(code.variant_values),
+        variant_template=_integers(code.variant_template),
+        entries=_integers(code.behaviour_entry),
+        main_blocks=_integers(code.main_block),
+        rules=_integers(code.rule_segment),
+        kinds=_integers(code.actor_kind),
         limits=np.array([(model.steer_rate, model.max_speed) for model in models]),
-        road=RoadTables(*(_plain(array) for array in program.road)),
+        road=program.road._make(np.require(array, requirements=PLAIN) for array in program.road),
         layout=Layout(
             variant_values=len(code.literals),
-            scene_values=scene_values,
+            scene_values=len(code.literals) + code.variant_values.shape[1],
             locals=int(code.sizes[4]),
             time_step=float(config.time_step),
             last_sample=samples_of(config),
             budget=int(config.instruction_budget),
         ),
     )
+
+
+def _check(config: SimulationConfig) -> None:
+    if not (math.isfinite(config.time_step) and config.time_step > 0.0):
+        raise ValueError(f"time_step is {config.time_step} s; it must be a positive number")
+    if not (math.isfinite(config.max_time) and config.max_time >= 0.0):
+        raise ValueError(f"max_time is {config.max_time} s; it must be a number that is not negative")
+    if samples_of(config) > MAX_SAMPLES:
+        raise ValueError(f"{config.max_time} s in steps of {config.time_step} s are more than {MAX_SAMPLES:,} steps")
 
 
 def samples_of(config: SimulationConfig) -> int:
@@ -73,12 +78,59 @@ def memory(program: Program, samples: int) -> Run:
     )
 
 
+def requested(scenes: Scenes) -> Requested:
+    """The arrays of scenes that a run reads."""
+    return Requested(
+        verdict=_integers(scenes.verdict),
+        variant=_integers(scenes.variant),
+        values=_numbers(scenes.values),
+        keys=np.require(scenes.keys, np.int64, PLAIN),
+    )
+
+
+def empty_results(actors: int, scenes: Requested) -> Results:
+    """Rows for results, filled for none: NaN and -1 and the verdict of sampling."""
+    rows, pairs = len(scenes.verdict), actors - 1
+    return Results(
+        verdict=scenes.verdict.copy(),
+        collided=np.zeros(rows, dtype=np.bool_),
+        end_reason=_absent(rows),
+        end_rule=_absent(rows),
+        end_time=_unknown(rows),
+        steps=_absent(rows),
+        min_distance=_unknown(rows, pairs),
+        min_distance_time=_unknown(rows, pairs),
+        max_closing_speed=_unknown(rows, pairs),
+        max_closing_time=_unknown(rows, pairs),
+        distance_at_ms=_unknown(rows, pairs),
+        ttc_at_ms=_unknown(rows, pairs),
+        left_road_time=_unknown(rows, actors),
+        contact_actors=_absent(rows, 2),
+    )
+
+
+def outcomes(results: Results) -> Outcomes:
+    """Results under the names that everybody knows."""
+    return Outcomes(**{field.name: getattr(results, field.name) for field in fields(Outcomes)})
+
+
 def outlines(program: Program, values: Floats) -> Floats:
     """(actors, 2): length and width of each actor of one scene [m]; `values` is its row of scene values."""
     columns = values[: len(program.actors) * len(Column)].reshape(len(program.actors), len(Column))
     return np.ascontiguousarray(columns[:, [Column.LENGTH, Column.WIDTH]])
 
 
-def _plain(array: Array) -> Array:
-    """Contiguous and writable: numba would compile the kernels anew for any other."""
-    return np.require(array, requirements="CAW")
+def _unknown(*shape: int) -> Floats:
+    return np.full(shape, np.nan)
+
+
+def _absent(*shape: int) -> Ints:
+    return np.full(shape, -1, dtype=np.int32)
+
+
+def _numbers(array: Floats) -> Floats:
+    return np.require(array, np.float64, PLAIN)
+
+
+def _integers(array: Ints) -> Ints:
+    return np.require(array, np.int32, PLAIN)

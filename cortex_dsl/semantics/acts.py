@@ -82,11 +82,10 @@ def _duration(body: Body, node: nodes.Do, duration: nodes.Expression) -> ir.Expr
 
 
 def _take(body: Body, node: nodes.Take) -> ir.Block:
-    commands = []
+    commands: list[tuple[Command, ir.Expr]] = []
     for action in node.actions:
         value = body.ev.evaluate(action)
-        for each in value if isinstance(value, tuple) else (value,):
-            commands.append(_action(each, action))
+        commands += [_action(each, action) for each in (value if isinstance(value, tuple) else (value,))]
     known = [command for command, _ in commands]
     for command in known:
         if known.count(command) > 1:

@@ -4,7 +4,7 @@ Arguments are evaluated where the behaviour starts. Numbers that a body assigns 
 other things are bound at compile time and cannot change during the run.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
@@ -13,29 +13,23 @@ from cortex_dsl.semantics.algebra import is_dynamic
 from cortex_dsl.semantics.builtins import Kind, names_of
 from cortex_dsl.semantics.calls import as_behaviour
 from cortex_dsl.semantics.context import Evaluator, Moment
-from cortex_dsl.semantics.operators import combine, unpack
 from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.units import dimension_name
 from cortex_dsl.semantics.values import (
     POISON,
-    ActionCall,
     Actor,
     BehaviourCall,
     BehaviourValue,
-    Pose,
     Quantity,
     Truth,
     Value,
-    Vector,
     kind_name,
 )
-from cortex_dsl.semantics.variables import snapshot
+from cortex_dsl.semantics.variables import assigned_names, snapshot
 from cortex_dsl.semantics.yielding import ever_acts
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
-from engine.config import SimulationConfig
-from engine.vocabulary import Command, Op
 
 
 def actor_behaviour(ev: Evaluator, actor: Actor) -> ir.Block | None:
@@ -81,30 +75,6 @@ def _settled(ev: Evaluator, call: BehaviourCall) -> tuple[ir.Block, BehaviourCal
     return tuple(acts), replace(call, arguments=arguments)
 
 
-def snapshot(ev: Evaluator, value: Value, span: Span, acts: list[ir.Act]) -> Value:
-    """The value with everything that changes during the run copied into fresh locals."""
-
-    def kept(expr: ir.Expr) -> ir.Expr:
-        if not is_dynamic(expr):
-            return expr
-        local = ev.run.new_local()
-        acts.append(ir.SetLocal(span, local, expr))
-        return ev.algebra.local(local)
-
-    match value:
-        case Quantity(expr, dimension):
-            return Quantity(kept(expr), dimension)
-        case Truth(expr):
-            return Truth(kept(expr))
-        case Vector(x, y):
-            return Vector(kept(x), kept(y))
-        case Pose(x, y, heading):
-            return Pose(kept(x), kept(y), kept(heading))
-        case tuple():
-            return tuple(snapshot(ev, item, span, acts) for item in value)
-    return value
-
-
 @dataclass
 class Variable:
     """A name of a behaviour that is assigned in it: a local, or a binding that cannot change."""
@@ -133,7 +103,7 @@ class Body:
 
     def inlined(self, call: BehaviourCall, node: nodes.BehaviorDefinition) -> ir.Block:
         self.scope = self.inliner.ev.run.new_scope()
-        counts = list(_assigned_names(node.body, repeated=False))
+        counts = list(assigned_names(node.body, repeated=False))
         self.assigned = frozenset(name for name in counts if counts.count(name) > 1)
         acts: list[ir.Act] = []
         for parameter in node.parameters:
@@ -160,7 +130,7 @@ class Body:
         acts: list[ir.Act] = []
         for statement in statements:
             try:
-                acts += _STATEMENTS[type(statement)](self, statement)
+                acts += ACTS[type(statement)](self, statement)
             except Mistake as mistake:
                 self.ev.report(mistake)
                 self._poison(statement)
@@ -234,211 +204,9 @@ class Body:
         return self.inliner.block(call, self.moment)
 
 
-def _assigned_names(statements: Sequence[nodes.Statement], *, repeated: bool) -> Iterator[str]:
-    """Every assignment's names; twice where it may run again."""
-    for statement in statements:
-        match statement:
-            case nodes.Assign(targets=targets):
-                yield from targets * (2 if repeated else 1)
-            case nodes.AugmentedAssign(target=target):
-                yield from (target, target)
-            case nodes.If(branches=branches, otherwise=otherwise):
-                for _, body in branches:
-                    yield from _assigned_names(body, repeated=True)
-                yield from _assigned_names(otherwise, repeated=True)
-            case nodes.While(body=body):
-                yield from _assigned_names(body, repeated=True)
-            case nodes.Try(body=body, handlers=handlers):
-                yield from _assigned_names(body, repeated=True)
-                for handler in handlers:
-                    yield from _assigned_names(handler.body, repeated=True)
-
-
-# -- statements -------------------------------------------------------------------------------------------------------
-
-
-def _assign(body: Body, node: nodes.Assign) -> ir.Block:
-    with body.ev.naming(node.targets[0]):
-        value = body.ev.evaluate(node.value)
-    acts: list[ir.Act] = []
-    for name, item in unpack(node.targets, value, node.span).items():
-        acts += body.assign(name, item, node.value.span)
-    return tuple(acts)
-
-
-def _augmented(body: Body, node: nodes.AugmentedAssign) -> ir.Block:
-    name = nodes.Name(span=node.span, id=node.target)
-    operation = nodes.Binary(span=node.span, operator=node.operator, left=name, right=node.value)
-    value = combine(body.ev, node.operator, body.ev.evaluate(name), body.ev.evaluate(node.value), operation)
-    return body.assign(node.target, value, node.span)
-
-
-def _expression(body: Body, node: nodes.ExpressionStatement) -> ir.Block:
-    value = body.ev.evaluate(node.value)
-    if isinstance(value, BehaviourCall | BehaviourValue):
-        name = value.name if isinstance(value, BehaviourCall) else value.node.name
-        raise errors.CALLED_BEHAVIOUR.mistake(node.span, name=name)
-    if not isinstance(value, str):
-        body.ev.report(errors.BARE_EXPRESSION.at(node.span))
-    return ()
-
-
-def _do(body: Body, node: nodes.Do) -> ir.Block:
-    if node.until is not None:
-        condition = body.condition(node.until, repeated=True)
-        return _until(body.run(node.behavior), condition, node.span)
-    if node.duration is None:
-        return body.run(node.behavior)
-    ev = body.ev
-    start = ev.run.new_local()
-    elapsed = ev.algebra.sub(ev.algebra.apply(Op.TIME), ev.algebra.local(start))
-    over = ev.algebra.apply(Op.LE, _duration(body, node, node.duration), elapsed)
-    return (
-        ir.SetLocal(node.span, start, ev.algebra.apply(Op.TIME)),
-        *_until(body.run(node.behavior), over, node.span),
-    )
-
-
-def _until(block: ir.Block, condition: ir.Expr, span: Span) -> ir.Block:
-    return (ir.TryInterrupt(span, block, ((condition, (ir.Abort(span),)),)),)
-
-
-def _duration(body: Body, node: nodes.Do, duration: nodes.Expression) -> ir.Expr:
-    """[s], a little less than asked for: sums of steps are not exact."""
-    ev = body.ev
-    value = ev.evaluate(duration)
-    if node.in_steps:
-        steps = numbers.quantity(value, duration.span, "a number of steps")
-        step = ev.file.settings.time_step or SimulationConfig().time_step
-        seconds = ev.algebra.mul(steps.expr, ev.algebra.literal(step))
-    else:
-        seconds = numbers.adopt(ev, value, TIME, duration.span, "the duration after `for`")
-        numbers.in_range(ev, seconds, 0.0, float("inf"), TIME, duration.span, "the duration after `for`")
-    return ev.algebra.sub(seconds, ev.algebra.literal(CLOCK_TOLERANCE))
-
-
-def _take(body: Body, node: nodes.Take) -> ir.Block:
-    commands = []
-    for action in node.actions:
-        value = body.ev.evaluate(action)
-        for each in value if isinstance(value, tuple) else (value,):
-            commands.append(_action(each, action))
-    known = [command for command, _ in commands]
-    for command in known:
-        if known.count(command) > 1:
-            raise errors.SAME_ACTION.mistake(node.span, command=command.name.lower())
-    return (ir.Take(node.span, tuple(commands)),)
-
-
-def _action(value: Value, node: nodes.Expression) -> tuple[Command, ir.Expr]:
-    if isinstance(value, ActionCall):
-        return value.command, value.value
-    suggestion = did_you_mean(kind_name(value).strip("`"), names_of(Kind.ACTION))
-    raise errors.NOT_AN_ACTION.mistake(node.span, actual=kind_name(value), suggestion=suggestion)
-
-
-def _wait(_body: Body, node: nodes.Wait) -> ir.Block:
-    return (ir.Wait(node.span),)
-
-
-def _try(body: Body, node: nodes.Try) -> ir.Block:
-    inner = body.nested(node.body, repeated=body.moment.repeated)
-    handlers = []
-    for handler in node.handlers:
-        condition = body.condition(handler.condition, repeated=True)
-        acts = body.nested(handler.body, repeated=True)
-        check_handler(body.ev, condition, acts, handler.condition.span)
-        handlers.append((condition, acts))
-    return (ir.TryInterrupt(node.span, inner, tuple(handlers)),)
-
-
-def _abort(_body: Body, node: nodes.Abort) -> ir.Block:
-    return (ir.Abort(node.span),)
-
-
-def _terminate(body: Body, node: nodes.Terminate) -> ir.Block:
-    name = f"`terminate` in {body.inliner.stack[-1].node.name}"
-    return (ir.Terminate(node.span, body.ev.file.rule(node.span, name)),)
-
-
-def _if(body: Body, node: nodes.If) -> ir.Block:
-    return _branches(body, list(node.branches), node)
-
-
-def _branches(
-    body: Body, branches: Sequence[tuple[nodes.Expression, tuple[nodes.Statement, ...]]], node: nodes.If
-) -> ir.Block:
-    """What is decided at compile time leaves no branch behind."""
-    if not branches:
-        return body.block(node.otherwise)
-    (test, statements), rest = branches[0], branches[1:]
-    condition = body.condition(test)
-    if isinstance(condition, ir.Literal):
-        return body.block(statements) if condition.value else _branches(body, rest, node)
-    then = body.nested(statements)
-    body.depth += 1
-    otherwise = _branches(body, rest, node)
-    body.depth -= 1
-    return (ir.Branch(test.span, condition, then, otherwise),)
-
-
-def _while(body: Body, node: nodes.While) -> ir.Block:
-    condition = body.condition(node.condition, repeated=True)
-    if isinstance(condition, ir.Literal) and not condition.value:
-        return ()
-    acts = body.nested(node.body, repeated=True)
-    check_loop(body.ev, condition, acts, node.condition.span)
-    return (ir.Loop(node.span, condition, acts),)
-
-
-def _leave(kind: str) -> "Act":
-    def act(body: Body, node: nodes.Statement) -> ir.Block:
-        return (ir.Leave(node.span, kind, body.scope),)
-
-    return act
-
-
-def _nothing(_body: Body, _node: nodes.Statement) -> ir.Block:
-    return ()
-
-
-def _misplaced(_body: Body, _node: nodes.Statement) -> ir.Block:
-    """The scope check has said already that this statement stands in the wrong place."""
-    raise Mistake
-
-
 Act = Callable[[Body, nodes.Statement], ir.Block]
-
-_STATEMENTS: dict[type, Act] = {
-    nodes.Assign: _assign,
-    nodes.AugmentedAssign: _augmented,
-    nodes.ExpressionStatement: _expression,
-    nodes.Do: _do,
-    nodes.Take: _take,
-    nodes.Wait: _wait,
-    nodes.Try: _try,
-    nodes.Abort: _abort,
-    nodes.Terminate: _terminate,
-    nodes.If: _if,
-    nodes.While: _while,
-    nodes.Break: _leave("break"),
-    nodes.Continue: _leave("continue"),
-    nodes.Return: _leave("return"),
-    nodes.Pass: _nothing,
-    **dict.fromkeys(
-        (
-            nodes.Map,
-            nodes.Simulation,
-            nodes.Model,
-            nodes.Param,
-            nodes.Require,
-            nodes.TerminateWhen,
-            nodes.TerminateAfter,
-            nodes.BehaviorDefinition,
-        ),
-        _misplaced,
-    ),
-}  # type: ignore[dict-item]
+ACTS: dict[type, Act] = {}
+"""What each statement of a behaviour does; `acts` fills it."""
 
 
 def warn_if_idle(ev: Evaluator, actor: Actor, block: ir.Block) -> None:

@@ -6,7 +6,7 @@ from cortex_dsl.semantics import distributions, errors
 from cortex_dsl.semantics.arguments import Given, Slot, bind, bind_builtin, evaluate_arguments, number_for
 from cortex_dsl.semantics.builtins import BUILTINS, Builtin, Kind
 from cortex_dsl.semantics.context import Evaluator
-from cortex_dsl.semantics.distributions import Site
+from cortex_dsl.semantics.draws import Site
 from cortex_dsl.semantics.functions import FUNCTIONS
 from cortex_dsl.semantics.values import (
     ActionCall,

@@ -5,12 +5,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import distributions, errors, numbers
+from cortex_dsl.semantics import distributions, draws, errors, numbers
+from cortex_dsl.semantics import options as finite
 from cortex_dsl.semantics.algebra import closed_value
 from cortex_dsl.semantics.arguments import Given, evaluate_arguments
 from cortex_dsl.semantics.context import Evaluator
-from cortex_dsl.semantics.distributions import Option, Site
+from cortex_dsl.semantics.draws import Site
 from cortex_dsl.semantics.functions import whole_number
+from cortex_dsl.semantics.options import Option
 from cortex_dsl.semantics.units import UNITS, Unit, si_word
 from cortex_dsl.semantics.values import Quantity, Value, option_name
 from cortex_dsl.spelling import did_you_mean
@@ -64,13 +66,13 @@ class _Request:
     site: Site
 
     def continuous_gene(self) -> Value:
-        arguments = distributions.bound_arguments(self.distribution, self.given, self.site.span)
+        arguments = draws.bound_arguments(self.distribution, self.given, self.site.span)
         unit, values = self._written(arguments)
         low, high = values[-2:]
-        distributions.check_order(self.distribution, low, high, self.site.span)
+        draws.check_order(self.distribution, low, high, self.site.span)
         truncated = self.distribution == "TruncatedNormal"
         if truncated:
-            distributions.check_deviation(values[1], arguments[1].span)
+            draws.check_deviation(values[1], arguments[1].span)
         gene = self._info(
             GeneKind.CONTINUOUS, unit, low, high, Distribution.TRUNCATED_NORMAL if truncated else Distribution.UNIFORM
         )
@@ -79,9 +81,9 @@ class _Request:
         return self._value(gene, unit)
 
     def integer_gene(self) -> Value:
-        arguments = distributions.bound_arguments(self.distribution, self.given, self.site.span)
+        arguments = draws.bound_arguments(self.distribution, self.given, self.site.span)
         low, high = (whole_number(self.ev, g.value, g.span, "a bound of a `DiscreteRange`") for g in arguments)
-        distributions.check_order(self.distribution, low, high, self.site.span)
+        draws.check_order(self.distribution, low, high, self.site.span)
         unit = "" if self.site.unit is None else self.site.unit.word
         gene = self._info(GeneKind.INTEGER, unit, float(low), float(high), Distribution.UNIFORM)
         if self.site.span not in self.ev.file.expanded:
@@ -91,28 +93,28 @@ class _Request:
             Option(Quantity(self.ev.algebra.literal(n * gene.scale), dimension), 1.0, f"{n} {unit}".rstrip())
             for n in range(low, high + 1)
         ]
-        return distributions.choose(self.ev, options, self.site, self._register(gene))
+        return finite.choose(self.ev, options, self.site, self._register(gene))
 
     def index_gene(self) -> Value:
-        find = distributions.weighted_options if self.distribution == "Discrete" else distributions.uniform_options
+        find = finite.weighted_options if self.distribution == "Discrete" else finite.uniform_options
         options = find(self.ev, self.distribution, self.given, self.site)
-        if not distributions.all_constant(options):
+        if not finite.all_constant(options):
             raise errors.GENE_BOUNDS.mistake(self.site.span, name=self.param)
         if len(options) < 2:
-            return distributions.pick(self.ev, options, self.site)
+            return finite.pick(self.ev, options, self.site)
         weighted = len({option.weight for option in options}) > 1
         gene = replace(
             self._info(
                 GeneKind.INDEX, "", 0.0, len(options) - 1.0, Distribution.DISCRETE if weighted else Distribution.UNIFORM
             ),
             options=tuple(option.source for option in options),
-            weights=distributions.probabilities(options) if weighted else (),
+            weights=finite.probabilities(options) if weighted else (),
         )
         index = self._register(gene)
         numeric = all(isinstance(option.value, Quantity) for option in options)
         if not numeric or self.site.span in self.ev.file.expanded:
-            return distributions.choose(self.ev, options, self.site, index)
-        values, dimension = distributions.option_numbers(options, self.site.span)
+            return finite.choose(self.ev, options, self.site, index)
+        values, dimension = finite.option_numbers(options, self.site.span)
         known = [value.expr.value for value in values if isinstance(value.expr, ir.Literal)]
         offset = self.ev.file.pool.offset(known)
         return Quantity(self.ev.algebra.apply(Op.TABLE, self.ev.algebra.gene(index), immediates=(offset,)), dimension)
@@ -145,7 +147,7 @@ class _Request:
 
     def _written(self, arguments: Sequence[Given]) -> tuple[str, list[float]]:
         """The unit of the file for this gene, and the numbers in it."""
-        exprs = [distributions.scaled(self.ev, argument, self.site.unit) for argument in arguments]
+        exprs = [draws.scaled(self.ev, argument, self.site.unit) for argument in arguments]
         dimension = None
         for number in exprs:
             dimension = numbers.common(dimension, number.dimension, self.site.span, "bounds of one distribution")
@@ -198,9 +200,9 @@ def _option_names(ev: Evaluator, entry: nodes.ParamEntry) -> dict[str, Value] | 
         return None
     site = Site(entry.value.span, unit_behind(entry.value))
     find = {
-        "Uniform": distributions.uniform_options,
-        "VerifaiOptions": distributions.uniform_options,
-        "Discrete": distributions.weighted_options,
+        "Uniform": finite.uniform_options,
+        "VerifaiOptions": finite.uniform_options,
+        "Discrete": finite.weighted_options,
     }.get(call.function.id)
     if find is None:
         return None

@@ -7,6 +7,7 @@ from cortex_dsl import ir
 from cortex_dsl.semantics import attributes, distributions, errors, geometry, numbers
 from cortex_dsl.semantics.arguments import Given, items_of
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.draws import Site, scaled
 from cortex_dsl.semantics.functions import known_truth, whole_number
 from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.roads import named_constant
@@ -57,8 +58,8 @@ def degrees(ev: Evaluator, node: nodes.Degrees) -> Value:
 def _in_unit(ev: Evaluator, node: nodes.Expression, value: nodes.Expression, unit: Unit) -> Value:
     call = distributions.distribution_call(ev, node)
     if call is not None:
-        return distributions.sample_call(ev, call, distributions.Site(node.span, unit))
-    return distributions.scaled(ev, Given(ev.evaluate(value), value.span), unit)
+        return distributions.sample_call(ev, call, Site(node.span, unit))
+    return scaled(ev, Given(ev.evaluate(value), value.span), unit)
 
 
 def string(_ev: Evaluator, node: nodes.String) -> Value:

@@ -204,6 +204,11 @@ def option_name(value: Value) -> str:
     return kind_name(value)
 
 
+def number_text(number: float) -> str:
+    """Digits that bring back the same number; whole ones without a point."""
+    return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
+
+
 def source_text(value: Value) -> str | None:
     """Text that names a value again in the language; None where there is none."""
     match value:
@@ -219,7 +224,7 @@ def source_text(value: Value) -> str | None:
             return "True" if number else "False"
         case Quantity(ir.Literal(value=number), dimension):
             unit = si_word(dimension)
-            return f"{number!r} {unit}" if unit else repr(number)
+            return f"{number_text(number)} {unit}".rstrip()
         case tuple():
             items = [source_text(item) for item in value]
             return None if None in items else "[" + ", ".join(filter(None, items)) + "]"

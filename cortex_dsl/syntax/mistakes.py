@@ -9,38 +9,14 @@ from collections.abc import Callable
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import nearest
-from cortex_dsl.syntax import errors, later
+from cortex_dsl.syntax import errors
+from cortex_dsl.syntax.habits import foreign_spelling, missing_new, not_supported, text_prefix
 from cortex_dsl.syntax.trouble import Trouble, Word
 from cortex_dsl.syntax.units import UNIT_WORDS, unit_list
 from cortex_dsl.syntax.words import BLOCK_WORDS, RESERVED, SPECIFIER_WORDS
 
 Mistake = Callable[[Trouble], Diagnostic | None]
 
-_FOREIGN = {
-    "&&": "and",
-    "||": "or",
-    "!": "not",
-    "&": "and",
-    "|": "or",
-    "<>": "!=",
-    "===": "==",
-    "°": "deg",
-    "\N{LEFT DOUBLE QUOTATION MARK}": '"',
-    "\N{RIGHT DOUBLE QUOTATION MARK}": '"',
-    "\N{LEFT SINGLE QUOTATION MARK}": "'",
-    "\N{RIGHT SINGLE QUOTATION MARK}": "'",
-    "\N{MINUS SIGN}": "-",
-    "\N{EN DASH}": "-",
-    "\N{MULTIPLICATION SIGN}": "*",
-    "·": "*",
-    "÷": "/",
-    "≤": "<=",
-    "≥": ">=",
-    "≠": "!=",
-    "^": "**",
-    "++": "+= 1",
-    "--": "-= 1",
-}
 _STATEMENT_WORDS = (
     "behavior", "map", "model", "param", "simulation", "require", "terminate", "do", "take", "wait", "abort",
     "break", "continue", "return", "pass", "try", "if", "while", "interrupt", "elif", "else",
@@ -59,74 +35,6 @@ _NAME_OF_A_THING = {
     "map": "a kind of map: `map intersection(ways=4)`",
     "with": "a property and its value: `with speed 5 m/s`",
 }
-
-
-def not_supported(trouble: Trouble) -> Diagnostic | None:
-    first, found, before = trouble.first, trouble.found, trouble.before
-    named = len(trouble.words) > 1 and trouble.words[1].text in ("=", ".", ",")
-    if first.text in later.STATEMENTS and first.kind == "name" and not named:
-        return _later(first, later.STATEMENTS[first.text], later.INSTEAD.get(first.text, ""))
-    for word in (found, before):
-        if word is None or word.kind != "name":
-            continue
-        if first.text == "require" and (word.text in later.TEMPORAL or word.text == "monitor"):
-            return _later(word, f"`{word.text}` in a requirement", "a plain `require` holds for the start of a scene")
-        if first.text == "do" and word.text in ("choose", "shuffle"):
-            return _later(word, f"`do {word.text}`", "name the one behavior that is to run")
-    if found.text == "," and first.text == "do":
-        return _later(found, "several behaviors at once", "write one `do` for each, one after the other")
-    if first.text == "wait" and found.text in ("for", "until"):
-        return _later(found, f"`wait {found.text}`", f"write `do IdleBehavior() {found.text} …`")
-    if first.text == "return" and before is first and found.kind != "end":
-        return _later(found, "a value after `return`", "a behavior ends with `return` alone")
-    if found.text == ":" and trouble.bracket is not None and trouble.bracket.text == "[":
-        return _later(found, "a slice", "index one element, or write a comprehension")
-    if found.kind == "name" and found.text in later.OPERATORS and trouble.wants_operator:
-        return _later(found, later.OPERATORS[found.text])
-    if before is not None and before.text in later.OPERATORS and found.kind == "name":
-        return _later(before, later.OPERATORS[before.text])
-    if found.kind == "name" and found.text in later.SPECIFIERS:
-        return _later(found, later.SPECIFIERS[found.text])
-    return None
-
-
-def _later(word: Word, what: str, cure: str = "") -> Diagnostic:
-    message = f"not supported yet: {what}"
-    return errors.NOT_SUPPORTED.at(word.span, message, reason=errors.NOT_SUPPORTED.why, cure=cure)
-
-
-def foreign_spelling(trouble: Trouble) -> Diagnostic | None:
-    found, before = trouble.found, trouble.before
-    second = trouble.words[1] if len(trouble.words) > 1 else trouble.first
-    if trouble.first.text == "else" and second.text == "if":
-        return _foreign(Word("name", "else if", trouble.first.span.to(second.span)), "elif")
-    if before is not None and before.text in ("++", "--") and found.kind == "end":
-        return _foreign(before, _FOREIGN[before.text])
-    if found.kind == "sign" and found.text in _FOREIGN:
-        return _foreign(found, _FOREIGN[found.text])
-    if trouble.first.text in ("elseif", "elsif") and trouble.first.kind == "name":
-        return _foreign(trouble.first, "elif")
-    if trouble.first.text in ("function", "fn", "func", "behaviour") and trouble.before is trouble.first:
-        return _foreign(trouble.first, "behavior")
-    if trouble.first.text in ("let", "var", "const", "auto") and trouble.before is trouble.first:
-        return errors.FOREIGN_SPELLING.at(
-            trouble.first.span, f"`{trouble.first.text}` is not needed", cure="write `name = value`"
-        )
-    if found.text == "?":
-        return errors.FOREIGN_SPELLING.at(
-            found.span, "`?` is no operator", cure="a choice between two values is `a if condition else b`"
-        )
-    if found.text == ";" or (found.text == "{" and trouble.wants_operator):
-        return errors.FOREIGN_SPELLING.at(
-            found.span, f"`{found.text}` does not belong here", cure="blocks begin with `:` and are indented"
-        )
-    return None
-
-
-def _foreign(word: Word, ours: str) -> Diagnostic:
-    return errors.FOREIGN_SPELLING.at(
-        word.span, f"`{word.text}` is written `{ours}`", f"write `{ours}`", cure=f"write `{ours}`"
-    )
 
 
 def assignment_in_condition(trouble: Trouble) -> Diagnostic | None:
@@ -195,22 +103,6 @@ def orphan(trouble: Trouble) -> Diagnostic | None:
         f"`{word.text}` without {article} `{parent}`",
         reason=f"it continues {article} `{parent}` block that is right above it, at the same indentation",
         cure=f"align it with its `{parent}`, or write the `{parent}`",
-    )
-
-
-def missing_new(trouble: Trouble) -> Diagnostic | None:
-    before = trouble.before
-    if trouble.found.text not in SPECIFIER_WORDS or before is None or before.kind != "name":
-        return None
-    if not before.text[0].isupper() or before.text.isupper() or not trouble.wants_operator:
-        return None
-    if any(word.text == "new" for word in trouble.words[: trouble.place]):
-        return None
-    return errors.MISSING_NEW.at(
-        before.span,
-        f"missing `new` before `{before.text}`",
-        reason=errors.MISSING_NEW.why,
-        cure=f"write `new {before.text} {trouble.found.text} …`",
     )
 
 
@@ -329,17 +221,6 @@ def strange_character(trouble: Trouble) -> Diagnostic | None:
     shown = f"`{found.text}`" if found.text.isprintable() else f"U+{ord(found.text[0]):04X}"
     return errors.STRANGE_CHARACTER.at(
         found.span, f"the character {shown} means nothing here", reason=errors.STRANGE_CHARACTER.why, cure="remove it"
-    )
-
-
-def text_prefix(trouble: Trouble) -> Diagnostic | None:
-    found, before = trouble.found, trouble.before
-    if found.kind != "string" or before is None or before.span.end != found.span.start:
-        return None
-    if before.text.lower() not in ("f", "r", "b", "u", "rb", "br", "fr", "rf"):
-        return None
-    return errors.NOT_SUPPORTED.at(
-        before.span, f"strings with the prefix `{before.text}` are not supported", cure="write a plain string"
     )
 
 

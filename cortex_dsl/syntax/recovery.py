@@ -39,7 +39,7 @@ def resume_after(run: InteractiveParser, indenter: Indenter, index: int) -> bool
         return False
     for kind in kinds:
         run.feed_token(synthetic(kind, line.start))
-    indenter.resumed = index
+    indenter.resumed, indenter.ended = index, index - 1
     _move_to(run.lexer_thread.state, layout.lines[index].stop)
     return True
 

@@ -26,7 +26,7 @@ SPOKEN_UNITS: Mapping[str, str] = MappingProxyType(
         "sec": "s", "secs": "s", "second": "s", "minute": "min", "minutes": "min",
         "msec": "ms", "millisecond": "ms", "milliseconds": "ms",
         "kph": "km/h", "kmh": "km/h", "kmph": "km/h", "km/hr": "km/h", "km/hour": "km/h", "mps": "m/s",
-        "m/sec": "m/s", "m/second": "m/s", "m/s2": "m/s^2", "m/s**2": "m/s^2", "m/s²": "m/s^2", "m/ss": "m/s^2",
+        "m/sec": "m/s", "m/second": "m/s", "m/s2": "m/s^2", "m/s**2": "m/s^2", "m/s²": "m/s^2",
         "mi/h": "mph", "degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad",
         "kilogram": "kg", "kilograms": "kg", "kilo": "kg", "ton": "t", "tons": "t", "tonne": "t", "tonnes": "t",
         "hertz": "Hz",

@@ -10,7 +10,7 @@ commands take effect in the step that follows.
 from typing import NamedTuple
 
 from engine.kernels.evaluate import evaluate
-from engine.kernels.inline import inlined
+from engine.kernels.inline import inlined_part
 from engine.kernels.path import path_project, path_project_near
 from engine.kernels.philox import ATTEMPT_CHANNEL, open_stream, uniform
 from engine.kernels.stage import Plan, Run, Slot, Status, column_of, outline_of
@@ -29,20 +29,20 @@ class Turn(NamedTuple):
     detail: int
 
 
-@inlined
+@inlined_part
 def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
     """Run step code from a row on until the turn is over. Inlined into its caller: call it in one place.
 
     `actor` is who acts; it has no meaning for a rule, whose code neither follows nor commands.
     """
     code, registers = plan.code, run.registers
-    sample = run.status[Status.SAMPLE]
+    sample = int(run.status[Status.SAMPLE])
     signal, detail = OUT_OF_BUDGET, -1
     for _ in range(plan.layout.budget):
-        op, dst, a, b = code[row, 0], code[row, 1], code[row, 2], code[row, 3]
+        op, dst, a, b = int(code[row, 0]), int(code[row, 1]), int(code[row, 2]), int(code[row, 3])
         row += 1
         if op < Op.STATE:
-            evaluate(op, dst, a, b, code[row - 1, 4], registers, plan.pool, plan.road)
+            evaluate(op, dst, a, b, int(code[row - 1, 4]), registers, plan.pool, plan.road)
         elif op == Op.STATE:
             registers[dst] = run.states[sample, a, b]
         elif op == Op.TIME:
@@ -62,7 +62,7 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         elif op == Op.SET_RESUME:
             run.resume[a] = b
         elif op == Op.RESUME:
-            row = run.resume[a]
+            row = int(run.resume[a])
         elif op == Op.YIELD:
             run.resume[a] = row
             signal = YIELDED
@@ -71,7 +71,7 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
             _command(run, actor, a, registers[b])
         elif op == Op.FOLLOW:
             if _follow(plan, run, sample, actor, dst, int(registers[a]), registers[b], registers[code[row - 1, 4]]):
-                row = code[row - 1, 5]
+                row = int(code[row - 1, 5])
         elif op == Op.HOLD_SPEED:
             _hold_speed(plan, run, sample, actor, registers[a])
         elif op == Op.TERMINATE:
@@ -86,7 +86,7 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
     return Turn(signal, row if signal == OUT_OF_BUDGET else detail)
 
 
-@inlined
+@inlined_part
 def _draw(run: Run) -> float:
     """The next uniform number of the scene's behaviour stream."""
     number = run.status[Status.DRAWS]
@@ -94,7 +94,7 @@ def _draw(run: Run) -> float:
     return uniform(open_stream(run.key, Purpose.BEHAVIOUR, ATTEMPT_CHANNEL), number)
 
 
-@inlined
+@inlined_part
 def _within(plan: Plan, run: Run, sample: int, me: int, distance: float) -> bool:
     """withinDistanceToAnyObjs: whether a present actor's centre is nearer than `distance` and `me` sees it."""
     states = run.states
@@ -112,7 +112,7 @@ def _within(plan: Plan, run: Run, sample: int, me: int, distance: float) -> bool
     return False
 
 
-@inlined
+@inlined_part
 def _command(run: Run, actor: int, command: int, value: float) -> None:
     if command == Command.THROTTLE:
         run.actors[actor, Slot.THROTTLE] = value
@@ -124,7 +124,7 @@ def _command(run: Run, actor: int, command: int, value: float) -> None:
         run.actors[actor, Slot.SET_SPEED] = value
 
 
-@inlined
+@inlined_part
 def _follow(
     plan: Plan, run: Run, sample: int, actor: int, progress: int, path: int, target_speed: float, max_lateral: float
 ) -> bool:
@@ -150,7 +150,7 @@ def _follow(
     return False
 
 
-@inlined
+@inlined_part
 def _hold_speed(plan: Plan, run: Run, sample: int, actor: int, target_speed: float) -> None:
     max_acceleration = column_of(plan, run, actor, Column.MAX_ACCELERATION)
     max_braking = column_of(plan, run, actor, Column.MAX_BRAKING)

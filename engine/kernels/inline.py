@@ -15,6 +15,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False, "forceinline": True, "_nrt": False}
+PART_OPTIONS: dict[str, Any] = OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 def inlined(function: Function) -> Function:
@@ -24,4 +25,4 @@ def inlined(function: Function) -> Function:
 
 def inlined_part(function: Function) -> Function:
     """Like `@inlined`, but out of Python's reach: the bridge that unpacks many tables is a third of the compilation."""
-    return cast("Function", numba.njit(**OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True})(function))
+    return cast("Function", numba.njit(**PART_OPTIONS)(function))

@@ -25,7 +25,7 @@ import math
 from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, SEGMENT_ENDED, Turn, interpret
 from engine.kernels.bicycle import Demand, Motion, clip, drive, stand, walk
 from engine.kernels.geometry import circles_apart, first_contact
-from engine.kernels.inline import inlined
+from engine.kernels.inline import inlined_part
 from engine.kernels.jit import kernel
 from engine.kernels.region import region_contains
 from engine.kernels.stage import NO_SPEED, RUNNING, Plan, Run, Slot, Status, column_of, outline_of, vehicle_of
@@ -55,7 +55,7 @@ def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints) -> None
         _place(plan, run, actor)
 
 
-@inlined
+@inlined_part
 def _place(plan: Plan, run: Run, actor: int) -> None:
     """An actor where its scene puts it; nobody starts backwards."""
     run.states[0, actor, :] = 0.0
@@ -92,7 +92,7 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
         run.status[Status.SAMPLE] += 1
 
 
-@inlined
+@inlined_part
 def _end(plan: Plan, run: Run, reason: int, detail: int, part_of_step: float) -> None:
     run.status[Status.END] = reason
     run.status[Status.DETAIL] = detail
@@ -103,20 +103,20 @@ def _end(plan: Plan, run: Run, reason: int, detail: int, part_of_step: float) ->
 # -- rules and behaviours ---------------------------------------------------------------------------------------------
 
 
-@inlined
+@inlined_part
 def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
     """Test the rules, then let all actors act.
 
     Rules and behaviours share one loop because the interpreter is copied to where it is called.
     """
-    sample, template = run.status[Status.SAMPLE], run.status[Status.TEMPLATE]
+    sample, template = int(run.status[Status.SAMPLE]), int(run.status[Status.TEMPLATE])
     rules = plan.rules.shape[1]
     for turn in range(0 if scored else rules, rules + len(plan.kinds)):
         actor = turn - rules
         if actor == 0 and scored and sample >= plan.layout.last_sample:
             _end(plan, run, EndReason.TIMEOUT, -1, 0.0)
             return
-        row = plan.rules[template, turn, 0] if actor < 0 else _first_row(plan, run, sample, template, actor)
+        row = int(plan.rules[template, turn, 0]) if actor < 0 else _first_row(plan, run, sample, template, actor)
         if row < 0:
             continue
         _settle(plan, run, template, turn, interpret(plan, run, actor, row), scored)
@@ -126,7 +126,7 @@ def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
         _end(plan, run, EndReason.ALL_DONE, -1, 0.0)
 
 
-@inlined
+@inlined_part
 def _first_row(plan: Plan, run: Run, sample: int, template: int, actor: int) -> int:
     """Where an actor's turn starts, -1 if it has none; pedals and speed last one step and are taken back here."""
     run.actors[actor, Slot.THROTTLE] = 0.0
@@ -134,10 +134,10 @@ def _first_row(plan: Plan, run: Run, sample: int, template: int, actor: int) -> 
     run.actors[actor, Slot.SET_SPEED] = NO_SPEED
     if run.states[sample, actor, State.PRESENT] == 0.0 or run.actors[actor, Slot.FREE] != 0.0:
         return -1
-    return run.resume[plan.main_blocks[template, actor]]
+    return int(run.resume[plan.main_blocks[template, actor]])
 
 
-@inlined
+@inlined_part
 def _settle(plan: Plan, run: Run, template: int, turn: int, result: Turn, scored: bool) -> None:
     """Draw the consequences of how a rule or a turn ended."""
     actor = turn - plan.rules.shape[1]
@@ -153,7 +153,7 @@ def _settle(plan: Plan, run: Run, template: int, turn: int, result: Turn, scored
         _end(plan, run, EndReason.STUCK, result.detail, 0.0)
 
 
-@inlined
+@inlined_part
 def _present_count(run: Run, sample: int) -> int:
     """Actors that will take part in the coming step."""
     count = 0
@@ -166,10 +166,10 @@ def _present_count(run: Run, sample: int) -> int:
 # -- motion -----------------------------------------------------------------------------------------------------------
 
 
-@inlined
+@inlined_part
 def _step(plan: Plan, run: Run) -> None:
     """Write the next sample of everybody but free bodies."""
-    sample = run.status[Status.SAMPLE]
+    sample = int(run.status[Status.SAMPLE])
     for actor in range(len(plan.kinds)):
         if run.actors[actor, Slot.FREE] != 0.0:
             continue
@@ -182,7 +182,7 @@ def _step(plan: Plan, run: Run) -> None:
         _move(plan, run, sample, actor)
 
 
-@inlined
+@inlined_part
 def _watch_road(plan: Plan, run: Run, sample: int, actor: int) -> None:
     """Note when an actor's centre is first outside the road, at the samples from which it steps."""
     if math.isnan(run.actors[actor, Slot.LEFT_ROAD]):
@@ -191,7 +191,7 @@ def _watch_road(plan: Plan, run: Run, sample: int, actor: int) -> None:
             run.actors[actor, Slot.LEFT_ROAD] = sample * plan.layout.time_step
 
 
-@inlined
+@inlined_part
 def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
     """One actor's step from what it was commanded to do."""
     slots = run.actors
@@ -226,7 +226,7 @@ def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
     _record(plan, run, sample + 1, actor, after, (after.speed - speed) / plan.layout.time_step, throttle, brake)
 
 
-@inlined
+@inlined_part
 def _record(
     plan: Plan, run: Run, sample: int, actor: int, after: Motion, acceleration: float, throttle: float, brake: float
 ) -> None:
@@ -246,10 +246,10 @@ def _record(
 # -- contact ----------------------------------------------------------------------------------------------------------
 
 
-@inlined
+@inlined_part
 def _search_contact(plan: Plan, run: Run) -> None:
     """End the run at the first contact in this step; a state that became NaN ends it too. Ties: the lower pair."""
-    sample = run.status[Status.SAMPLE]
+    sample = int(run.status[Status.SAMPLE])
     actors = len(plan.kinds)
     first, first_one, first_other = 2.0, -1, -1
     for one in range(actors):
@@ -275,7 +275,7 @@ def _search_contact(plan: Plan, run: Run) -> None:
         run.status[Status.CONTACT_OTHER] = first_other
 
 
-@inlined
+@inlined_part
 def _is_finite(run: Run, sample: int, actor: int) -> bool:
     states = run.states
     position = states[sample, actor, State.X] + states[sample, actor, State.Y]

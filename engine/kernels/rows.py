@@ -2,6 +2,9 @@
 
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from engine.kernels.jit import kernel
 from engine.kernels.measure import measure_pair
 from engine.kernels.rollout import advance, begin
@@ -23,7 +26,7 @@ class Results(NamedTuple):
     """Where results go; the arrays of `engine.scenes.Outcomes` under their names there, filled for no result."""
 
     verdict: Ints
-    collided: Ints
+    collided: NDArray[np.bool_]
     end_reason: Ints
     end_rule: Ints
     end_time: Floats
@@ -48,16 +51,17 @@ def simulate_rows(
             continue
         begin(plan, run, scenes.variant[row], scenes.values[row], scenes.keys[row])
         advance(plan, run, plan.layout.last_sample + 1, True)
-        _note_end(run, row, out)
+        note_end(run, row, out)
         reason = run.status[Status.END]
         if reason == EndReason.BROKEN or reason == EndReason.STUCK:
             out.verdict[row] = Verdict.ERROR
             continue
-        _measure(plan, run, scenes.values[row], row, outlines, out)
+        measure_run(plan, run, scenes.values[row], row, outlines, out)
 
 
 @kernel
-def _note_end(run: Run, row: int, out: Results) -> None:
+def note_end(run: Run, row: int, out: Results) -> None:
+    """How the scored run ended, into its row."""
     reason = run.status[Status.END]
     out.end_reason[row] = reason
     out.end_rule[row] = run.status[Status.DETAIL]
@@ -71,8 +75,8 @@ def _note_end(run: Run, row: int, out: Results) -> None:
 
 
 @kernel
-def _measure(plan: Plan, run: Run, values: Floats, row: int, outlines: Floats, out: Results) -> None:
-    """Metrics of each pair (ego, other) over the samples up to contact or the end."""
+def measure_run(plan: Plan, run: Run, values: Floats, row: int, outlines: Floats, out: Results) -> None:
+    """Metrics of each pair (ego, other) over the samples up to contact or the end, into the run's row."""
     for actor in range(len(plan.kinds)):
         outlines[actor, 0] = values[actor * COLUMNS + Column.LENGTH]
         outlines[actor, 1] = values[actor * COLUMNS + Column.WIDTH]
@@ -89,3 +93,6 @@ def _measure(plan: Plan, run: Run, values: Floats, row: int, outlines: Floats, o
         out.max_closing_time[row, pair] = metrics.max_closing_time
         out.distance_at_ms[row, pair] = metrics.distance_at_ms
         out.ttc_at_ms[row, pair] = metrics.ttc_at_ms
+
+
+_measure, _note_end = measure_run, note_end

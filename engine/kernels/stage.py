@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from engine.kernels.bicycle import GRAVITY, Vehicle
 from engine.kernels.geometry import Box
-from engine.kernels.inline import inlined
+from engine.kernels.inline import inlined_part
 from engine.tables import Floats, Ints, RoadTables
 from engine.vocabulary import Column, State
 
@@ -125,13 +125,13 @@ class Run(NamedTuple):
     """(6,) int64: `StreamKey` of the scene."""
 
 
-@inlined
+@inlined_part
 def column_of(plan: Plan, run: Run, actor: int, column: int) -> float:
     """A property of an actor in this scene."""
     return run.registers[plan.layout.scene_values + actor * COLUMNS + column]
 
 
-@inlined
+@inlined_part
 def vehicle_of(plan: Plan, run: Run, actor: int) -> Vehicle:
     """What an actor's body can do."""
     return Vehicle(
@@ -145,7 +145,7 @@ def vehicle_of(plan: Plan, run: Run, actor: int) -> Vehicle:
     )
 
 
-@inlined
+@inlined_part
 def outline_of(plan: Plan, run: Run, sample: int, actor: int) -> Box:
     """An actor's outline at a recorded sample."""
     return Box(

@@ -54,11 +54,17 @@ class _Pool:
     fitness: tuple[float, ...] = ()
     births: tuple[Birth, ...] = ()
     results: tuple[Result, ...] = ()
-    crossable: bool = False
-    """Whether two of them differ."""
+    different: int = 0
+    """How many different genomes there are."""
 
     def __len__(self) -> int:
         return len(self.genomes)
+
+    def others(self, member: int) -> list[int]:
+        """Everyone with another genome than this member's."""
+        if self.different == len(self.genomes):
+            return [*range(member), *range(member + 1, len(self.genomes))]
+        return [other for other, genome in enumerate(self.genomes) if genome != self.genomes[member]]
 
 
 Breed = Callable[[Generator, int], list[_Child]]
@@ -105,7 +111,7 @@ class GeneticAlgorithm:
             taken.add(self._pool.genomes[elite])
             return [self._kept(elite)]
         crossing = self._elite_below <= u < self._crossover_below
-        if crossing and len(self._box) > 1 and self._pool.crossable:
+        if crossing and len(self._box) > 1 and self._pool.different > 1:
             count = min(2, self._population - slot)
             return self._born(slot, self._distinct(self._cross, stream, count))
         return self._born(slot, self._distinct(self._mutate, stream, 1))
@@ -157,8 +163,7 @@ class GeneticAlgorithm:
     def _cross(self, stream: Generator, count: int) -> list[_Child]:
         pool = self._pool
         first = tournament(stream, range(len(pool)), pool.fitness, self._tournament)
-        others = [member for member, genome in enumerate(pool.genomes) if genome != pool.genomes[first]]
-        second = tournament(stream, others, pool.fitness, self._tournament)
+        second = tournament(stream, pool.others(first), pool.fitness, self._tournament)
         genomes = crossover(stream, pool.genomes[first], pool.genomes[second])
         births = pool.births[first], pool.births[second]
         orders = births, births[::-1]
@@ -195,5 +200,5 @@ def _pool_of(proposals: Sequence[Proposal], results: Sequence[Result]) -> _Pool:
         fitness=tuple(result.fitness for _, result in pairs),
         births=tuple(proposal.birth for proposal, _ in pairs),
         results=tuple(result for _, result in pairs),
-        crossable=len({proposal.genome for proposal, _ in pairs}) > 1,
+        different=len({proposal.genome for proposal, _ in pairs}),
     )

@@ -54,14 +54,13 @@ def test_ctrl_c_keeps_what_there_is(left_turn: Path, tmp_path: Path) -> None:
 
 def test_a_reader_that_leaves(left_turn: Path) -> None:
     """`cortexc ... | head`: no traceback, no complaint."""
-    process = start(left_turn, "--emit", "ast")
-    assert process.stdout is not None
-    assert process.stderr is not None
-    process.stdout.readline()
-    process.stdout.close()
-    error = process.stderr.read()
-    assert process.wait(timeout=60) == 0
-    assert error == ""
+    with start(left_turn, "--emit", "program") as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.readline()
+        process.stdout.close()
+        assert process.stderr.read() == ""
+        assert process.wait(timeout=60) == 0
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1"])

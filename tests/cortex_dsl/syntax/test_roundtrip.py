@@ -14,10 +14,12 @@ from cortex_dsl.syntax.words import RESERVED
 
 NOWHERE = Span(0, 0)
 # Words that are keywords in some place and names in all others, beside plain names.
-SOFT = (
-    "m s g t min deg take wait abort terminate param map model behavior simulation distance minimum relative offset ahead "
-    "behind left following facing before along can see intersects seconds steps interrupt when after self ego"
-).split()
+SOFT = [
+    "m", "s", "g", "t", "min", "deg", "take", "wait", "abort", "terminate", "param", "map", "model", "behavior",
+    "simulation", "distance", "minimum", "relative", "offset", "ahead", "behind", "left", "following", "facing",
+    "before", "along", "can", "see", "intersects", "seconds", "steps", "interrupt", "when", "after", "self",
+    "ego",
+]  # fmt: skip
 
 names = st.one_of(
     st.sampled_from(SOFT),
@@ -103,7 +105,11 @@ leaves = st.one_of(
 expressions = st.recursive(leaves, grow, max_leaves=8)
 # A string as the first statement would be the docstring.
 said = expressions.filter(lambda value: not isinstance(value, nodes.String))
-said = said.filter(lambda value: not (isinstance(value, nodes.Name) and value.id in ("behavior", "map", "model", "param", "simulation")))
+said = said.filter(
+    lambda value: (
+        not (isinstance(value, nodes.Name) and value.id in ("behavior", "map", "model", "param", "simulation"))
+    )
+)
 
 labels = st.none() | texts
 simple_statements = st.one_of(

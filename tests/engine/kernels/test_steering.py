@@ -41,7 +41,7 @@ class Track:
         to_center = MODELS[kind].rear_to_center
         x = states[:, State.X] - to_center * np.cos(heading)
         y = states[:, State.Y] - to_center * np.sin(heading)
-        return self.network.paths.nearest(self.path, x, y)
+        return self.network.paths.feet(self.path, x, y)
 
 
 @pytest.fixture(scope="module")
