@@ -16,7 +16,6 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, replace
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +24,7 @@ import numpy as np
 from cortex_dsl.session import Scenario, load
 from engine.search.campaign import Campaign
 from engine.search.figures import Figures
+from engine.search.journal import finite
 from engine.search.statistics import a12, bootstrap_interval, holm, mann_whitney
 from engine.search.study import search
 from engine.tables import Floats
@@ -115,7 +115,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "first_seed": options.seed,
         "seconds": round(time.perf_counter() - start, 1),
     }
-    print(as_json(settings, rows) if options.json else as_markdown(settings, rows))
+    told = as_json if options.json else as_short_markdown if options.short else as_markdown
+    print(told(settings, rows))
     return 0
 
 
@@ -129,6 +130,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=0, help="seed of the first run; the others follow (0)")
     parser.add_argument("--jobs", type=int, default=1, help="runs side by side; results never depend on it (1)")
     parser.add_argument("--json", action="store_true", help="print one JSON document instead of a table")
+    parser.add_argument("--short", action="store_true", help="print one line a scenario, medians only")
     options = parser.parse_args(arguments)
     options.files = options.files or [EXAMPLES / f"{name}.scn" for name in LETTERS]
     return options
@@ -213,23 +215,43 @@ def corrected(rows: Sequence[Comparison]) -> list[Comparison]:
 
 
 def as_json(settings: dict[str, Any], rows: Sequence[Comparison]) -> str:
-    document = {"benchmark": "ga_against_random", **settings, "comparisons": [finite(asdict(row)) for row in rows]}
-    return json.dumps(document, indent=2, allow_nan=False)
-
-
-def finite(row: dict[str, Any]) -> dict[str, Any]:
-    """NaN is null."""
-    return {key: None if isinstance(value, float) and not isfinite(value) else value for key, value in row.items()}
+    document = {"benchmark": "ga_against_random", **settings, "comparisons": [asdict(row) for row in rows]}
+    return json.dumps(finite(document), indent=2, allow_nan=False)
 
 
 def as_markdown(settings: dict[str, Any], rows: Sequence[Comparison]) -> str:
-    """One line a scenario and measure; the measure that the line is about, medians, Holm p, A12 with its interval."""
+    """One line a scenario and measure: medians, Holm p, A12 with its interval."""
     head = (
-        f"Medians over {settings['runs']} runs of {settings['generations']} x {settings['population']} individuals, "
-        f"preset `{settings['preset']}` against random (seeds from {settings['first_seed']}).\n\n"
         "| scenario | measure | GA | random | p (Holm) | A12 (95 %) | GA beats random |\n|---|---|---|---|---|---|---|"
     )
-    return "\n".join([head, *map(markdown_row, rows)])
+    return "\n".join([title(settings), "", head, *map(markdown_row, rows)])
+
+
+def as_short_markdown(settings: dict[str, Any], rows: Sequence[Comparison]) -> str:
+    """One line a scenario: the medians of both methods, in bold where the genetic algorithm beats chance."""
+    names = [measure.name for measure in MEASURES]
+    lines = [
+        f"{title(settings)} Each cell: GA / random; bold where the GA beats random.",
+        "",
+        f"| scenario | {' | '.join(names)} |",
+        f"|---|{'---|' * len(names)}",
+    ]
+    for scenario in dict.fromkeys(row.scenario for row in rows):
+        cells = [short_cell(row) for row in rows if row.scenario == scenario]
+        lines.append(f"| {scenario} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def short_cell(row: Comparison) -> str:
+    mark = "**" if row.beats else ""
+    return f"{mark}{short(row.ga)}{mark} / {short(row.random)}"
+
+
+def title(settings: dict[str, Any]) -> str:
+    return (
+        f"Medians over {settings['runs']} runs of {settings['generations']} x {settings['population']} individuals, "
+        f"preset `{settings['preset']}` against random (seeds from {settings['first_seed']})."
+    )
 
 
 def markdown_row(row: Comparison) -> str:

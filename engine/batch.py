@@ -62,6 +62,3 @@ def _chunks(rows: int, jobs: int) -> list[tuple[int, int]]:
     """Ranges of rows: several a thread, so that threads end at about the same time."""
     size = max(1, min(CHUNK, -(-rows // (4 * jobs))))
     return list(pairwise([*range(0, rows, size), rows]))
-
-
-_empty_results = empty_results

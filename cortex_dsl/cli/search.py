@@ -1,6 +1,8 @@
 """`cortexc FILE --ga`, `--random`, or both: search, keep everything, and say what was found."""
 
 from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass
 from pathlib import Path
 
 from cortex_dsl.cli.compiling import compile_request
@@ -25,6 +27,15 @@ WORST = "worst"
 """Folder of the concrete scenarios inside a run directory."""
 
 
+@dataclass(frozen=True)
+class Found:
+    """One finished search. What went wrong when it was put away must not keep it from being shown."""
+
+    report: SearchReport
+    manifest: Manifest
+    trouble: StoreError | None = None
+
+
 def execute(request: Request, terminal: Terminal) -> int:
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
@@ -35,16 +46,19 @@ def execute(request: Request, terminal: Terminal) -> int:
     scenario = open_scenario(request, compiled)
     announce_compilation(terminal)
     try:
-        reports = _searches(request, scenario, terminal)
+        found = _searches(request, scenario, terminal)
     except StoreError as error:
         raise UsageError(error.message, error.cure) from error
-    _show(request, program, reports, terminal)
-    return _exit_code(reports)
+    _show(request, program, found, terminal)
+    for search in found:
+        if search.trouble is not None:
+            raise UsageError(search.trouble.message, search.trouble.cure)
+    return _exit_code([search.report.campaign for search in found])
 
 
-def _searches(request: Request, scenario: Scenario, terminal: Terminal) -> list[tuple[SearchReport, Manifest]]:
+def _searches(request: Request, scenario: Scenario, terminal: Terminal) -> list[Found]:
     """One search after the other; Ctrl-C ends the one that runs and leaves out those to come."""
-    done: list[tuple[SearchReport, Manifest]] = []
+    done: list[Found] = []
     for method in request.methods:
         try:
             done.append(_search(method, request, scenario, terminal))
@@ -52,29 +66,34 @@ def _searches(request: Request, scenario: Scenario, terminal: Terminal) -> list[
             if not done:
                 raise
             break
-        if done[-1][0].campaign.stopped:
+        if done[-1].report.campaign.stopped:
             break
     return done
 
 
-def _search(method: str, request: Request, scenario: Scenario, terminal: Terminal) -> tuple[SearchReport, Manifest]:
+def _search(method: str, request: Request, scenario: Scenario, terminal: Terminal) -> Found:
     """One whole search with its run directory."""
     program = scenario.program
     folder = _folder(method, request, program)
     manifest = make_manifest(program, scenario.config, method, request.profile, str(request.file), request.command_line)
-    journal = Journal.create(folder / JOURNAL, manifest)
-    with SearchProgress(terminal.err, method, request.generations) as progress:
+    with closing(Journal.create(folder / JOURNAL, manifest)) as journal:
+        with SearchProgress(terminal.err, method, request.generations) as progress:
 
-        def on_generation(done: Progress) -> None:
-            journal.write(done)
-            best = done.best.score if done.best else float("nan")
-            progress.generation_done(done.figures.by_individual, done.simulations, best)
+            def on_generation(done: Progress) -> None:
+                journal.write(done)
+                best = done.best.score if done.best else float("nan")
+                progress.generation_done(done.figures.by_individual, done.simulations, best)
 
-        campaign = scenario.search(method, profile=request.profile, preset=request.preset, on_generation=on_generation)
-    journal.finish(campaign)
-    write_exports(folder, campaign, manifest)
-    files = [_write_case(folder, case, scenario, request.file) for case in campaign.worst]
-    return SearchReport(campaign, folder, files), manifest
+            campaign = scenario.search(
+                method, profile=request.profile, preset=request.preset, on_generation=on_generation
+            )
+        try:
+            journal.finish(campaign)
+            write_exports(folder, campaign, manifest)
+            files = [_write_case(folder, case, scenario, request.file) for case in campaign.worst]
+        except StoreError as error:
+            return Found(SearchReport(campaign, folder), manifest, error)
+    return Found(SearchReport(campaign, folder, files), manifest)
 
 
 def _folder(method: str, request: Request, program: Program) -> Path:
@@ -94,10 +113,8 @@ def _write_case(folder: Path, case: Case, scenario: Scenario, origin: Path) -> P
     return path
 
 
-def _show(
-    request: Request, program: Program, done: Sequence[tuple[SearchReport, Manifest]], terminal: Terminal
-) -> None:
-    reports = [report for report, _ in done]
+def _show(request: Request, program: Program, done: Sequence[Found], terminal: Terminal) -> None:
+    reports = [search.report for search in done]
     if request.json:
         terminal.write(_document(request, done))
         return
@@ -121,22 +138,21 @@ def _settings(request: Request) -> str:
     return ", ".join([*parts, f"profile {request.profile}", f"{request.engine or 'batch'} engine"])
 
 
-def _document(request: Request, done: Sequence[tuple[SearchReport, Manifest]]) -> str:
+def _document(request: Request, done: Sequence[Found]) -> str:
     searches = [
         {
-            "method": report.method,
-            "folder": report.folder,
-            "worst_files": report.worst_files,
-            **summary(report.campaign, manifest),
-            "figures": report.campaign.generations,
+            "method": search.report.method,
+            "folder": search.report.folder,
+            "worst_files": search.report.worst_files,
+            **summary(search.report.campaign, search.manifest),
+            "figures": search.report.campaign.generations,
         }
-        for report, manifest in done
+        for search in done
     ]
     return document("search", {"file": request.file, "searches": searches})
 
 
-def _exit_code(done: Sequence[tuple[SearchReport, Manifest]]) -> Exit:
-    campaigns: list[Campaign] = [report.campaign for report, _ in done]
+def _exit_code(campaigns: Sequence[Campaign]) -> Exit:
     if any(campaign.stopped for campaign in campaigns):
         return Exit.INTERRUPTED
     if any(campaign.by_simulation.error_runs for campaign in campaigns):

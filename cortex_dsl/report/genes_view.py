@@ -90,7 +90,7 @@ def _histogram(space: ParamSpace, gene: int, values: Floats) -> str:
         counts = np.bincount(values.astype(int), minlength=len(space.options[gene]))
     else:
         counts, _ = np.histogram(values, bins=BINS, range=(float(space.low[gene]), float(space.high[gene])))
-    return sparkline(counts.tolist(), BINS, low=0.0)
+    return sparkline([count or math.nan for count in counts.tolist()], BINS, low=0.0)
 
 
 def _worst(space: ParamSpace, gene: int, effect: GeneEffect, bad: Floats) -> Text:

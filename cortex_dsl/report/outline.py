@@ -13,6 +13,8 @@ ONE_LINE = 88
 """What fits in this many characters stands on one line."""
 ROWS = 400
 """Rows of an array that are printed."""
+ROAD = "engine.road"
+"""What is of this package is a large web of objects, and not what a reader looks for."""
 HIDDEN = (Span, Source)
 """Places in the text say nothing here."""
 
@@ -48,6 +50,8 @@ class _Writer:
         """A title line and labelled children."""
         if isinstance(item, np.ndarray):
             return _array(item)
+        if type(item).__module__.startswith(ROAD):
+            return f"<{type(item).__name__}>", []
         if isinstance(item, Mapping):
             return "", [(f"{key}: ", child) for key, child in item.items()]
         if is_dataclass(item) or hasattr(item, "_asdict"):
@@ -56,7 +60,7 @@ class _Writer:
             return f"{type(item).__name__} #{self.numbers[id(item)]}", list(_fields(item))
         if isinstance(item, list | tuple):
             return f"{len(item)} items" if item else "none", [(f"{i}: ", child) for i, child in enumerate(item)]
-        text = str(item) if not isinstance(item, str) else repr(item)
+        text = repr(item) if isinstance(item, str) else f"<{type(item).__name__}>"
         return text if len(text) < 400 else text[:400] + " ...", []
 
 
@@ -97,7 +101,7 @@ def _short(value: Any, room: int = ONE_LINE) -> str | None:
         return _short_array(value) if isinstance(value, np.ndarray) and value.size <= 8 else None
     if isinstance(value, list | tuple) and not hasattr(value, "_asdict"):
         return _joined("[", ((("", item)) for item in value), "]", room)
-    if is_dataclass(value) and not isinstance(value, HIDDEN):
+    if is_dataclass(value) and not isinstance(value, HIDDEN) and not type(value).__module__.startswith(ROAD):
         return _joined(f"{type(value).__name__}(", ((n.replace(": ", "="), c) for n, c in _fields(value)), ")", room)
     return None
 

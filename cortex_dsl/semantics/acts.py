@@ -9,7 +9,7 @@ from cortex_dsl.semantics.builtins import Kind, names_of
 from cortex_dsl.semantics.operators import combine, unpack
 from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.units import TIME
-from cortex_dsl.semantics.values import ActionCall, BehaviourCall, BehaviourValue, Value, kind_name
+from cortex_dsl.semantics.values import ActionCall, BehaviourCall, BehaviourValue, BuiltinValue, Value, kind_name
 from cortex_dsl.semantics.yielding import check_handler, check_loop
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -96,7 +96,10 @@ def _take(body: Body, node: nodes.Take) -> ir.Block:
 def _action(value: Value, node: nodes.Expression) -> tuple[Command, ir.Expr]:
     if isinstance(value, ActionCall):
         return value.command, value.value
-    suggestion = did_you_mean(kind_name(value).strip("`"), names_of(Kind.ACTION))
+    if isinstance(value, BuiltinValue) and value.name in names_of(Kind.ACTION):
+        suggestion = f"give it a value, as in `{value.name}(1)`"
+    else:
+        suggestion = did_you_mean(kind_name(value).strip("`"), names_of(Kind.ACTION))
     raise errors.NOT_AN_ACTION.mistake(node.span, actual=kind_name(value), suggestion=suggestion)
 
 

@@ -6,12 +6,16 @@ Transcendental operations on constants stay operations: a concrete copy of a cas
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from cortex_dsl import ir
+from cortex_dsl.semantics import errors
 from cortex_dsl.source import Span
 from engine.vocabulary import Op
 
 NOWHERE = Span(0, 0)
+DEPTH_LIMIT = 150
+"""Longest chain of operations, each on the result of the one before."""
 DYNAMIC_OPS = frozenset({Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN})
 
 
@@ -71,6 +75,7 @@ class Algebra:
 
     span: Span = NOWHERE
     _known: dict[tuple[object, ...], ir.Expr] = field(default_factory=dict)
+    _depths: dict[int, int] = field(default_factory=dict)
 
     def literal(self, value: float) -> ir.Literal:
         key = ("literal", value.hex())
@@ -107,7 +112,16 @@ class Algebra:
         if (simpler := _simplified(op, arguments)) is not None:
             return simpler
         key = (op, immediates, width, *map(id, arguments))
-        return self._interned(key, lambda: ir.Apply(self.span, op, arguments, immediates, width))
+        result = self._interned(key, lambda: ir.Apply(self.span, op, arguments, immediates, width))
+        self._note_depth(result, arguments)
+        return result
+
+    def _note_depth(self, expression: ir.Expr, arguments: tuple[ir.Expr, ...]) -> None:
+        """Later passes walk expressions recursively, so their depth must have a limit."""
+        depth = 1 + max((self._depths.get(id(argument), 0) for argument in arguments), default=0)
+        self._depths[id(expression)] = depth
+        if depth > DEPTH_LIMIT:
+            raise errors.TOO_DEEP.mistake(self.span, limit=DEPTH_LIMIT)
 
     def add(self, a: ir.Expr, b: ir.Expr) -> ir.Expr:
         return self.apply(Op.ADD, a, b)
@@ -148,40 +162,57 @@ def operands(expression: ir.Expr) -> tuple[ir.Expr, ...]:
     return ()
 
 
+def parts(expression: ir.Expr) -> list[ir.Expr]:
+    """All distinct expressions that this one is made of, operands before what uses them, itself last."""
+    ordered: dict[int, ir.Expr] = {}
+    stack = [(expression, False)]
+    while stack:
+        part, complete = stack.pop()
+        if id(part) in ordered:
+            continue
+        if complete:
+            ordered[id(part)] = part
+        else:
+            stack.append((part, True))
+            stack.extend((operand, False) for operand in operands(part))
+    return list(ordered.values())
+
+
 def leaves(expression: ir.Expr) -> list[ir.Expr]:
     """All distinct parts without operands of their own."""
-    seen: dict[int, ir.Expr] = {}
-    stack, found = [expression], []
-    while stack:
-        part = stack.pop()
-        if id(part) in seen:
-            continue
-        seen[id(part)] = part
-        parts = operands(part)
-        stack.extend(parts)
-        if not parts:
-            found.append(part)
-    return found
+    return [part for part in parts(expression) if not operands(part)]
 
 
 def is_dynamic(expression: ir.Expr) -> bool:
     """Whether the value may change during a run."""
     return any(
-        isinstance(leaf, ir.Local) or (isinstance(leaf, ir.Apply) and leaf.op in DYNAMIC_OPS)
-        for leaf in leaves(expression)
-    ) or (isinstance(expression, ir.Apply) and expression.op in DYNAMIC_OPS)
+        isinstance(part, ir.Local) or (isinstance(part, ir.Apply) and part.op in DYNAMIC_OPS)
+        for part in parts(expression)
+    )
+
+
+Result = TypeVar("Result")
+
+
+def _folded(expression: ir.Expr, worth: Callable[[ir.Expr, list[Result]], Result]) -> Result:
+    """What an expression is worth, from what its operands are worth; shared parts are asked once."""
+    known: dict[int, Result] = {}
+    for part in parts(expression):
+        known[id(part)] = worth(part, [known[id(operand)] for operand in operands(part)])
+    return known[id(expression)]
 
 
 def closed_value(expression: ir.Expr) -> float | None:
     """Value of an expression without anything unknown in it; None for any other, NaN where it has none."""
-    match expression:
+    return expression.value if isinstance(expression, ir.Literal) else _folded(expression, _closed)
+
+
+def _closed(part: ir.Expr, values: list[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    match part:
         case ir.Literal(value=value):
             return value
-        case ir.Apply(op=op, arguments=arguments) if op in CLOSED:
-            values = [closed_value(argument) for argument in arguments]
-            known = [value for value in values if value is not None]
-            if len(known) < len(values):
-                return None
+        case ir.Apply(op=op) if op in CLOSED and len(known) == len(values):
             try:
                 return CLOSED[op](*known)
             except (ValueError, ArithmeticError, TypeError):
@@ -195,17 +226,23 @@ EVERYTHING: Interval = (-math.inf, math.inf)
 
 def interval(expression: ir.Expr, genes: Mapping[int, Interval]) -> Interval:
     """Numbers between which the value surely lies; `genes` are the SI bounds by index."""
-    match expression:
-        case ir.Literal(value=value):
-            return (value, value)
-        case ir.Gene(index=index):
-            return genes.get(index, EVERYTHING)
-        case ir.Draw():
-            return (0.0, 1.0)
-        case ir.Apply(op=op, arguments=arguments) if op in _INTERVALS:
-            result = _INTERVALS[op](*(interval(argument, genes) for argument in arguments))
-            return EVERYTHING if math.isnan(result[0] + result[1]) else result
-    return EVERYTHING
+
+    def worth(part: ir.Expr, within: list[Interval]) -> Interval:
+        match part:
+            case ir.Literal(value=value):
+                return (value, value)
+            case ir.Gene(index=index):
+                return genes.get(index, EVERYTHING)
+            case ir.Draw():
+                return (0.0, 1.0)
+            case ir.Apply(op=Op.RANDOM):
+                return (0.0, 1.0)
+            case ir.Apply(op=op) if op in _INTERVALS:
+                result = _INTERVALS[op](*within)
+                return EVERYTHING if math.isnan(result[0] + result[1]) else result
+        return EVERYTHING
+
+    return _folded(expression, worth)
 
 
 def _hull(*values: float) -> Interval:

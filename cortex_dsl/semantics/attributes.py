@@ -124,7 +124,7 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
     if isinstance(value, GlobalParameters):
         if name not in ev.run.params:
             raise errors.UNKNOWN_PARAM.mistake(span, name=name, suggestion=did_you_mean(name, ev.run.params))
-        return ev.run.params[name]
+        return ev.usable(ev.run.params[name])
     for kind, table in _TABLES:
         if isinstance(value, kind):
             getter: Callable[..., Value] = _of(name, span, kind_name(value), table)

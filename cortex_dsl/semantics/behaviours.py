@@ -134,6 +134,8 @@ class Body:
             except Mistake as mistake:
                 self.ev.report(mistake)
                 self._poison(statement)
+                # Stands for what could not be understood, so that nothing is said to never act.
+                acts.append(ir.Wait(statement.span))
         return tuple(acts)
 
     def _poison(self, statement: nodes.Statement) -> None:

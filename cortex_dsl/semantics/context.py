@@ -25,6 +25,9 @@ from engine.program import RoadSpec, Settings
 from engine.road.network import Network
 from engine.vocabulary import GeneKind
 
+EVALUATION_LIMIT = 2_000_000
+"""How many expressions a file may evaluate, all variants together."""
+
 
 @dataclass
 class Findings:
@@ -84,6 +87,7 @@ class FileContext:
     genes: dict[str, ir.GeneInfo] = field(default_factory=dict)
     networks: dict[RoadSpec, Network] = field(default_factory=dict)
     settings: Settings = field(default_factory=Settings)
+    evaluations: int = 0
     max_steps: int | None = None
     """From `terminate after N steps`."""
     require_holds: dict[Span, bool] = field(default_factory=dict)
@@ -129,6 +133,8 @@ class Variant:
     draw_sites: list[ir.DrawSite] = field(default_factory=list)
     finite_draws: dict[int, Span] = field(default_factory=dict)
     """Sites of the draws that pick one of finitely many numbers."""
+    calls: int = 0
+    """How many lambdas are being called, one inside the other."""
     visits: Counter[Span] = field(default_factory=Counter)
     """How often each `Fixed(...)` was evaluated."""
     draw_count: int = 0
@@ -202,10 +208,18 @@ class Evaluator:
         """
         algebra, before = self.run.algebra, self.run.algebra.span
         algebra.span = node.span
+        self._spend(node.span)
         try:
             return self.handlers[type(node)](self, node)
         finally:
             algebra.span = before
+
+    def _spend(self, span: Span) -> None:
+        self.file.evaluations += 1
+        if self.file.evaluations == EVALUATION_LIMIT:
+            raise errors.TOO_MUCH_WORK.mistake(span, limit=EVALUATION_LIMIT)
+        if self.file.evaluations > EVALUATION_LIMIT:
+            raise Mistake
 
     def evaluate_all(self, expressions: Iterable[nodes.Expression]) -> list[Value]:
         """Values of several expressions; reports every mistake in them before giving up."""
@@ -228,14 +242,17 @@ class Evaluator:
             self.file.findings.add(diagnostic)
 
     def lookup(self, name: str, span: Span) -> Value:
-        """The value of a variable; None where only the builtins know the name is never confused with `none`."""
+        """The value of a variable."""
         for scope in (*self.scopes, self.run.names):
             if name in scope:
-                value = scope[name]
-                if isinstance(value, Poison):
-                    raise Mistake
-                return value
+                return self.usable(scope[name])
         raise errors.UNKNOWN_NAME.mistake(span, name=name, suggestion=did_you_mean(name, self.known_names()))
+
+    def usable(self, value: Value) -> Value:
+        """The value, unless it is what a mistake left behind."""
+        if isinstance(value, Poison):
+            raise Mistake
+        return value
 
     def has(self, name: str) -> bool:
         return any(name in scope for scope in (*self.scopes, self.run.names))

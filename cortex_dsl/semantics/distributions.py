@@ -21,7 +21,15 @@ from cortex_dsl.semantics.draws import (
     uniform,
 )
 from cortex_dsl.semantics.functions import whole_number
-from cortex_dsl.semantics.options import Option, choose, pick, uniform_options, weighted_options, whole_index
+from cortex_dsl.semantics.options import (
+    Option,
+    check_count,
+    choose,
+    pick,
+    uniform_options,
+    weighted_options,
+    whole_index,
+)
 from cortex_dsl.semantics.values import Quantity, Value, source_text
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Op
@@ -95,6 +103,7 @@ def _discrete_range(ev: Evaluator, name: str, given: Sequence[Given], site: Site
     dimension = None if site.unit is None else site.unit.dimension
     factor = ev.algebra.literal(1.0 if site.unit is None else site.unit.factor)
     if site.span in ev.file.expanded:
+        check_count(high - low + 1, site)
         written = (
             Quantity(ev.algebra.mul(ev.algebra.literal(float(n)), factor), dimension) for n in range(low, high + 1)
         )

@@ -40,7 +40,7 @@ TWO_UNITS = Problem(
 )
 NOT_CALLABLE = Problem("SCN307", "{kind} cannot be called")
 TOO_FEW_ARGUMENTS = Problem("SCN308", "`{function}` needs {missing}", cure="as in `{signature}`")
-TOO_MANY_ARGUMENTS = Problem("SCN309", "`{function}` takes {count}, but {given} are given", cure="as in `{signature}`")
+TOO_MANY_ARGUMENTS = Problem("SCN309", "`{function}` takes {count}, but got {given}", cure="as in `{signature}`")
 POWER_NOT_CONSTANT = Problem(
     "SCN310",
     "the exponent of {what} must be a known whole number",
@@ -154,13 +154,18 @@ EVERYTHING_TOO_FAR = warning(
 
 # -- random structure -------------------------------------------------------------------------------------------------
 REVERSED_RANGE = Problem(
-    "SCN501", "this range is reversed: {low} is above {high}", cure="write `{name}({high}, {low})`"
+    "SCN501", "this range is reversed: {low} is above {high}", cure="write the lower bound first: {high}, {low}"
 )
 EMPTY_RANGE = Problem(
     "SCN502", "this range holds a single value: {low}", "nothing is random in it", "write the value itself, or widen it"
 )
 BAD_DEVIATION = Problem("SCN503", "the standard deviation must be above 0, but is {actual}")
-NO_OPTIONS = Problem("SCN504", "there is nothing to choose from in any variant: {reason}", cure="{cure}")
+NO_OPTIONS = Problem(
+    "SCN504",
+    "there is nothing to choose from in any variant",
+    "{reason}",
+    "widen the filter, or choose another map",
+)
 TOO_MANY_VARIANTS = Problem(
     "SCN505",
     "the finite choices of this file multiply to more than {limit} variants",
@@ -219,3 +224,18 @@ NEVER_RUNS = warning(
     "SCN446", "this `terminate when` always holds", "the run ends at its first sample", "change or remove it"
 )
 BAD_OVERRIDE = Problem("SCN209", "`-p {name}=...` needs one value", cure='as in `-p {name}=50`, `-p "{name}=50 km/h"`')
+
+TOO_DEEP = Problem(
+    "SCN433",
+    "this value is the result of more than {limit} operations in a row",
+    "the program would become too large",
+    "compute it in fewer steps",
+)
+TOO_MUCH_WORK = Problem(
+    "SCN434",
+    "this file takes too long to work out",
+    "lists, lambdas and behaviors multiply to more than {limit} evaluations",
+    "use shorter lists and ranges",
+)
+ENDLESS_LAMBDA = Problem("SCN435", "this lambda calls itself without end", cure="use a list instead of recursion")
+LIST_TOO_LONG = Problem("SCN436", "this list has more than {limit} items", cure="use a shorter one")

@@ -88,6 +88,7 @@ class _Request:
         gene = self._info(GeneKind.INTEGER, unit, float(low), float(high), Distribution.UNIFORM)
         if self.site.span not in self.ev.file.expanded:
             return self._value(gene, unit)
+        finite.check_count(high - low + 1, self.site)
         dimension = None if self.site.unit is None else self.site.unit.dimension
         options = [
             Option(Quantity(self.ev.algebra.literal(n * gene.scale), dimension), 1.0, f"{n} {unit}".rstrip())
@@ -185,6 +186,8 @@ def _overridden(ev: Evaluator, entry: nodes.ParamEntry, node: nodes.Expression) 
     if options is not None:
         return _overriding_option(ev, entry, node, options)
     value = ev.evaluate(node)
+    if isinstance(value, Quantity) and closed_value(value.expr) is None:
+        raise errors.NOT_CONSTANT.mistake(entry.value.span, purpose=f"`-p {entry.name}`")
     unit = UNITS.get(unit_word(entry.value) or "")
     if not isinstance(value, Quantity) or unit is None:
         return value

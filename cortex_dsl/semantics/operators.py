@@ -8,7 +8,7 @@ from cortex_dsl.semantics import attributes, distributions, errors, geometry, nu
 from cortex_dsl.semantics.arguments import Given, items_of
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.draws import Site, scaled
-from cortex_dsl.semantics.functions import known_truth, whole_number
+from cortex_dsl.semantics.functions import RANGE_LIMIT, known_truth, whole_number
 from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.roads import named_constant
 from cortex_dsl.semantics.units import UNITS, Unit
@@ -27,6 +27,9 @@ from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Op
+
+CALL_LIMIT = 30
+"""How deep lambdas may call one another."""
 
 # -- literals and names -----------------------------------------------------------------------------------------------
 
@@ -87,7 +90,13 @@ def attribute(ev: Evaluator, node: nodes.Attribute) -> Value:
 
 def lambda_(ev: Evaluator, node: nodes.Lambda) -> Value:
     def apply(*values: Value) -> Value:
-        return ev.inside(dict(zip(node.parameters, values, strict=True))).evaluate(node.body)
+        if ev.run.calls >= CALL_LIMIT:
+            raise errors.ENDLESS_LAMBDA.mistake(node.span)
+        ev.run.calls += 1
+        try:
+            return ev.inside(dict(zip(node.parameters, values, strict=True))).evaluate(node.body)
+        finally:
+            ev.run.calls -= 1
 
     return Closure(node.parameters, apply)
 
@@ -179,6 +188,8 @@ def combine(ev: Evaluator, operator: str, left: Value, right: Value, node: nodes
     if isinstance(left, Quantity) and isinstance(right, Quantity):
         return _ARITHMETIC[operator](ev, left, right, node.span)
     if isinstance(left, tuple) and isinstance(right, tuple) and operator == "+":
+        if len(left) + len(right) > RANGE_LIMIT:
+            raise errors.LIST_TOO_LONG.mistake(node.span, limit=RANGE_LIMIT)
         return (*left, *right)
     if operator in ("+", "-") and isinstance(left, Vector | Pose) and isinstance(right, Vector | Pose):
         op = Op.ADD if operator == "+" else Op.SUB

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors, numbers
 from cortex_dsl.semantics.arguments import Given, no_names
+from cortex_dsl.semantics.choices import VARIANT_LIMIT
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.draws import Site, bound_arguments, recorded, scaled, uniform
 from cortex_dsl.semantics.problems import Rejection
@@ -102,6 +103,12 @@ def _by_threshold(ev: Evaluator, number: ir.Expr, options: Sequence[Option]) -> 
         below = ev.algebra.apply(Op.LT, number, ev.algebra.literal(math.fsum(shares[: i + 1])))
         result = ev.algebra.apply(Op.SELECT, below, exprs[i], result)
     return result
+
+
+def check_count(count: int, site: Site) -> None:
+    """Refuse early what would be more variants than there may be."""
+    if count > VARIANT_LIMIT:
+        raise errors.TOO_MANY_VARIANTS.mistake(site.span, limit=VARIANT_LIMIT, sizes=f"this one has {count} options")
 
 
 def probabilities(options: Sequence[Option]) -> tuple[float, ...]:

@@ -67,4 +67,6 @@ def override_text(entry: nodes.ParamEntry, text: str) -> str:
     """The value as a file must write it: a bare number of the command line is in the param's own unit."""
     unit = unit_word(entry.value)
     value = _expression(Source("-p", f"{entry.name} = {text}"), entry.name)
-    return f"({text}) {unit}" if unit and unit_word(value) is None else text
+    if not unit or unit_word(value) is not None or isinstance(value, nodes.String | nodes.Constant):
+        return text
+    return f"{text} {unit}" if isinstance(value, nodes.Number) else f"({text}) * 1 {unit}"

@@ -5,7 +5,7 @@ of the file, because they run after it. In a behaviour, a name that is assigned 
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
 
 from cortex_dsl.diagnostics import Diagnostic, Label
@@ -105,6 +105,9 @@ class _Resolver:
             self.findings.add(errors.CANNOT_ASSIGN.at(span, name=name, reason=UNASSIGNABLE[name]))
 
     def _report_doubles(self) -> None:
+        maps = [s for s in self.module.statements if isinstance(s, nodes.Map)]
+        for second in maps[1:]:
+            self.findings.add(errors.MAP_TWICE.at(second.span, secondary=(Label(maps[0].span, "first here"),)))
         seen: dict[tuple[str, str], Span] = {}
         entries = [e for s in self.module.statements if isinstance(s, nodes.Param) for e in s.entries]
         named = [("the param", e.name, e.name_span) for e in entries]
@@ -166,7 +169,8 @@ class _Names:
             case nodes.Name(id=name):
                 self.use(name, node.span)
             case nodes.Lambda(parameters=parameters, body=body):
-                self._with(parameters).visit(body)
+                # It is called later, when more names have a value.
+                replace(self._with(parameters), visible=self.resolver.all_names).visit(body)
             case nodes.Comprehension():
                 self._comprehension(node)
             case nodes.Attribute(value=nodes.Name(id="globalParameters"), name=name):
@@ -204,7 +208,9 @@ class _Names:
             self._report(name, span)
 
     def _is_known(self, name: str) -> bool:
-        return name in self.inner or name in self.visible or name in BUILTINS or name in SPECIAL_NAMES
+        if name in self.inner or name in self.visible or name in BUILTINS:
+            return True
+        return name in SPECIAL_NAMES and name not in self.resolver.all_names
 
     def _report(self, name: str, span: Span) -> None:
         if name in self.resolver.all_names:

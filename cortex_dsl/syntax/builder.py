@@ -114,26 +114,11 @@ class StatementBuilder:
     # -- conditions on scenes and runs -------------------------------------------------------------------------------
 
     def require(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
-        return nodes.Require(self.condition(parts[0]), None, self.label(parts[1]), span=span)
+        return nodes.Require(self.expression(parts[0]), None, self.label(parts[1]), span=span)
 
     def require_probably(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         probability = self.expression(parts[0])
-        return nodes.Require(self.condition(parts[1]), probability, self.label(parts[2]), span=span)
-
-    def condition(self, child: Child) -> nodes.Expression:
-        """A requirement's condition; `always (x)` is grammatical as a call."""
-        condition = self.expression(child)
-        match condition:
-            case nodes.Call(function=nodes.Name(id=word)) if word in later.TEMPORAL:
-                self.report(
-                    errors.NOT_SUPPORTED.at(
-                        condition.function.span,
-                        f"not supported yet: `{word}` in a requirement",
-                        reason=errors.NOT_SUPPORTED.why,
-                        cure="a plain `require` holds for the start of a scene",
-                    )
-                )
-        return condition
+        return nodes.Require(self.expression(parts[1]), probability, self.label(parts[2]), span=span)
 
     def label(self, child: Child) -> str | None:
         if child is None:

@@ -9,7 +9,7 @@ from lark import Token, Tree
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.source import Source, Span
 from cortex_dsl.spelling import nearest
-from cortex_dsl.syntax import errors, nodes
+from cortex_dsl.syntax import errors, later, nodes
 from cortex_dsl.syntax.limits import MAX_DEPTH
 from cortex_dsl.syntax.literals import EscapeError, string_value
 from cortex_dsl.syntax.units import SPOKEN_UNITS, UNIT_WORDS, unit_list
@@ -156,10 +156,23 @@ class ExpressionBuilder:
 
     def call(self, tree: Branch, span: Span) -> nodes.Expression:
         function, rest = self.expression(tree.children[0]), tree.children[1]
+        if isinstance(function, nodes.Name) and function.id in later.TEMPORAL:
+            self.temporal(function)
         if rest is not None and branch(rest).data == "generator":
             value = self.expression(rest)
             return nodes.Call(function, (nodes.Argument(value, span=value.span),), span=span)
         return nodes.Call(function, self.arguments(rest), span=span)
+
+    def temporal(self, word: nodes.Name) -> None:
+        """`always (x)` is grammatical as a call."""
+        self.report(
+            errors.NOT_SUPPORTED.at(
+                word.span,
+                f"not supported yet: `{word.id}` in a requirement",
+                reason=errors.NOT_SUPPORTED.why,
+                cure="a plain `require` holds for the start of a scene",
+            )
+        )
 
     def arguments(self, child: Child) -> tuple[nodes.Argument, ...]:
         if child is None:

@@ -55,14 +55,20 @@ def _unwind(run: InteractiveParser, kind: str) -> bool:
     """Forget what was half read, down to where a token of this kind may stand."""
     state = run.parser_state
     states = state.parse_conf.states
-    depth = len(state.state_stack)
-    while depth and kind not in states[state.state_stack[depth - 1]]:
-        depth -= 1
-    if not depth:
-        return False
-    del state.state_stack[depth:]
-    del state.value_stack[depth - 1 :]
-    return True
+    for depth in range(len(state.state_stack), 0, -1):
+        if kind in states[state.state_stack[depth - 1]]:
+            shorter = run.copy(deepcopy_values=False)
+            _shorten(shorter, depth)
+            # The table may promise what a later reduction refuses, so ask for the whole truth.
+            if kind in shorter.accepts():
+                _shorten(run, depth)
+                return True
+    return False
+
+
+def _shorten(run: InteractiveParser, depth: int) -> None:
+    del run.parser_state.state_stack[depth:]
+    del run.parser_state.value_stack[depth - 1 :]
 
 
 def _move_to(state: LexerState | None, offset: int) -> None:

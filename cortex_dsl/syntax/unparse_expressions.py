@@ -176,7 +176,7 @@ def _relative_heading(node: nodes.RelativeHeading) -> Written:
 def _measured(node: nodes.Expression) -> str:
     """An operand before `from` or `to`, where a name `distance` would be read as the operator."""
     text = write(node, Level.SUM)
-    return f"({text})" if re.search(r"\bdistance\Z", text) else text
+    return f"({text})" if re.search(r"\bdistance\Z|^(?:deg|intersects)\b", text) else text
 
 
 def _degrees(node: nodes.Degrees) -> Written:
@@ -237,7 +237,7 @@ def write_specifier(node: nodes.Specifier) -> str:
             side = "behind" if node.side == "behind" else f"{node.side} of"
             return f"{side} {_operand(node.reference)}" + _tail("by", node.distance)
         case nodes.Following():
-            direction = _measured(node.direction)
+            direction = _operand(node.direction) if node.origin is None else _measured(node.direction)
             return f"following {direction}{_tail('from', node.origin)} for {_operand(node.distance)}"
         case nodes.Before():
             return f"before {_operand(node.region)} by {_operand(node.distance)}" + _tail("along", node.trajectory)
@@ -250,7 +250,9 @@ def write_specifier(node: nodes.Specifier) -> str:
 
 
 def _operand(node: nodes.Expression) -> str:
-    return write(node, Level.OR)
+    """A name that begins like an operator would make `behind`, `facing` and their like a name before it."""
+    text = write(node, Level.OR)
+    return f"({text})" if re.match(r"(?:deg|intersects)\b", text) else text
 
 
 def _tail(word: str, node: nodes.Expression | None) -> str:

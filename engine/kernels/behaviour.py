@@ -70,7 +70,7 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         elif op == Op.COMMAND:
             _command(run, actor, a, registers[b])
         elif op == Op.FOLLOW:
-            if _follow(plan, run, sample, actor, dst, int(registers[a]), registers[b], registers[code[row - 1, 4]]):
+            if _follow(plan, run, sample, actor, row - 1):
                 row = int(code[row - 1, 5])
         elif op == Op.HOLD_SPEED:
             _hold_speed(plan, run, sample, actor, registers[a])
@@ -125,10 +125,10 @@ def _command(run: Run, actor: int, command: int, value: float) -> None:
 
 
 @inlined_part
-def _follow(
-    plan: Plan, run: Run, sample: int, actor: int, progress: int, path: int, target_speed: float, max_lateral: float
-) -> bool:
+def _follow(plan: Plan, run: Run, sample: int, actor: int, row: int) -> bool:
     """Steer and pedal along a path; true when the outline's centre has come to its end, and nothing is commanded."""
+    progress, path = int(plan.code[row, 1]), int(run.registers[int(plan.code[row, 2])])
+    target_speed, max_lateral = run.registers[int(plan.code[row, 3])], run.registers[int(plan.code[row, 4])]
     x, y = run.actors[actor, Slot.REAR_X], run.actors[actor, Slot.REAR_Y]
     heading, speed = run.states[sample, actor, State.HEADING], run.states[sample, actor, State.SPEED]
     guess = run.registers[progress]
@@ -144,7 +144,8 @@ def _follow(
         _hold_speed(plan, run, sample, actor, target_speed)
         return False
     wheelbase = column_of(plan, run, actor, Column.WHEELBASE)
-    run.actors[actor, Slot.STEER] = steer_along(plan.road, path, point, heading, speed, wheelbase)
+    time_step = plan.layout.time_step
+    run.actors[actor, Slot.STEER] = steer_along(plan.road, path, point, heading, speed, wheelbase, time_step)
     target = planned_speed(plan.road, path, point.s, speed, target_speed, max_lateral)
     _hold_speed(plan, run, sample, actor, target)
     return False

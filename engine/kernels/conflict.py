@@ -117,6 +117,8 @@ def required_deceleration(now: Snapshot) -> float:
     T-junctions", Traffic Engineering & Control 17(7). Infinite on contact.
     """
     ttc = time_to_collision(now)
+    if ttc == 0.0:
+        return math.inf
     return 0.0 if ttc == math.inf else relative_speed(now) / (2.0 * ttc)
 
 

@@ -14,7 +14,7 @@ import math
 from typing import NamedTuple
 
 from engine.kernels.closest import closest_in_step
-from engine.kernels.geometry import Box, box_distance, shortest_turn
+from engine.kernels.geometry import Box, box_distance, centers_apart, half_diagonal, shortest_turn
 from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
 from engine.tables import Floats
@@ -143,14 +143,18 @@ def center_velocity(states: Floats, samples: int, k: int, time_step: float, acto
 @kernel
 def _least_distance(states: Floats, together: int, other: int, outlines: Floats, seed: int) -> tuple[float, float]:
     """MD over whole steps [m] and when, in steps. A good first value (at `seed`) lets nearly all steps be skipped."""
-    best = box_distance(_box(states, seed, 0, outlines), _box(states, seed, other, outlines))
-    at = float(seed)
+    first, second = _box(states, seed, 0, outlines), _box(states, seed, other, outlines)
+    best, at = box_distance(first, second), float(seed)
+    radii = half_diagonal(first) + half_diagonal(second)
+    reach2 = (best + radii) ** 2
     for k in range(together - 1):
         a0, a1 = _box(states, k, 0, outlines), _box(states, k + 1, 0, outlines)
         b0, b1 = _box(states, k, other, outlines), _box(states, k + 1, other, outlines)
+        if centers_apart(a0, a1, b0, b1, reach2):
+            continue
         best, fraction = closest_in_step(a0, a1, b0, b1, best)
         if fraction >= 0.0:
-            at = k + fraction
+            at, reach2 = k + fraction, (best + radii) ** 2
     return best, at
 
 

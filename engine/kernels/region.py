@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
-from engine.kernels.path import _pose, _project
+from engine.kernels.path import X, Y, _pose, _project
 from engine.tables import Floats, RoadTables
 
 X1, Y1, X2, Y2, SHARED, UX, UY, LENGTH = range(8)
@@ -77,6 +77,9 @@ def lane_nearest(road: RoadTables, x: float, y: float, heading: float) -> int:
     for lane in range(len(road.lane_path)):
         path = int(road.lane_path[lane])
         first, last = int(road.path_start[path]), int(road.path_start[path + 1])
+        to_start = math.hypot(x - road.primitives[first, X], y - road.primitives[first, Y])
+        if to_start - road.path_length[path] > best_cost:
+            continue  # even its far end is farther away
         s, cost = _project(road.primitives, first, last, x, y)
         if cost < best_cost and not math.isnan(heading):
             turn = _pose(road.primitives, first, last, s).heading - heading

@@ -7,7 +7,7 @@ order of their actors, (4) unless one of these ended the run, everything steps, 
 How a host uses it:
 
     plan = engine.runs.plan(program, config)            # once a program
-    run = engine.runs.memory(plan, samples)             # once a thread; `samples` rows of record
+    run = engine.runs.memory(program, samples)          # once a thread; `samples` rows of record
     begin(plan, run, variant, values, key)              # once a scene
     advance(plan, run, until, True)                     # to contact, end, or sample `until`
 

@@ -93,6 +93,3 @@ def measure_run(plan: Plan, run: Run, values: Floats, row: int, outlines: Floats
         out.max_closing_time[row, pair] = metrics.max_closing_time
         out.distance_at_ms[row, pair] = metrics.distance_at_ms
         out.ttc_at_ms[row, pair] = metrics.ttc_at_ms
-
-
-_measure, _note_end = measure_run, note_end

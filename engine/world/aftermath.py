@@ -1,6 +1,10 @@
 """From first contact on: those who touched are free bodies, the others go on behaving until they are struck, too.
 
 Nothing here is scored. A free body's velocity is never set again: it is what impulses and friction make of it.
+
+All substeps are equally long and end with the samples. pymunk starts each from the impulses of the one before, scaled
+by the ratio of their lengths, but books them unscaled: after a short substep in contact, a longer one would add up to
+several times the impulse again. So physics starts at the last substep boundary before contact.
 """
 
 import math
@@ -12,9 +16,9 @@ from engine.config import Config
 from engine.kernels.rollout import advance
 from engine.kernels.stage import Plan, Run, Slot, Status
 from engine.tables import Floats
-from engine.vocabulary import State
+from engine.vocabulary import ActorKind, State
 from engine.world.bodies import Physique, new_space, solid
-from engine.world.friction import rub
+from engine.world.friction import REST_SPEED, rub
 from engine.world.impacts import Impact, Recorder
 
 
@@ -32,11 +36,13 @@ class Stage:
     """The bodies of one run after its first contact, and who of them is free."""
 
     def __init__(self, actors: tuple[Physique, ...], config: Config) -> None:
+        """`substeps`: so many to a step of the simulation, each no longer than the configured length."""
         self.actors = actors
+        self.substeps = max(1, math.ceil(config.simulation.time_step / config.contact.substep - 1e-9))
+        self.substep = config.simulation.time_step / self.substeps
         self.space = new_space(config.contact)
         self.bodies = [solid(self.space, actor, config.contact) for actor in actors]
         self.recorder = Recorder(self.space, self.bodies)
-        self.substep = config.contact.substep
         self.free: set[int] = set()
         self.rest: dict[int, float] = {}
 
@@ -62,21 +68,19 @@ class Stage:
         if self.bodies[actor] in self.space.bodies:
             self.space.remove(self.bodies[actor], *self.bodies[actor].shapes)
 
-    def go(self, start: float, end: float) -> None:
-        """Let physics run from one time to another [s], in equal substeps no longer than the chosen one."""
-        count = max(1, math.ceil((end - start) / self.substep - 1e-9))
-        duration = (end - start) / count
+    def go(self, start: float, count: int) -> None:
+        """Let physics run for a number of substeps from a time on [s]."""
         for k in range(count):
-            self.recorder.time = start + (k + 1) * duration
-            self.space.step(duration)
+            self.recorder.time = start + (k + 1) * self.substep
+            self.space.step(self.substep)
             self.recorder.check()
             for actor in self.recorder.struck - self.free:
                 self.release(actor)
             for actor in sorted(self.free):
-                self._rub(actor, duration)
+                self._rub(actor)
 
-    def _rub(self, actor: int, duration: float) -> None:
-        if rub(self.bodies[actor], self.actors[actor], duration):
+    def _rub(self, actor: int) -> None:
+        if rub(self.bodies[actor], self.actors[actor], self.substep):
             self.rest.setdefault(actor, self.recorder.time)
         else:
             self.rest.pop(actor, None)
@@ -89,28 +93,35 @@ class Stage:
 
 def follow_contact(plan: Plan, run: Run, actors: tuple[Physique, ...], config: Config) -> Aftermath:
     """Go on from first contact until all that were struck stand still, or for the configured time."""
-    step, contact = plan.layout.time_step, float(run.end[0])
-    stage = _at_contact(run, actors, step, config)
-    run.actors[sorted(stage.free), Slot.FREE] = 1.0
-    start, sample = contact, int(run.status[Status.SAMPLE])
+    step, contact, sample = plan.layout.time_step, float(run.end[0]), int(run.status[Status.SAMPLE])
+    stage = Stage(actors, config)
+    done = min(math.floor(float(run.end[1]) * stage.substeps), stage.substeps - 1)
+    _set_up(run, stage, sample, done / stage.substeps, step)
     last = min(len(run.states) - 1, math.ceil((contact + config.contact.aftermath) / step))
-    while True:
-        stage.go(start, sample * step)
-        _record(run, stage, sample, step)
-        if sample >= last or stage.at_rest:
-            break
+    stage.go((sample - 1) * step + done * stage.substep, stage.substeps - done)
+    _record(run, stage, sample, step)
+    while sample < last and not (stage.at_rest and _others_stand(run, stage, sample)):
         advance(plan, run, sample + 1, False)
-        start, sample = sample * step, sample + 1
+        sample += 1
         _send(run, stage, sample, step)
+        stage.go((sample - 1) * step, stage.substeps)
+        _record(run, stage, sample, step)
     masses = tuple(math.inf if actor.fixed else actor.mass for actor in actors)
     return Aftermath(sample + 1, stage.recorder.impacts(masses), dict(stage.rest))
 
 
-def _at_contact(run: Run, actors: tuple[Physique, ...], step: float, config: Config) -> Stage:
-    """All bodies where they are at the instant of contact; the two that touch with their true velocities."""
-    stage = Stage(actors, config)
-    sample, part = int(run.status[Status.SAMPLE]), float(run.end[1])
-    before, after = run.states[sample - 1], run.states[sample]
+def _others_stand(run: Run, stage: Stage, sample: int) -> bool:
+    """Whether nobody who still behaves is on the move, so that nothing more can happen."""
+    others = [actor for actor in range(len(stage.actors)) if actor not in stage.free]
+    states = run.states[sample, others]
+    return not np.any((states[:, State.PRESENT] != 0.0) & (states[:, State.SPEED] > REST_SPEED))
+
+
+def _set_up(run: Run, stage: Stage, sample: int, part: float, step: float) -> None:
+    """All bodies where they are a part of a step after the last sample before contact; the two that are about to
+    touch get their true velocities and are free.
+    """
+    actors, before, after = stage.actors, run.states[sample - 1], run.states[sample]
     poses, chords = before[:, :3] + part * (after[:, :3] - before[:, :3]), (after[:, :3] - before[:, :3]) / step
     pair = {int(run.status[Status.CONTACT_ONE]), int(run.status[Status.CONTACT_OTHER])}
     for actor in range(len(actors)):
@@ -119,11 +130,13 @@ def _at_contact(run: Run, actors: tuple[Physique, ...], step: float, config: Con
             stage.remove(actor)
         elif actor in pair:
             speed = before[actor, State.SPEED] + part * (after[actor, State.SPEED] - before[actor, State.SPEED])
-            stage.drive(actor, true_velocity(poses[actor, 2], speed, chords[actor, 2], actors[actor].rear_to_center))
+            # Walkers turn at once, so the chord of their heading is no rate that they carry on with.
+            turn = 0.0 if actors[actor].kind is ActorKind.PEDESTRIAN else chords[actor, 2]
+            stage.drive(actor, true_velocity(poses[actor, 2], speed, turn, actors[actor].rear_to_center))
             stage.release(actor)
         else:
             stage.drive(actor, chords[actor])
-    return stage
+    run.actors[sorted(stage.free), Slot.FREE] = 1.0
 
 
 def true_velocity(heading: float, speed: float, turn: float, rear_to_center: float) -> Floats:

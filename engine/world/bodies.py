@@ -14,6 +14,9 @@ from engine.vocabulary import ActorKind, Column
 GRAVITY = 9.81
 """[m/s^2]"""
 
+SOLVER_ITERATIONS = 50
+"""Of the contact solver a substep; pymunk's 10 leave a head-on restitution of 0.15 at 0.16."""
+
 
 @dataclass(frozen=True)
 class Axle:
@@ -85,6 +88,7 @@ def new_space(config: ContactConfig) -> pymunk.Space:
     space = pymunk.Space()
     space.collision_persistence = config.collision_persistence
     space.collision_slop = config.collision_slop
+    space.iterations = SOLVER_ITERATIONS
     return space
 
 

@@ -12,13 +12,10 @@ import pymunk
 
 from engine.config import Config
 from engine.kernels.rollout import advance, begin
-from engine.kernels.rows import Requested, Results
-from engine.kernels.rows import _measure as measure_run
-from engine.kernels.rows import _note_end as note_end
+from engine.kernels.rows import Requested, Results, measure_run, note_end
 from engine.kernels.stage import Plan, Run, Status
 from engine.program import Program
-from engine.batch import _empty_results as empty_results
-from engine.runs import memory, outlines, plan, samples_of
+from engine.runs import empty_results, memory, outcomes, outlines, plan, requested, samples_of
 from engine.scenes import Outcomes, Scenes, Trajectory
 from engine.vocabulary import EndReason, Verdict
 from engine.world.aftermath import follow_contact
@@ -26,7 +23,6 @@ from engine.world.bodies import carrier, new_space, physiques
 from engine.world.carry import carry
 from engine.world.events import Event, timeline
 from engine.world.impacts import Impact
-
 
 DEFAULTS = Config()
 
@@ -64,7 +60,7 @@ def simulate(program: Program, scenes: Scenes, config: Config = DEFAULTS, jobs: 
     host = _host(program, scenes, config, extra_samples=0)
     for row in np.flatnonzero(scenes.valid).tolist():
         _score(host, row)
-    return _outcomes(host.results)
+    return outcomes(host.results)
 
 
 def run(program: Program, scenes: Scenes, row: int = 0, config: Config = DEFAULTS) -> WorldRun:
@@ -75,35 +71,29 @@ def run(program: Program, scenes: Scenes, row: int = 0, config: Config = DEFAULT
     host = _host(program, _one(scenes, row), config, extra_samples=after)
     samples = _score(host, 0)
     contact = host.memory.status[Status.CONTACT_ONE] >= 0
-    outcomes, impacts, rest = _outcomes(host.results), (), {}
+    scored, impacts, rest = outcomes(host.results), (), {}
     last = samples - 1 if contact else -1
     if contact:
         actors = physiques(host.plan.kinds, host.scenes.values[0])
         samples, impacts, rest = follow_contact(host.plan, host.memory, actors, config)
     trajectory = Trajectory(
-        time=np.arange(samples) * config.simulation.time_step,
+        time=np.arange(samples, dtype=np.float64) * config.simulation.time_step,
         states=host.memory.states[:samples].copy(),
         outlines=outlines(program, host.scenes.values[0]),
         contact_sample=last,
     )
-    return WorldRun(outcomes, trajectory, impacts, timeline(outcomes, trajectory, impacts, rest))
+    return WorldRun(scored, trajectory, impacts, timeline(scored, trajectory, impacts, rest))
 
 
 def _host(program: Program, scenes: Scenes, config: Config, extra_samples: int) -> Host:
-    requested = Requested(
-        verdict=np.require(scenes.verdict, np.int32, "CAW"),
-        variant=np.require(scenes.variant, np.int32, "CAW"),
-        values=np.require(scenes.values, np.float64, "CAW"),
-        keys=np.require(scenes.keys, np.int64, "CAW"),
-    )
-    space = new_space(config.contact)
+    rows, space = requested(scenes), new_space(config.contact)
     return Host(
         plan=plan(program, config.simulation),
         memory=memory(program, samples_of(config.simulation) + 1 + extra_samples),
         space=space,
         bodies=tuple(carrier(space) for _ in program.actors),
-        scenes=requested,
-        results=empty_results(len(program.actors), requested),
+        scenes=rows,
+        results=empty_results(len(program.actors), rows),
     )
 
 
@@ -125,7 +115,3 @@ def _score(host: Host, row: int) -> int:
 def _one(scenes: Scenes, row: int) -> Scenes:
     """The scenes with nothing but one row."""
     return Scenes(**{field.name: getattr(scenes, field.name)[row : row + 1] for field in fields(Scenes)})
-
-
-def _outcomes(results: Results) -> Outcomes:
-    return Outcomes(**{field.name: getattr(results, field.name) for field in fields(Outcomes)})

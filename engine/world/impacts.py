@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 
 import pymunk
 
+LEAST_CHANGE = 0.01
+"""Of a velocity, for a touch to be told as an impact [m/s]."""
 PAUSE = 0.05
 """Two bodies that part and meet again sooner than this are still in the same impact [s]."""
 
@@ -68,9 +70,10 @@ class Recorder:
             raise self._failure
 
     def impacts(self, masses: tuple[float, ...]) -> tuple[Impact, ...]:
-        """All impacts so far, in the order of time."""
+        """All impacts so far, in the order of time; touches without force are none."""
         meetings = [*self._closed, *self._open.values()]
-        return tuple(_impact(m, masses) for m in sorted(meetings, key=lambda m: (m.time, m.pair)))
+        told = (_impact(meeting, masses) for meeting in sorted(meetings, key=lambda m: (m.time, m.pair)))
+        return tuple(impact for impact in told if max(impact.delta_v) >= LEAST_CHANGE)
 
     def _guarded(self, callback: Callable[[pymunk.Arbiter], None]) -> Callable[..., None]:
         def call(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
@@ -109,8 +112,8 @@ class Recorder:
     def _post_solve(self, arbiter: pymunk.Arbiter) -> None:
         low, high, swapped = self._pair(arbiter)
         meeting = self._open[low, high]
-        x, y = arbiter.total_impulse
-        sign = -1.0 if swapped else 1.0
+        x, y = arbiter.total_impulse  # what the first of `arbiter.bodies` received
+        sign = 1.0 if swapped else -1.0
         meeting.impulse[0] += sign * x
         meeting.impulse[1] += sign * y
         meeting.last = self.time

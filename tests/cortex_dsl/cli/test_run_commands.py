@@ -8,6 +8,8 @@ from typing import Any
 
 import pytest
 
+from engine.search.store import StoreError
+
 Command = Callable[..., Any]
 Scenario = Callable[..., Path]
 
@@ -135,6 +137,21 @@ def test_a_run_is_never_overwritten(cortexc: Command, left_turn: Path, tmp_path:
     (tmp_path / "file").write_text("")
     assert cortexc(left_turn, "--random", *SMALL, "--out", tmp_path / "file").code == 2
     assert cortexc(left_turn, "--random", *SMALL, "--out", tmp_path / "file" / "below").code == 2
+
+
+def test_results_that_cannot_be_put_away_are_still_shown(
+    cortexc: Command, left_turn: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A disk that fills up at the end costs the files, not the report; the code is 2."""
+
+    def full(*_: object) -> None:
+        raise StoreError("no space left", "free some space")
+
+    monkeypatch.setattr("cortex_dsl.cli.search.write_exports", full)
+    result = cortexc(left_turn, "--random", *SMALL, "--out", tmp_path / "run")
+    assert result.code == 2
+    assert "among 36 individuals" in result.out
+    assert "no space left" in result.err
 
 
 def test_rollouts(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ PIECES = [
     "\n\t", "\r\n", "\f", "\0", "\ufeff", "°", "é", "😀", "\u202e", "\x1b[31m",
 ]  # fmt: skip
 
-quickly = settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+quickly = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
 
 
 def complaint(read: Callable[[], object]) -> CompileError | None:

@@ -1,0 +1,77 @@
+"""Golden programs: `golden/good` must compile in silence, `golden/bad` must be answered exactly as written beside it.
+
+A new case is two files: `SCN999_name.scn` and `SCN999_name.txt` (write the latter with CORTEXC_UPDATE_GOLDEN=1, and
+read it before you keep it).
+"""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from cortex_dsl.diagnostics import CompileError, Severity
+from cortex_dsl.report.diagnostics import render_text
+from cortex_dsl.semantics import context, elaborate, errors
+from cortex_dsl.semantics.problems import Problem
+from cortex_dsl.source import Source
+from cortex_dsl.syntax import parse
+
+GOLDEN = Path(__file__).parent / "golden"
+BAD = sorted((GOLDEN / "bad").glob("*.scn"))
+GOOD = sorted((GOLDEN / "good").glob("*.scn"))
+PROBLEMS = [value for value in vars(errors).values() if isinstance(value, Problem)]
+OVERRIDE_CODES = {errors.UNKNOWN_OVERRIDE.code, errors.BAD_OVERRIDE.code}
+"""Said about the command line, not about a file; see test_overrides."""
+UNIT_CODES = {errors.UNKNOWN_UNIT.code}
+"""Said by the parser for files; kept for trees made otherwise."""
+
+
+@pytest.fixture(autouse=True)
+def _little_patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files that would take too long are refused sooner here."""
+    monkeypatch.setattr(context, "EVALUATION_LIMIT", 20_000)
+
+
+def transcript(path: Path) -> tuple[str, set[str], bool]:
+    """What is said about a file, with which codes, and whether it compiles."""
+    source = Source(path.name, path.read_text())
+    try:
+        _, diagnostics = elaborate(parse(source), source)
+        compiled = True
+    except CompileError as error:
+        diagnostics, compiled = error.diagnostics, False
+    return render_text(source, diagnostics), {d.code for d in diagnostics}, compiled
+
+
+@pytest.mark.parametrize("path", BAD, ids=lambda path: path.stem)
+def test_bad_program_is_answered(path: Path) -> None:
+    """The transcript is the one beside the program, and holds the code that names the file."""
+    text, codes, compiled = transcript(path)
+    expected = path.with_suffix(".txt")
+    if os.environ.get("CORTEXC_UPDATE_GOLDEN"):
+        expected.write_text(text)
+    assert text == expected.read_text()
+    code = path.stem.split("_")[0]
+    assert code in codes
+    declared = next(problem for problem in PROBLEMS if problem.code == code)
+    assert compiled == (declared.severity is not Severity.ERROR)
+
+
+@pytest.mark.parametrize("path", GOOD, ids=lambda path: path.stem)
+def test_good_program_compiles_in_silence(path: Path) -> None:
+    """Nothing is said about a good program."""
+    text, _, compiled = transcript(path)
+    assert compiled, text
+    assert text.strip() == ""
+
+
+def test_every_diagnostic_has_a_golden_program() -> None:
+    """No code without an example."""
+    codes = {problem.code for problem in PROBLEMS} - OVERRIDE_CODES - UNIT_CODES
+    assert codes == {path.stem.split("_")[0] for path in BAD}
+
+
+def test_codes_are_unique() -> None:
+    """A code means one thing."""
+    codes = [problem.code for problem in PROBLEMS]
+    assert len(codes) == len(set(codes))

@@ -1,0 +1,46 @@
+"""The reference says what is so: every block on the page is read, and every wrong one has the error it names."""
+
+import re
+from importlib.resources import files
+
+import pytest
+
+from cortex_dsl.diagnostics import CompileError
+from cortex_dsl.source import Source
+from cortex_dsl.syntax import parse
+from cortex_dsl.syntax.limits import MAX_BYTES, MAX_DEPTH, MAX_ERRORS
+from cortex_dsl.syntax.units import UNITS
+from cortex_dsl.syntax.words import RESERVED
+
+REFERENCE = (files("grammar") / "REFERENCE.md").read_text(encoding="utf-8")
+BLOCK = re.compile(r"^```(?P<kind>\S+) ?(?P<code>\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
+BLOCKS = [
+    (REFERENCE.count("\n", 0, match.start()) + 1, match["kind"], match["code"], match["text"])
+    for match in re.finditer(
+        r"^```(?P<kind>\S+) ?(?P<code>\w*)\n(?P<text>.*?)^```$", REFERENCE, re.MULTILINE | re.DOTALL
+    )
+]
+
+
+@pytest.mark.parametrize(("line", "kind", "code", "text"), BLOCKS)
+def test_block(line: int, kind: str, code: str, text: str) -> None:
+    """A block is a program, or has exactly the error that it is marked with."""
+    source = Source(f"REFERENCE.md:{line}", text)
+    if kind == "scn":
+        parse(source)
+        return
+    assert kind == "scn-error"
+    with pytest.raises(CompileError) as caught:
+        parse(source)
+    assert [diagnostic.code for diagnostic in caught.value.diagnostics] == [code]
+
+
+def test_tables_and_lists_are_complete() -> None:
+    """Units, reserved words and limits on the page are those of the program."""
+    for dimension, words in UNITS.items():
+        assert f"| {dimension} | " + " ".join(f"`{word}`" for word in words) + " |" in REFERENCE
+    listed = re.search(r"never names: `(.*?)`", REFERENCE, re.DOTALL)
+    assert listed is not None
+    assert set(listed[1].split()) == RESERVED
+    assert f"at most {MAX_BYTES >> 10} KiB long" in REFERENCE
+    assert f"nest at most {MAX_DEPTH} deep. After {MAX_ERRORS} errors" in REFERENCE

@@ -1,0 +1,191 @@
+"""The risk score: Table 2 to the letter, its consequences, and the laws of the continuous score."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from engine.risk import (
+    HIGHEST_RISK,
+    LITERATURE,
+    PAPER,
+    PAPER_MM,
+    PROFILES,
+    Figures,
+    RiskProfile,
+    assess,
+    band_score,
+    calibrated,
+    continuous_score,
+    figures,
+)
+from engine.scenes import Outcomes
+from engine.vocabulary import EndReason, Verdict
+
+Pair = tuple[float, float, float]
+"""MD, D_MS, TTC_MS."""
+FAR: Pair = (100.0, 100.0, 100.0)
+
+METRIC = st.one_of(st.floats(0.0, 80.0), st.just(np.inf))
+PAIRS = st.tuples(METRIC, METRIC, METRIC)
+ANY_PROFILE = st.sampled_from(list(PROFILES.values()))
+
+
+def outcomes(*runs: tuple[Pair, ...], contact: dict[int, tuple[int, int]] | None = None) -> Outcomes:
+    """One row a run, one (MD, D_MS, TTC_MS) a pair; `contact`: row -> the two actors."""
+    n, pairs = len(runs), len(runs[0])
+    values = np.array(runs, dtype=float).reshape(n, pairs, 3)
+    touching = np.full((n, 2), -1)
+    for row, actors in (contact or {}).items():
+        touching[row] = actors
+        if actors[0] == 0:
+            values[row, actors[1] - 1, 0] = 0.0
+    nothing = np.full((n, pairs), np.nan)
+    return Outcomes(
+        verdict=np.zeros(n, np.int32),
+        collided=touching[:, 0] == 0,
+        end_reason=np.full(n, EndReason.TIMEOUT, np.int32),
+        end_rule=np.full(n, -1, np.int32),
+        end_time=np.full(n, 20.0),
+        steps=np.full(n, 400, np.int32),
+        min_distance=values[..., 0],
+        min_distance_time=nothing,
+        max_closing_speed=nothing,
+        max_closing_time=nothing,
+        distance_at_ms=values[..., 1],
+        ttc_at_ms=values[..., 2],
+        left_road_time=np.full((n, pairs + 1), np.nan),
+        contact_actors=touching.astype(np.int32),
+    )
+
+
+@pytest.mark.parametrize(
+    ("place", "edges"),
+    [(0, (8.20, 11.00, 13.76, 16.55)), (1, (37.80, 40.20, 42.55, 44.90)), (2, (3.59, 3.94, 4.29, 4.64))],
+)
+def test_bands_are_closed_below_and_open_above(place: int, edges: tuple[float, ...]) -> None:
+    """At an edge the lower score holds, the smallest number below it still has the higher: nothing is rounded."""
+    for points, edge in zip((3, 2, 1, 0), edges, strict=True):
+        at, below = [list(FAR), list(FAR)]
+        at[place], below[place] = edge, float(np.nextafter(edge, 0.0))
+        scores = assess(outcomes((tuple(at),), (tuple(below),))).score  # type: ignore[arg-type]
+        assert scores.tolist() == [points, points + 1]
+
+
+def test_paper_mm_is_a_tenth_of_paper() -> None:
+    """The rival reading has the printed numbers in millimetres and milliseconds."""
+    for name in ("min_distance", "distance_at_ms", "ttc_at_ms"):
+        assert getattr(PAPER_MM, name) == pytest.approx([edge / 10 for edge in getattr(PAPER, name)])
+
+
+@given(st.lists(st.tuples(PAIRS, st.booleans()), min_size=1, max_size=30), ANY_PROFILE)
+def test_a_collision_scores_14_or_more_and_13_does_not_occur(
+    runs: list[tuple[Pair, bool]], profile: RiskProfile
+) -> None:
+    """MD is 0 on contact, which adds 4 to the 10; without contact 12 is the most."""
+    contact = {row: (0, 1) for row, (_, touches) in enumerate(runs) if touches}
+    risk = assess(outcomes(*((pair,) for pair, _ in runs), contact=contact), profile)
+    collided = np.array([touches for _, touches in runs])
+    assert np.all(risk.score[collided] >= 14)
+    assert np.all(risk.score[~collided] <= 12)
+    assert np.all((risk.score >= 0) & (risk.score <= HIGHEST_RISK))
+    assert np.array_equal(risk.parts.sum(axis=1), risk.score)
+
+
+@given(st.lists(METRIC, min_size=1, max_size=20), ANY_PROFILE)
+def test_continuous_score_stays_near_its_band_and_never_rises_with_distance(
+    values: list[float], profile: RiskProfile
+) -> None:
+    """Each term is within 1 of its band and non-increasing; the bands are non-increasing, too."""
+    ordered = np.sort(values)
+    for edges in (profile.min_distance, profile.distance_at_ms, profile.ttc_at_ms):
+        smooth, bands = continuous_score(ordered, edges), band_score(ordered, edges)
+        assert np.all(np.abs(smooth - bands) <= 1.0)
+        assert np.all((smooth >= 0.0) & (smooth <= 4.0))
+        assert np.all(np.diff(smooth) <= 0.0)
+        assert np.all(np.diff(bands) <= 0)
+
+
+def test_continuous_score_climbs_inside_a_band() -> None:
+    """Nearer is more, even where the integer says the same."""
+    risk = assess(outcomes(((6.0, 30.0, 3.0),), ((5.0, 30.0, 3.0),)))
+    assert risk.score[0] == risk.score[1]
+    assert risk.continuous[1] > risk.continuous[0]
+
+
+def test_pairs_that_never_approach_score_by_distance_alone() -> None:
+    """D_MS and TTC_MS are infinite there and add nothing."""
+    risk = assess(outcomes(((1.0, np.inf, np.inf),)))
+    assert risk.parts.tolist() == [[0, 4, 0, 0]]
+    assert risk.continuous[0] == pytest.approx(4.0 - 1.0 / 8.2)
+
+
+def test_the_riskiest_pair_decides_and_ties_go_to_the_lower() -> None:
+    """Parts are those of the deciding pair, whoever has the least distance."""
+    near, fast = (1.0, 100.0, 100.0), (9.0, 30.0, 3.0)
+    risk = assess(outcomes((near, fast), (fast, fast), (FAR, near)))
+    assert risk.score.tolist() == [11, 11, 4]
+    assert risk.pair.tolist() == [1, 0, 1]
+    assert risk.parts[0].tolist() == [0, 3, 4, 4]
+
+
+def test_contact_counts_for_the_egos_pair_alone() -> None:
+    """The ego's contact with actor 2 is that pair's; one between actors 1 and 2 is nobody's."""
+    risk = assess(outcomes((FAR, FAR), (FAR, FAR), contact={0: (0, 2), 1: (1, 2)}))
+    assert risk.score.tolist() == [14, 0]
+    assert risk.pair.tolist() == [1, 0]
+    assert risk.parts.tolist() == [[10, 4, 0, 0], [0, 0, 0, 0]]
+
+
+def test_what_was_not_valid_scores_minus_one() -> None:
+    """Whatever the reason; nothing else of such a row means anything."""
+    run = outcomes(*([(FAR,)] * 5))
+    broken = replace(run, verdict=np.array(list(Verdict), np.int32), min_distance=np.full((5, 1), np.nan))
+    risk = assess(broken)
+    assert risk.score.tolist() == [0, -1, -1, -1, -1]
+    assert risk.continuous.tolist()[1:] == [-1.0] * 4
+    assert risk.pair.tolist() == [0, -1, -1, -1, -1]
+
+
+def test_an_ego_alone_has_no_risk() -> None:
+    """Without a pair there is nothing to score."""
+    alone = outcomes(((FAR),))
+    alone = replace(
+        alone, **{n: np.zeros((1, 0)) for n in ("min_distance", "distance_at_ms", "ttc_at_ms", "min_distance_time")}
+    )
+    risk = assess(alone)
+    assert (risk.score.tolist(), risk.pair.tolist(), risk.parts.tolist()) == ([0], [-1], [[0, 0, 0, 0]])
+    assert np.isnan(figures(risk, alone).mdg)
+
+
+def test_calibrated_edges_run_from_the_quartile_to_the_ninetieth_hundredth() -> None:
+    """In three equal steps, of each metric's finite values in valid runs."""
+    runs = outcomes(*(((float(i), float(2 * i), np.inf if i % 2 else float(i)),) for i in range(101)))
+    profile = calibrated(runs)
+    assert profile.min_distance == pytest.approx((25.0, 25 + 65 / 3, 25 + 130 / 3, 90.0))
+    assert profile.distance_at_ms == pytest.approx((50.0, 50 + 130 / 3, 50 + 260 / 3, 180.0))
+    assert profile.ttc_at_ms[0] == pytest.approx(25.0)
+
+
+def test_a_profile_needs_ascending_thresholds() -> None:
+    """Anything else names the metric."""
+    with pytest.raises(ValueError, match="D_MS: expected 4 positive thresholds"):
+        replace(PAPER, distance_at_ms=(4.0, 3.0, 2.0, 1.0))
+    with pytest.raises(ValueError, match="calibrated only from valid runs"):
+        calibrated(outcomes(((np.inf, np.inf, np.inf),)))
+
+
+def test_literature_leaves_one_band_empty() -> None:
+    """Two equal edges: the score steps from 4 to 2, and the continuous one stays with it."""
+    values = np.array([0.90, 0.91, 1.49, 1.5, 2.0])
+    assert band_score(values, LITERATURE.min_distance).tolist() == [4, 2, 2, 1, 0]
+    assert np.all(np.abs(continuous_score(values, LITERATURE.min_distance) - [4, 2, 2, 1, 0]) <= 1.0)
+
+
+def test_figures_are_means_over_valid_runs() -> None:
+    """RL leaves invalid runs out, the other mean counts them as -1; failed runs count nowhere."""
+    run = outcomes(((9.0, 30.0, 3.0),), (FAR,), (FAR,), (FAR,), contact={1: (0, 1)})
+    run = replace(run, verdict=np.array([Verdict.VALID, Verdict.VALID, Verdict.EXHAUSTED, Verdict.ERROR], np.int32))
+    assert figures(assess(run), run) == Figures(rl=12.5, rl_all=8.0, nc=1, mdg=4.5, mdec=9.0, nis=1, valid=2)

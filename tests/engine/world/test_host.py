@@ -1,0 +1,175 @@
+"""The world host: it agrees with the batch host before contact, and tells what follows."""
+
+import math
+from collections.abc import Callable
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from engine import batch, world
+from engine.config import Config, ContactConfig, SimulationConfig
+from engine.program import Program
+from engine.scenes import Scenes
+from engine.vocabulary import ActorKind, EndReason, ManeuverType, State, Verdict
+from engine.world.events import EventKind
+
+Draw = Callable[..., Scenes]
+POSE = [State.X, State.Y, State.HEADING]
+
+
+@pytest.fixture(scope="module")
+def lane(hand):
+    """A function of the other actors' kinds to a program in which actor 0 follows the southern lane straight on."""
+
+    def make(*kinds: ActorKind) -> Program:
+        code = hand.assembler(*kinds)
+        path = hand.route("south", ManeuverType.STRAIGHT)
+        for actor, kind in enumerate(kinds):
+            if kind is not ActorKind.OBSTACLE:
+                block = code.behaviour(actor)
+                code.follow(block, hand.literal(path), hand.value(actor), progress=actor)
+        return code.program(hand.road(), extra_values=len(kinds))
+
+    return make
+
+
+def queue(hand, kinds: tuple[ActorKind, ...], places: tuple[float, ...], speeds: tuple[float, ...]) -> Scenes:
+    """One scene with actors along the southern lane, each driving at its own speed."""
+    path = hand.route("south", ManeuverType.STRAIGHT)
+    blocks = [hand.on_route(path, s, v, k) for k, s, v in zip(kinds, places, speeds, strict=True)]
+    return hand.scenes(blocks, extra=speeds)
+
+
+def test_outcomes_equal_those_of_the_batch_host(crossing: Program, crossing_scenes: Draw) -> None:
+    """Flags and reasons are equal, times and metrics to 1e-9."""
+    scenes = crossing_scenes(150, seed=11)
+    fast, slow = batch.simulate(crossing, scenes), world.simulate(crossing, scenes)
+    assert fast.collided.any()
+    for field in fields(fast):
+        one, other = getattr(fast, field.name), getattr(slow, field.name)
+        if one.dtype.kind == "f":
+            np.testing.assert_allclose(other, one, rtol=0.0, atol=1e-9)
+        else:
+            np.testing.assert_array_equal(other, one)
+
+
+def test_states_before_contact_equal_those_of_the_batch_host(crossing: Program, crossing_scenes: Draw) -> None:
+    """Every recorded pose within 1e-9 m, up to the last sample before contact."""
+    scenes = crossing_scenes(25, seed=12)
+    for row in range(len(scenes)):
+        fast, slow = batch.trajectory(crossing, scenes, row), world.run(crossing, scenes, row).trajectory
+        before = len(fast.time)
+        assert slow.contact_sample == fast.contact_sample
+        assert len(slow.time) >= before
+        np.testing.assert_allclose(slow.states[:before], fast.states, rtol=0.0, atol=1e-9)
+
+
+def test_a_run_is_the_same_every_time(crossing: Program, crossing_scenes: Draw) -> None:
+    """Twice the same program, scene and config: the same bits, aftermath included, alone or among others."""
+    scenes = crossing_scenes(60, seed=13)
+    row = int(np.flatnonzero(world.simulate(crossing, scenes).collided)[0])
+    first, again = (world.run(crossing, scenes, row) for _ in range(2))
+    np.testing.assert_array_equal(first.trajectory.states, again.trajectory.states)
+    assert (first.impacts, first.events) == (again.impacts, again.events)
+    alone = world.simulate(crossing, scenes).min_distance[row]
+    assert first.outcomes.min_distance[0] == alone
+
+
+def test_invalid_scenes_are_left_alone(crossing: Program, crossing_scenes: Draw) -> None:
+    """Their verdict stays, their numbers are NaN and -1; and nobody can watch them."""
+    scenes = crossing_scenes(3, seed=1)
+    scenes = replace(scenes, verdict=np.array([Verdict.EXHAUSTED, Verdict.VALID, Verdict.INFEASIBLE], np.int32))
+    outcomes = world.simulate(crossing, scenes)
+    assert outcomes.verdict.tolist() == scenes.verdict.tolist()
+    assert np.isnan(outcomes.end_time).tolist() == [True, False, True]
+    assert outcomes.end_reason[[0, 2]].tolist() == [-1, -1]
+    with pytest.raises(ValueError, match="scene 0 is not valid"):
+        world.run(crossing, scenes, 0)
+
+
+def test_a_rear_end_collision_is_told_from_brake_to_rest(hand, lane) -> None:
+    """The faster car hits the slower from behind; both take part of its speed and rub to rest."""
+    kinds = (ActorKind.CAR, ActorKind.CAR)
+    told = world.run(lane(*kinds), queue(hand, kinds, (10.0, 30.0), (15.0, 5.0)))
+    assert told.outcomes.end_reason[0] == EndReason.COLLISION
+    (impact, *_) = told.impacts
+    assert impact.actors == (0, 1)
+    assert impact.clock == (12, 6)
+    assert impact.closing_speed == pytest.approx(10.0, abs=0.05)
+    assert impact.delta_v == pytest.approx((5.75, 5.75), rel=0.01)
+    assert told.outcomes.end_time[0] == pytest.approx((20.0 - 4.508) / 10.0, abs=0.05)
+    assert impact.time == pytest.approx(told.outcomes.end_time[0], abs=2 * ContactConfig().substep)
+    kinds_told = [event.kind for event in told.events]
+    assert kinds_told.index(EventKind.CONTACT) < kinds_told.index(EventKind.IMPACT) < kinds_told.index(EventKind.REST)
+    assert kinds_told.count(EventKind.REST) == 2
+    assert [event.time for event in told.events] == sorted(event.time for event in told.events)
+    last = told.trajectory.states[-1]
+    assert np.all(np.abs(last[:, State.SPEED]) < 0.01)
+    assert told.trajectory.contact_sample == math.floor(told.outcomes.end_time[0] / 0.05)
+
+
+def test_nothing_jumps_at_contact(hand, lane) -> None:
+    """From sample to sample nobody moves farther than his speed allows: no pose is overwritten after contact."""
+    kinds = (ActorKind.CAR, ActorKind.CAR)
+    told = world.run(lane(*kinds), queue(hand, kinds, (10.0, 30.0), (15.0, 5.0)))
+    ways = np.linalg.norm(np.diff(told.trajectory.states[..., :2], axis=0), axis=-1)
+    assert ways.max() <= 15.0 * 0.05 + 0.02
+
+
+def test_others_go_on_until_they_are_struck(hand, lane) -> None:
+    """The third car, behind, drives into the wreck: a second impact, with the time and the pair."""
+    kinds = (ActorKind.CAR, ActorKind.CAR, ActorKind.CAR)
+    scenes = queue(hand, kinds, (25.0, 40.0, 12.0), (15.0, 3.0, 12.0))
+    told = world.run(lane(*kinds), scenes)
+    assert told.outcomes.contact_actors[0].tolist() == [0, 1]
+    pairs = [impact.actors for impact in told.impacts]
+    assert pairs[0] == (0, 1)
+    assert (0, 2) in pairs
+    contact = told.trajectory.contact_sample
+    speed = told.trajectory.states[contact : contact + 3, 2, State.SPEED]
+    assert speed == pytest.approx([12.0] * 3, abs=0.1)
+    assert abs(told.trajectory.states[-1, 2, State.SPEED]) < 0.01
+
+
+def test_an_obstacle_is_part_of_the_ground(hand, lane) -> None:
+    """A car that hits it stops or bounces; the obstacle has no velocity and no delta-V."""
+    kinds = (ActorKind.CAR, ActorKind.OBSTACLE)
+    told = world.run(lane(*kinds), queue(hand, kinds, (10.0, 30.0), (10.0, 0.0)))
+    assert told.impacts[0].delta_v[1] == 0.0
+    assert told.impacts[0].delta_v[0] == pytest.approx(11.5, rel=0.02)
+    assert np.ptp(told.trajectory.states[:, 1, :3], axis=0).tolist() == [0.0, 0.0, 0.0]
+
+
+def test_without_aftermath_the_story_ends_with_the_step_of_contact(hand, lane) -> None:
+    """A config without aftermath lets at most the step of contact and one more pass."""
+    kinds = (ActorKind.CAR, ActorKind.CAR)
+    config = Config(contact=ContactConfig(aftermath=0.0))
+    told = world.run(lane(*kinds), queue(hand, kinds, (10.0, 30.0), (15.0, 5.0)), 0, config)
+    assert len(told.trajectory.time) - told.trajectory.contact_sample <= 3
+
+
+def test_a_run_without_contact_ends_with_its_reason(crossing: Program, crossing_scenes: Draw) -> None:
+    """The last event names it; nothing is struck."""
+    scenes, config = crossing_scenes(1, seed=2), Config(simulation=SimulationConfig(max_time=0.5))
+    told = world.run(crossing, scenes, 0, config)
+    assert told.trajectory.contact_sample == -1
+    assert told.impacts == ()
+    assert told.events[-1].kind is EventKind.END
+    assert EndReason(int(told.events[-1].value)) is EndReason.TIMEOUT
+    assert told.trajectory.time[-1] == pytest.approx(0.5)
+
+
+def test_braking_is_told_when_it_begins(crossing: Program, crossing_scenes: Draw) -> None:
+    """At the sample from which the pedal was pressed, with the speed there."""
+    scenes = crossing_scenes(40, seed=4)
+    for row in range(40):
+        told = world.run(crossing, scenes, row, Config(contact=ContactConfig(aftermath=0.0)))
+        brakes = [event for event in told.events if event.kind is EventKind.BRAKE and event.actors == (0,)]
+        if brakes:
+            sample = round(brakes[0].time / 0.05)
+            states = told.trajectory.states[:, 0]
+            assert states[sample + 1, State.BRAKE] > 0.0
+            assert np.all(states[: sample + 1, State.BRAKE] <= 0.01)
+            return
+    pytest.fail("nobody braked")
