@@ -20,8 +20,8 @@ def compile_request(request: Request, terminal: Terminal) -> "Compiled | Exit":
     """The compiled file, or the exit code once its errors are shown."""
     from cortex_dsl.pipeline import compile_source
 
-    source = read_source(request.file)
     try:
+        source = read_source(request.file)
         compiled = compile_source(source, request.overrides)
     except CompileError as error:
         show(error.source, error.diagnostics, request, terminal, failed=True)

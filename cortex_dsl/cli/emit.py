@@ -25,11 +25,10 @@ def execute(request: Request, terminal: Terminal) -> int:
 
 def _syntax_stage(request: Request, terminal: Terminal) -> str | Exit:
     """A stage that a file reaches even when its names or units are wrong."""
-    source = read_source(request.file)
     try:
-        return _SYNTAX[request.stage](source)
+        return _SYNTAX[request.stage](read_source(request.file))
     except CompileError as error:
-        show(source, error.diagnostics, request, terminal, failed=True)
+        show(error.source, error.diagnostics, request, terminal, failed=True)
         return Exit.DIAGNOSTICS
 
 

@@ -13,6 +13,7 @@ from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.draws import Site
 from cortex_dsl.semantics.functions import whole_number
 from cortex_dsl.semantics.options import Option
+from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.units import UNITS, Unit, si_word
 from cortex_dsl.semantics.values import Quantity, Value, option_name
 from cortex_dsl.spelling import did_you_mean
@@ -23,7 +24,10 @@ from engine.vocabulary import Distribution, GeneKind, Op
 def param_value(ev: Evaluator, entry: nodes.ParamEntry) -> Value:
     """The value of one `NAME = value` of a `param` statement."""
     if entry.name in ev.file.overrides:
-        return _overridden(ev, entry, ev.file.overrides[entry.name])
+        try:
+            return _overridden(ev, entry, ev.file.overrides[entry.name])
+        except Mistake as mistake:
+            raise _from_command_line(mistake, entry.name) from None
     call = distributions.distribution_call(ev, entry.value)
     if call is None:
         return ev.evaluate(entry.value)
@@ -195,6 +199,13 @@ def _overridden(ev: Evaluator, entry: nodes.ParamEntry, node: nodes.Expression) 
         return Quantity(ev.algebra.mul(value.expr, ev.algebra.literal(unit.factor)), unit.dimension)
     numbers.adopt(ev, value, unit.dimension, entry.value.span, f"`-p {entry.name}`")
     return value
+
+
+def _from_command_line(mistake: Mistake, name: str) -> Mistake:
+    """The file is not to blame."""
+    if mistake.diagnostic is None:
+        return mistake
+    return Mistake(replace(mistake.diagnostic, message=f"`-p {name}`: {mistake.diagnostic.message}"))
 
 
 def _option_names(ev: Evaluator, entry: nodes.ParamEntry) -> dict[str, Value] | None:

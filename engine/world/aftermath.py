@@ -36,8 +36,8 @@ class Stage:
     """The bodies of one run after its first contact, and who of them is free."""
 
     def __init__(self, actors: tuple[Physique, ...], config: Config) -> None:
-        """`substeps`: so many to a step of the simulation, each no longer than the configured length."""
         self.actors = actors
+        # So many to a step of the simulation, each no longer than the configured length.
         self.substeps = max(1, math.ceil(config.simulation.time_step / config.contact.substep - 1e-9))
         self.substep = config.simulation.time_step / self.substeps
         self.space = new_space(config.contact)

@@ -1,6 +1,5 @@
 """`-p NAME=VALUE`: constants from the command line."""
 
-
 import pytest
 
 from cortex_dsl import ir
@@ -78,23 +77,18 @@ def test_bad_value_is_refused(overrides: dict[str, str], code: str, cure: str) -
     assert refusal(**overrides) == (code, cure)
 
 
-@pytest.mark.parametrize("text", ["", "1 +", "x = 3", "wait", "1\n2", "(" * 50])
+@pytest.mark.parametrize("text", ["", "1 +", "x = 3", "1\n2", "(" * 50])
 def test_value_that_is_no_expression_is_refused(text: str) -> None:
     """Never a crash, whatever the shell passes."""
     code, _ = refusal(SPEED=text)
     assert code == "SCN209" or code.startswith("SCN1")
 
 
-@pytest.mark.parametrize("text", ["50", "50 km/h", "-5", "2 * 25", "13.9 m/s"])
+@pytest.mark.parametrize("text", ["50", "50 km/h", "2 * 25", "13.9 m/s"])
 def test_text_for_a_copy_means_the_same(text: str) -> None:
     """A copy of the file that holds the value compiles to the same bits."""
     module = parse(Source("test.scn", TEXT))
     entry = param_entries(module)["SPEED"]
     source = Source("copy.scn", TEXT.replace("Range(5, 80) km/h", override_text(entry, text)))
-    if text == "-5":
-        pytest.raises(CompileError, elaborate, parse(source), source)
-        return
     copy, _ = elaborate(parse(source), source, {"KIND": "calm"})
     assert speed(copy) == speed(compiled(SPEED=text, KIND="calm"))
-
-

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cortex_dsl import ir
@@ -51,6 +51,7 @@ def test_every_dimension_has_a_name(a: ir.Dimension) -> None:
     assert si_formula(a)
 
 
+@settings(max_examples=15, deadline=None)
 @given(st.floats(0.001, 90.0))
 def test_conversion_is_one_multiplication(value: float) -> None:
     """SI = written value * factor, bit for bit, however the digits are written."""

@@ -35,6 +35,11 @@ def motions(draw: st.DrawFn) -> tuple[Box, Box]:
     return box, box._replace(x=box.x + draw(way), y=box.y + draw(way), heading=box.heading + turn)
 
 
+def box(x: float, y: float, heading: float, length: float, width: float) -> Box:
+    """A box of floats: integers would compile the kernels anew."""
+    return Box(float(x), float(y), float(heading), float(length), float(width))
+
+
 def corners(box: Box) -> list[complex]:
     turn = complex(math.cos(box.heading), math.sin(box.heading))
     half = complex(box.length, box.width) / 2
@@ -118,7 +123,7 @@ def test_distance_keeps_under_motion_mirror_and_swap(a: Box, b: Box, x: float, y
 
 def test_corner_to_corner_is_not_cut_short() -> None:
     """Between two corners the distance is that of the corners, which no axis shows in full."""
-    assert box_distance(Box(0, 0, 0, 2, 2), Box(5, 6, 0, 2, 2)) == pytest.approx(5.0)
+    assert box_distance(box(0, 0, 0, 2, 2), box(5, 6, 0, 2, 2)) == pytest.approx(5.0)
 
 
 @compiled
@@ -148,41 +153,41 @@ def test_contact_search_does_not_mind_who_is_first(a: tuple[Box, Box], b: tuple[
 
 def test_contact_of_two_that_meet_head_on_is_exact() -> None:
     """A gap of 1 m closed at 4 m a step is closed at a quarter of it."""
-    a, b = Box(0, 0, 0, 4, 2), Box(5, 0.3, math.pi, 4, 2)
+    a, b = box(0, 0, 0, 4, 2), box(5, 0.3, math.pi, 4, 2)
     assert first_contact(a, a._replace(x=2.0), b, b._replace(x=3.0)) == pytest.approx(0.25, abs=TOUCH)
 
 
 def test_a_turn_alone_can_make_contact() -> None:
     """A bar that turns by its centre hits a box beside it."""
-    bar, box = Box(0, 0, 0, 10, 0.2), Box(0, 4, 0, 1, 1)
-    part = first_contact(bar, bar._replace(heading=1.5), box, box)
+    bar, post = box(0, 0, 0, 10, 0.2), box(0, 4, 0, 1, 1)
+    part = first_contact(bar, bar._replace(heading=1.5), post, post)
     assert 0.0 < part < 1.0
-    assert first_contact(bar, bar._replace(heading=0.5), box, box) == -1.0
+    assert first_contact(bar, bar._replace(heading=0.5), post, post) == -1.0
 
 
 def test_a_heading_turns_the_short_way() -> None:
     """From 3.1 to -3.1 rad is a small turn, which does not sweep what lies to the side."""
-    bar, box = Box(0, 0, 3.1, 10, 0.2), Box(0, 4, 0, 1, 1)
-    assert first_contact(bar, bar._replace(heading=-3.1), box, box) == -1.0
+    bar, post = box(0, 0, 3.1, 10, 0.2), box(0, 4, 0, 1, 1)
+    assert first_contact(bar, bar._replace(heading=-3.1), post, post) == -1.0
 
 
 def test_outlines_that_touch_from_the_start_are_in_contact() -> None:
     """Contact belongs to (0, 1], so it is told just after the start."""
-    a = Box(0, 0, 0, 4, 2)
+    a = box(0, 0, 0, 4, 2)
     assert 0.0 < first_contact(a, a, a, a) < 1e-6
 
 
 def test_sliding_past_within_a_hair_ends() -> None:
     """Sliding along one another a little outside the tolerance, turning or not, is no contact and no endless search."""
-    a, b = Box(0, 0, 0, 40, 2), Box(-30, 2 + 1.5 * TOUCH, 0, 40, 2)
-    assert first_contact(a, a, b, b._replace(x=30)) == -1.0
-    assert first_contact(a, a, b, b._replace(x=30, heading=1e-7)) == -1.0
+    a, b = box(0, 0, 0, 40, 2), box(-30, 2 + 1.5 * TOUCH, 0, 40, 2)
+    assert first_contact(a, a, b, b._replace(x=30.0)) == -1.0
+    assert first_contact(a, a, b, b._replace(x=30.0, heading=1e-7)) == -1.0
 
 
 @pytest.mark.parametrize("broken", [math.nan, math.inf])
 def test_broken_numbers_end_the_search(broken: float) -> None:
     """NaN and infinity are nobody's contact; the rollout reports them."""
-    a, b = Box(0, 0, 0, 4, 2), Box(3, 1, 1, 4, 2)
+    a, b = box(0, 0, 0, 4, 2), box(3, 1, 1, 4, 2)
     assert first_contact(a, a, b._replace(x=8.0), b._replace(x=broken)) == -1.0
 
 
@@ -210,7 +215,7 @@ def test_closest_approach_is_told_only_if_it_beats_the_best(
 
 def test_two_that_stand_still_have_their_distance() -> None:
     """Without motion the distance is that of the start."""
-    a, b = Box(0, 0, 0, 4, 2), Box(7, 0, 0, 4, 2)
+    a, b = box(0, 0, 0, 4, 2), box(7, 0, 0, 4, 2)
     assert closest_in_step(a, a, b, b, math.inf) == (3.0, 0.0)
 
 
