@@ -88,9 +88,27 @@ def simulate(program: Program, given: Inputs, config: SimulationConfig) -> Resul
     return results
 
 
+class Car(NamedTuple):
+    """What a car is and wants."""
+
+    vehicle: Vehicle
+    to_center: float
+    path: int
+    path_length: float
+    target: float
+
+
+class Choice(NamedTuple):
+    """What its driver does in this step."""
+
+    demand: Demand
+    s: float
+    arrived: bool
+
+
 @inlined
-def _vehicle(start: Floats, steer_rate: float, max_speed: float) -> Vehicle:
-    return Vehicle(
+def _car(road: RoadTables, start: Floats, path: int, target: float, steer_rate: float, max_speed: float) -> Car:
+    vehicle = Vehicle(
         start[Column.WHEELBASE],
         start[Column.MAX_STEER],
         steer_rate,
@@ -99,13 +117,58 @@ def _vehicle(start: Floats, steer_rate: float, max_speed: float) -> Vehicle:
         GRAVITY * start[Column.FRICTION],
         max_speed,
     )
+    return Car(vehicle, start[Column.REAR_TO_CENTER], path, road.path_length[path], target)
 
 
 @inlined
 def _rear_axle(start: Floats) -> Motion:
     heading, back = start[Column.HEADING], start[Column.REAR_TO_CENTER]
-    x, y = start[Column.X] - back * math.cos(heading), start[Column.Y] - back * math.sin(heading)
-    return Motion(x, y, heading, start[Column.SPEED], 0.0)
+    cos, sin = math.cos(heading), math.sin(heading)
+    return Motion(
+        start[Column.X] - back * cos, start[Column.Y] - back * sin, heading, cos, sin, start[Column.SPEED], 0.0
+    )
+
+
+@inlined
+def _outline(start: Floats) -> Box:
+    return Box(start[Column.X], start[Column.Y], start[Column.HEADING], start[Column.LENGTH], start[Column.WIDTH])
+
+
+@inlined
+def _follow(road: RoadTables, car: Car, motion: Motion, s: float, steer: float, time_step: float) -> Choice:
+    """FollowTrajectoryBehavior; at the path's end nothing is commanded but the wheels stay as they are."""
+    point = path_project_near(road, car.path, motion.x, motion.y, s)
+    if point.s + car.to_center >= car.path_length:
+        return Choice(Demand(0.0, steer), point.s, True)
+    vehicle = car.vehicle
+    steer = steer_along(road, car.path, point, motion.heading, motion.speed, vehicle.wheelbase, time_step)
+    wanted = planned_speed(road, car.path, point.s, motion.speed, car.target, MAX_LATERAL)
+    pedals = pedals_towards(wanted, motion.speed, vehicle.max_acceleration, vehicle.max_braking)
+    if pedals.brake != 0.0:
+        return Choice(Demand(-pedals.brake * vehicle.max_braking, steer), point.s, False)
+    return Choice(Demand(pedals.throttle * vehicle.max_acceleration, steer), point.s, False)
+
+
+@inlined
+def _moved(motion: Motion, to_center: float, box: Box) -> Box:
+    return Box(
+        motion.x + to_center * motion.cos, motion.y + to_center * motion.sin, motion.heading, box.length, box.width
+    )
+
+
+@inlined
+def _record(states: Floats, sample: int, actor: int, box: Box, speed: float) -> None:
+    states[sample, actor, State.X] = box.x
+    states[sample, actor, State.Y] = box.y
+    states[sample, actor, State.HEADING] = box.heading
+    states[sample, actor, State.SPEED] = speed
+    states[sample, actor, State.PRESENT] = 1.0
+
+
+@inlined
+def _watch_road(road: RoadTables, box: Box, time: float, left: Floats, actor: int) -> None:
+    if math.isnan(left[actor]) and not region_contains(road, ROAD_REGION, box.x, box.y):
+        left[actor] = time
 
 
 @kernel
@@ -119,122 +182,66 @@ def _simulate(
     states: Floats,
     results: Results,
 ) -> None:
-    outlines = np.zeros((2, 2))
+    outlines = np.zeros((2, 3))
     for row in range(len(given.brake)):
-        start = given.start[row]
-        vehicle = _vehicle(start[0], steer_rate, max_speed)
-        other_vehicle = _vehicle(start[1], steer_rate, max_speed)
+        start, left_road = given.start[row], results.left_road[row]
+        ego_car = _car(road, start[0], given.path[row, 0], given.target[row, 0], steer_rate, max_speed)
+        other_car = _car(road, start[1], given.path[row, 1], given.target[row, 1], steer_rate, max_speed)
         ego, other = _rear_axle(start[0]), _rear_axle(start[1])
-        ego_ahead, other_ahead = start[0, Column.REAR_TO_CENTER], start[1, Column.REAR_TO_CENTER]
-        ego_box = Box(
-            start[0, Column.X], start[0, Column.Y], ego.heading, start[0, Column.LENGTH], start[0, Column.WIDTH]
-        )
-        other_box = Box(
-            start[1, Column.X], start[1, Column.Y], other.heading, start[1, Column.LENGTH], start[1, Column.WIDTH]
-        )
-        ego_path, other_path = given.path[row, 0], given.path[row, 1]
-        ego_s = path_project(road, ego_path, ego.x, ego.y)
-        other_s = path_project(road, other_path, other.x, other.y)
-        ego_length, other_length = road.path_length[ego_path], road.path_length[other_path]
+        ego_box, other_box = _outline(start[0]), _outline(start[1])
+        ego_s = path_project(road, ego_car.path, ego.x, ego.y)
+        other_s = path_project(road, other_car.path, other.x, other.y)
         angle, radius = start[0, Column.VIEW_ANGLE], start[0, Column.VIEW_DISTANCE]
-        safety, crash = given.safety[row], given.crash[row]
+        safety, crash, brake = given.safety[row], given.crash[row], given.brake[row]
+        nearest = max(safety, crash)
         ego_steer, other_steer = 0.0, 0.0
-        contact = -1.0
-        sample = 0
-        _record(states, 0, 0, ego_box, ego.speed, 1.0)
-        _record(states, 0, 1, other_box, other.speed, 1.0)
-        while True:
-            # rules
+        sample, contact = 0, -1.0
+        _record(states, 0, 0, ego_box, ego.speed)
+        _record(states, 0, 1, other_box, other.speed)
+        while contact < 0.0:
             if math.hypot(ego_box.x - start[0, Column.X], ego_box.y - start[0, Column.Y]) > TERM_DIST:
                 break
             if sample >= last_sample:
                 break
-            # behaviours
             dx, dy = other_box.x - ego_box.x, other_box.y - ego_box.y
             apart = dx * dx + dy * dy
-            nearest = max(safety, crash)
             seen = apart < nearest * nearest and sees(
                 View(ego_box.x, ego_box.y, ego_box.heading, angle, radius), other_box
             )
             if seen and apart < crash * crash:
                 break
-            ego_acceleration = 0.0
-            leaving = False
             if seen and apart < safety * safety:
-                ego_acceleration = -given.brake[row] * vehicle.max_braking
+                choice = Choice(Demand(-brake * ego_car.vehicle.max_braking, ego_steer), ego_s, False)
             else:
-                point = path_project_near(road, ego_path, ego.x, ego.y, ego_s)
-                ego_s = point.s
-                if ego_s + ego_ahead >= ego_length:
-                    leaving = True
-                else:
-                    ego_steer = steer_along(road, ego_path, point, ego.heading, ego.speed, vehicle.wheelbase)
-                    wanted = planned_speed(road, ego_path, ego_s, ego.speed, given.target[row, 0], MAX_LATERAL)
-                    pedals = pedals_towards(wanted, ego.speed, vehicle.max_acceleration, vehicle.max_braking)
-                    ego_acceleration = (
-                        -pedals.brake * vehicle.max_braking
-                        if pedals.brake != 0.0
-                        else pedals.throttle * vehicle.max_acceleration
-                    )
-            other_acceleration = 0.0
-            point = path_project_near(road, other_path, other.x, other.y, other_s)
-            other_s = point.s
-            if other_s + other_ahead >= other_length:
-                leaving = True
-            else:
-                other_steer = steer_along(road, other_path, point, other.heading, other.speed, other_vehicle.wheelbase)
-                wanted = planned_speed(road, other_path, other_s, other.speed, given.target[row, 1], MAX_LATERAL)
-                pedals = pedals_towards(wanted, other.speed, other_vehicle.max_acceleration, other_vehicle.max_braking)
-                other_acceleration = (
-                    -pedals.brake * other_vehicle.max_braking
-                    if pedals.brake != 0.0
-                    else pedals.throttle * other_vehicle.max_acceleration
-                )
-            if leaving:  # fewer than two are left
+                choice = _follow(road, ego_car, ego, ego_s, ego_steer, time_step)
+            other_choice = _follow(road, other_car, other, other_s, other_steer, time_step)
+            if choice.arrived or other_choice.arrived:  # fewer than two are left
                 break
-            # motion
-            if math.isnan(results.left_road[row, 0]) and not region_contains(road, ROAD_REGION, ego_box.x, ego_box.y):
-                results.left_road[row, 0] = sample * time_step
-            if math.isnan(results.left_road[row, 1]) and not region_contains(
-                road, ROAD_REGION, other_box.x, other_box.y
-            ):
-                results.left_road[row, 1] = sample * time_step
-            ego = drive(ego, Demand(ego_acceleration, ego_steer), vehicle, time_step)
-            other = drive(other, Demand(other_acceleration, other_steer), other_vehicle, time_step)
-            ego_next = _box_of(ego, ego_ahead, ego_box)
-            other_next = _box_of(other, other_ahead, other_box)
-            _record(states, sample + 1, 0, ego_next, ego.speed, 1.0)
-            _record(states, sample + 1, 1, other_next, other.speed, 1.0)
-            # contact
+            ego_s, ego_steer = choice.s, choice.demand.steer
+            other_s, other_steer = other_choice.s, other_choice.demand.steer
+            _watch_road(road, ego_box, sample * time_step, left_road, 0)
+            _watch_road(road, other_box, sample * time_step, left_road, 1)
+            ego = drive(ego, choice.demand, ego_car.vehicle, time_step)
+            other = drive(other, other_choice.demand, other_car.vehicle, time_step)
+            ego_next, other_next = (
+                _moved(ego, ego_car.to_center, ego_box),
+                _moved(other, other_car.to_center, other_box),
+            )
+            _record(states, sample + 1, 0, ego_next, ego.speed)
+            _record(states, sample + 1, 1, other_next, other.speed)
             if not circles_apart(ego_box, ego_next, other_box, other_next):
                 contact = first_contact(ego_box, ego_next, other_box, other_next)
             ego_box, other_box = ego_next, other_next
             sample += 1
-            if contact >= 0.0:
-                break
         hit = contact >= 0.0
         results.collided[row] = hit
         results.steps[row] = sample
         results.end_time[row] = (sample - 1 + contact) * time_step if hit else sample * time_step
-        outlines[0, 0], outlines[0, 1] = ego_box.length, ego_box.width
-        outlines[1, 0], outlines[1, 1] = other_box.length, other_box.width
-        metrics = measure_pair(states, sample if hit else sample + 1, time_step, 1, outlines, hit)
+        outlines[0, 0], outlines[0, 1], outlines[0, 2] = ego_box.length, ego_box.width, ego_car.to_center
+        outlines[1, 0], outlines[1, 1], outlines[1, 2] = other_box.length, other_box.width, other_car.to_center
+        samples, ending = (sample, contact) if hit else (sample + 1, 0.0)
+        metrics = measure_pair(states, samples, time_step, 1, outlines, hit, ending)
         results.metrics[row, 0] = metrics.min_distance
         results.metrics[row, 1] = metrics.max_closing_speed
         results.metrics[row, 2] = metrics.distance_at_ms
         results.metrics[row, 3] = metrics.ttc_at_ms
-
-
-@inlined
-def _box_of(motion: Motion, ahead: float, box: Box) -> Box:
-    x, y = motion.x + ahead * math.cos(motion.heading), motion.y + ahead * math.sin(motion.heading)
-    return Box(x, y, motion.heading, box.length, box.width)
-
-
-@inlined
-def _record(states: Floats, sample: int, actor: int, box: Box, speed: float, present: float) -> None:
-    states[sample, actor, State.X] = box.x
-    states[sample, actor, State.Y] = box.y
-    states[sample, actor, State.HEADING] = box.heading
-    states[sample, actor, State.SPEED] = speed
-    states[sample, actor, State.PRESENT] = present

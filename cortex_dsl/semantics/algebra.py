@@ -202,22 +202,22 @@ def _folded(expression: ir.Expr, worth: Callable[[ir.Expr, list[Result]], Result
     return known[id(expression)]
 
 
-def closed_value(expression: ir.Expr) -> float | None:
+def closed_value(expression: ir.Expr, operations: Mapping[Op, Callable[..., float]] = CLOSED) -> float | None:
     """Value of an expression without anything unknown in it; None for any other, NaN where it has none."""
-    return expression.value if isinstance(expression, ir.Literal) else _folded(expression, _closed)
 
+    def worth(part: ir.Expr, values: list[float | None]) -> float | None:
+        known = [value for value in values if value is not None]
+        match part:
+            case ir.Literal(value=value):
+                return value
+            case ir.Apply(op=op) if op in operations and len(known) == len(values):
+                try:
+                    return operations[op](*known)
+                except (ValueError, ArithmeticError, TypeError):
+                    return math.nan
+        return None
 
-def _closed(part: ir.Expr, values: list[float | None]) -> float | None:
-    known = [value for value in values if value is not None]
-    match part:
-        case ir.Literal(value=value):
-            return value
-        case ir.Apply(op=op) if op in CLOSED and len(known) == len(values):
-            try:
-                return CLOSED[op](*known)
-            except (ValueError, ArithmeticError, TypeError):
-                return math.nan
-    return None
+    return expression.value if isinstance(expression, ir.Literal) else _folded(expression, worth)
 
 
 Interval = tuple[float, float]

@@ -5,16 +5,17 @@ expressions has its own module and none needs to know the others.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
-from cortex_dsl.diagnostics import Diagnostic, Severity
+from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.algebra import Algebra, Interval, closed_value, interval, leaves
+from cortex_dsl.semantics.algebra import CLOSED, Algebra, Interval, closed_value, interval, leaves
 from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.choices import Oracle
+from cortex_dsl.semantics.findings import Findings, Pool
 from cortex_dsl.semantics.problems import Mistake, NeedsExpansion
 from cortex_dsl.semantics.units import dimension_name
 from cortex_dsl.semantics.values import POISON, Actor, Poison, Quantity, Value
@@ -23,52 +24,10 @@ from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.program import RoadSpec, Settings
 from engine.road.network import Network
-from engine.vocabulary import GeneKind
+from engine.vocabulary import GeneKind, Op
 
 EVALUATION_LIMIT = 2_000_000
 """How many expressions a file may evaluate, all variants together."""
-
-
-@dataclass
-class Findings:
-    """Diagnostics, each once whatever variants it comes from."""
-
-    _found: dict[tuple[Severity, Span], dict[str, Diagnostic]] = field(default_factory=dict)
-
-    def add(self, diagnostic: Diagnostic) -> None:
-        """Keep one finding; a place has at most one error, the first."""
-        here = self._found.setdefault((diagnostic.severity, diagnostic.label.span), {})
-        if not here or diagnostic.severity is not Severity.ERROR:
-            here.setdefault(diagnostic.code, diagnostic)
-
-    def __iter__(self) -> Iterator[Diagnostic]:
-        """In the order of the file."""
-        return iter(sorted((d for here in self._found.values() for d in here.values()), key=lambda d: d.label.span))
-
-    def copy(self) -> "Findings":
-        copied = Findings()
-        for finding in self:
-            copied.add(finding)
-        return copied
-
-    @property
-    def has_errors(self) -> bool:
-        return any(severity is Severity.ERROR for severity, _ in self._found)
-
-
-@dataclass
-class Pool:
-    """Numeric options of discrete choices, shared by all variants."""
-
-    values: list[float] = field(default_factory=list)
-    _offsets: dict[tuple[float, ...], int] = field(default_factory=dict)
-
-    def offset(self, options: Sequence[float]) -> int:
-        key = tuple(options)
-        if key not in self._offsets:
-            self._offsets[key] = len(self.values)
-            self.values.extend(key)
-        return self._offsets[key]
 
 
 @dataclass
@@ -269,13 +228,25 @@ class Evaluator:
             NeedsExpansion: when it depends on finite choices only.
             Mistake: when it depends on anything else.
         """
-        value = closed_value(quantity.expr)
+        value = closed_value(quantity.expr, self._operations())
         if value is not None:
             return value
         sites = self._finite_sites(quantity.expr)
-        if sites is None:
+        if not sites:
             raise errors.NOT_CONSTANT.mistake(span, purpose=purpose, what=dimension_name(quantity.dimension))
         raise NeedsExpansion(sites)
+
+    def _operations(self) -> Mapping[Op, Callable[..., float]]:
+        """What can be worked out at compile time, geometry of the network included."""
+        if (network := self.run.network) is None:
+            return CLOSED
+        return {
+            **CLOSED,
+            Op.PATH_LENGTH: lambda path: network.paths.length(int(path)),
+            Op.PATH_DISTANCE: lambda path, x, y: network.paths.distance(int(path), x, y),
+            Op.REGION_DISTANCE: lambda region, x, y: network.regions.distance(int(region), x, y),
+            Op.REGION_CONTAINS: lambda region, x, y: float(network.regions.contains(int(region), x, y)),
+        }
 
     def _finite_sites(self, expression: ir.Expr) -> frozenset[Span] | None:
         """Where the finite choices behind an expression are made; None if anything else is behind it too."""

@@ -15,8 +15,9 @@ from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.behaviours import actor_behaviour, warn_if_idle
 from cortex_dsl.semantics.choices import VARIANT_LIMIT, Oracle, TooManyVariants, enumerate_variants
 from cortex_dsl.semantics.classes import OFF_ROAD, PROPERTIES
-from cortex_dsl.semantics.context import Evaluator, FileContext, Findings, Moment, Variant
+from cortex_dsl.semantics.context import Evaluator, FileContext, Moment, Variant
 from cortex_dsl.semantics.expressions import evaluator
+from cortex_dsl.semantics.findings import Findings
 from cortex_dsl.semantics.overrides import param_entries, read_overrides
 from cortex_dsl.semantics.problems import Mistake, NeedsExpansion, Rejection
 from cortex_dsl.semantics.roads import network_of

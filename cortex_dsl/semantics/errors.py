@@ -60,7 +60,7 @@ SUSPICIOUS_SPEED = warning(
 )
 
 # -- values -----------------------------------------------------------------------------------------------------------
-NOT_FINITE = Problem("SCN401", "this is not a finite number", "{reason}", "use a number that a double can hold")
+NOT_FINITE = Problem("SCN401", "this is not a finite number", "{reason}", "check the numbers in it")
 OUT_OF_RANGE = Problem("SCN402", "{what} is {actual}, but must be {expected}", cure="{cure}")
 MAY_LEAVE_RANGE = Problem(
     "SCN403", "{what} may become {actual}, but must be {expected}", "it is random or searched", "narrow its range"
@@ -173,7 +173,9 @@ TOO_MANY_VARIANTS = Problem(
     "choose from shorter lists, or fix some choices",
 )
 NOT_CONSTANT = Problem(
-    "SCN506", "{purpose} must be known at compile time, but this depends on a draw, a param or the run"
+    "SCN506",
+    "{purpose} must be known at compile time, but this depends on a draw, a param or the run",
+    cure="use a constant, or a finite choice such as `DiscreteRange`",
 )
 GENE_BOUNDS = Problem(
     "SCN507",

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.context import Findings
+from cortex_dsl.semantics.findings import Findings
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 

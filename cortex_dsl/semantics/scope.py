@@ -11,7 +11,7 @@ from functools import cache
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS, SPECIAL_NAMES, Kind, names_of
-from cortex_dsl.semantics.context import Findings
+from cortex_dsl.semantics.findings import Findings
 from cortex_dsl.semantics.overrides import param_entries
 from cortex_dsl.semantics.placement import check_placement
 from cortex_dsl.source import Span
@@ -140,7 +140,7 @@ def _bound(statement: nodes.Statement) -> tuple[str, ...]:
         case nodes.AugmentedAssign(target=target):
             return (target,)
         case nodes.Param(entries=entries):
-            return tuple(entry.name for entry in entries if entry.name not in BUILTINS)
+            return tuple(entry.name for entry in entries if entry.name != "map")
         case nodes.BehaviorDefinition(name=name):
             return (name,)
     return ()

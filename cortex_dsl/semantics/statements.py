@@ -7,7 +7,6 @@ from cortex_dsl import ir
 from cortex_dsl.semantics import errors, numbers, roads
 from cortex_dsl.semantics.algebra import closed_value
 from cortex_dsl.semantics.arguments import Given, evaluate_arguments
-from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.functions import whole_number
 from cortex_dsl.semantics.genes import param_value
@@ -81,7 +80,7 @@ def _param(ev: Evaluator, node: nodes.Param) -> None:
         with ev.naming(entry.name):
             value = ev.tolerate(lambda entry=entry: param_value(ev, entry))
         ev.run.params[entry.name] = value
-        if entry.name not in BUILTINS:
+        if entry.name != "map":
             ev.run.names[entry.name] = value
         _note_idle_param(ev, entry)
 

@@ -301,3 +301,15 @@ def test_deep_sharing_is_no_trouble(compiled: Compiled) -> None:
     """Doubling a value a hundred times takes no time: shared parts are looked at once."""
     lines = "".join("x = x + x\n" for _ in range(100))
     assert compiled(f"x = Range(0, 1)\n{lines}require x < 1e40\n").variants
+
+
+def test_geometry_of_the_road_is_known_at_compile_time(compiled: Compiled) -> None:
+    """Lanes may be filtered by where they are."""
+    text = "near = [l for l in network.lanes if (distance from (0, 20) to l.centerline) < 3 m and l.length > 20 m]\n"
+    scenario = compiled(text + "other = new Car in near[0].centerline\nrequire len(near) == 2\n")
+    assert isinstance(scenario.variants[0].requirements[0].condition, ir.Literal)
+
+
+def test_choice_by_what_is_drawn_is_refused(said: Said) -> None:
+    """Between objects only what is known at compile time can decide."""
+    assert said("x = 'a' if Range(0, 1) > 0.5 else 'b'\n") == ["SCN506"]

@@ -67,7 +67,7 @@ def test_constant_params_can_be_set() -> None:
         ({"SPED": "5"}, "SCN208", "did you mean `SPEED`?"),
         ({"SPEED": "5 m"}, "SCN301", "units of speed: `m/s`, `km/h`, `mph`"),
         ({"KIND": "clam"}, "SCN303", "did you mean `calm`?"),
-        ({"SPEED": "Range(1, 2)"}, "SCN506", ""),
+        ({"SPEED": "Range(1, 2)"}, "SCN506", "use a constant, or a finite choice such as `DiscreteRange`"),
         ({"N": "99"}, "SCN424", "count from 0"),
         ({"SPEED": "unknown"}, "SCN201", ""),
     ],
