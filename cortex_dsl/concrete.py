@@ -9,6 +9,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from cortex_dsl.semantics.overrides import override_text
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes, parse
 from engine.config import SimulationConfig
@@ -76,7 +77,7 @@ def _param_edits(
     for statement in module.statements:
         for entry in statement.entries if isinstance(statement, nodes.Param) else ():
             if entry.name in overrides:
-                yield Edit(entry.value.span, overrides[entry.name])
+                yield Edit(entry.value.span, override_text(entry, overrides[entry.name]))
             elif entry.name in genes:
                 yield Edit(entry.value.span, _gene_text(program, genes[entry.name], float(genome[genes[entry.name]])))
 

@@ -52,6 +52,10 @@ def _later_stage(request: Request, terminal: Terminal) -> str | Exit:
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
-    from cortex_dsl.report.outline import outline
+    if request.stage == "ir":
+        from cortex_dsl.semantics.listing import format_ir
 
-    return outline(compiled.scenario if request.stage == "ir" else compiled.program)
+        return format_ir(compiled.scenario)
+    from cortex_dsl.lowering.listing import format_program
+
+    return format_program(compiled.program)

@@ -8,6 +8,7 @@ from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import reading
 
+
 def read_source(path: Path) -> Source:
     """The text of a scenario.
 

@@ -10,8 +10,8 @@ from cortex_dsl.cli.compiling import compile_request, show
 from cortex_dsl.cli.exits import Exit
 from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.simulation import again, announce_compilation, open_scenario
+from cortex_dsl.cli.stuck import never_acts
 from cortex_dsl.cli.terminal import Terminal
-from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.report.aftermath import aftermath
 from cortex_dsl.report.exhausted_view import exhausted_view
 from cortex_dsl.report.json_documents import document
@@ -20,7 +20,6 @@ from cortex_dsl.report.run_view import RunReport, run_view
 from cortex_dsl.report.story import Moment, end_of
 from cortex_dsl.report.tally import Tally
 from cortex_dsl.session import Scenario
-from cortex_dsl.source import Source, Span
 from engine.scenes import Outcomes, Scenes, Trajectory
 from engine.vocabulary import EndReason, Method, Verdict
 
@@ -149,20 +148,7 @@ def _failed(request: Request, scenario: Scenario, outcomes: Outcomes, terminal: 
     """A behaviour that never acts is the file's mistake; anything else is ours."""
     time = float(outcomes.end_time[0])
     if outcomes.end_reason[0] == EndReason.STUCK:
-        source, budget = scenario.compiled.source, scenario.config.simulation.instruction_budget
-        line = int(scenario.program.step_lines[int(outcomes.end_rule[0])])
-        show(source, [_never_acts(source, line, time, budget)], request, terminal, failed=True)
+        diagnostic = never_acts(scenario, int(outcomes.end_rule[0]), time)
+        show(scenario.compiled.source, [diagnostic], request, terminal, failed=True)
         return Exit.DIAGNOSTICS
     raise RuntimeError(f"the simulation failed after {time:.2f} s: {end_of(scenario.program, outcomes, 0).text}")
-
-
-def _never_acts(source: Source, line: int, time: float, budget: int) -> Diagnostic:
-    text, start = source.line(line), source.line_starts[line - 1]
-    span = Span(start + len(text) - len(text.lstrip()), start + len(text.rstrip()))
-    return Diagnostic(
-        "SCN690",
-        "this behavior never acts",
-        Label(span, f"still here after {budget:,} instructions, at {time:.2f} s"),
-        reason="a behavior's turn ends with an action; until then the simulated time stands still",
-        cure="`take` an action or `wait` in every loop",
-    )

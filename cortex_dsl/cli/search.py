@@ -2,14 +2,18 @@
 
 from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from cortex_dsl.cli.compiling import compile_request
+import numpy as np
+
+from cortex_dsl.cli.compiling import compile_request, show
 from cortex_dsl.cli.exits import Exit, UsageError
 from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.simulation import announce_compilation, open_scenario
+from cortex_dsl.cli.stuck import never_acts
 from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.progress import SearchProgress
 from cortex_dsl.report.search_report import SearchReport
@@ -22,6 +26,7 @@ from engine.search.journal import Journal
 from engine.search.manifest import Manifest, make_manifest
 from engine.search.ranking import Case
 from engine.search.store import JOURNAL, StoreError, new_directory, numbered_directory, store_errors
+from engine.vocabulary import EndReason
 
 WORST = "worst"
 """Folder of the concrete scenarios inside a run directory."""
@@ -53,7 +58,21 @@ def execute(request: Request, terminal: Terminal) -> int:
     for search in found:
         if search.trouble is not None:
             raise UsageError(search.trouble.message, search.trouble.cure)
+    for search in found:
+        if (diagnostic := _stuck(scenario, search.report.campaign)) is not None:
+            show(compiled.source, [diagnostic], replace(request, json=False), terminal)
+            return Exit.DIAGNOSTICS
     return _exit_code([search.report.campaign for search in found])
+
+
+def _stuck(scenario: Scenario, campaign: Campaign) -> Diagnostic | None:
+    """What to tell of a behaviour that looped without acting in some runs; None if there was none."""
+    rollouts = campaign.evaluations.rollouts
+    stuck = np.argwhere(rollouts.end_reason == EndReason.STUCK)
+    if not len(stuck):
+        return None
+    first = tuple(stuck[0])
+    return never_acts(scenario, int(rollouts.end_rule[first]), float(rollouts.end_time[first]))
 
 
 def _searches(request: Request, scenario: Scenario, terminal: Terminal) -> list[Found]:

@@ -45,8 +45,12 @@ class SceneValues:
     """The values a scene hands to its run: actor columns, then whatever step code or a concrete copy asks for."""
 
     expressions: list[ir.Expr]
-    numbers: dict[int, int] = field(default_factory=dict)
+    numbers: dict[int, int] = field(init=False)
+    """By the identity of the expression; a value that is an actor's column too is kept once."""
     dynamics: Dynamics = field(default_factory=Dynamics)
+
+    def __post_init__(self) -> None:
+        self.numbers = {id(expression): number for number, expression in enumerate(self.expressions)}
 
     def number(self, expression: ir.Expr) -> int:
         """Index of the scene value that holds this expression."""

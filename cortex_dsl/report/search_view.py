@@ -174,7 +174,7 @@ def failures_line(program: Program, report: SearchReport) -> Text | None:
     """What to say of runs that the engine could not finish; None where there are none."""
     campaign = report.campaign
     runs = campaign.evaluations.rollouts
-    failed = runs.verdict == Verdict.ERROR
+    failed = (runs.verdict == Verdict.ERROR) & (runs.end_reason != EndReason.STUCK)
     if not failed.any():
         return None
     reasons = Counter(zip(runs.end_reason[failed].tolist(), runs.end_rule[failed].tolist(), strict=True))

@@ -1,0 +1,26 @@
+"""A behaviour that was caught looping without an action while it ran: the file's mistake, told like any other."""
+
+from cortex_dsl.diagnostics import Diagnostic, Label
+from cortex_dsl.session import Scenario
+from cortex_dsl.source import Source, Span
+
+
+def never_acts(scenario: Scenario, row: int, time: float) -> Diagnostic:
+    """The diagnostic for a run that got stuck at this row of step code, after `time` seconds."""
+    source, budget = scenario.compiled.source, scenario.config.simulation.instruction_budget
+    return Diagnostic(
+        "SCN690",
+        "this behavior never acts",
+        Label(
+            _line_span(source, int(scenario.program.step_lines[row])),
+            f"still here after {budget:,} instructions, at {time:.2f} s",
+        ),
+        reason="a behavior's turn ends with an action; until then the simulated time stands still",
+        cure="`take` an action or `wait` in every loop",
+    )
+
+
+def _line_span(source: Source, line: int) -> Span:
+    """A line without its indentation."""
+    text, start = source.line(line), source.line_starts[line - 1]
+    return Span(start + len(text) - len(text.lstrip()), start + len(text.rstrip()))

@@ -1,0 +1,174 @@
+"""A program as a listing for people: what it holds, and its code with named registers, as an assembler would print it.
+
+Registers are called by what they hold: `=2.5` a literal, `v0` a variant value, `g0` a gene, `d0` a draw, `t0` a
+temporary of scene code; `s0` a scene value, `r0` a local or temporary of step code. Operands that are no registers are
+printed bare; jumps name rows.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+
+from engine.program import Program
+from engine.vocabulary import ActorKind, Column, Command, GeneKind, Op, State
+
+Namer = Callable[[int], str]
+
+PLAIN_OPERANDS: dict[Op, tuple[int, ...]] = {
+    Op.TABLE: (0,),
+    Op.STATE: (0, 1),
+    Op.WITHIN: (0,),
+    Op.JUMP: (0,),
+    Op.JUMP_UNLESS: (1,),
+    Op.JUMP_IF_RUNNING: (0, 1),
+    Op.SET_RESUME: (0, 1),
+    Op.RESUME: (0,),
+    Op.YIELD: (0,),
+    Op.COMMAND: (0,),
+    Op.FOLLOW: (3,),
+    Op.TERMINATE: (0,),
+}
+"""Which of the operands a, b, c, d are numbers and not registers."""
+
+OPERAND_COUNT: dict[Op, int] = {
+    **dict.fromkeys((Op.MOVE, Op.NEG, Op.ABS, Op.SQRT, Op.SIN, Op.COS, Op.TAN, Op.ASIN, Op.ACOS, Op.ATAN), 1),
+    **dict.fromkeys((Op.EXP, Op.LOG, Op.FLOOR, Op.CEIL, Op.ROUND, Op.WRAP, Op.NOT), 1),
+    **dict.fromkeys((Op.NORMAL_QUANTILE, Op.NORMAL_CDF, Op.PATH_LENGTH, Op.LANE_ROUTE, Op.JUMP, Op.RESUME), 1),
+    **dict.fromkeys((Op.YIELD, Op.HOLD_SPEED, Op.TERMINATE), 1),
+    **dict.fromkeys((Op.TIME, Op.RANDOM, Op.HALT, Op.END), 0),
+    **dict.fromkeys((Op.SELECT, Op.PATH_DISTANCE, Op.REGION_SAMPLE, Op.REGION_DISTANCE, Op.REGION_CONTAINS), 3),
+    **dict.fromkeys((Op.ROAD_FOLLOW, Op.PATH_PROJECT), 3),
+    Op.FOLLOW: 4,
+}
+"""Operands that an instruction reads; 2 where it is not named here."""
+
+WITHOUT_DESTINATION = frozenset(op for op in Op if op >= Op.JUMP and op != Op.FOLLOW)
+
+
+def format_program(program: Program) -> str:
+    """The whole listing."""
+    return "\n".join(
+        [
+            *_head(program),
+            *_variants(program),
+            *_scene_code(program),
+            *_step_code(program),
+        ]
+    )
+
+
+def _head(program: Program) -> Iterator[str]:
+    yield f"program {program.name}  digest {program.digest}"
+    for index, name in enumerate(program.space.names):
+        low, high, unit = program.space.low[index], program.space.high[index], program.space.units[index]
+        kind = GeneKind(program.space.kinds[index]).name.lower()
+        yield f"gene g{index} {name}: {kind} {low:g} .. {high:g} {unit}".rstrip()
+    for index, (name, kind) in enumerate(zip(program.actors, program.code.actor_kind, strict=True)):
+        yield f"actor {index} {name}: {ActorKind(kind).name.lower()}"
+    for index, requirement in enumerate(program.requirements):
+        yield f"requirement {index} {requirement.name!r} (line {requirement.line or '-'})"
+    for index, rule in enumerate(program.rules):
+        yield f"rule {index} {rule.name!r} (line {rule.line})"
+    road = program.road
+    yield f"road: {len(road.path_length)} paths, {len(road.lane_path)} lanes, {len(road.region_start) - 1} regions"
+
+
+def _variants(program: Program) -> Iterator[str]:
+    yield ""
+    yield "variants"
+    for index, variant in enumerate(program.variants):
+        template = int(program.code.variant_template[index])
+        chosen = ", ".join(f"{choice.name} = {choice.option}" for choice in variant.choices) or "no choices"
+        code = f"template {template}" if template >= 0 else "impossible"
+        values = " ".join(f"v{i}={value:g}" for i, value in enumerate(program.code.variant_values[index]))
+        yield f"  {index:3}  p {variant.probability:.4g}  {code}  {chosen}  {values}".rstrip()
+
+
+def _scene_code(program: Program) -> Iterator[str]:
+    code = program.code
+    genes, draws = len(program.space), int(code.sizes[1])
+    name = _namer(program, [("g", genes), ("d", draws), ("t", -1)])
+    for template in range(len(code.output_segment)):
+        yield ""
+        yield f"template {template}: scene"
+        for index, (start, end, result) in enumerate(code.requirement_segment[template].tolist()):
+            yield f" requirement {index} -> {name(result)}"
+            yield from _rows(code.scene_code[start:end].tolist(), start, name)
+        start, end = code.output_segment[template].tolist()
+        yield " outputs"
+        yield from _rows(code.scene_code[start:end].tolist(), start, name)
+        yield from _outputs(program, template, name)
+
+
+def _outputs(program: Program, template: int, name: Namer) -> Iterator[str]:
+    columns = len(Column)
+    for index, register in enumerate(program.code.output_register[template].tolist()):
+        actor, column = divmod(index, columns)
+        of = f"  {program.actors[actor]}.{Column(column).name.lower()}" if actor < len(program.actors) else ""
+        yield f"        s{index} <- {name(register)}{of}"
+
+
+def _step_code(program: Program) -> Iterator[str]:
+    code = program.code
+    name = _namer(program, [("s", int(code.sizes[2])), ("r", -1)])
+    for template in range(len(code.output_segment)):
+        yield ""
+        yield f"template {template}: step"
+        for index, (start, end, result) in enumerate(code.rule_segment[template].tolist()):
+            if start >= 0:
+                yield f" rule {index} -> {name(result)}"
+                yield from _rows(code.step_code[start:end].tolist(), start, name)
+        yield from _behaviours(program, template, name)
+
+
+def _behaviours(program: Program, template: int, name: Namer) -> Iterator[str]:
+    code = program.code
+    for actor, entry in enumerate(code.behaviour_entry[template].tolist()):
+        if entry < 0:
+            continue
+        yield f" behaviour of {program.actors[actor]}, block {code.main_block[template, actor]}"
+        rows = code.step_code[entry:].tolist()
+        end = next(i for i, row in enumerate(rows) if row[0] == Op.HALT)
+        yield from _rows(rows[: end + 1], entry, name, program.step_lines[entry:].tolist())
+
+
+def _namer(program: Program, groups: Sequence[tuple[str, int]]) -> Namer:
+    """Names of the registers of one file: literals, variant values, then the groups (letter, count; -1: the rest)."""
+    literals = program.code.literals.tolist()
+    everything = [("v", program.code.variant_values.shape[1]), *groups]
+
+    def name(register: int) -> str:
+        if register < len(literals):
+            return f"={literals[register]:g}"
+        register -= len(literals)
+        for letter, count in everything:
+            if count < 0 or register < count:
+                return f"{letter}{register}"
+            register -= count
+        raise AssertionError("the last group takes the rest")
+
+    return name
+
+
+def _rows(rows: Sequence[Sequence[int]], first: int, name: Namer, lines: Sequence[int] = ()) -> Iterator[str]:
+    for index, row in enumerate(rows):
+        text = f"  {first + index:4}  {_instruction(row, name)}"
+        yield f"{text:<56}; line {lines[index]}" if lines else text
+
+
+def _instruction(row: Sequence[int], name: Namer) -> str:
+    op, destination, *operands = row
+    plain = PLAIN_OPERANDS.get(Op(op), ())
+    words = [
+        _plain(Op(op), position, operand) if position in plain else name(operand)
+        for position, operand in enumerate(operands[: OPERAND_COUNT.get(Op(op), 2)])
+    ]
+    body = f"{Op(op).name.lower():16} {', '.join(words)}".rstrip()
+    return body if op in WITHOUT_DESTINATION else f"{name(destination):5} <- {body}"
+
+
+def _plain(op: Op, position: int, operand: int) -> str:
+    """A number that stands for itself, as a word where it has one."""
+    if op == Op.STATE:
+        return f"actor {operand}" if position == 0 else State(operand).name.lower()
+    if op == Op.COMMAND:
+        return Command(operand).name.lower()
+    return str(operand)
