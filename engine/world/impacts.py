@@ -69,11 +69,11 @@ class Recorder:
         if self._failure is not None:
             raise self._failure
 
-    def impacts(self, masses: tuple[float, ...]) -> tuple[Impact, ...]:
-        """All impacts so far, in the order of time; touches without force are none."""
+    def impacts(self, masses: tuple[float, ...], least_change: float = LEAST_CHANGE) -> tuple[Impact, ...]:
+        """All impacts so far, in the order of time; touches that change no velocity by `least_change` are none."""
         meetings = [*self._closed, *self._open.values()]
         told = (_impact(meeting, masses) for meeting in sorted(meetings, key=lambda m: (m.time, m.pair)))
-        return tuple(impact for impact in told if max(impact.delta_v) >= LEAST_CHANGE)
+        return tuple(impact for impact in told if max(impact.delta_v) >= least_change)
 
     def _guarded(self, callback: Callable[[pymunk.Arbiter], None]) -> Callable[..., None]:
         def call(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:

@@ -62,8 +62,10 @@ class Crash:
     def energy(self) -> float:
         return sum(map(kinetic_energy, self.moving))
 
-    def impacts(self) -> tuple[Impact, ...]:
-        return self.recorder.impacts(tuple(math.inf if one.fixed else one.mass for one in self.actors))
+    def impacts(self, least_change: float = 0.0) -> tuple[Impact, ...]:
+        """Every touch, however slight, so that impulses add up."""
+        masses = tuple(math.inf if one.fixed else one.mass for one in self.actors)
+        return self.recorder.impacts(masses, least_change)
 
 
 @st.composite
