@@ -6,6 +6,7 @@ from dataclasses import asdict, fields
 from hashlib import blake2b
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -60,10 +61,10 @@ def load(path: Path) -> Program:
         ArchiveError: not a program, of another format version, or damaged (its digest does not fit).
     """
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             header = json.loads(str(archive["header"]))
             arrays = {name: archive[name] for name in archive.files if name != "header"}
-    except (ValueError, KeyError, EOFError, OSError) as error:
+    except (ValueError, KeyError, EOFError, OSError, BadZipFile) as error:
         raise ArchiveError(f"{path} is not a saved program") from error
     if header.pop("format", None) != FORMAT:
         raise ArchiveError(f"{path} was written by another version")
