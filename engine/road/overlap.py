@@ -5,15 +5,13 @@ segment reaches into the other strip. Stations are tried every `STEP`; the ends 
 """
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.road.paths import PathBook
 from engine.tables import Floats
-
-if TYPE_CHECKING:
-    from engine.road.paths import PathBook
 
 Stretch = tuple[float, float]
 """Arc lengths of first and last conflict on a path [m]."""
@@ -38,7 +36,7 @@ class Strip(NamedTuple):
     width: float
 
 
-def conflict_areas(paths: "PathBook", first: Strip, second: Strip) -> list[Conflict]:
+def conflict_areas(paths: PathBook, first: Strip, second: Strip) -> list[Conflict]:
     """All conflict areas, in order along the first path."""
     areas: list[Conflict] = []
     for stretch in _stretches(paths, first, lambda s: _reaches(paths, first, s, second)):
@@ -48,7 +46,7 @@ def conflict_areas(paths: "PathBook", first: Strip, second: Strip) -> list[Confl
     return areas
 
 
-def _stretches(paths: "PathBook", strip: Strip, test: Test) -> list[Stretch]:
+def _stretches(paths: PathBook, strip: Strip, test: Test) -> list[Stretch]:
     """Where along the strip's path the test holds."""
     length = paths.length(strip.path)
     stations = np.linspace(0.0, length, max(2, round(length / STEP)) + 1)
@@ -73,7 +71,7 @@ def _edge(test: Test, stations: Floats, inside: int, outside: int) -> float:
     return within
 
 
-def _reaches(paths: "PathBook", strip: Strip, s: Floats, other: Strip, near: Stretch | None = None) -> Bools:
+def _reaches(paths: PathBook, strip: Strip, s: Floats, other: Strip, near: Stretch | None = None) -> Bools:
     """Whether the segments at arc lengths `s` of one strip reach into the other (there: within the stretch `near`)."""
     poses = np.array([paths.pose(strip.path, value) for value in s])
     across = (np.linspace(-0.5, 0.5, ACROSS) * (strip.width - 2.0 * REACH))[None, :]

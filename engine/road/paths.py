@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.road.overlap import Conflict, Strip, conflict_areas
 from engine.tables import Floats
 
 JOINT_TOLERANCE = 1e-6
@@ -138,10 +137,6 @@ class PathBook:
             s = np.where(nearer, start + foot.s, best.s)
             best = Foot(s, np.where(nearer, foot.distance, best.distance))
         return best
-
-    def conflict(self, first: int, second: int, first_width: float, second_width: float) -> list[Conflict]:
-        """Where the strips of two paths overlap: stretches of both; see `engine.road.overlap`."""
-        return conflict_areas(self, Strip(first, first_width), Strip(second, second_width))
 
     def points(self, path: int, tolerance: float = 0.01) -> Floats:
         """(n, 2) polyline that leaves the path by at most `tolerance` [m]; for drawing and strips."""

@@ -13,13 +13,11 @@ from engine.risk import (
     PAPER,
     PAPER_MM,
     PROFILES,
-    Figures,
     RiskProfile,
     assess,
     band_score,
     calibrated,
     continuous_score,
-    figures,
 )
 from engine.scenes import Outcomes
 from engine.vocabulary import EndReason, Verdict
@@ -157,7 +155,6 @@ def test_an_ego_alone_has_no_risk() -> None:
     )
     risk = assess(alone)
     assert (risk.score.tolist(), risk.pair.tolist(), risk.parts.tolist()) == ([0], [-1], [[0, 0, 0, 0]])
-    assert np.isnan(figures(risk, alone).mdg)
 
 
 def test_calibrated_edges_run_from_the_quartile_to_the_ninetieth_hundredth() -> None:
@@ -182,10 +179,3 @@ def test_literature_leaves_one_band_empty() -> None:
     values = np.array([0.90, 0.91, 1.49, 1.5, 2.0])
     assert band_score(values, LITERATURE.min_distance).tolist() == [4, 2, 2, 1, 0]
     assert np.all(np.abs(continuous_score(values, LITERATURE.min_distance) - [4, 2, 2, 1, 0]) <= 1.0)
-
-
-def test_figures_are_means_over_valid_runs() -> None:
-    """RL leaves invalid runs out, the other mean counts them as -1; failed runs count nowhere."""
-    run = outcomes(((9.0, 30.0, 3.0),), (FAR,), (FAR,), (FAR,), contact={1: (0, 1)})
-    run = replace(run, verdict=np.array([Verdict.VALID, Verdict.VALID, Verdict.EXHAUSTED, Verdict.ERROR], np.int32))
-    assert figures(assess(run), run) == Figures(rl=12.5, rl_all=8.0, nc=1, mdg=4.5, mdec=9.0, nis=1, valid=2)

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.program import RoadSpec
-from engine.road import Lane, LaneRole, Maneuver, Network, RoadError, build_network
+from engine.road import Lane, LaneRole, Maneuver, Network, RoadError, Strip, build_network, conflict_areas
 from engine.vocabulary import ManeuverType
 
 STRAIGHT, LEFT, RIGHT = ManeuverType.STRAIGHT, ManeuverType.LEFT_TURN, ManeuverType.RIGHT_TURN
@@ -149,7 +149,9 @@ def test_conflicting_strips_overlap(spec: RoadSpec) -> None:
     network = build_network(replace(spec, rows=1, cols=1))
     for maneuver in network.maneuvers[:4]:
         for other in maneuver.conflicting_maneuvers:
-            assert network.paths.conflict(maneuver.connecting_lane.path, other.connecting_lane.path, 0.5, 0.5)
+            assert conflict_areas(
+                network.paths, Strip(maneuver.connecting_lane.path, 0.5), Strip(other.connecting_lane.path, 0.5)
+            )
 
 
 @few
@@ -314,7 +316,9 @@ def test_overlap_of_two_crossing_straights_is_as_long_as_the_other_car_is_wide()
     """Two 2 m strips that cross at right angles, 1.75 m from the middle of each road."""
     network = build_network(RoadSpec())
     first, second = by_name(network, "south.1-north.1 straight"), by_name(network, "west.1-east.1 straight")
-    areas = network.paths.conflict(first.connecting_lane.path, second.connecting_lane.path, 2.0, 2.0)
+    areas = conflict_areas(
+        network.paths, Strip(first.connecting_lane.path, 2.0), Strip(second.connecting_lane.path, 2.0)
+    )
     ((one, other),) = areas
     assert one == pytest.approx((9.5 - 1.75 - 1.0, 9.5 - 1.75 + 1.0), abs=1e-5)
     assert other == pytest.approx((9.5 + 1.75 - 1.0, 9.5 + 1.75 + 1.0), abs=1e-5)
@@ -324,7 +328,7 @@ def test_neighbouring_lanes_do_not_overlap() -> None:
     """Strips that share a border have no area in common."""
     network = build_network(RoadSpec(lanes=2))
     first, second = network.intersections[0].legs[0].incoming_lanes
-    assert network.paths.conflict(first.path, second.path, 3.5, 3.5) == []
+    assert conflict_areas(network.paths, Strip(first.path, 3.5), Strip(second.path, 3.5)) == []
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.road import PathBook, Pose, Primitive
+from engine.road import PathBook, Pose, Primitive, Strip, conflict_areas
 
 moderate = st.floats(-100.0, 100.0)
 curvatures = st.just(0.0) | st.floats(0.01, 0.3) | st.floats(-0.3, -0.01)
@@ -120,7 +120,7 @@ def test_conflict_area_of_oblique_strips(angle: float, first_width: float, secon
     book = PathBook()
     one = book.add([Primitive(-40.0, 0.0, 0.0, 0.0, 80.0)])
     other = book.add([Primitive(-40.0 * math.cos(angle), -40.0 * math.sin(angle), angle, 0.0, 80.0)])
-    ((stretch, opposite),) = book.conflict(one, other, first_width, second_width)
+    ((stretch, opposite),) = conflict_areas(book, Strip(one, first_width), Strip(other, second_width))
     expected = 0.5 * (second_width / math.sin(angle) + first_width / math.tan(angle))
     assert stretch == pytest.approx((40.0 - expected, 40.0 + expected), abs=1e-4)
     assert sum(opposite) == pytest.approx(80.0, abs=1e-4)
