@@ -28,7 +28,8 @@ def aftermath(program: Program, impacts: "Sequence[Impact]", trajectory: Traject
 def _impact(program: Program, impact: "Impact") -> Iterator[Moment]:
     first, second = impact.actors
     angle = round(abs(math.degrees(impact.impact_angle)))
-    yield Moment(impact.time, -1, "impact", f"impact at {fixed(impact.closing_speed, 1)} m/s, headings {angle}° apart")
+    speed = fixed(3.6 * impact.closing_speed, 1)
+    yield Moment(impact.time, -1, "impact", f"impact at {speed} km/h, headings {angle}° apart")
     for actor, other, change, hour in zip(impact.actors, (second, first), impact.delta_v, impact.clock, strict=True):
         text = f"delta-V {fixed(3.6 * change, 1)} km/h, struck by {program.actors[other]} at {hour} o'clock"
         yield Moment(impact.time, actor, "impact", text)

@@ -22,6 +22,11 @@ BINS = 16
 BAR = 6
 ROOMY = 94
 """Columns from which the ends of each range are shown too."""
+LEGEND = """\
+effect: change of risk in points when this param alone moves half its range
+trend: rank correlation with risk, -1 to +1
+bad cases: where in the range they lie; worst tenth: where 90 % of it lies"""
+"""What the columns mean; fits 80 columns."""
 FEW = 10
 """With fewer collisions than this, the riskiest tenth stands for them."""
 
@@ -45,14 +50,14 @@ def genes_view(space: ParamSpace, campaign: Campaign, width: int) -> RenderableT
     rows = [_row(space, index, gene, genomes[:, index], most) for index, gene in enumerate(campaign.genes)]
     table = columns(*(head[i] for i in kept), rows=[[row[i] for i in kept] for row in rows], header=True)
     dead = [gene.name for gene in campaign.genes if gene.dead]
-    return Group(table, *([_dead_line(dead)] if dead else []))
+    return Group(table, *([_dead_line(dead)] if dead else []), Text(), Text(LEGEND, "quiet"))
 
 
 def effect_note(campaign: Campaign) -> str:
-    """What the columns mean, for the heading."""
+    """Which cases are the bad ones, for the heading."""
     collisions = int(np.count_nonzero(campaign.evaluations.simulated & campaign.evaluations.collided))
     bad = f"{collisions:,} collisions" if collisions >= FEW else "the riskiest tenth"
-    return f"effect in points of risk; bad cases: {bad}"
+    return f"bad cases: {bad}"
 
 
 def bad_cases(campaign: Campaign) -> NDArray[np.intp]:

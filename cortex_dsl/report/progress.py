@@ -11,6 +11,7 @@ from rich.text import Text
 
 from cortex_dsl.report.layout import columns, left, right
 from cortex_dsl.report.numbers import duration, fixed, whole
+from cortex_dsl.report.risk_view import HIGHEST
 from cortex_dsl.report.sparkline import sparkline
 from engine.search.figures import Figures
 
@@ -89,4 +90,4 @@ def progress_view(
 
 
 def _course(figures: list[Figures]) -> str:
-    return sparkline([f.rl for f in figures], CURVE)
+    return sparkline([f.rl for f in figures], CURVE, low=0.0, high=HIGHEST)

@@ -7,15 +7,16 @@ from rich.text import Text
 
 from cortex_dsl.report.layout import columns, left, quantity, right
 from cortex_dsl.report.numbers import fixed
+from engine.risk import BANDS, Edges, RiskProfile
 from engine.scenes import Outcomes
 
 PARTS: Sequence[tuple[str, int, str]] = (
-    ("C", 10, "contact"),
-    ("MD", 4, "least distance"),
-    ("D_MS", 4, "distance at the fastest closing"),
-    ("TTC_MS", 4, "time to collision then"),
+    ("C", 10, ""),
+    ("MD", 4, "m"),
+    ("D_MS", 4, "m"),
+    ("TTC_MS", 4, "s"),
 )
-"""Parts of the score in their order: name, most points, meaning."""
+"""Parts of the score in their order: name, most points, unit of its bands."""
 HIGHEST = sum(most for _, most, _ in PARTS)
 
 
@@ -28,13 +29,14 @@ def risk_bar(parts: Sequence[float], *, ascii_only: bool = False) -> Text:
     return text
 
 
-def risk_view(score: int, parts: Sequence[float], *, ascii_only: bool = False) -> RenderableType:
-    """The score, its bar, and a line per part."""
+def risk_view(score: int, parts: Sequence[float], profile: RiskProfile, *, ascii_only: bool = False) -> RenderableType:
+    """The score, its bar, and a line per part with the band of the metric that gives these points."""
     total = Text.assemble(
         (f"{score:>2}", "title"), (f" of {HIGHEST}  ", "quiet"), risk_bar(parts, ascii_only=ascii_only)
     )
     rows = []
-    for (name, most, meaning), points in zip(PARTS, parts, strict=True):
+    edges = (None, profile.min_distance, profile.distance_at_ms, profile.ttc_at_ms)
+    for (name, most, unit), points, ends in zip(PARTS, parts, edges, strict=True):
         block = "#" if ascii_only else "█"
         gauge = Text.assemble((block * round(points), f"part.{name}"), ("·" * (most - round(points)), "quiet"))
         rows.append(
@@ -43,10 +45,19 @@ def risk_view(score: int, parts: Sequence[float], *, ascii_only: bool = False) -
                 Text(fixed(points, 0)),
                 Text(f"of {most}", "quiet"),
                 gauge,
-                Text(meaning, "quiet"),
+                Text(_band(ends, round(points), unit) if ends else "contact" if points else "no contact", "quiet"),
             )
         )
     return Group(total, columns(left(), right(), left(), left(), left(), rows=rows))
+
+
+def _band(edges: Edges, points: int, unit: str) -> str:
+    """Where a metric lies that scores so many points, e.g. `8.2 to 11 m`."""
+    if points >= BANDS:
+        return f"below {edges[0]:g} {unit}"
+    if points <= 0:
+        return f"not below {edges[-1]:g} {unit}"
+    return f"{edges[BANDS - points - 1]:g} to {edges[BANDS - points]:g} {unit}"
 
 
 def metrics_view(outcomes: Outcomes, row: int, pair: int) -> RenderableType:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from cortex_dsl.report.run_view import RunReport
-from cortex_dsl.report.story import tell
+from cortex_dsl.report.story import in_order, tell
 from cortex_dsl.report.tally import Tally, first_culprit
 from engine.program import ParamSpace, Program
 from engine.scenes import Outcomes, StreamKey
@@ -18,7 +18,7 @@ def run_content(report: RunReport, file: str) -> dict[str, Any]:
     program, outcomes, scenes = report.program, report.outcomes, report.scenes
     reason = EndReason(int(outcomes.end_reason[0]))
     rule = int(outcomes.end_rule[0])
-    story = [*tell(program, outcomes, report.trajectory, pair=report.pair), *report.aftermath]
+    story = in_order([*tell(program, outcomes, report.trajectory, pair=report.pair), *report.aftermath])
     return {
         "file": file,
         "program": program.digest,
@@ -49,7 +49,7 @@ def run_content(report: RunReport, file: str) -> dict[str, Any]:
                 "kind": moment.kind,
                 "text": moment.text,
             }
-            for moment in sorted(story, key=lambda moment: moment.time)
+            for moment in story
         ],
         "reproduce": report.reproduce,
     }

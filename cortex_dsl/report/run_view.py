@@ -13,9 +13,10 @@ from cortex_dsl.report.params import params_view
 from cortex_dsl.report.risk_view import metrics_view, risk_view
 from cortex_dsl.report.sample_view import first_line
 from cortex_dsl.report.scene_view import KeyMoment, scene_view
-from cortex_dsl.report.story import Moment, end_of, tell
+from cortex_dsl.report.story import Moment, end_of, in_order, tell
 from cortex_dsl.report.timeline import curves, timeline
 from engine.program import Program
+from engine.risk import PROFILES
 from engine.road.outline import Outline
 from engine.scenes import Outcomes, Scenes, Trajectory
 from engine.vocabulary import State
@@ -48,23 +49,18 @@ def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> Rend
         report.road, program.actors, report.trajectory, key_moment(report), width - 2, ascii_only=ascii_only
     )
     end = float(outcomes.end_time[0])
-    story = sorted(
-        [*tell(program, outcomes, report.trajectory, pair=report.pair), *report.aftermath],
-        key=lambda moment: moment.time,
-    )
+    story = in_order([*tell(program, outcomes, report.trajectory, pair=report.pair), *report.aftermath])
     parts: list[RenderableType] = [
         heading(program.name, first_line(program.description)),
         _headline(report),
         section("Scene", drawing, _attempts(report.scenes)),
         section("What happened", timeline(story, program.actors), f"simulated by the {report.engine} engine"),
-        section(
-            "Over time", curves(report.trajectory, program.actors, end, report.pair, width), "speeds, and how far apart"
-        ),
+        section("Over time", curves(report.trajectory, program.actors, end, report.pair, width), _curves_note(report)),
     ]
     if outcomes.min_distance.shape[1]:
         names = f"{program.actors[0]} and {program.actors[report.pair + 1]}"
         parts.append(section("Metrics", metrics_view(outcomes, 0, report.pair), names))
-        risk = risk_view(report.score, report.parts, ascii_only=ascii_only)
+        risk = risk_view(report.score, report.parts, PROFILES[report.profile], ascii_only=ascii_only)
         parts.append(section("Risk", risk, f"profile {report.profile}"))
     if len(program.space):
         parts.append(section("Params", params_view(program.space, report.scenes.genomes[0])))
@@ -106,6 +102,14 @@ def _headline(report: RunReport) -> Text:
         (f"  after {end.time:.2f} s", "quiet"),
         (f"  risk {report.score} of 22", "title") if report.outcomes.min_distance.shape[1] else "",
     )
+
+
+def _curves_note(report: RunReport) -> str:
+    """Which two are apart, and that it is their centres, unlike the metrics' outlines."""
+    actors = report.program.actors
+    if len(actors) < 2:
+        return "speed"
+    return f"speeds, and the distance between the centres of {actors[0]} and {actors[report.pair + 1]}"
 
 
 def _attempts(scenes: Scenes) -> str:

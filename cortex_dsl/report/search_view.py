@@ -1,7 +1,9 @@
 """The final report of a search, alone or beside its baseline."""
 
+import math
 from collections import Counter
 from collections.abc import Sequence
+from pathlib import Path
 
 from rich.console import Group, RenderableType
 from rich.text import Text
@@ -13,7 +15,7 @@ from cortex_dsl.report.sample_view import first_line
 from cortex_dsl.report.search_report import SearchReport
 from cortex_dsl.report.sparkline import bar, sparkline
 from cortex_dsl.report.story import end_text
-from cortex_dsl.report.worst_table import worst_files, worst_table
+from cortex_dsl.report.worst_table import common_line, worst_files, worst_table
 from engine.program import Program
 from engine.search.figures import Figures
 from engine.vocabulary import EndReason, Verdict
@@ -22,7 +24,7 @@ METRICS: Sequence[tuple[str, str, str, int, str]] = (
     ("RL", "mean risk, valid runs", "rl", 2, ""),
     ("NC", "collisions", "nc", 0, ""),
     ("MDG", "mean least distance", "mdg", 2, "m"),
-    ("MDEC", "without collisions", "mdec", 2, "m"),
+    ("MDEC", "same, no collisions", "mdec", 2, "m"),
     ("NIS", "invalid runs", "nis", 0, ""),
 )
 """Name, meaning, field of `Figures`, decimals, unit."""
@@ -30,6 +32,8 @@ CURVE = 30
 """Widest course of a metric over the generations."""
 BESIDE_CURVE = 60
 """Columns that the rest of its line takes."""
+BESIDE_TWO_CURVES = 52
+"""The same where two methods stand side by side."""
 BAR = 16
 
 
@@ -48,7 +52,7 @@ def comparison_view(program: Program, reports: Sequence[SearchReport], settings:
     parts: list[RenderableType] = [
         heading(program.name, first_line(program.description)),
         *(headline(report) for report in reports),
-        section("Side by side", comparison_table(reports), settings),
+        section("Side by side", comparison_table(reports, width), settings),
     ]
     for report in reports:
         parts += [Text(), Text(f"── {METHOD_NAMES[report.method]} ", f"method.{report.method}")]
@@ -95,17 +99,19 @@ def generations_table(report: SearchReport, width: int) -> RenderableType:
     return columns(*head, rows=rows, header=True)
 
 
-def comparison_table(reports: Sequence[SearchReport]) -> RenderableType:
-    """Each metric over the whole run, one column a method, with its course."""
+def comparison_table(reports: Sequence[SearchReport], width: int) -> RenderableType:
+    """Each metric over the whole run, one column a method, with its course; the courses of a row share one scale."""
     rows = []
+    curve = max(6, min(16, (width - BESIDE_TWO_CURVES) // 2))
     for name, meaning, field, decimals, unit in METRICS:
-        cells: list[Text] = [Text(name, "title"), Text(meaning)]
+        cells: list[Text] = [Text(name, "title"), Text.assemble(meaning, (f" [{unit}]" if unit else "", "unit"))]
+        highest = max((value for report in reports for value in _values(report, field)), default=0.0)
         for report in reports:
             cells += [
                 _value(report.campaign.by_individual, field, decimals),
-                Text(_course(report, field, 16), f"method.{report.method}"),
+                Text(_course(report, field, curve, highest), f"method.{report.method}"),
             ]
-        rows.append((*cells, Text(unit, "unit")))
+        rows.append(tuple(cells))
     for title, meaning, value in (
         ("", "individuals", lambda r: r.campaign.by_individual.individuals),
         ("", "distinct simulations", lambda r: r.campaign.by_simulation.runs),
@@ -113,11 +119,29 @@ def comparison_table(reports: Sequence[SearchReport]) -> RenderableType:
         cells = [Text(title), Text(meaning, "quiet")]
         for report in reports:
             cells += [Text(whole(value(report)), "quiet"), Text()]
-        rows.append((*cells, Text()))
+        rows.append(tuple(cells))
     head = [left(), left(wrap=True)]
     for report in reports:
         head += [right(report.method, f"method.{report.method}"), left()]
-    return columns(*head, left(), rows=rows, header=True)
+    return columns(*head, rows=rows, header=True)
+
+
+RESULTS: Sequence[tuple[str, str]] = (
+    ("worst/", "the worst cases, each a scenario of its own"),
+    ("summary.json", "what this page says, for programs"),
+    ("evaluations.csv", "every simulation: params, verdict, metrics (SI), risk"),
+    ("evaluations.jsonl", "the same as JSON, with the counts of each requirement"),
+    ("critical.csv", "the same, but only risks of 14 and more"),
+    ("generations.csv", "RL, NC, MDG, MDEC and NIS of every generation"),
+    ("journal.sqlite", "all of it, and all that is needed to repeat it"),
+)
+"""What lies in a run directory."""
+
+
+def results_view(folder: Path) -> RenderableType:
+    """The files of a run directory that are there, and what each is for."""
+    rows = [(Text(name), Text(meaning, "quiet")) for name, meaning in RESULTS if (folder / name).exists()]
+    return columns(left(), left(wrap=True), rows=rows)
 
 
 def ends_table(program: Program, report: SearchReport) -> RenderableType:
@@ -147,9 +171,8 @@ def _details(program: Program, report: SearchReport, width: int) -> list[Rendera
     campaign = report.campaign
     if campaign.worst:
         title = "The ten worst" if len(campaign.worst) == 10 else f"The {len(campaign.worst)} worst"
-        files = worst_files(report)
-        table = worst_table(program.space, campaign, width - 2)
-        body = Group(table, Text(), files) if files else table
+        below = [line for line in (common_line(program.space, campaign), worst_files(report)) if line is not None]
+        body = Group(worst_table(program.space, campaign, width - 2), *([Text()] if below else []), *below)
         parts.append(section(title, body, "parts of the risk: C + MD + D_MS + TTC_MS"))
     if campaign.worst and len(program.space):
         parts.append(
@@ -158,7 +181,7 @@ def _details(program: Program, report: SearchReport, width: int) -> list[Rendera
     if campaign.by_individual.valid:
         parts.append(section("How runs ended", ends_table(program, report)))
     if report.folder is not None:
-        parts.append(section("Results", Text(f"{report.folder}/")))
+        parts.append(section("Results", results_view(report.folder), f"in {report.folder}/"))
     return parts
 
 
@@ -166,8 +189,16 @@ def _value(figures: Figures, field: str, decimals: int) -> Text:
     return Text(fixed(float(getattr(figures, field)), decimals))
 
 
-def _course(report: SearchReport, field: str, width: int) -> str:
-    return sparkline([float(getattr(f.by_individual, field)) for f in report.campaign.generations], width)
+def _course(report: SearchReport, field: str, width: int, highest: float | None = None) -> str:
+    """Generation by generation from zero up, so that noise looks as small as it is."""
+    every = [float(getattr(f.by_individual, field)) for f in report.campaign.generations]
+    return sparkline(every, width, low=0.0, high=highest)
+
+
+def _values(report: SearchReport, field: str) -> list[float]:
+    """A metric in every generation that has it."""
+    values = (float(getattr(f.by_individual, field)) for f in report.campaign.generations)
+    return [value for value in values if math.isfinite(value)]
 
 
 def failures_line(program: Program, report: SearchReport) -> Text | None:

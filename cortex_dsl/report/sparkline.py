@@ -9,7 +9,10 @@ EIGHTHS = " ▏▎▍▌▋▊▉█"
 
 
 def sparkline(values: Sequence[float], width: int, low: float | None = None, high: float | None = None) -> str:
-    """The values in `width` characters; a gap where there is none (NaN). Longer series are averaged into columns."""
+    """The values in `width` characters; a gap where there is none (NaN). Longer series are averaged into columns.
+
+    `low` and `high` are the values of the lowest and the highest character, by default those of the series itself.
+    """
     columns = _columns(values, width)
     finite = [v for v in columns if math.isfinite(v)]
     if not finite:
@@ -43,5 +46,5 @@ def _mean(values: Sequence[float]) -> float:
 def _level(value: float, bottom: float, span: float) -> str:
     if not math.isfinite(value):
         return " "
-    share = (value - bottom) / span if span > 0 else 0.5
+    share = (value - bottom) / span if span > 0 else 0.0
     return LEVELS[max(0, min(7, int(share * 8)))]

@@ -1,6 +1,6 @@
 """A run as moments in time: who braked, when it was closest, what touched what, and why it ended."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +21,11 @@ TOLD_PER_ACTOR = 3
 """How many brakings of one actor are told."""
 
 
-@dataclass(frozen=True, order=True)
+ORDER = ("start", "left_road", "fastest", "brake", "closest", "rest", "contact", "impact", "end")
+"""Kinds of moments, in the order in which those of one time are told."""
+
+
+@dataclass(frozen=True)
 class Moment:
     """One line of the story."""
 
@@ -30,7 +34,7 @@ class Moment:
     actor: int
     """-1: not of one actor."""
     kind: str
-    """start | brake | rest | left_road | fastest | closest | contact | impact | end"""
+    """One of `ORDER`."""
     text: str
 
 
@@ -44,7 +48,12 @@ def tell(program: Program, outcomes: Outcomes, trajectory: Trajectory, row: int 
         *_of_pair(program, outcomes, row, pair),
         end_of(program, outcomes, row),
     ]
-    return sorted(moments, key=lambda moment: (moment.time, moment.kind == "end"))
+    return in_order(moments)
+
+
+def in_order(moments: Iterable[Moment]) -> list[Moment]:
+    """By time; what happened at one time from its causes to its effects."""
+    return sorted(moments, key=lambda moment: (moment.time, ORDER.index(moment.kind)))
 
 
 def end_of(program: Program, outcomes: Outcomes, row: int) -> Moment:
@@ -118,7 +127,8 @@ def _stretches(time: NDArray[np.float64], on: NDArray[np.bool_]) -> Iterator[tup
 def _left_road(outcomes: Outcomes, row: int) -> Iterator[Moment]:
     for actor, time in enumerate(outcomes.left_road_time[row]):
         if np.isfinite(time):
-            yield Moment(float(time), actor, "left_road", "leaves the road")
+            text = "leaves the road" if time > 0 else "starts off the road"
+            yield Moment(float(time), actor, "left_road", text)
 
 
 def _of_pair(program: Program, outcomes: Outcomes, row: int, pair: int) -> Iterator[Moment]:
@@ -129,7 +139,7 @@ def _of_pair(program: Program, outcomes: Outcomes, row: int, pair: int) -> Itera
     closing = float(outcomes.max_closing_speed[row, pair])
     if closing > 0:
         apart = fixed(float(outcomes.distance_at_ms[row, pair]), 2)
-        text = f"closing fastest on {other}: {fixed(closing, 2)} m/s, {apart} m apart"
+        text = f"closing fastest on {other}: {fixed(3.6 * closing, 1)} km/h, {apart} m apart"
         yield Moment(float(outcomes.max_closing_time[row, pair]), 0, "fastest", text)
     distance = float(outcomes.min_distance[row, pair])
     if distance > 0:

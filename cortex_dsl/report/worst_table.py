@@ -15,6 +15,8 @@ from engine.search.campaign import Campaign
 
 LEAST_GENE_WIDTH = 7
 """Narrower than this, a table of many genes is split into several."""
+ALIKE = 0.1
+"""Cases whose values of a gene span less of its range than this are called alike."""
 
 
 def worst_table(space: ParamSpace, campaign: Campaign, width: int) -> RenderableType:
@@ -79,6 +81,23 @@ def gene_header(space: ParamSpace, gene: int) -> list[str]:
         else:
             lines.append(word)
     return [*lines[:4], space.units[gene]]
+
+
+def common_line(space: ParamSpace, campaign: Campaign) -> RenderableType | None:
+    """What the cases share: the params that lie within a tenth of their range in all of them. None: nothing."""
+    shared = [text for gene in range(len(space)) if (text := _common(space, campaign, gene))]
+    if not shared or len(campaign.worst) < 2:
+        return None
+    return Text.assemble(("alike: ", "quiet"), ", ".join(shared))
+
+
+def _common(space: ParamSpace, campaign: Campaign, gene: int) -> str:
+    values = [case.genome[gene] for case in campaign.worst]
+    low, high = min(values), max(values)
+    if high - low > ALIKE * float(space.high[gene] - space.low[gene]):
+        return ""
+    ends = list(dict.fromkeys(format_gene(space, gene, value) for value in (low, high)))
+    return " ".join(filter(None, (space.names[gene], " .. ".join(ends), space.units[gene])))
 
 
 def worst_files(report: SearchReport) -> RenderableType | None:

@@ -112,7 +112,7 @@ interrupt when n == 1:
 
 def test_do_until_and_do_for_end_a_sub_behaviour() -> None:
     """The condition is asked before each of its steps; a time is counted from the start."""
-    before = f"""
+    before = """
 behavior Forever(n):
     while True:
         take SetThrottleAction(n / 100)
