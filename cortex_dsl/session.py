@@ -69,8 +69,14 @@ class Scenario:
     config: Config
     overrides: Mapping[str, str]
 
+    def __repr__(self) -> str:
+        """One line, for notebooks: the whole would be the compiler's every table."""
+        space, program = self.program.space, self.program
+        return f"Scenario({program.name}: params {', '.join(space.names) or 'none'}; actors {', '.join(program.actors)})"
+
     @property
     def program(self) -> Program:
+        """What the simulators run: params, actors, rules and requirements by name, and the compiled tables."""
         return self.compiled.program
 
     def sample(self, count: int = 1, seed: int = 0, genome: "Floats | None" = None, jobs: int = 1) -> "Scenes":
@@ -101,9 +107,14 @@ class Scenario:
         return world.run(self.program, scenes, row, self.config)
 
     def assess(self, outcomes: "Outcomes", profile: str = "paper") -> "Risk":
-        """Risk of each outcome: the integer score 0 .. 22 (-1 invalid), its parts, the continuous score."""
+        """Risk of each outcome: the integer score 0 .. 22 (-1 invalid), its parts, the continuous score.
+
+        `profile`: where the bands of the score end, `paper`, `paper-mm` or `literature` (see `engine.risk`).
+        """
         from engine.risk import PROFILES, assess
 
+        if profile not in PROFILES:
+            raise ValueError(f"profile: expected one of {', '.join(PROFILES)}, got `{profile}`")
         return assess(outcomes, PROFILES[profile])
 
     def search(
@@ -115,7 +126,11 @@ class Scenario:
         on_generation: "OnGeneration | None" = None,
         **settings: Any,
     ) -> "Campaign":
-        """Hunt for the worst: `method` is `ga` or `random`, settings are fields of `engine.config.SearchConfig`."""
+        """Hunt for the worst: `method` is `ga` or `random`, `preset` is `cortex` or `cortex-literal`.
+
+        Settings are fields of `engine.config.SearchConfig`: generations, population, seed, rollouts, aggregate, jobs,
+        engine. `on_generation` is called with a `Progress` after each generation.
+        """
         from engine.search.study import search
 
         config = replace(

@@ -34,6 +34,8 @@ PLAIN: tuple[Literal["C", "A", "W"], ...] = ("C", "A", "W")
 """Contiguous, aligned, writable: the one layout of arrays that kernels are compiled for."""
 PACKED = 5
 """Registers that a packed operand reads at most."""
+WIDEST = 3
+"""Registers that a geometry instruction may write."""
 CHUNK_ATTEMPTS = 500_000
 """Attempts that one uninterruptible call may make: 50 ms, so that Ctrl-C is answered at once."""
 
@@ -95,12 +97,36 @@ def _recipe(program: Program) -> Recipe:
         requirements=code.requirement_segment.shape[1],
         reasons=len(program.requirements) - BUILT_IN,
     )
-    return Recipe(_plain(code), _plain(program.road), _draws_needed(code, layout), layout)
+    return Recipe(
+        _plain(code), _plain(program.road), _draws_needed(code, layout), decided_by_genes(code, layout), layout
+    )
 
 
 def _plain(tables: Tables) -> Tables:
     """Contiguous, writable arrays: numba would compile the kernels anew for any others."""
     return tables._make(np.require(array, requirements=PLAIN) for array in tables)
+
+
+def decided_by_genes(code: CodeTables, layout: Layout) -> Ints:
+    """(requirements,): 1 for a hard requirement that reads neither draws nor what differs between variants.
+
+    Sound, not complete: unused operands count as registers, and a program with several templates has none.
+    """
+    segments = code.requirement_segment
+    decided = np.zeros(segments.shape[1], dtype=np.int32)
+    if len(segments) != 1:
+        return decided
+    varying = {*range(layout.variant_values, layout.genes), *range(layout.draws, layout.draws + layout.draw_count)}
+    for requirement, (start, end, result) in enumerate(segments[0].tolist()):
+        for row in code.scene_code[start:end].tolist():
+            geometry = row[0] >= Op.PATH_POSE
+            reads = (register + i for register in row[2:] for i in range(PACKED if geometry else 1))
+            if not varying.isdisjoint(reads):
+                varying.update(range(row[1], row[1] + (WIDEST if geometry else 1)))
+            else:
+                varying.discard(row[1])
+        decided[requirement] = result not in varying and code.requirement_probability[requirement] >= 1.0
+    return decided
 
 
 def _draws_needed(code: CodeTables, layout: Layout) -> Ints:

@@ -52,6 +52,10 @@ class Scenes:
     def __len__(self) -> int:
         return len(self.verdict)
 
+    def __repr__(self) -> str:
+        """One line, for notebooks."""
+        return f"Scenes({len(self)}: {int(self.valid.sum())} valid)"
+
     @property
     def valid(self) -> Bools:
         return self.verdict == 0
@@ -90,6 +94,11 @@ class Outcomes:
 
     def __len__(self) -> int:
         return len(self.verdict)
+
+    def __repr__(self) -> str:
+        """One line, for notebooks."""
+        valid = int((self.verdict == 0).sum())
+        return f"Outcomes({len(self)}: {valid} valid, {int(self.collided.sum())} collisions)"
 
 
 @dataclass(frozen=True)

@@ -46,6 +46,8 @@ class Recipe(NamedTuple):
     road: RoadTables
     draws_needed: Ints
     """(templates, requirements): how many draws must be made before a requirement is tested."""
+    by_genes: Ints
+    """(requirements,): 1 where the genome alone decides: what fails once fails in every attempt."""
     layout: Layout
 
 
@@ -130,7 +132,8 @@ def _sample_scene(recipe: Recipe, request: Request, row: int, scratch: Scratch, 
         draws = Draws(stream, np.uint64(attempt * blocks), first_draw)
         if _attempt(recipe, variant, draws, row, scratch, out):
             out.attempts[row] = attempt + 1
-            out.variant[row] = variant
+            if out.verdict[row] != Verdict.INFEASIBLE:
+                out.variant[row] = variant
             return
         choice, first_draw = next_choice, next_first_draw
     out.attempts[row] = request.max_attempts
@@ -181,6 +184,9 @@ def _attempt(recipe: Recipe, variant: int, draws: Draws, row: int, scratch: Scra
         holds = registers[code.requirement_segment[template, requirement, 2]]
         if holds == 0.0 or math.isnan(holds):
             out.failed[row, requirement] += 1
+            if recipe.by_genes[requirement] != 0:
+                out.verdict[row] = Verdict.INFEASIBLE
+                return True
             return False
     _make_draws(layout, draws, known, layout.draw_count, registers)
     return _finish(recipe, template, row, registers, out)

@@ -73,12 +73,18 @@ class Campaign:
     distinct_collisions: int
     """Different genomes that collided."""
     worst: tuple[Case, ...]
-    """Up to ten, worst first."""
+    """Up to ten, worst first: by risk, equal ones by continuous risk."""
     genes: tuple[GeneEffect, ...]
     elapsed: float
     """[s]"""
     stopped: bool
     """Whether it ended before its last generation."""
+
+    def __repr__(self) -> str:
+        """One line, for notebooks: the whole would be every evaluation."""
+        found = self.by_individual
+        method = f"{self.method.name.lower()} {self.preset}".strip()
+        return f"Campaign({method}: {found.nc} collisions among {found.individuals} individuals, {found.nis} invalid)"
 
     def last(self, count: int, by_simulation: bool = False) -> Figures:
         """Figures of the generations among the configured last `count` ones that were run."""

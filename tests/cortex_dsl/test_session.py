@@ -56,6 +56,25 @@ def test_one_genome_has_many_scenes(scenario: Scenario) -> None:
     assert len(np.unique(scenes.values[:, 0])) > 10
 
 
+def test_what_a_notebook_shows_is_one_line(scenario: Scenario) -> None:
+    """A cell that ends with a scenario, scenes, outcomes or a campaign says what it is, and not its every array."""
+    scenes = scenario.sample(20, seed=2)
+    outcomes = scenario.simulate(scenes)
+    campaign = scenario.search("random", generations=2, population=5)
+    assert repr(scenario).startswith("Scenario(left_turn: params EGO_INIT_DIST, ")
+    assert repr(scenes) == f"Scenes(20: {scenes.valid.sum()} valid)"
+    assert repr(outcomes).endswith(f"{outcomes.collided.sum()} collisions)")
+    assert "among 10 individuals" in repr(campaign)
+    assert all("\n" not in repr(shown) for shown in (scenario, scenes, outcomes, campaign))
+
+
+def test_unknown_profiles_are_refused(scenario: Scenario) -> None:
+    """The message names those that there are."""
+    outcomes = scenario.simulate(scenario.sample(2))
+    with pytest.raises(ValueError, match="expected one of paper, paper-mm"):
+        scenario.assess(outcomes, profile="lenient")
+
+
 def test_a_search_and_its_worst_case(scenario: Scenario) -> None:
     """The worst case, drawn again from its key, has the outcome that the campaign recorded."""
     campaign = scenario.search("ga", generations=3, population=20, seed=4)

@@ -66,6 +66,12 @@ def test_sparkline_follows_the_values() -> None:
     assert sparkline([0, 1, math.nan, 2], 10) == "▁▅ █"
 
 
+def test_a_flat_sparkline_lies_low_or_as_high_as_it_is() -> None:
+    """Nothing at all is drawn as nothing; from zero up, a constant is full height."""
+    assert sparkline([0, 0], 10, low=0.0) == "▁▁"
+    assert sparkline([5, 5], 10, low=0.0) == "██"
+
+
 @given(st.floats(0, 1), st.integers(1, 40))
 def test_bar_never_overflows(share: float, width: int) -> None:
     """A bar is as long as its share, and never empty for more than nothing."""

@@ -21,6 +21,23 @@ def test_told_in_the_order_of_time(program: Program, outcomes: Outcomes, traject
     assert kinds(moments) == ["start", "start", "fastest", "brake", "closest", "rest", "left_road", "end"]
 
 
+def test_one_time_is_told_from_causes_to_effects(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
+    """Whoever starts off the road starts there, and what is known at once comes before who brakes at once."""
+    states = trajectory.states.copy()
+    states[1:, 0, State.BRAKE] = 0.5
+    at_once = replace(outcomes, max_closing_time=np.zeros((1, 1)), left_road_time=np.array([[np.nan, 0.0]]))
+    moments = tell(program, at_once, replace(trajectory, states=states))
+    assert kinds(moments)[:5] == ["start", "start", "left_road", "fastest", "brake"]
+    assert moments[2].text == "starts off the road"
+
+
+def test_speeds_of_a_story_are_in_one_unit(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
+    """Closing speeds can be compared with the speeds above them: 19.84 m/s is 71.4 km/h."""
+    told = " ".join(moment.text for moment in tell(program, outcomes, trajectory))
+    assert "71.4 km/h" in told
+    assert "m/s" not in told
+
+
 def test_contact_replaces_the_closest_approach(program: Program, collision: Outcomes, trajectory: Trajectory) -> None:
     """Distance zero is called contact, once."""
     told = kinds(tell(program, collision, trajectory))

@@ -2,6 +2,7 @@
 
 import io
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -73,6 +74,15 @@ def test_run_with_contact(run: RunReport, collision: Outcomes) -> None:
     assert text.splitlines()[1].startswith("contact: ego and adversary")
     assert "✕" in text
     assert "closest to" not in text
+
+
+def test_risk_names_the_band_of_each_part(run: RunReport, collision: Outcomes) -> None:
+    """Points are explained by the limits that gave them; without any, by the limit that was not undercut."""
+    told = " ".join(render(run_view(run, 80), 80).split())
+    for phrase in ("no contact", "below 8.2 m", "37.8 to 40.2 m", "below 3.59 s"):
+        assert phrase in told
+    nothing = replace(run, outcomes=collision, parts=(10.0, 4.0, 0.0, 0.0))
+    assert "not below 44.9 m" in " ".join(render(run_view(nothing, 80), 80).split())
 
 
 def test_run_in_plain_ascii(run: RunReport) -> None:
@@ -167,6 +177,34 @@ def test_comparison(program: Program, report: SearchReport, width: int) -> None:
     )
     assert_fits(text, width)
     assert text.count("The ten worst") == 2
+
+
+def test_courses_side_by_side_share_a_scale(program: Program, report: SearchReport) -> None:
+    """A method with a tenth of the collisions has a course near the ground, however it wavers."""
+    few = [
+        replace(g, by_individual=replace(g.by_individual, nc=g.by_individual.nc // 10))
+        for g in report.campaign.generations
+    ]
+    other = replace(report, campaign=replace(report.campaign, method=Method.RANDOM, generations=tuple(few)))
+    text = render(comparison_view(program, [report, other], "", 80), 80)
+    first, second = next(line for line in text.splitlines() if line.strip().startswith("NC")).split()[2:][1::2]
+    assert "█" in first
+    assert set(second) == {"▁"}
+
+
+def test_worst_cases_that_share_a_param_are_called_alike(program: Program, report: SearchReport) -> None:
+    """Ten cases with one speed are said to have it; the params in which they differ are not named."""
+    worst = tuple(replace(c, genome=(50.0 + 0.1 * c.rank, c.rank / 10, 1.0)) for c in report.campaign.worst)
+    text = render(search_view(program, replace(report, campaign=replace(report.campaign, worst=worst)), "", 80), 80)
+    assert "  alike: EGO_SPEED 50.10 .. 51.00 km/h, WEATHER wet" in map(str.rstrip, text.splitlines())
+
+
+def test_results_are_named_where_they_lie(program: Program, report: SearchReport, tmp_path: Path) -> None:
+    """Every file of the run directory is explained, and none that is not there."""
+    (tmp_path / "summary.json").touch()
+    text = render(search_view(program, replace(report, folder=tmp_path), "", 80), 80)
+    assert "summary.json  what this page says, for programs" in text
+    assert "journal.sqlite" not in text
 
 
 def test_search_without_a_single_valid_run(program: Program, nothing_valid: SearchReport) -> None:

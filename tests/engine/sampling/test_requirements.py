@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from cortex_dsl.session import compile_text
 from engine.config import SimulationConfig
 from engine.sampling import sample
 from engine.streams import key_rows
@@ -112,7 +113,8 @@ def test_nan_is_an_error_and_never_a_scene(assemble):
 def test_a_requirement_that_is_nan_does_not_hold(assemble):
     """Truth is a number other than zero; NaN is none."""
     scenes = run(assemble(poses=HERE, checks=[([(Op.DIV, "T0", "L0", "L0")], "T0")], literals=(0.0,)), 2, 10)
-    assert np.all(scenes.failed[:, 0] == 10)
+    assert np.all(scenes.failed[:, 0] == 1)
+    assert np.all(scenes.verdict == Verdict.INFEASIBLE)
 
 
 def test_discrete_genes_pick_the_group(assemble):
@@ -187,3 +189,43 @@ def test_attempts_beyond_the_address_space_are_refused(assemble):
 def test_no_rows_give_no_scenes(assemble):
     """Sampling nothing is no error."""
     assert len(run(assemble(poses=HERE, **MIDDLE), scenes=0)) == 0
+
+
+def test_what_genes_alone_forbid_is_infeasible_at_once() -> None:
+    """A hard requirement that reads no draw fails in every attempt when it fails in one: nothing is tried again."""
+    text = """
+map intersection()
+param SPEED = Range(0, 10) m/s
+ego = new Car in intersection.incomingLanes[0].centerline, with speed SPEED
+require (distance from ego to intersection) < 49 m
+require SPEED > 5 m/s
+"""
+    program = compile_text(text).program
+    keys = key_rows(1, Method.SAMPLE, 0, 0, range(60))
+    scenes = sample(program, np.linspace(0.0, 10.0, 60)[:, np.newaxis], keys)
+    slow = scenes.genomes[:, 0] <= 5.0
+    assert (scenes.verdict[slow] == Verdict.INFEASIBLE).all()
+    assert (scenes.failed[slow, 1] == 1).all()
+    assert (scenes.variant[slow] == -1).all()
+    assert np.isnan(scenes.values[slow]).all()
+    assert (scenes.verdict[~slow] == Verdict.VALID).all()
+
+
+def test_a_requirement_that_a_draw_or_a_choice_may_save_is_never_called_infeasible() -> None:
+    """Draws, choices and coins leave the verdict to the attempts."""
+    text = """
+map intersection()
+param SPEED = Range(0, 10) m/s
+lane = Uniform(*intersection.incomingLanes)
+slip = Normal(0, 1) m/s
+limit = Uniform(1, 20) m/s
+ego = new Car in lane.centerline, with speed SPEED
+require SPEED + slip > 5 m/s
+require SPEED < limit
+require[0.5] SPEED > 9 m/s
+"""
+    program = compile_text(text).program
+    keys = key_rows(1, Method.SAMPLE, 0, 0, range(60))
+    scenes = sample(program, np.linspace(0.0, 10.0, 60)[:, np.newaxis], keys)
+    assert (scenes.verdict != Verdict.INFEASIBLE).all()
+    assert (scenes.verdict == Verdict.VALID).any()
