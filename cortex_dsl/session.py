@@ -71,8 +71,8 @@ class Scenario:
 
     def __repr__(self) -> str:
         """One line, for notebooks: the whole would be the compiler's every table."""
-        space, program = self.program.space, self.program
-        return f"Scenario({program.name}: params {', '.join(space.names) or 'none'}; actors {', '.join(program.actors)})"
+        params, actors = ", ".join(self.program.space.names) or "none", ", ".join(self.program.actors)
+        return f"Scenario({self.program.name}: params {params}; actors {actors})"
 
     @property
     def program(self) -> Program:

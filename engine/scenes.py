@@ -22,7 +22,7 @@ class StreamKey(NamedTuple):
     """`vocabulary.Method`"""
     run: int
     generation: int
-    index: int
+    index: int  # pyright: ignore[reportIncompatibleMethodOverride]  # nobody looks values up in a key
     rollout: int
 
 

@@ -14,6 +14,7 @@ from cortex_dsl.cli.terminal import Terminal
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code; never raises, except under CORTEXC_DEBUG=1."""
+    _open_streams()
     arguments = list(sys.argv[1:] if argv is None else argv)
     terminal = Terminal(colour=False if {"--no-colour", "--no-color"} & set(arguments) else None)
     _tolerate_encodings()
@@ -22,17 +23,33 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except UsageError as error:
         terminal.complain(error.message, error.cure)
-        code = Exit.USAGE
+        code = _documented(Exit.USAGE, error.message, error.cure, arguments, terminal)
     except KeyboardInterrupt:
         terminal.complain("interrupted")
-        code = Exit.INTERRUPTED
+        code = _documented(Exit.INTERRUPTED, "interrupted", "", arguments, terminal)
     except BrokenPipeError:
         code = _reader_left()
+    except OSError as error:
+        code = _no_output(error, terminal)
     except Exception as error:
         if os.environ.get("CORTEXC_DEBUG") == "1":
             raise
         code = _our_bug(error, arguments, terminal)
     return int(code)
+
+
+def _documented(code: Exit, message: str, cure: str, arguments: Sequence[str], terminal: Terminal) -> Exit:
+    """Under --json stdout holds one document even where the command could not start or go on."""
+    if "--json" not in arguments or terminal.wrote:
+        return code
+    from cortex_dsl.report.json_documents import document
+
+    try:
+        terminal.write(document("error", {"message": message, "help": cure or None, "exit_code": int(code)}))
+        sys.stdout.flush()
+    except OSError:
+        _reader_left()
+    return code
 
 
 def _dispatch(arguments: Sequence[str], terminal: Terminal) -> int:
@@ -69,6 +86,14 @@ def _insist_on_own_engine() -> None:
             )
 
 
+def _open_streams() -> None:
+    """A command that was started with `>&-` has no streams: what it says goes nowhere."""
+    if sys.stdout is None:
+        sys.stdout = Path(os.devnull).open("w", encoding="utf-8")
+    if sys.stderr is None:
+        sys.stderr = Path(os.devnull).open("w", encoding="utf-8")
+
+
 def _tolerate_encodings() -> None:
     """A terminal that cannot show a character shows a question mark instead of failing."""
     for stream in (sys.stdout, sys.stderr):
@@ -84,8 +109,18 @@ def _reader_left() -> Exit:
     return Exit.FINE
 
 
+def _no_output(error: OSError, terminal: Terminal) -> Exit:
+    """Paths are checked where they are used; what is left is stdout, on a full disk."""
+    from cortex_dsl.cli.files import reason
+
+    where = f"`{error.filename}`" if error.filename else "the output"
+    terminal.complain(f"cannot write {where}: {reason(error)}", "free some space, or write elsewhere")
+    _reader_left()
+    return Exit.USAGE
+
+
 def _our_bug(error: Exception, arguments: Sequence[str], terminal: Terminal) -> Exit:
     from cortex_dsl.cli.bug import report_bug
 
     report_bug(error, arguments, terminal)
-    return Exit.BUG
+    return _documented(Exit.BUG, f"a bug in cortexc: {type(error).__name__}", "please report it", arguments, terminal)

@@ -35,7 +35,9 @@ exit codes:
   2    a wrong command line, or a path that cannot be read or written
   3    no valid scene
   70   a bug in cortexc: please report it
-  130  interrupted with Ctrl-C"""
+  130  interrupted with Ctrl-C
+
+The language of scenarios is explained in grammar/REFERENCE.md, the reports in README.md."""
 
 SEARCH_OPTIONS = ("generations", "population", "preset", "rollouts", "aggregate", "out")
 COMPILE_ONLY = ("seed", "engine", "jobs", "max_attempts", "time_step", "profile")
@@ -95,20 +97,20 @@ def _add_scene_options(parser: Parser) -> None:
         metavar="NAME=VALUE",
         action="append",
         type=assignment,
-        help="hold a param of the file fixed; may be repeated",
+        help="hold a param fixed, in the unit of the file or in one given; may be repeated",
     )
     group.add_argument("--seed", metavar="N", type=whole_number(0, SEED_LIMIT), help="root of all randomness (0)")
     group.add_argument(
         "--engine",
         choices=("batch", "world"),
         metavar="NAME",
-        help="batch (kernels only) or world (pymunk, on through an impact)",
+        help="batch (kernels; a search's) or world (pymunk, on through an impact; a run's)",
     )
     group.add_argument(
         "--profile",
         choices=("paper", "paper-mm", "literature"),
         metavar="NAME",
-        help="bands of the risk score: paper (the default), paper-mm or literature",
+        help="bands of the risk score: paper, paper-mm or literature (paper)",
     )
     group.add_argument(
         "--time-step", metavar="S", type=seconds(0.001, 0.5), help="step of the simulation in seconds (0.05)"
@@ -128,19 +130,19 @@ def _add_search_options(parser: Parser) -> None:
         "--population",
         metavar="N",
         type=whole_number(2, 10**6, "a crossover needs two parents"),
-        help="individuals in a generation (100)",
+        help="individuals, each a choice of all params, in a generation (100)",
     )
     group.add_argument(
         "--preset",
         choices=("cortex", "cortex-literal"),
         metavar="NAME",
-        help="cortex (parents by tournament) or cortex-literal (uniformly)",
+        help="cortex: parents by tournament; cortex-literal: uniformly (cortex)",
     )
-    group.add_argument("--rollouts", metavar="K", type=whole_number(1, 10_000), help="scenes for each genome (1)")
+    group.add_argument("--rollouts", metavar="K", type=whole_number(1, 10_000), help="scenes for each individual (1)")
     group.add_argument(
         "--aggregate", metavar="HOW", type=aggregate, help="K scores to one: mean, max or a quantile as q90 (mean)"
     )
-    group.add_argument("--out", metavar="DIR", type=Path, help="folder of the results (a new one under runs/)")
+    group.add_argument("--out", metavar="DIR", type=Path, help="new folder for the results (one under runs/)")
 
 
 def _add_output_options(parser: Parser) -> None:
@@ -213,7 +215,7 @@ def _reject_idle_options(options: argparse.Namespace, mode: Mode) -> None:
             cure = "add --ga or --random to search" if name in SEARCH_OPTIONS else f"leave {flag} out"
             raise UsageError(f"{flag} has no effect {_WITHOUT_EFFECT[mode]}", cure)
     if options.aggregate is not None and options.rollouts is None:
-        raise UsageError("--aggregate has no effect with one scene for each genome", "add --rollouts K")
+        raise UsageError("--aggregate has no effect with one scene for each individual", "add --rollouts K")
     if options.preset is not None and not options.ga:
         raise UsageError("--preset has no effect without the genetic algorithm", "add --ga")
 

@@ -12,6 +12,7 @@ from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.simulation import again, announce_compilation, open_scenario
 from cortex_dsl.cli.stuck import never_acts
 from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.cli.undefined import undefined_value
 from cortex_dsl.report.aftermath import aftermath
 from cortex_dsl.report.exhausted_view import exhausted_view
 from cortex_dsl.report.json_documents import document
@@ -52,7 +53,7 @@ def execute(request: Request, terminal: Terminal) -> int:
     simulated = _simulate(scenario, scenes, engine)
     verdict = Verdict(int(simulated.outcomes.verdict[0]))
     if verdict == Verdict.ERROR:
-        return _failed(request, scenario, simulated.outcomes, terminal)
+        return _failed(request, scenario, scenes, simulated.outcomes, terminal)
     _show(_report(request, scenario, scenes, simulated, engine), request, terminal)
     return Exit.NO_SCENE if verdict == Verdict.ABORTED else Exit.FINE
 
@@ -134,7 +135,7 @@ def _show(report: RunReport, request: Request, terminal: Terminal) -> None:
 def _no_scene(request: Request, scenario: Scenario, scenes: Scenes, tally: Tally, terminal: Terminal) -> Exit:
     verdict = Verdict(int(scenes.verdict[0]))
     if verdict == Verdict.ERROR:
-        raise RuntimeError("a scene held a value that is not a number")
+        return _undefined(request, scenario, scenes, terminal, "a scene held a value that is not a number")
     if request.json:
         from cortex_dsl.report.run_document import no_scene_content
 
@@ -144,11 +145,21 @@ def _no_scene(request: Request, scenario: Scenario, scenes: Scenes, tally: Tally
     return Exit.NO_SCENE
 
 
-def _failed(request: Request, scenario: Scenario, outcomes: Outcomes, terminal: Terminal) -> Exit:
-    """A behaviour that never acts is the file's mistake; anything else is ours."""
+def _undefined(request: Request, scenario: Scenario, scenes: Scenes, terminal: Terminal, otherwise: str) -> Exit:
+    """Arithmetic without a result is the file's mistake; anything else is ours."""
+    diagnostic = undefined_value(scenario, scenes)
+    if diagnostic is None:
+        raise RuntimeError(otherwise)
+    show(scenario.compiled.source, [diagnostic], request, terminal, failed=True)
+    return Exit.DIAGNOSTICS
+
+
+def _failed(request: Request, scenario: Scenario, scenes: Scenes, outcomes: Outcomes, terminal: Terminal) -> Exit:
+    """A behaviour that never acts is the file's mistake; anything else may be ours."""
     time = float(outcomes.end_time[0])
     if outcomes.end_reason[0] == EndReason.STUCK:
         diagnostic = never_acts(scenario, int(outcomes.end_rule[0]), time)
         show(scenario.compiled.source, [diagnostic], request, terminal, failed=True)
         return Exit.DIAGNOSTICS
-    raise RuntimeError(f"the simulation failed after {time:.2f} s: {end_of(scenario.program, outcomes, 0).text}")
+    what = f"the simulation failed after {time:.2f} s: {end_of(scenario.program, outcomes, 0).text}"
+    return _undefined(request, scenario, scenes, terminal, what)

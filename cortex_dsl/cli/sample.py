@@ -6,17 +6,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from cortex_dsl.cli.compiling import compile_request
+from cortex_dsl.cli.compiling import compile_request, show
 from cortex_dsl.cli.exits import Exit
 from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.simulation import announce_compilation, open_scenario
 from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.cli.undefined import undefined_value
+from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.run_document import requirements_content
 from cortex_dsl.report.sample_view import sample_view
 from cortex_dsl.report.tally import Tally, first_culprit
+from cortex_dsl.session import Scenario
 from engine.config import SimulationConfig
 from engine.program import Program
+from engine.scenes import Scenes
 from engine.vocabulary import Method, Verdict
 
 CHUNK = 20_000
@@ -27,14 +31,17 @@ def execute(request: Request, terminal: Terminal) -> int:
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
-    program = compiled.program
-    config = open_scenario(request, compiled).config.simulation
+    program, scenario = compiled.program, open_scenario(request, compiled)
+    config = scenario.config.simulation
     announce_compilation(terminal)
     _warm_up(program, config)
     start, tally, interrupted = time.perf_counter(), Tally(), False
     try:
-        for so_far in _tallies(program, request, config):
-            tally = so_far
+        for scenes in _chunks(program, request, config):
+            tally = tally.plus(scenes)
+            if (mistake := _undefined(scenario, scenes)) is not None:
+                show(compiled.source, [mistake], request, terminal, failed=True)
+                return Exit.DIAGNOSTICS
     except KeyboardInterrupt:
         interrupted = True
     seconds = time.perf_counter() - start
@@ -57,17 +64,21 @@ def _warm_up(program: Program, config: SimulationConfig) -> None:
     sample(program, draw_genomes(program.space, keys), keys, replace(config, max_attempts=1))
 
 
-def _tallies(program: Program, request: Request, config: SimulationConfig) -> Iterator[Tally]:
-    """Running totals, a chunk at a time."""
+def _undefined(scenario: Scenario, scenes: Scenes) -> Diagnostic | None:
+    """What to tell of the first scene that holds a number which does not exist; None if there is none."""
+    errors = np.flatnonzero(scenes.verdict == Verdict.ERROR)
+    return undefined_value(scenario, scenes, int(errors[0])) if len(errors) else None
+
+
+def _chunks(program: Program, request: Request, config: SimulationConfig) -> Iterator[Scenes]:
+    """All scenes, some at a time."""
     from engine.sampling import draw_genomes, sample
     from engine.streams import key_rows
 
-    tally = Tally()
     for first in range(0, request.samples, CHUNK):
         indices = np.arange(first, min(first + CHUNK, request.samples))
         keys = key_rows(request.seed or 0, Method.SAMPLE, 0, 0, indices)
-        tally = tally.plus(sample(program, draw_genomes(program.space, keys), keys, config, request.jobs))
-        yield tally
+        yield sample(program, draw_genomes(program.space, keys), keys, config, request.jobs)
 
 
 def _document(request: Request, program: Program, tally: Tally, seconds: float, *, interrupted: bool) -> str:

@@ -2,7 +2,7 @@
 
 import os
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, TextIO
 
@@ -22,6 +22,9 @@ class Terminal:
     quiet: bool = False
     """stdout is for a document: views are not drawn."""
 
+    wrote: list[str] = field(default_factory=list, repr=False)
+    """The first words of what went to stdout: under --json there is one document, whatever happens."""
+
     @cached_property
     def out(self) -> "Console":
         return _console(sys.stdout, self.colour)
@@ -32,6 +35,7 @@ class Terminal:
 
     def write(self, text: str) -> None:
         """Text for stdout, as it is."""
+        self.wrote.append(text[:20])
         sys.stdout.write(text if text.endswith("\n") else text + "\n")
 
     def complain(self, message: str, cure: str = "") -> None:

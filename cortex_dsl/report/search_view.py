@@ -11,10 +11,12 @@ from rich.text import Text
 from cortex_dsl.report.genes_view import effect_note, genes_view
 from cortex_dsl.report.layout import columns, heading, left, right, section
 from cortex_dsl.report.numbers import counted, duration, fixed, percent, ratio, whole
+from cortex_dsl.report.requirements import requirements_view
 from cortex_dsl.report.sample_view import first_line
 from cortex_dsl.report.search_report import SearchReport
 from cortex_dsl.report.sparkline import bar, sparkline
 from cortex_dsl.report.story import end_text
+from cortex_dsl.report.tally import Tally
 from cortex_dsl.report.worst_table import common_line, worst_files, worst_table
 from engine.program import Program
 from engine.search.figures import Figures
@@ -42,6 +44,7 @@ def search_view(program: Program, report: SearchReport, settings: str, width: in
     parts: list[RenderableType] = [
         heading(program.name, first_line(program.description)),
         headline(report),
+        *_loneliness(program),
         section("Generations", generations_table(report, width), settings),
     ]
     return Group(*parts, *_details(program, report, width))
@@ -52,12 +55,20 @@ def comparison_view(program: Program, reports: Sequence[SearchReport], settings:
     parts: list[RenderableType] = [
         heading(program.name, first_line(program.description)),
         *(headline(report) for report in reports),
+        *_loneliness(program),
         section("Side by side", comparison_table(reports, width), settings),
     ]
     for report in reports:
         parts += [Text(), Text(f"── {METHOD_NAMES[report.method]} ", f"method.{report.method}")]
         parts += _details(program, report, width)
     return Group(*parts)
+
+
+def _loneliness(program: Program) -> list[RenderableType]:
+    """What to say of a search that cannot find anything."""
+    if len(program.actors) > 1:
+        return []
+    return [Text("  no actor but the ego: there is nothing to come near, and every risk is 0", "warn")]
 
 
 METHOD_NAMES = {"ga": "genetic algorithm", "random": "random"}
@@ -88,14 +99,13 @@ def generations_table(report: SearchReport, width: int) -> RenderableType:
     rows = [
         (
             Text(name, "title"),
-            Text(meaning),
-            *(_value(f, name_, decimals) for f in (first, last)),
-            Text.assemble(_value(report.campaign.by_individual, name_, decimals), (f" {unit}" if unit else "", "unit")),
+            _meaning(meaning, unit),
+            *(_value(f, name_, decimals) for f in (first, last, report.campaign.by_individual)),
             Text(_course(report, name_, curve), f"method.{report.method}"),
         )
         for name, meaning, name_, decimals, unit in METRICS
     ]
-    head = (left(), left(wrap=True), right("first"), right("last"), left("whole run"), left("course"))
+    head = (left(), left(wrap=True), right("first"), right("last"), right("whole run"), left("course"))
     return columns(*head, rows=rows, header=True)
 
 
@@ -104,7 +114,7 @@ def comparison_table(reports: Sequence[SearchReport], width: int) -> RenderableT
     rows = []
     curve = max(6, min(16, (width - BESIDE_TWO_CURVES) // 2))
     for name, meaning, field, decimals, unit in METRICS:
-        cells: list[Text] = [Text(name, "title"), Text.assemble(meaning, (f" [{unit}]" if unit else "", "unit"))]
+        cells: list[Text] = [Text(name, "title"), _meaning(meaning, unit)]
         highest = max((value for report in reports for value in _values(report, field)), default=0.0)
         for report in reports:
             cells += [
@@ -127,6 +137,7 @@ def comparison_table(reports: Sequence[SearchReport], width: int) -> RenderableT
 
 
 RESULTS: Sequence[tuple[str, str]] = (
+    ("README.md", "every file and every column explained"),
     ("worst/", "the worst cases, each a scenario of its own"),
     ("summary.json", "what this page says, for programs"),
     ("evaluations.csv", "every simulation: params, verdict, metrics (SI), risk"),
@@ -180,9 +191,16 @@ def _details(program: Program, report: SearchReport, width: int) -> list[Rendera
         )
     if campaign.by_individual.valid:
         parts.append(section("How runs ended", ends_table(program, report)))
+    elif (tally := Tally.of_search(campaign.evaluations)).attempts:
+        note = "no scene was valid; tested only where the earlier ones held"
+        parts.append(section("Requirements", requirements_view(program, tally), note))
     if report.folder is not None:
         parts.append(section("Results", results_view(report.folder), f"in {report.folder}/"))
     return parts
+
+
+def _meaning(meaning: str, unit: str) -> Text:
+    return Text.assemble(meaning, (f" [{unit}]" if unit else "", "unit"))
 
 
 def _value(figures: Figures, field: str, decimals: int) -> Text:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from cortex_dsl.report.numbers import ratio
 from engine.program import Program
 from engine.scenes import Scenes
+from engine.search.evaluations import Evaluations
 from engine.vocabulary import Verdict
 
 Counts = NDArray[np.int64]
@@ -40,6 +41,14 @@ class Tally:
             tested + (self.tested if self.tested.size else 0),
             failed + (self.failed if self.failed.size else 0),
         )
+
+    @classmethod
+    def of_search(cls, evaluations: Evaluations) -> "Tally":
+        """Every distinct simulation of a search."""
+        runs, new = evaluations.rollouts, ~evaluations.reused
+        verdicts = np.bincount(runs.verdict[new].ravel(), minlength=len(Verdict))
+        tested, failed = (counts[new].sum(axis=(0, 1), dtype=np.int64) for counts in (runs.tested, runs.failed))
+        return cls(int(verdicts.sum()), verdicts, int(runs.attempts[new].sum()), tested, failed)
 
     @property
     def valid(self) -> int:

@@ -25,6 +25,16 @@ def _quotient(a: float, b: float) -> float:
     return a / b
 
 
+def _power(a: float, b: float) -> float:
+    """As the kernels have it: infinite where it overflows, NaN where it is no real number."""
+    try:
+        return math.pow(a, b)
+    except OverflowError:
+        return math.inf
+    except ValueError:
+        return math.inf if a == 0.0 else math.nan
+
+
 EXACT: Mapping[Op, Callable[..., float]] = {
     Op.ADD: lambda a, b: a + b,
     Op.SUB: lambda a, b: a - b,
@@ -51,7 +61,7 @@ CLOSED: Mapping[Op, Callable[..., float]] = {
     **EXACT,
     Op.MOD: lambda a, b: a % b,
     Op.FLOORDIV: lambda a, b: a // b,
-    Op.POW: lambda a, b: float(a**b),
+    Op.POW: _power,
     Op.SQRT: math.sqrt,
     Op.SIN: math.sin,
     Op.COS: math.cos,
@@ -202,14 +212,30 @@ def _folded(expression: ir.Expr, worth: Callable[[ir.Expr, list[Result]], Result
     return known[id(expression)]
 
 
-def closed_value(expression: ir.Expr, operations: Mapping[Op, Callable[..., float]] = CLOSED) -> float | None:
-    """Value of an expression without anything unknown in it; None for any other, NaN where it has none."""
+Numbers = Mapping[int, float]
+NOTHING: Numbers = {}
+
+
+def closed_value(
+    expression: ir.Expr,
+    operations: Mapping[Op, Callable[..., float]] = CLOSED,
+    genes: Numbers = NOTHING,
+    draws: Numbers = NOTHING,
+) -> float | None:
+    """Value of an expression without anything unknown in it; None for any other, NaN where it has none.
+
+    `genes` (SI) and `draws` are known ones, by index.
+    """
 
     def worth(part: ir.Expr, values: list[float | None]) -> float | None:
         known = [value for value in values if value is not None]
         match part:
             case ir.Literal(value=value):
                 return value
+            case ir.Gene(index=index):
+                return genes.get(index)
+            case ir.Draw(index=index):
+                return draws.get(index)
             case ir.Apply(op=op) if op in operations and len(known) == len(values):
                 try:
                     return operations[op](*known)
@@ -249,10 +275,22 @@ def _hull(*values: float) -> Interval:
     return (min(values), max(values))
 
 
+def _quotients(a: Interval, b: Interval) -> Interval:
+    return EVERYTHING if b[0] <= 0.0 <= b[1] else _hull(*(_quotient(x, y) for x in a for y in b))
+
+
+def _roots(a: Interval) -> Interval:
+    return EVERYTHING if a[0] < 0.0 else (math.sqrt(a[0]), math.sqrt(a[1]))
+
+
 _INTERVALS: Mapping[Op, Callable[..., Interval]] = {
     Op.ADD: lambda a, b: (a[0] + b[0], a[1] + b[1]),
     Op.SUB: lambda a, b: (a[0] - b[1], a[1] - b[0]),
     Op.MUL: lambda a, b: _hull(*(x * y for x in a for y in b)),
+    Op.DIV: _quotients,
+    Op.SQRT: _roots,
+    Op.SIN: lambda _: (-1.0, 1.0),
+    Op.COS: lambda _: (-1.0, 1.0),
     Op.NEG: lambda a: (-a[1], -a[0]),
     Op.ABS: lambda a: (0.0 if a[0] <= 0.0 <= a[1] else min(map(abs, a)), max(map(abs, a))),
     Op.MIN: lambda a, b: (min(a[0], b[0]), min(a[1], b[1])),

@@ -111,6 +111,11 @@ _STATES: dict[str, tuple[State, ir.Dimension]] = {
 """Attributes of objects that the run changes, beside the pose."""
 
 
+def attribute_names() -> frozenset[str]:
+    """Every name that may follow a dot, properties and params aside."""
+    return frozenset({*_STATES, *(name for _, table in _TABLES for name in table)})
+
+
 def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
     """The attribute `name` of a value.
 

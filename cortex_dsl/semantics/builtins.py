@@ -76,7 +76,9 @@ def _behaviour(name: str, doc: str, *parameters: Parameter) -> Builtin:
     return Builtin(name, Kind.BEHAVIOUR, doc, parameters)
 
 
-_SPEED = Parameter("target_speed", SPEED, "10 m/s", low=0.0, aliases=("speed",))
+TOP_SPEED = 200.0
+"""Above this no vehicle on a road goes [m/s]: a number beyond it is a slip."""
+_SPEED = Parameter("target_speed", SPEED, "10 m/s", low=0.0, high=TOP_SPEED, aliases=("speed",))
 _LATERAL = Parameter("max_lateral", ACCELERATION, "3 m/s^2", low=0.0)
 
 _ROWS = (
@@ -134,14 +136,15 @@ _ROWS = (
             Command.BRAKE),
     _action("SetSteerAction", "Steering angle, positive to the left; stays until the next.", Parameter("steer", ANGLE),
             Command.STEER),
-    _action("SetSpeedAction", "Set the speed at once.", Parameter("speed", SPEED, low=0.0), Command.SPEED),
+    _action("SetSpeedAction", "Set the speed at once.", Parameter("speed", SPEED, low=0.0, high=TOP_SPEED),
+            Command.SPEED),
     # -- library behaviours
     _behaviour("FollowTrajectoryBehavior", "Follow a list of connected lanes to its end, slower in turns.", _SPEED,
                Parameter("trajectory"), _LATERAL),
     _behaviour("FollowLaneBehavior", "Follow the lane and whatever comes after it, straight on where that can be.",
                _SPEED, Parameter("laneToFollow", default="the lane it is on"), _LATERAL),
     _behaviour("ConstantSpeedBehavior", "Hold a speed without steering, for ever.",
-               Parameter("speed", SPEED, low=0.0, aliases=("target_speed",))),
+               Parameter("speed", SPEED, low=0.0, high=TOP_SPEED, aliases=("target_speed",))),
     _behaviour("BrakeBehavior", "Press the brake for ever.", Parameter("pedal", PURE, "1", 0.0, 1.0, ("brake",))),
     _behaviour("IdleBehavior", "Do nothing, for ever: roll at constant speed."),
     # -- classes

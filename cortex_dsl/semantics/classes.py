@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from cortex_dsl import ir
+from cortex_dsl.semantics.builtins import TOP_SPEED
 from cortex_dsl.semantics.units import ACCELERATION, ANGLE, LENGTH, MASS, PURE, SPEED
 from cortex_dsl.semantics.values import Quantity, Value
 from engine.vocabulary import ActorKind, Column
@@ -43,7 +44,7 @@ class Property:
 PROPERTIES: Mapping[str, Property] = {
     p.name: p
     for p in (
-        Property("speed", Column.SPEED, SPEED, doc="Speed at the start."),
+        Property("speed", Column.SPEED, SPEED, 0.0, TOP_SPEED, doc="Speed at the start."),
         Property("length", Column.LENGTH, LENGTH, 0.0, 100.0, above=True, doc="Length of the outline."),
         Property("width", Column.WIDTH, LENGTH, 0.0, 20.0, above=True, doc="Width of the outline."),
         Property("wheelbase", Column.WHEELBASE, LENGTH, 0.0, 100.0, above=True, doc="Front axle to rear axle."),

@@ -1,5 +1,6 @@
 """Where random numbers come from, and what every distribution does with its numbers."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -66,6 +67,8 @@ def check_order(name: str, low: float | None, high: float | None, span: Span) ->
         raise errors.REVERSED_RANGE.mistake(span, name=name, low=f"{low:g}", high=f"{high:g}")
     if low == high:
         raise errors.EMPTY_RANGE.mistake(span, low=f"{low:g}")
+    if not math.isfinite(high - low):
+        raise errors.NOT_FINITE.mistake(span, reason="its width is more than 1.8e308")
 
 
 def check_deviation(value: float | None, span: Span) -> None:

@@ -54,7 +54,7 @@ SUSPICIOUS_ANGLE = warning(
 )
 SUSPICIOUS_SPEED = warning(
     "SCN321",
-    "a bare {value:g} here is {value:g} m/s, which is {kmh:.0f} km/h",
+    "a bare {value:g} here is {value:g} m/s, which is {kmh:.4g} km/h",
     "speeds without a unit are metres a second",
     "write `km/h` behind the number if that is meant",
 )
@@ -115,7 +115,12 @@ TOO_FAR_BEFORE = Problem(
     "it starts {available} before",
     "use a longer `approach` in `map`, or a shorter distance",
 )
-PROBABILITY_RANGE = Problem("SCN422", "the probability of a `require` is {actual}", "it must be above 0 and at most 1")
+PROBABILITY_RANGE = Problem(
+    "SCN422",
+    "the probability of a `require` is {actual}",
+    "it must be above 0 and at most 1",
+    "as in `require[0.8] x > 3 m`",
+)
 ALWAYS_FALSE = Problem(
     "SCN423", "this `require` can never hold", "it is false whatever is drawn", "change or remove it"
 )
@@ -159,7 +164,11 @@ REVERSED_RANGE = Problem(
 EMPTY_RANGE = Problem(
     "SCN502", "this range holds a single value: {low}", "nothing is random in it", "write the value itself, or widen it"
 )
-BAD_DEVIATION = Problem("SCN503", "the standard deviation must be above 0, but is {actual}")
+BAD_DEVIATION = Problem(
+    "SCN503",
+    "the standard deviation must be above 0, but is {actual}",
+    cure="write the mean first, then the deviation: `Normal(0, 0.2)`",
+)
 NO_OPTIONS = Problem(
     "SCN504",
     "there is nothing to choose from in any variant",
@@ -187,7 +196,7 @@ GENE_VARIES = Problem(
     "SCN508", "the param `{name}` depends on a random choice", "a search needs a fixed box", "use numbers"
 )
 BAD_WEIGHTS = Problem("SCN509", "{message}", cure="write `Discrete({{a: 1, b: 2}})` with weights above 0")
-NOT_WHOLE = Problem("SCN510", "{what} must be a whole number, but is {actual}")
+NOT_WHOLE = Problem("SCN510", "{what} must be a whole number, but is {actual}", cure="round it")
 MIXED_OPTIONS = Problem("SCN511", "the options are unlike: {left} and {right}", cure="give them all the same dimension")
 FIXED_EXHAUSTED = Problem("SCN512", "`Fixed` was evaluated {count} times, but has {given} values")
 RANDOM_WHILE_RUNNING = Problem(

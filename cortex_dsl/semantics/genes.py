@@ -205,7 +205,9 @@ def _from_command_line(mistake: Mistake, name: str) -> Mistake:
     """The file is not to blame."""
     if mistake.diagnostic is None:
         return mistake
-    return Mistake(replace(mistake.diagnostic, message=f"`-p {name}`: {mistake.diagnostic.message}"))
+    option = f"`-p {name}`"
+    message = mistake.diagnostic.message
+    return Mistake(replace(mistake.diagnostic, message=message if option in message else f"{option}: {message}"))
 
 
 def _option_names(ev: Evaluator, entry: nodes.ParamEntry) -> dict[str, Value] | None:

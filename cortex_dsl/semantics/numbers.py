@@ -50,7 +50,7 @@ def truth(ev: Evaluator, value: Value, span: Span) -> ir.Expr:
     match value:
         case Truth(expr):
             return expr
-        case Quantity(expr):
+        case Quantity(expr, dimension) if dimension in (None, PURE):
             return ev.algebra.apply(Op.NE, expr, ev.algebra.literal(0.0))
         case None | str() | tuple():
             return ev.algebra.truth(bool(value))
@@ -135,11 +135,13 @@ def in_range(
         what=what,
         actual=shown(least if too_low else greatest, dimension),
         expected=_range_text(low, high, dimension, above),
-        cure="",
+        cure="write a number in that range",
     )
 
 
 def _range_text(low: float, high: float, dimension: Dimension, above: bool) -> str:
+    if math.isfinite(low) and math.isfinite(high) and above:
+        return f"above {shown(low, dimension)} and at most {shown(high, dimension)}"
     if math.isfinite(low) and math.isfinite(high):
         return f"between {shown(low, dimension)} and {shown(high, dimension)}"
     if math.isfinite(low):
@@ -233,7 +235,8 @@ def raised(ev: Evaluator, base: Quantity, exponent: Quantity, span: Span) -> Qua
     result = ev.algebra.apply(Op.POW, base.expr, exponent.expr)
     value = closed_value(result)
     if value is not None and not math.isfinite(value):
-        raise errors.NOT_FINITE.mistake(span, reason="its power is not a real number")
+        reason = "its power is not a real number" if math.isnan(value) else "it is too large"
+        raise errors.NOT_FINITE.mistake(span, reason=reason)
     return Quantity(result, dimension)
 
 

@@ -178,7 +178,7 @@ MISSING_NEW = Code(
 WRONG_LITERAL = Code(
     "SCN121",
     "number or string that cannot be read",
-    "A number must fit a 64-bit floating-point number, and `\\` in a string begins one of the known escapes.",
+    "Numbers reach up to 1.8e308; in a string, `\\` begins one of the known escapes.",
     "x = 1e999\n",
     "x = 1e99\n",
 )

@@ -56,9 +56,9 @@ def not_supported(trouble: Trouble) -> Diagnostic | None:
     if found.text == ":" and trouble.bracket is not None and trouble.bracket.text == "[":
         return _later(found, "a slice", "index one element, or write a comprehension")
     if found.kind == "name" and found.text in later.OPERATORS and trouble.wants_operator:
-        return _later(found, later.OPERATORS[found.text])
+        return _later(found, later.OPERATORS[found.text], later.INSTEAD.get(found.text, ""))
     if before is not None and before.text in later.OPERATORS and found.kind == "name":
-        return _later(before, later.OPERATORS[before.text])
+        return _later(before, later.OPERATORS[before.text], later.INSTEAD.get(before.text, ""))
     if found.kind == "name" and found.text in later.SPECIFIERS:
         return _later(found, later.SPECIFIERS[found.text])
     return None

@@ -50,6 +50,7 @@ INSTEAD: Mapping[str, str] = MappingProxyType(
         "assert": "write `require`",
         "monitor": "write `terminate when` with a condition",
         "except": "write `interrupt when` with a condition",
+        "relative": "add the headings, as in `facing ego.heading + 90 deg`; for places write `offset by`",
     }
 )
 

@@ -7,6 +7,7 @@
 | critical.csv      | the rows of evaluations.csv with a risk of at least 14 (a collision, under `paper`)    |
 | generations.csv   | the figures of each generation, by individual and by simulation                        |
 | summary.json      | manifest, figures of the whole run and of its last ten generations, worst cases, genes |
+| README.md         | all of this, and every column with its unit, for whoever finds the directory           |
 
 Numbers are written so that reading them back gives the same bits. A gene is `param_NAME`, in the file's unit; an index
 gene is the number of its option. Missing numbers are empty in CSV and null in JSON.
@@ -25,6 +26,7 @@ from engine.search.campaign import Campaign
 from engine.search.columns import to_columns
 from engine.search.evaluations import Evaluations, flat_rollouts
 from engine.search.figures import Figures
+from engine.search.guide import GUIDE, TEXT
 from engine.search.journal import finite
 from engine.search.manifest import Manifest
 from engine.search.protocol import Operator
@@ -69,6 +71,7 @@ def write_exports(directory: Path, campaign: Campaign, manifest: Manifest, criti
         _write_lines(directory / "generations.csv", _generation_lines(campaign))
         text = json.dumps(finite(summary(campaign, manifest)), indent=2, ensure_ascii=False, allow_nan=False)
         _write_lines(directory / "summary.json", [text])
+        (directory / GUIDE).write_text(TEXT, encoding="utf-8")
 
 
 def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:

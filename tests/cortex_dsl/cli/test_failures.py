@@ -1,5 +1,6 @@
 """What the command does when something goes wrong: a slip, a path, a bug of ours, a reader that leaves."""
 
+import json
 import sys
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import cortex_dsl.cli.commands
 from cortex_dsl.cli import main
 from cortex_dsl.cli.exits import UsageError
 from cortex_dsl.cli.files import read_source
+from cortex_dsl.cli.terminal import Terminal
 
 
 def test_missing_file_suggests_the_nearest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -100,3 +102,39 @@ def test_foreign_engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys:
     error = capsys.readouterr().err
     assert str(tmp_path / "engine") in error
     assert len(error.splitlines()) == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [(["a.scn", "--json", "--populaton", "3"], 2), (["--json"], 2), (["nowhere/a.scn", "--json"], 2)],
+)
+def test_json_documents_a_slip(arguments: list[str], code: int, capsys: pytest.CaptureFixture[str]) -> None:
+    """Under --json stdout holds one document even where the command could not start."""
+    assert main(arguments) == code
+    captured = capsys.readouterr()
+    document = json.loads(captured.out)
+    assert (document["schema"], document["exit_code"]) == ("cortexc/error", code)
+    assert f"cortexc: {document['message']}" in captured.err
+
+
+def test_json_documents_an_interrupt(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Ctrl-C before there was a result leaves a document too."""
+
+    def interrupted(*_: object) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cortex_dsl.cli.commands, "execute", interrupted)
+    assert main(["a.scn", "--json"]) == 130
+    assert json.loads(capsys.readouterr().out)["exit_code"] == 130
+
+
+def test_json_writes_one_document_only(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """A failure after the result was written adds no second document."""
+
+    def late(_: object, terminal: Terminal) -> int:
+        terminal.write("{}")
+        raise UsageError("the disk is full")
+
+    monkeypatch.setattr(cortex_dsl.cli.commands, "execute", late)
+    assert main(["a.scn", "--json"]) == 2
+    assert json.loads(capsys.readouterr().out) == {}

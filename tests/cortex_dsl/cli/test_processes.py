@@ -1,6 +1,7 @@
 """The command as a process: signals, pipes, and the folder it is started in."""
 
 import os
+import shlex
 import signal
 import sqlite3
 import subprocess
@@ -100,3 +101,24 @@ def test_standard_output_is_plain_in_a_pipe(left_turn: Path) -> None:
     )
     assert done.returncode == 0
     assert "\x1b" not in done.stdout
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+@pytest.mark.parametrize("option", ["--check", "--json"])
+def test_a_full_disk(left_turn: Path, option: str) -> None:
+    """Results that cannot be written end with 2 and a word, not as a bug of ours."""
+    with Path("/dev/full").open("w") as full:
+        result = subprocess.run(
+            [*CORTEXC, str(left_turn), option], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert result.returncode == 2
+    assert "the disk is full" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a shell")
+def test_closed_streams(left_turn: Path) -> None:
+    """`>&-` and `2>&-` change no exit code."""
+    for arguments, code in ((f"{left_turn} --check", 0), ("--no-such-option", 2)):
+        command = f"{shlex.join(CORTEXC)} {arguments} >&- 2>&-"
+        assert subprocess.run(command, shell=True, check=False).returncode == code

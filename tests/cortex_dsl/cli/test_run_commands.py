@@ -170,3 +170,11 @@ def test_nothing_to_search(cortexc: Command, scenario: Scenario, tmp_path: Path)
     result = cortexc(path, "--ga", "--out", tmp_path / "run")
     assert result.code in (1, 2)
     assert not (tmp_path / "run").exists()
+
+
+def test_a_search_without_a_scene_says_why(cortexc: Command, scenario: Scenario, tmp_path: Path) -> None:
+    """A search in which nothing was valid ends with 3 and the table of requirements."""
+    path = scenario("EGO_INIT_DIST) <= 2.5 m", "EGO_INIT_DIST) <= 2.5e-9 m")
+    result = cortexc(path, "--random", *SMALL, "--max-attempts", "20", "--out", tmp_path / "run")
+    assert result.code == 3
+    assert "first culprit: ego starts where it should (line 41) never held" in " ".join(result.out.split())

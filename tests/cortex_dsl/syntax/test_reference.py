@@ -6,11 +6,19 @@ from importlib.resources import files
 import pytest
 
 from cortex_dsl.diagnostics import CompileError
+from cortex_dsl.pipeline import compile_source
+from cortex_dsl.semantics.attributes import attribute_names
+from cortex_dsl.semantics.builtins import Kind, names_of
+from cortex_dsl.semantics.classes import all_properties
+from cortex_dsl.semantics.roads import MAP_ARGUMENTS
+from cortex_dsl.semantics.statements import SETTINGS
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.limits import MAX_BYTES, MAX_DEPTH, MAX_ERRORS
 from cortex_dsl.syntax.units import UNITS
 from cortex_dsl.syntax.words import RESERVED
+from engine.vehicles import MODELS
+from engine.vocabulary import ActorKind
 
 REFERENCE = (files("grammar") / "REFERENCE.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"^```(?P<kind>\S+) ?(?P<code>\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -24,8 +32,11 @@ BLOCKS = [
 
 @pytest.mark.parametrize(("line", "kind", "code", "text"), BLOCKS)
 def test_block(line: int, kind: str, code: str, text: str) -> None:
-    """A block is a program, or has exactly the error that it is marked with."""
+    """A block is a piece of a program, a whole one, or has exactly the error that it is marked with."""
     source = Source(f"REFERENCE.md:{line}", text)
+    if code == "whole":
+        assert not compile_source(source).diagnostics
+        return
     if kind == "scn":
         parse(source)
         return
@@ -44,3 +55,26 @@ def test_tables_and_lists_are_complete() -> None:
     assert set(listed[1].split()) == RESERVED
     assert f"at most {MAX_BYTES >> 10} KiB long" in REFERENCE
     assert f"nest at most {MAX_DEPTH} deep. After {MAX_ERRORS} errors" in REFERENCE
+
+
+@pytest.mark.parametrize("kind", list(Kind))
+def test_every_built_in_name_is_explained(kind: Kind) -> None:
+    """Whoever reads the page has seen all there is."""
+    assert not [name for name in names_of(kind) if not re.search(rf"`{name}\b", REFERENCE)]
+
+
+def test_every_property_argument_and_attribute_is_explained() -> None:
+    """Properties of objects, arguments of `map` and `simulation`, attributes of everything."""
+    names = {*all_properties(), *MAP_ARGUMENTS, *SETTINGS, *attribute_names()}
+    assert not [name for name in sorted(names) if f"`{name}`" not in REFERENCE]
+
+
+@pytest.mark.parametrize("kind", list(ActorKind))
+def test_sizes_are_those_of_the_models(kind: ActorKind) -> None:
+    """The table of classes gives what `engine.vehicles` says."""
+    model, name = MODELS[kind], kind.name.title()
+    row = (
+        f"| `{name}` | {model.length:g} x {model.width:g} m | {model.mass / 1000:g} t "
+        f"| {model.max_acceleration:g} m/s² | {model.max_braking:g} m/s² |"
+    )
+    assert row in REFERENCE

@@ -258,6 +258,17 @@ def test_exports_tell_the_same_story(tmp_path: Path, space: ParamSpace, evaluate
     assert len(critical) - 1 == (runs.score >= 14).sum() > 0
 
 
+def test_every_column_is_explained_beside_the_tables(tmp_path: Path, space: ParamSpace, evaluate: Evaluate) -> None:
+    """The page in the run directory names every file and every column, params and doubled figures by their prefix."""
+    write_exports(tmp_path, run(space, evaluate, CONFIG), manifest_of(space))
+    page = (tmp_path / "README.md").read_text()
+    names = {path.name for path in tmp_path.iterdir()} - {"README.md"}
+    for table in ("evaluations.csv", "generations.csv"):
+        names |= set((tmp_path / table).read_text().split("\n", 1)[0].split(","))
+    unexplained = {name for name in names if f"`{name}`" not in page}
+    assert all(name.startswith(("param_", "simulated_")) for name in unexplained)
+
+
 def test_summary_and_generations(tmp_path: Path, space: ParamSpace, evaluate: Evaluate) -> None:
     """The summary is strict JSON with manifest, figures, cases and genes; generations.csv has one row for each."""
     found = run(space, evaluate)

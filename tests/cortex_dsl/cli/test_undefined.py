@@ -1,0 +1,64 @@
+"""Numbers that do not exist: the file is told where, never called a bug of ours."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+Command = Callable[..., Any]
+
+ROAD = """map intersection(ways=4, lanes=1)
+param W = Range(0, 1)
+lane = intersection.incomingLanes[0]
+"""
+
+
+def written(path: Path, text: str) -> Path:
+    path.write_text(ROAD + text)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("speed", "why"),
+    [
+        ("sqrt(W - 4)", "it is the square root of -3."),
+        ("3 / (W - W)", "it divides by 0"),
+        ("log(-W)", "logarithm of -0"),
+    ],
+)
+def test_a_scene_without_a_number(speed: str, why: str, tmp_path: Path, cortexc: Command) -> None:
+    """A property that no draw gives a value ends with 1, at the operation, with the params that were drawn."""
+    path = written(tmp_path / "a.scn", f"ego = new Car in lane.centerline, with speed {speed}\n")
+    result = cortexc(path)
+    assert result.code == 1
+    assert f"a.scn:4:{len('ego = new Car in lane.centerline, with speed ') + 1}: error[SCN691]" in result.err
+    assert why in result.err
+    assert "it happened with W = 0." in result.err
+
+
+def test_a_sample_without_a_number(tmp_path: Path, cortexc: Command) -> None:
+    """--sample tells of the first scene that holds one, as text and as a document."""
+    path = written(tmp_path / "a.scn", "ego = new Car in lane.centerline, with speed sqrt(W - 0.9)\n")
+    assert "error[SCN691]" in (result := cortexc(path, "--sample", 100)).err
+    assert (result.code, result.out) == (1, "")
+    result = cortexc(path, "--sample", 100, "--json")
+    assert result.code == 1
+    assert [d["code"] for d in result.document["diagnostics"]] == ["SCN691"]
+
+
+@pytest.mark.parametrize("engine", ["batch", "world"])
+def test_a_run_without_a_number(engine: str, tmp_path: Path, cortexc: Command) -> None:
+    """A behavior whose arithmetic fails during the run is named, in both hosts."""
+    behaviour = "behavior B():\n    while True:\n        take SetThrottleAction(sqrt(self.speed / 1 m/s - 50))\n"
+    path = written(tmp_path / "a.scn", behaviour + "ego = new Car in lane.centerline, with behavior B()\n")
+    result = cortexc(path, "--engine", engine)
+    assert result.code == 1
+    assert "a.scn:6:32: error[SCN691]" in result.err
+
+
+def test_guarded_arithmetic_is_fine(tmp_path: Path, cortexc: Command) -> None:
+    """What the cure advises works: a root kept legal by `max` runs."""
+    path = written(tmp_path / "a.scn", "ego = new Car in lane.centerline, with speed sqrt(max(0, W - 0.9))\n")
+    result = cortexc(path, "--sample", 100, "--json")
+    assert result.document["verdicts"]["error"] == 0

@@ -1,0 +1,40 @@
+"""The README says what is so: its scenario compiles, its Python runs, its options exist."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from cortex_dsl.cli.parser import build_parser
+from cortex_dsl.pipeline import compile_source
+from cortex_dsl.source import Source
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", ROOT / "examples" / "README.md"]
+
+
+def blocks(kind: str) -> list[str]:
+    """Fenced blocks of the README that are marked as `kind`."""
+    return re.findall(rf"^```{kind}\n(.*?)^```$", PAGES[0].read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+
+
+def test_its_scenario_compiles() -> None:
+    """The first page of the language that a newcomer sees is right, without a warning."""
+    scenario = next(block for block in blocks("") if "map intersection" in block)
+    assert not compile_source(Source("README.md", scenario)).diagnostics
+
+
+def test_its_python_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Every line of the notebook page works as written, from the root of the repository."""
+    monkeypatch.chdir(ROOT)
+    (page,) = blocks("python")
+    exec(page, {})
+    assert "map intersection" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_its_options_exist(page: Path) -> None:
+    """No option is named that the command does not have."""
+    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", page.read_text(encoding="utf-8")))
+    assert named
+    assert named <= set(build_parser()._option_string_actions)
