@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from cortex_dsl.semantics.overrides import override_text
 from cortex_dsl.source import Source, Span
-from cortex_dsl.syntax import nodes, parse
+from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
 from engine.program import ChoiceLabel, DrawSite, Program
 from engine.scenes import Scenes, StreamKey
@@ -31,6 +31,7 @@ class Edit:
 
 def concrete_source(
     program: Program,
+    module: nodes.Module,
     scenes: Scenes,
     row: int,
     config: SimulationConfig,
@@ -42,6 +43,7 @@ def concrete_source(
 
     Args:
         program: what the scenes were drawn from.
+        module: the syntax tree of its text.
         scenes: the drawn scenes; `row` must be valid.
         row: which of them.
         config: the settings it was run with; what the file leaves open is pinned in the copy.
@@ -49,7 +51,6 @@ def concrete_source(
         remark: text put as a comment at the top.
     """
     source = Source(program.name, program.source_text)
-    module = parse(source)
     edits = [
         *_param_edits(program, scenes.genomes[row], overrides, module),
         *_variant_edits(program, scenes, row),

@@ -31,7 +31,8 @@ PURE = Dimension()
 @dataclass(frozen=True, eq=False)
 class Expr:
     """A number known only later (or a bundle of `width` numbers). Operands come first, then numbers that are part
-    of the operation itself."""
+    of the operation itself.
+    """
 
     span: Span
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from engine.scenes import Outcomes, Scenes
     from engine.search.campaign import Campaign, OnGeneration
     from engine.search.ranking import Case
-    from engine.tables import Floats
+    from engine.tables import Floats, Ints
     from engine.world import WorldRun
 
 
@@ -142,13 +142,17 @@ class Scenario:
 
     def scene(self, case: "Case") -> "Scenes":
         """The one scene of a campaign's case, drawn again from its genome and stream key."""
+        return self.scene_of(np.array(case.genome), np.array(case.key, dtype=np.int64))
+
+    def scene_of(self, genome: "Floats", key: "Ints") -> "Scenes":
+        """The one scene of a genome (d,) and a stream key (6,)."""
         from engine.sampling import sample
 
-        genomes, keys = np.array([case.genome]), np.array([case.key], dtype=np.int64)
-        return sample(self.program, genomes, keys, self.config.simulation)
+        return sample(self.program, genome[np.newaxis], key[np.newaxis], self.config.simulation)
 
     def concrete(self, scenes: "Scenes", row: int = 0, remark: str = "") -> str:
         """One scene as a scenario of its own, which runs to the same outcome bit for bit."""
+        program, module = self.program, self.compiled.module
         return concrete_source(
-            self.program, scenes, row, self.config.simulation, overrides=self.overrides, remark=remark
+            program, module, scenes, row, self.config.simulation, overrides=self.overrides, remark=remark
         )

@@ -49,13 +49,23 @@ def sample(program: Program, genomes: Floats, keys: Ints, config: SimulationConf
     check_keys(keys)
     check_genomes(program.space, genomes, len(keys))
     recipe = _recipe(program)
-    if config.max_attempts < 1 or config.max_attempts * recipe.layout.blocks > BLOCK_LIMIT:
-        limit = BLOCK_LIMIT // recipe.layout.blocks
+    limit = attempt_limit(program)
+    if not 1 <= config.max_attempts <= limit:
         raise ValueError(f"max_attempts is {config.max_attempts}; this scenario allows 1 .. {limit}")
     request = Request(genomes * program.space.scale, _groups(program, genomes), keys, config.max_attempts)
     ledger = _empty_ledger(program, recipe.layout, len(keys))
     _run_chunks(recipe, request, ledger, jobs)
     return Scenes(genomes=genomes, keys=keys, **ledger._asdict())
+
+
+def attempt_limit(program: Program) -> int:
+    """The most attempts at one scene: its stream of random numbers has an end."""
+    return BLOCK_LIMIT // _blocks(int(program.code.sizes[1]))
+
+
+def _blocks(draws: int) -> int:
+    """Blocks of two random numbers that one attempt takes: one number picks the variant, the rest are its draws."""
+    return (draws + 2) // 2
 
 
 def check_genomes(space: ParamSpace, genomes: Floats, rows: int) -> None:
@@ -93,7 +103,7 @@ def _recipe(program: Program) -> Recipe:
         genes=genes,
         draws=genes + len(program.space),
         draw_count=draw_count,
-        blocks=(draw_count + 2) // 2,
+        blocks=_blocks(draw_count),
         requirements=code.requirement_segment.shape[1],
         reasons=len(program.requirements) - BUILT_IN,
     )

@@ -215,6 +215,8 @@ class Op(IntEnum):
     """dst <- path id of the default route (lane, straight where it can, lane) of the lane nearest to pose a..a+2."""
     PATH_PROJECT = 52
     """dst <- arc length of the point of path a nearest to (b, c)."""
+    REGION_BOX_DISTANCE = 53
+    """dst <- distance between region a and the outline at b..b+4; 0 when they touch or overlap."""
 
     # -- the running simulation
     STATE = 60

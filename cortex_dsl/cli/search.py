@@ -13,6 +13,7 @@ from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.simulation import announce_compilation, open_scenario
 from cortex_dsl.cli.stuck import never_acts
 from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.cli.undefined import undefined_value
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.progress import SearchProgress
@@ -26,7 +27,7 @@ from engine.search.journal import Journal
 from engine.search.manifest import Manifest, make_manifest
 from engine.search.ranking import Case
 from engine.search.store import JOURNAL, StoreError, new_directory, numbered_directory, store_errors
-from engine.vocabulary import EndReason
+from engine.vocabulary import EndReason, Verdict
 
 WORST = "worst"
 """Folder of the concrete scenarios inside a run directory."""
@@ -54,25 +55,31 @@ def execute(request: Request, terminal: Terminal) -> int:
         found = _searches(request, scenario, terminal)
     except StoreError as error:
         raise UsageError(error.message, error.cure) from error
-    _show(request, program, found, terminal)
+    campaigns = [search.report.campaign for search in found]
+    mistake = next((m for campaign in campaigns if (m := _mistake(scenario, campaign)) is not None), None)
+    _show(request, program, found, terminal, ours=mistake is None)
     for search in found:
         if search.trouble is not None:
             raise UsageError(search.trouble.message, search.trouble.cure)
-    for search in found:
-        if (diagnostic := _stuck(scenario, search.report.campaign)) is not None:
-            show(compiled.source, [diagnostic], replace(request, json=False), terminal)
-            return Exit.DIAGNOSTICS
-    return _exit_code([search.report.campaign for search in found])
+    if mistake is not None:
+        show(compiled.source, [mistake], replace(request, json=False), terminal)
+        return Exit.DIAGNOSTICS
+    return _exit_code(campaigns)
 
 
-def _stuck(scenario: Scenario, campaign: Campaign) -> Diagnostic | None:
-    """What to tell of a behaviour that looped without acting in some runs; None if there was none."""
-    rollouts = campaign.evaluations.rollouts
+def _mistake(scenario: Scenario, campaign: Campaign) -> Diagnostic | None:
+    """What to tell of runs that failed over the file itself: a behaviour that never acts, a number that is none."""
+    evaluations = campaign.evaluations
+    rollouts = evaluations.rollouts
     stuck = np.argwhere(rollouts.end_reason == EndReason.STUCK)
-    if not len(stuck):
+    if len(stuck):
+        first = tuple(stuck[0])
+        return never_acts(scenario, int(rollouts.end_rule[first]), float(rollouts.end_time[first]))
+    failed = np.argwhere(rollouts.verdict == Verdict.ERROR)
+    if not len(failed):
         return None
-    first = tuple(stuck[0])
-    return never_acts(scenario, int(rollouts.end_rule[first]), float(rollouts.end_time[first]))
+    row, rollout = failed[0]
+    return undefined_value(scenario, scenario.scene_of(evaluations.genomes[row], evaluations.keys[row, rollout]))
 
 
 def _searches(request: Request, scenario: Scenario, terminal: Terminal) -> list[Found]:
@@ -132,7 +139,8 @@ def _write_case(folder: Path, case: Case, scenario: Scenario, origin: Path) -> P
     return path
 
 
-def _show(request: Request, program: Program, done: Sequence[Found], terminal: Terminal) -> None:
+def _show(request: Request, program: Program, done: Sequence[Found], terminal: Terminal, *, ours: bool) -> None:
+    """The report; `ours` says that failed runs are no mistake of the file."""
     reports = [search.report for search in done]
     if request.json:
         terminal.write(_document(request, done))
@@ -143,7 +151,7 @@ def _show(request: Request, program: Program, done: Sequence[Found], terminal: T
     else:
         console.print(comparison_view(program, reports, settings, console.width))
     for report in reports:
-        if (line := failures_line(program, report)) is not None:
+        if ours and (line := failures_line(program, report)) is not None:
             terminal.err.print(line)
 
 

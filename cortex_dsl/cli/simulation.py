@@ -9,15 +9,17 @@ from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.session import Scenario, in_file
 from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
-from engine.program import Settings
+from engine.program import Program, Settings
 
 
 def open_scenario(request: Request, compiled: Compiled) -> Scenario:
     """The compiled file with every setting that applies: defaults, overridden by the file, overridden by flags.
 
     Raises:
-        UsageError: a run of more steps than there may be.
+        UsageError: a run of more steps, or a scene of more attempts, than there may be.
     """
+    simulation = _simulation_config(request, compiled.program.settings)
+    _check_attempts(compiled.program, simulation.max_attempts)
     search = SearchConfig(
         generations=request.generations,
         population=request.population,
@@ -28,7 +30,7 @@ def open_scenario(request: Request, compiled: Compiled) -> Scenario:
         engine=request.engine or "batch",
     )
     ga = replace(GAConfig(), preset=request.preset)
-    config = Config(simulation=_simulation_config(request, compiled.program.settings), search=search, ga=ga)
+    config = Config(simulation=simulation, search=search, ga=ga)
     return Scenario(compiled, config, request.overrides)
 
 
@@ -44,6 +46,17 @@ def _simulation_config(request: Request, settings: Settings) -> SimulationConfig
             "take a longer --time-step, or `terminate after` a shorter time",
         )
     return config
+
+
+def _check_attempts(program: Program, attempts: int) -> None:
+    """A stream of random numbers is long, but not endless."""
+    from engine.sampling import attempt_limit
+
+    if attempts > (limit := attempt_limit(program)):
+        raise UsageError(
+            f"{attempts:,} attempts at one scene are more than the {limit:,} that its random numbers last for",
+            "lower --max-attempts, or `max_attempts` in the file",
+        )
 
 
 def announce_compilation(terminal: Terminal) -> None:

@@ -133,7 +133,12 @@ DIFFERENT_OBJECTS = Problem(
     "make the same objects whatever is chosen",
 )
 NOT_SUPPORTED = Problem("SCN427", "{what}", "{reason}", "{cure}")
-BAD_SETTING = Problem("SCN428", "`{name}` must be {expected}, but this is {actual}")
+BAD_SETTING = Problem(
+    "SCN428",
+    "`{name}` must be {expected}, but this is {actual}",
+    "{reason}",
+    'a search writes it, as in `stream="7.ga.0.3.12.0"`; leave it out to draw anew',
+)
 EMPTY_FILE = Problem("SCN429", "this file is empty", cure="start with `map intersection()` and `ego = new Car ...`")
 CANNOT_ASSIGN = Problem("SCN430", "`{name}` cannot be assigned", "{reason}", "choose another name")
 STATEMENT_PLACE = Problem("SCN431", "`{statement}` stands {here}, but belongs {there}")
@@ -148,7 +153,11 @@ SCENIC_MAP = note(
     "map files are not read: a gridded intersection is used instead",
     cure="add a line like `map intersection(ways={ways}, lanes=1)` to choose its shape",
 )
-SCENIC_MODEL = note("SCN443", "`model` is not needed: the road and the vehicles are built in")
+SCENIC_MODEL = note(
+    "SCN443",
+    "`model` is not needed: the road and the vehicles are built in",
+    "one meaning differs: absolute headings count anticlockwise from east here, in Scenic from north",
+)
 NO_EFFECT = note("SCN444", "`{name}` has no effect here", "{reason}")
 EVERYTHING_TOO_FAR = warning(
     "SCN445",

@@ -35,7 +35,13 @@ from engine.vocabulary import Op
 
 def vector(ev: Evaluator, items: tuple[Value, ...], span: Span) -> Vector:
     if len(items) != 2:
-        raise errors.BAD_UNPACKING.mistake(span, names=2, count=len(items))
+        raise errors.WRONG_KIND.mistake(
+            span,
+            what="this",
+            expected="a place",
+            actual=f"a list of {len(items)}",
+            cure="a place is an object, a point, or `(x, y)`",
+        )
     return Vector(*(adopt(ev, item, LENGTH, span, "a coordinate") for item in items))
 
 
@@ -134,7 +140,7 @@ def size(actor: Actor, name: str) -> ir.Expr:
 
 
 def distance(ev: Evaluator, node: nodes.Distance) -> Value:
-    """Centre to centre, or centre to region; with `minimum` between outlines."""
+    """Centre to centre, or centre to region; with `minimum` from outline to outline, or outline to region."""
     origin = ev.evaluate(node.origin) if node.origin is not None else ego_of(ev, node.span, "a `distance to`")
     target = ev.evaluate(node.target)
     origin_span = node.span if node.origin is None else node.origin.span
@@ -166,13 +172,22 @@ def _to_region(ev: Evaluator, op: Op, region: Region, point: Vector) -> ir.Expr:
 
 def _gap(ev: Evaluator, origin: Value, target: Value, node: nodes.Distance) -> ir.Expr:
     if _is_area(target):
-        raise errors.NOT_SUPPORTED.mistake(
-            node.target.span,
-            what="`minimum distance` is between objects and points",
-            reason="a region has no outline to measure from",
-            cure="write `distance from x to region`, which starts at the centre of x",
-        )
+        return _gap_to_region(ev, origin, target, node.target.span, "`minimum distance`")
     return ev.algebra.apply(Op.BOX_DISTANCE, outline(ev, origin, node.span), outline(ev, target, node.target.span))
+
+
+def _gap_to_region(ev: Evaluator, item: Value, area: Value, span: Span, what: str) -> ir.Expr:
+    """Distance between the outline of an object, or a point, and a region; 0 where they overlap."""
+    region = region_of(area)
+    if region is None or _is_area(item):
+        raise errors.NOT_SUPPORTED.mistake(
+            span,
+            what=f"{what} is between two objects, or an object and a region",
+            reason="a centerline is a line and no region" if region is None else "",
+            cure="write `distance from x to lane.centerline`, from the centre of x" if region is None else "",
+        )
+    box = outline(ev, item, span)
+    return ev.algebra.apply(Op.REGION_BOX_DISTANCE, ev.algebra.literal(float(region.id)), box)
 
 
 def relative_heading(ev: Evaluator, node: nodes.RelativeHeading) -> Value:
@@ -201,15 +216,13 @@ def can_see(ev: Evaluator, node: nodes.CanSee) -> Value:
 
 
 def intersects(ev: Evaluator, node: nodes.Intersects) -> Value:
+    """Whether two outlines, or an outline and a region, have a point in common."""
     left, right = ev.evaluate_all((node.left, node.right))
     if _is_area(left) or _is_area(right):
-        raise errors.NOT_SUPPORTED.mistake(
-            node.span,
-            what="`intersects` is between objects",
-            reason="",
-            cure="for regions write `x in region` (all of x) or `(distance from x to region) <= 0` (its centre)",
-        )
-    gap = ev.algebra.apply(Op.BOX_DISTANCE, outline(ev, left, node.left.span), outline(ev, right, node.right.span))
+        item, area = (right, left) if _is_area(left) else (left, right)
+        gap = _gap_to_region(ev, item, area, node.span, "`intersects`")
+    else:
+        gap = ev.algebra.apply(Op.BOX_DISTANCE, outline(ev, left, node.left.span), outline(ev, right, node.right.span))
     return Truth(ev.algebra.apply(Op.LE, gap, ev.algebra.literal(0.0)))
 
 

@@ -17,6 +17,7 @@ from cortex_dsl.semantics.values import POISON, Actor, BehaviourCall, BehaviourV
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
+from engine.streams import parse_key
 
 MAP_PARAMS = frozenset({"map", "carla_map", "lgsvl_map", "use2DMap"})
 """Params by which Scenic's scripts name a map file."""
@@ -121,14 +122,25 @@ def _setting(ev: Evaluator, name: str, argument: Given) -> float | int | str:
     value, span = argument.value, argument.span
     if name == "stream":
         if not isinstance(value, str):
-            raise errors.BAD_SETTING.mistake(span, name=name, expected="text", actual=kind_name(value))
-        return value
+            raise errors.BAD_SETTING.mistake(span, name=name, expected="text", actual=kind_name(value), reason="")
+        return _stream(value, span)
     if name == "max_attempts":
         attempts = whole_number(ev, value, span, "`max_attempts`")
         numbers.in_range(ev, ev.algebra.literal(float(attempts)), 1.0, 1e9, PURE, span, "`max_attempts`")
         return attempts
     low, high = (1e-4, 1.0) if name == "time_step" else (1e-4, 1e5)
     return known_number(ev, argument, TIME, f"`{name}`", low, high)
+
+
+def _stream(text: str, span: Span) -> str:
+    """A stream key, as concrete scenarios have one."""
+    try:
+        parse_key(text)
+    except ValueError as error:
+        raise errors.BAD_SETTING.mistake(
+            span, name="stream", expected="a stream key", actual=f"`{text[:40]}`", reason=str(error)
+        ) from None
+    return text
 
 
 def known_number(ev: Evaluator, argument: Given, dimension: Dimension, what: str, low: float, high: float) -> float:

@@ -10,7 +10,7 @@ commands take effect in the step that follows.
 from typing import NamedTuple
 
 from engine.kernels.evaluate import evaluate
-from engine.kernels.inline import inlined_part
+from engine.kernels.inline import inlined
 from engine.kernels.path import path_project, path_project_near
 from engine.kernels.philox import ATTEMPT_CHANNEL, open_stream, uniform
 from engine.kernels.stage import Plan, Run, Slot, Status, column_of, outline_of
@@ -29,7 +29,7 @@ class Turn(NamedTuple):
     detail: int
 
 
-@inlined_part
+@inlined
 def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
     """Run step code from a row on until the turn is over. Inlined into its caller: call it in one place.
 
@@ -86,7 +86,7 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
     return Turn(signal, row if signal == OUT_OF_BUDGET else detail)
 
 
-@inlined_part
+@inlined
 def _draw(run: Run) -> float:
     """The next uniform number of the scene's behaviour stream."""
     number = run.status[Status.DRAWS]
@@ -94,7 +94,7 @@ def _draw(run: Run) -> float:
     return uniform(open_stream(run.key, Purpose.BEHAVIOUR, ATTEMPT_CHANNEL), number)
 
 
-@inlined_part
+@inlined
 def _within(plan: Plan, run: Run, sample: int, me: int, distance: float) -> bool:
     """withinDistanceToAnyObjs: whether a present actor's centre is nearer than `distance` and `me` sees it."""
     states = run.states
@@ -112,7 +112,7 @@ def _within(plan: Plan, run: Run, sample: int, me: int, distance: float) -> bool
     return False
 
 
-@inlined_part
+@inlined
 def _command(run: Run, actor: int, command: int, value: float) -> None:
     if command == Command.THROTTLE:
         run.actors[actor, Slot.THROTTLE] = value
@@ -124,7 +124,7 @@ def _command(run: Run, actor: int, command: int, value: float) -> None:
         run.actors[actor, Slot.SET_SPEED] = value
 
 
-@inlined_part
+@inlined
 def _follow(plan: Plan, run: Run, sample: int, actor: int, row: int) -> bool:
     """Steer and pedal along a path; true when the outline's centre has come to its end, and nothing is commanded."""
     progress, path = int(plan.code[row, 1]), int(run.registers[int(plan.code[row, 2])])
@@ -139,6 +139,7 @@ def _follow(plan: Plan, run: Run, sample: int, actor: int, row: int) -> bool:
     if point.s + column_of(plan, run, actor, Column.REAR_TO_CENTER) >= plan.road.path_length[path]:
         run.actors[actor, Slot.ROUTE_DONE] = 1.0
         return True
+    run.actors[actor, Slot.ROUTE_DONE] = 0.0
     if plan.kinds[actor] == ActorKind.PEDESTRIAN:
         run.actors[actor, Slot.STEER] = turn_along(point, heading)
         _hold_speed(plan, run, sample, actor, target_speed)
@@ -151,7 +152,7 @@ def _follow(plan: Plan, run: Run, sample: int, actor: int, row: int) -> bool:
     return False
 
 
-@inlined_part
+@inlined
 def _hold_speed(plan: Plan, run: Run, sample: int, actor: int, target_speed: float) -> None:
     max_acceleration = column_of(plan, run, actor, Column.MAX_ACCELERATION)
     max_braking = column_of(plan, run, actor, Column.MAX_BRAKING)

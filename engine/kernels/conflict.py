@@ -97,8 +97,8 @@ def _within(position: float, speed: float, reach: float) -> tuple[float, float]:
     """From when to when |position + speed t| <= reach; an interval that starts at infinity is empty."""
     if speed == 0.0:
         return (-math.inf, math.inf) if abs(position) <= reach else (math.inf, -math.inf)
-    middle, half = -position / speed, reach / abs(speed)
-    return middle - half, middle + half
+    one, other = (-reach - position) / speed, (reach - position) / speed
+    return min(one, other), max(one, other)
 
 
 @inlined

@@ -8,11 +8,12 @@ import math
 import numpy as np
 
 from engine.kernels.geometry import Box, box_distance
-from engine.kernels.inline import inlined_part
+from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
 from engine.kernels.path import path_pose, path_project
 from engine.kernels.region import (
     lane_nearest,
+    region_box_distance,
     region_contains,
     region_contains_box,
     region_distance,
@@ -24,7 +25,7 @@ from engine.tables import Floats, Ints, RoadTables
 from engine.vocabulary import Op
 
 
-@inlined_part
+@inlined
 def evaluate(op: int, dst: int, a: int, b: int, c: int, registers: Floats, pool: Floats, road: RoadTables) -> None:
     """Execute one instruction with `op` < 60 on the registers. Inlined into its caller: call it in one place."""
     if op >= Op.PATH_POSE:
@@ -50,7 +51,7 @@ def run_segment(code: Ints, start: int, end: int, registers: Floats, pool: Float
     execute(code, start, end, registers, pool, road)
 
 
-@inlined_part
+@inlined
 def execute(code: Ints, start: int, end: int, registers: Floats, pool: Floats, road: RoadTables) -> None:
     """`run_segment` for hot loops: copied into its caller."""
     for row in range(start, end):
@@ -69,15 +70,17 @@ def _option(pool: Floats, first: int, index: float) -> float:
     return pool[int(min(place, len(pool) - 1.0))]
 
 
-@inlined_part
+@inlined
 def _geometry(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
-    """`Op.PATH_POSE` to `Op.PATH_PROJECT`."""
+    """`Op.PATH_POSE` to `Op.REGION_BOX_DISTANCE`."""
     if op < Op.REGION_SAMPLE or op == Op.PATH_PROJECT:
         _path(op, dst, int(registers[a]), registers[b], registers[c], registers, road)
     elif op < Op.BOX_DISTANCE:
         _region(op, dst, int(registers[a]), b, registers[b], registers[c], registers, road)
     elif op == Op.BOX_DISTANCE:
         registers[dst] = box_distance(_box(registers, a), _box(registers, b))
+    elif op == Op.REGION_BOX_DISTANCE:
+        registers[dst] = region_box_distance(road, int(registers[a]), _box(registers, b))
     elif op == Op.CAN_SEE:
         view = View(registers[a], registers[a + 1], registers[a + 2], registers[a + 3], registers[a + 4])
         registers[dst] = 1.0 if sees(view, _box(registers, b)) else 0.0
@@ -88,7 +91,7 @@ def _geometry(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road
         _along_road(op, dst, registers[a], registers[b], registers[c], registers, road)
 
 
-@inlined_part
+@inlined
 def _path(op: int, dst: int, path: int, y: float, z: float, registers: Floats, road: RoadTables) -> None:
     if op == Op.PATH_POSE:
         registers[dst], registers[dst + 1], registers[dst + 2] = path_pose(road, path, y)
@@ -101,7 +104,7 @@ def _path(op: int, dst: int, path: int, y: float, z: float, registers: Floats, r
         registers[dst] = path_project(road, path, y, z)
 
 
-@inlined_part
+@inlined
 def _region(op: int, dst: int, region: int, b: int, y: float, z: float, registers: Floats, road: RoadTables) -> None:
     if op == Op.REGION_DISTANCE:
         registers[dst] = region_distance(road, region, y, z)

@@ -31,6 +31,8 @@ KEPT_FOLDERS = 8
 IN_USE = 600.0
 """A folder used more recently than this is never removed [s]: another process may be compiling into it."""
 
+OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False, "no_cfunc_wrapper": True}
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
@@ -39,7 +41,7 @@ def kernel(function: Function) -> Function:
 
     With NUMBA_DISABLE_JIT=1 in the environment it stays plain Python.
     """
-    dispatcher = cast("Any", numba.njit(nogil=True, error_model="numpy", fastmath=False)(function))
+    dispatcher = cast("Any", numba.njit(**OPTIONS)(function))
     if hasattr(dispatcher, "enable_caching"):
         dispatcher._cache = _KernelCache(function)
     return cast("Function", dispatcher)

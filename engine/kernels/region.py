@@ -9,6 +9,7 @@ What is asked in inner loops is copied into its caller: handing on an array cost
 import math
 from typing import NamedTuple
 
+from engine.kernels.geometry import Box
 from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
 from engine.kernels.path import X, Y, _pose, _project
@@ -59,6 +60,12 @@ def region_contains_box(
         return True
     start, end = road.region_start[region], road.region_start[region + 1]
     return _contains_box(road.edges, start, end, x, y, cos, sin, 0.5 * length, 0.5 * width)
+
+
+@inlined
+def region_box_distance(road: RoadTables, region: int, box: Box) -> float:
+    """Distance between the region and an outline; 0 when they touch or overlap [m]."""
+    return _box_distance(road.edges, road.region_start[region], road.region_start[region + 1], box)
 
 
 @inlined
@@ -133,10 +140,7 @@ def _polygon_distance(edges: Floats, start: int, end: int, x: float, y: float) -
         return 0.0
     best = math.inf
     for i in range(start, end):
-        ex, ey = edges[i, X2] - edges[i, X1], edges[i, Y2] - edges[i, Y1]
-        dx, dy = x - edges[i, X1], y - edges[i, Y1]
-        along = min(max((dx * ex + dy * ey) / (ex * ex + ey * ey), 0.0), 1.0)
-        best = min(best, (dx - along * ex) ** 2 + (dy - along * ey) ** 2)
+        best = min(best, _off_segment(x, y, edges[i, X1], edges[i, Y1], edges[i, X2], edges[i, Y2]))
     return math.sqrt(best)
 
 
@@ -153,6 +157,40 @@ def _contains_box(
         if _segment_enters(x1, y1, x2, y2, a, b):
             return False
     return _contains(edges, start, end, x, y)
+
+
+@kernel
+def _box_distance(edges: Floats, start: int, end: int, box: Box) -> float:
+    """Boundary edges are measured in the box's frame. Without one that enters, what is inside is so at the centre."""
+    cos, sin, a, b = math.cos(box.heading), math.sin(box.heading), 0.5 * box.length, 0.5 * box.width
+    if _contains(edges, start, end, box.x, box.y):
+        return 0.0
+    best = math.inf
+    for i in range(start, end):
+        dx1, dy1 = edges[i, X1] - box.x, edges[i, Y1] - box.y
+        dx2, dy2 = edges[i, X2] - box.x, edges[i, Y2] - box.y
+        x1, y1 = dx1 * cos + dy1 * sin, dy1 * cos - dx1 * sin
+        x2, y2 = dx2 * cos + dy2 * sin, dy2 * cos - dx2 * sin
+        if _segment_enters(x1, y1, x2, y2, a, b):
+            return 0.0
+        best = min(best, _off_box(x1, y1, a, b), _off_box(x2, y2, a, b))
+        for x, y in ((a, b), (a, -b), (-a, b), (-a, -b)):
+            best = min(best, _off_segment(x, y, x1, y1, x2, y2))
+    return math.sqrt(best)
+
+
+@inlined
+def _off_box(x: float, y: float, a: float, b: float) -> float:
+    """Squared distance of a point from the box |x| <= a, |y| <= b."""
+    return max(abs(x) - a, 0.0) ** 2 + max(abs(y) - b, 0.0) ** 2
+
+
+@inlined
+def _off_segment(x: float, y: float, x1: float, y1: float, x2: float, y2: float) -> float:
+    """Squared distance of a point from a segment, which is not a point."""
+    ex, ey, dx, dy = x2 - x1, y2 - y1, x - x1, y - y1
+    along = min(max((dx * ex + dy * ey) / (ex * ex + ey * ey), 0.0), 1.0)
+    return (dx - along * ex) ** 2 + (dy - along * ey) ** 2
 
 
 @inlined

@@ -25,7 +25,7 @@ import math
 from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, SEGMENT_ENDED, Turn, interpret
 from engine.kernels.bicycle import Demand, Motion, clip, drive, stand, walk
 from engine.kernels.geometry import circles_apart, first_contact
-from engine.kernels.inline import inlined_part
+from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
 from engine.kernels.region import region_contains
 from engine.kernels.stage import NO_SPEED, RUNNING, Plan, Run, Slot, Status, column_of, outline_of, vehicle_of
@@ -55,7 +55,7 @@ def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints) -> None
         _place(plan, run, actor)
 
 
-@inlined_part
+@inlined
 def _place(plan: Plan, run: Run, actor: int) -> None:
     """An actor where its scene puts it; nobody starts backwards."""
     run.states[0, actor, :] = 0.0
@@ -92,7 +92,7 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
         run.status[Status.SAMPLE] += 1
 
 
-@inlined_part
+@inlined
 def _end(plan: Plan, run: Run, reason: int, detail: int, part_of_step: float) -> None:
     run.status[Status.END] = reason
     run.status[Status.DETAIL] = detail
@@ -103,7 +103,7 @@ def _end(plan: Plan, run: Run, reason: int, detail: int, part_of_step: float) ->
 # -- rules and behaviours ---------------------------------------------------------------------------------------------
 
 
-@inlined_part
+@inlined
 def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
     """Test the rules, then let all actors act.
 
@@ -126,7 +126,7 @@ def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
         _end(plan, run, EndReason.ALL_DONE, -1, 0.0)
 
 
-@inlined_part
+@inlined
 def _first_row(plan: Plan, run: Run, sample: int, template: int, actor: int) -> int:
     """Where an actor's turn starts, -1 if it has none; pedals and speed last one step and are taken back here."""
     run.actors[actor, Slot.THROTTLE] = 0.0
@@ -137,7 +137,7 @@ def _first_row(plan: Plan, run: Run, sample: int, template: int, actor: int) -> 
     return int(run.resume[plan.main_blocks[template, actor]])
 
 
-@inlined_part
+@inlined
 def _settle(plan: Plan, run: Run, template: int, turn: int, result: Turn, scored: bool) -> None:
     """Draw the consequences of how a rule or a turn ended."""
     actor = turn - plan.rules.shape[1]
@@ -153,7 +153,7 @@ def _settle(plan: Plan, run: Run, template: int, turn: int, result: Turn, scored
         _end(plan, run, EndReason.STUCK, result.detail, 0.0)
 
 
-@inlined_part
+@inlined
 def _present_count(run: Run, sample: int) -> int:
     """Actors that will take part in the coming step."""
     count = 0
@@ -166,7 +166,7 @@ def _present_count(run: Run, sample: int) -> int:
 # -- motion -----------------------------------------------------------------------------------------------------------
 
 
-@inlined_part
+@inlined
 def _step(plan: Plan, run: Run) -> None:
     """Write the next sample of everybody but free bodies."""
     sample = int(run.status[Status.SAMPLE])
@@ -182,7 +182,7 @@ def _step(plan: Plan, run: Run) -> None:
         _move(plan, run, sample, actor)
 
 
-@inlined_part
+@inlined
 def _watch_road(plan: Plan, run: Run, sample: int, actor: int) -> None:
     """Note when an actor's centre is first outside the road, at the samples from which it steps."""
     if math.isnan(run.actors[actor, Slot.LEFT_ROAD]):
@@ -191,7 +191,7 @@ def _watch_road(plan: Plan, run: Run, sample: int, actor: int) -> None:
             run.actors[actor, Slot.LEFT_ROAD] = sample * plan.layout.time_step
 
 
-@inlined_part
+@inlined
 def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
     """One actor's step from what it was commanded to do."""
     slots = run.actors
@@ -226,7 +226,7 @@ def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
     _record(plan, run, sample + 1, actor, after, (after.speed - speed) / plan.layout.time_step, throttle, brake)
 
 
-@inlined_part
+@inlined
 def _record(
     plan: Plan, run: Run, sample: int, actor: int, after: Motion, acceleration: float, throttle: float, brake: float
 ) -> None:
@@ -246,7 +246,7 @@ def _record(
 # -- contact ----------------------------------------------------------------------------------------------------------
 
 
-@inlined_part
+@inlined
 def _search_contact(plan: Plan, run: Run) -> None:
     """End the run at the first contact in this step; a state that became NaN ends it too. Ties: the lower pair."""
     sample = int(run.status[Status.SAMPLE])
@@ -275,7 +275,7 @@ def _search_contact(plan: Plan, run: Run) -> None:
         run.status[Status.CONTACT_OTHER] = first_other
 
 
-@inlined_part
+@inlined
 def _is_finite(run: Run, sample: int, actor: int) -> bool:
     states = run.states
     position = states[sample, actor, State.X] + states[sample, actor, State.Y]

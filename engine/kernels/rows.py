@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from engine.kernels.jit import kernel
 from engine.kernels.measure import measure_pair
 from engine.kernels.rollout import advance, begin
-from engine.kernels.stage import COLUMNS, Plan, Run, Slot, Status
+from engine.kernels.stage import COLUMNS, RUNNING, Plan, Run, Slot, Status
 from engine.tables import Floats, Ints
 from engine.vocabulary import Column, EndReason, Verdict
 
@@ -49,8 +49,9 @@ def simulate_rows(
     for row in range(first, last):
         if scenes.verdict[row] != Verdict.VALID:
             continue
-        begin(plan, run, scenes.variant[row], scenes.values[row], scenes.keys[row])
-        advance(plan, run, plan.layout.last_sample + 1, True)
+        # Numbers of the types that hosts pass from Python, and no literal truth: numba would compile both twice.
+        begin(plan, run, int(scenes.variant[row]), scenes.values[row], scenes.keys[row])
+        advance(plan, run, plan.layout.last_sample + 1, run.status[Status.END] == RUNNING)
         note_end(run, row, out)
         reason = run.status[Status.END]
         if reason == EndReason.BROKEN or reason == EndReason.STUCK:

@@ -12,7 +12,7 @@ import numpy as np
 
 from engine.kernels.evaluate import execute, run_segment
 from engine.kernels.geometry import Box, box_distance
-from engine.kernels.inline import inlined_part
+from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
 from engine.kernels.philox import ATTEMPT_CHANNEL, COIN_CHANNEL, Stream, open_stream, uniform, uniform_pair
 from engine.kernels.region import region_contains_box
@@ -104,7 +104,7 @@ def sample_rows(recipe: Recipe, request: Request, begin: int, end: int, scratch:
         _count_rejections(recipe.layout, out.attempts[row], out.tested[row], out.failed[row])
 
 
-@inlined_part
+@inlined
 def _copy(source: Floats, target: Floats, offset: int) -> None:
     for i in range(len(source)):
         target[offset + i] = source[i]
@@ -119,7 +119,7 @@ def _toss_coins(probabilities: Floats, key: Ints, enforced: Ints) -> None:
         enforced[requirement] = 1 if probability >= 1.0 or uniform(coins, requirement) < probability else 0
 
 
-@inlined_part
+@inlined
 def _sample_scene(recipe: Recipe, request: Request, row: int, scratch: Scratch, out: Ledger) -> None:
     """Attempts until the row's verdict is settled."""
     code, blocks = recipe.code, recipe.layout.blocks
@@ -142,7 +142,7 @@ def _sample_scene(recipe: Recipe, request: Request, row: int, scratch: Scratch, 
     out.draws[row, :] = np.nan
 
 
-@inlined_part
+@inlined
 def _pick_variant(group_start: Ints, cumulative: Floats, group: int, choice: float) -> int:
     """The variant of a group whose share of [0, 1) holds the uniform number `choice`."""
     start, last = group_start[group], group_start[group + 1] - 1
@@ -160,7 +160,7 @@ def _pick_variant(group_start: Ints, cumulative: Floats, group: int, choice: flo
     return start
 
 
-@inlined_part
+@inlined
 def _attempt(recipe: Recipe, variant: int, draws: Draws, row: int, scratch: Scratch, out: Ledger) -> bool:
     """Test the file's requirements in order up to the first failure, then the rest; true when the row is settled."""
     code, layout, registers = recipe.code, recipe.layout, scratch.registers
@@ -192,7 +192,7 @@ def _attempt(recipe: Recipe, variant: int, draws: Draws, row: int, scratch: Scra
     return _finish(recipe, template, row, registers, out)
 
 
-@inlined_part
+@inlined
 def _make_draws(layout: Layout, draws: Draws, known: int, needed: int, registers: Floats) -> int:
     """Make draws until at least `needed` of them are known; the number known then."""
     while known < needed:
@@ -238,7 +238,7 @@ def _finish(recipe: Recipe, template: int, row: int, registers: Floats, out: Led
     return True
 
 
-@inlined_part
+@inlined
 def _outline(values: Floats, actor: int) -> Box:
     first = actor * VALUES_PER_ACTOR
     return Box(
@@ -250,7 +250,7 @@ def _outline(values: Floats, actor: int) -> Box:
     )
 
 
-@inlined_part
+@inlined
 def _inside_road(road: RoadTables, checked: Ints, values: Floats) -> bool:
     for actor in range(len(checked)):
         if checked[actor] != 0:

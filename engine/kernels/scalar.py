@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from engine.kernels.inline import inlined, inlined_part
+from engine.kernels.inline import inlined
 from engine.kernels.normal import normal_cdf, normal_quantile
 from engine.vocabulary import Op
 
@@ -24,7 +24,7 @@ def wrap_angle(angle: float) -> float:
     return turned - FULL_TURN if turned >= math.pi else turned
 
 
-@inlined_part
+@inlined
 def arithmetic(op: int, x: float, y: float) -> float:
     """`Op.MOVE` to `Op.MAX`."""
     if op == Op.MOVE:
@@ -52,7 +52,7 @@ def arithmetic(op: int, x: float, y: float) -> float:
     return y if y > x else x
 
 
-@inlined_part
+@inlined
 def function(op: int, x: float, y: float) -> float:
     """`Op.SQRT` to `Op.WRAP`."""
     if op == Op.SQRT:
@@ -87,7 +87,7 @@ def function(op: int, x: float, y: float) -> float:
     return wrap_angle(x)
 
 
-@inlined_part
+@inlined
 def comparison(op: int, x: float, y: float, z: float) -> float:
     """`Op.LT` to `Op.SELECT`."""
     if op == Op.LT:
@@ -107,7 +107,7 @@ def comparison(op: int, x: float, y: float, z: float) -> float:
     return y if x != 0.0 else z
 
 
-@inlined_part
+@inlined
 def distribution(op: int, x: float) -> float:
     """`Op.NORMAL_QUANTILE` and `Op.NORMAL_CDF`."""
     if op == Op.NORMAL_QUANTILE:

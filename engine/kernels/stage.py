@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from engine.kernels.bicycle import GRAVITY, Vehicle
 from engine.kernels.geometry import Box
-from engine.kernels.inline import inlined_part
+from engine.kernels.inline import inlined
 from engine.tables import Floats, Ints, RoadTables
 from engine.vocabulary import Column, State
 
@@ -76,7 +76,7 @@ class Slot(IntEnum):
     LEFT_ROAD = 8
     """When the centre was first seen outside the road [s]; NaN if never."""
     ROUTE_DONE = 9
-    """1 once a path was followed to its end."""
+    """1 while the path followed last has been followed to its end."""
     LEAVING = 10
     """1 once the actor's way through the scene is over: absent from the next sample on."""
     FREE = 11
@@ -125,13 +125,13 @@ class Run(NamedTuple):
     """(6,) int64: `StreamKey` of the scene."""
 
 
-@inlined_part
+@inlined
 def column_of(plan: Plan, run: Run, actor: int, column: int) -> float:
     """A property of an actor in this scene."""
     return run.registers[plan.layout.scene_values + actor * COLUMNS + column]
 
 
-@inlined_part
+@inlined
 def vehicle_of(plan: Plan, run: Run, actor: int) -> Vehicle:
     """What an actor's body can do."""
     return Vehicle(
@@ -145,7 +145,7 @@ def vehicle_of(plan: Plan, run: Run, actor: int) -> Vehicle:
     )
 
 
-@inlined_part
+@inlined
 def outline_of(plan: Plan, run: Run, sample: int, actor: int) -> Box:
     """An actor's outline at a recorded sample."""
     return Box(

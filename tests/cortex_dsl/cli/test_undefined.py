@@ -62,3 +62,13 @@ def test_guarded_arithmetic_is_fine(tmp_path: Path, cortexc: Command) -> None:
     path = written(tmp_path / "a.scn", "ego = new Car in lane.centerline, with speed sqrt(max(0, W - 0.9))\n")
     result = cortexc(path, "--sample", 100, "--json")
     assert result.document["verdicts"]["error"] == 0
+
+
+def test_a_search_without_a_number(tmp_path: Path, cortexc: Command) -> None:
+    """A search keeps what it found and ends with 1 and the place; nobody is asked to report a bug."""
+    path = written(tmp_path / "a.scn", "ego = new Car in lane.centerline, with speed sqrt(W - 0.5)\n")
+    result = cortexc(path, "--random", "--generations", 2, "--population", 10, "--out", tmp_path / "run")
+    assert result.code == 1
+    assert "a.scn:4:46: error[SCN691]" in result.err
+    assert "report it" not in result.err + result.out
+    assert (tmp_path / "run" / "evaluations.csv").exists()

@@ -21,13 +21,14 @@ SCENES = 6
 @pytest.mark.parametrize("path", GOOD, ids=lambda path: path.stem)
 def test_copy_gives_the_same_actors(path: Path) -> None:
     """Every valid scene, written out and compiled again, has one variant, no genes and equal columns."""
-    program = compile_source(Source(path.name, path.read_text())).program
+    compiled = compile_source(Source(path.name, path.read_text()))
+    program = compiled.program
     keys = key_rows(7, Method.SAMPLE, 0, 0, np.arange(SCENES), 0)
     scenes = sample(program, draw_genomes(program.space, keys), keys, SimulationConfig())
     columns = len(Column) * len(program.actors)
     assert scenes.valid.any()
     for row in np.flatnonzero(scenes.valid):
-        text = concrete_source(program, scenes, int(row), SimulationConfig())
+        text = concrete_source(program, compiled.module, scenes, int(row), SimulationConfig())
         copy = compile_source(Source("copy.scn", text)).program
         again = sample(copy, np.zeros((1, 0)), keys[row : row + 1], SimulationConfig())
         assert (len(copy.variants), len(copy.space)) == (1, 0)

@@ -247,9 +247,9 @@ def test_scene_and_run_are_apart(compiled: Compiled) -> None:
 def test_settings(compiled: Compiled) -> None:
     """`simulation(...)` and `terminate after`; steps become a time."""
     settings = compiled(
-        "simulation(time_step=20 ms, max_attempts=100, stream='1-2')\nterminate after 50 steps\n"
+        "simulation(time_step=20 ms, max_attempts=100, stream='1.ga.0.2.3.0')\nterminate after 50 steps\n"
     ).settings
-    assert (settings.time_step, settings.max_attempts, settings.stream) == (0.02, 100, "1-2")
+    assert (settings.time_step, settings.max_attempts, settings.stream) == (0.02, 100, "1.ga.0.2.3.0")
     assert settings.max_time == pytest.approx(1.0)
 
 

@@ -1,6 +1,6 @@
 """Golden programs: `golden/good` must compile in silence, `golden/bad` must be answered exactly as written beside it.
 
-A new case is two files: `SCN999_name.scn` and `SCN999_name.txt` (write the latter with CORTEXC_UPDATE_GOLDEN=1, and
+A new case is two files: `SCN999_name.scn` and `SCN999_name.txt` (write the latter with UPDATE_GOLDEN=1, and
 read it before you keep it).
 """
 
@@ -48,7 +48,7 @@ def test_bad_program_is_answered(path: Path) -> None:
     """The transcript is the one beside the program, and holds the code that names the file."""
     text, codes, compiled = transcript(path)
     expected = path.with_suffix(".txt")
-    if os.environ.get("CORTEXC_UPDATE_GOLDEN"):
+    if os.environ.get("UPDATE_GOLDEN"):
         expected.write_text(text)
     assert text == expected.read_text()
     code = path.stem.split("_")[0]

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from engine.kernels.conflict import (
@@ -78,6 +78,7 @@ def test_ttc_of_a_crossing_is_when_corners_meet() -> None:
 
 @compiled
 @given(snapshots())
+@example(pair(car(0.0, 4.0, 1.0, 2e-309), car(0.0, 0.0, 0.0, 0.0)))  # so slow that all times are infinite
 def test_ttc_is_the_first_touch_of_outlines_that_keep_their_velocities(now: Snapshot) -> None:
     """At TTC they touch, at no time before they overlap; without TTC they never do."""
     ttc = time_to_collision(now)

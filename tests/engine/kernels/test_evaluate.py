@@ -213,6 +213,14 @@ def test_outline_in_region(calculate, network):
     assert calculate(Op.REGION_CONTAINS_BOX, region, 8.5, *car[1:])[0] == 0.0
 
 
+def test_distance_from_outline_to_region(calculate, network):
+    """From the outline, where `REGION_DISTANCE` starts at a point."""
+    region = float(network.intersections[0].region)
+    away = calculate(Op.REGION_DISTANCE, region, 0.0, -20.0)[0]
+    assert calculate(Op.REGION_BOX_DISTANCE, region, 0.0, -20.0, math.pi / 2, 4.0, 1.8)[0] == pytest.approx(away - 2.0)
+    assert calculate(Op.REGION_BOX_DISTANCE, region, 0.0, -20.0 + away, 0.0, 4.0, 1.8)[0] == 0.0
+
+
 @settings(deadline=None)
 @given(x=near, y=near, heading=angles)
 def test_distance_between_outlines(calculate, x, y, heading):

@@ -7,9 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from engine.kernels.geometry import Box
 from engine.kernels.path import path_pose
 from engine.kernels.region import (
     lane_nearest,
+    region_box_distance,
     region_contains,
     region_contains_box,
     region_distance,
@@ -186,3 +188,46 @@ def test_heading_decides_where_lanes_cross() -> None:
         lane = network.lanes[lane_nearest(road, 0.0, 0.0, heading)]
         pose = network.paths.pose(lane.path, network.paths.project(lane.path, 0.0, 0.0))
         assert math.cos(pose.heading - heading) > 0.7
+
+
+def grid(box: Box, count: int = 25) -> np.ndarray:
+    """Points all over an outline, its rim and corners among them (n, 2)."""
+    along, across = (
+        a.ravel() for a in np.meshgrid(*(size * np.linspace(-0.5, 0.5, count) for size in (box.length, box.width)))
+    )
+    cos, sin = math.cos(box.heading), math.sin(box.heading)
+    return np.column_stack([box.x + along * cos - across * sin, box.y + along * sin + across * cos])
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    places,
+    st.data(),
+    coordinates,
+    coordinates,
+    st.floats(-3.2, 3.2),
+    st.sampled_from([(4.5, 1.8), (12.0, 2.5), (0.0, 0.0), (90.0, 90.0)]),
+)
+def test_distance_of_an_outline_is_that_of_its_nearest_point(
+    place: int, data: st.DataObject, x: float, y: float, heading: float, size: tuple[float, float]
+) -> None:
+    """By points all over the outline: none is nearer, and one is nearly as near. One outline holds whole regions."""
+    network, road = PLACES[place]
+    region = data.draw(st.integers(0, len(network.regions) - 1))
+    box = Box(x, y, heading, *size)
+    distance = region_box_distance(road, region, box)
+    nearest = min(region_distance(road, region, px, py) for px, py in grid(box))
+    spacing = math.hypot(*size) / 24.0
+    assert distance - 1e-9 <= nearest <= distance + spacing + 1e-9
+
+
+def test_outline_that_is_crossed_by_a_lane_touches_it() -> None:
+    """No corner and no centre of the one lies in the other, yet they overlap."""
+    network, road = PLACES[0]
+    lane = next(lane for lane in network.lanes if lane.name == "south.in.1")
+    pose = network.paths.pose(lane.path, 8.0)
+    across = Box(pose.x + 2.5, pose.y, 0.0, 12.0, 2.0)
+    assert not network.regions.contains(lane.region, across.x, across.y)
+    assert region_box_distance(road, lane.region, across) == 0.0
+    beside = Box(pose.x + 2.5, pose.y, math.pi / 2, 4.0, 1.0)
+    assert region_box_distance(road, lane.region, beside) == pytest.approx(2.5 - 0.5 - 0.5 * lane.width)

@@ -172,6 +172,23 @@ def test_a_broken_number_is_an_error(hand) -> None:
         assert outcome.verdict[0] == Verdict.ERROR
 
 
+def test_a_route_left_before_its_end_is_not_done(hand) -> None:
+    """One route to its end, a step of another, then nothing more to do: the car is still on its way, and coasts."""
+    path, next_path = hand.route("south", ManeuverType.STRAIGHT), hand.route("south", ManeuverType.LEFT_TURN)
+    code = hand.assembler(CAR, CAR)
+    main = code.behaviour(0)
+    code.follow(main, hand.literal(path), hand.literal(10))
+    code.emit(Op.MOVE, hand.local(1), hand.literal(0))
+    code.emit(Op.FOLLOW, hand.local(1), hand.literal(next_path), hand.literal(10), hand.literal(3), "over")
+    code.emit(Op.YIELD, 0, main)
+    code.label("over")
+    code.emit(Op.HALT)
+    end = hand.network.paths.length(path)
+    scene = hand.scenes([hand.on_route(path, end - 1, 10), hand.placed(CAR, 30, 30, 0, 0)])
+    outcome = hand.outcome(code.program(hand.road()), scene, max_time=1.0)
+    assert outcome.end_reason[0] == EndReason.TIMEOUT
+
+
 def test_who_is_done_leaves_and_is_not_touched(hand) -> None:
     """At the end of its route a car is gone: another drives through its last place; then all is done."""
     path = hand.route("south", ManeuverType.STRAIGHT)
