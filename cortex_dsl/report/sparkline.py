@@ -18,8 +18,8 @@ def sparkline(values: Sequence[float], width: int, low: float | None = None, hig
     if not finite:
         return " " * len(columns)
     bottom = min(finite) if low is None else low
-    span = (max(finite) if high is None else high) - bottom
-    return "".join(_level(v, bottom, span) for v in columns)
+    top = max(finite) if high is None else high
+    return "".join(_level(v, bottom, top) for v in columns)
 
 
 def bar(value: float, full: float, width: int) -> str:
@@ -43,8 +43,9 @@ def _mean(values: Sequence[float]) -> float:
     return sum(finite) / len(finite) if finite else math.nan
 
 
-def _level(value: float, bottom: float, span: float) -> str:
+def _level(value: float, bottom: float, top: float) -> str:
     if not math.isfinite(value):
         return " "
-    share = (value - bottom) / span if span > 0 else 0.0
+    half = top / 2 - bottom / 2  # halves, since a whole span may overflow
+    share = (value / 2 - bottom / 2) / half if half > 0 else 0.0
     return LEVELS[max(0, min(7, int(share * 8)))]

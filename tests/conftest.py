@@ -1,0 +1,9 @@
+"""Hypothesis searches anew on every run of a developer and repeats itself in CI, where a failure must be one of the change."""
+
+import os
+
+from hypothesis import settings
+
+settings.register_profile("ci", derandomize=True, print_blob=True)
+if os.environ.get("CI"):
+    settings.load_profile("ci")
