@@ -83,7 +83,7 @@ def main() -> int:
     arguments = parser.parse_args()
     agree = True
     for file in arguments.files:
-        found = compare(load(file), arguments.scenes // len(arguments.files))
+        found = compare(load(file), -(-arguments.scenes // len(arguments.files)))
         agree &= found.flags_differ == 0 and found.states_differ <= TOLERANCE
         print(
             f"{file.stem:26} {found.scenes:6} scenes, {found.collisions:5} collisions; flags differ in "

@@ -1,4 +1,4 @@
-"""Hypothesis searches anew on every run of a developer and repeats itself in CI, where a failure must be one of the change."""
+"""Hypothesis searches anew on every run of a developer and repeats itself in CI: a failure there is the change's own."""
 
 import os
 
