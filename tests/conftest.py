@@ -1,4 +1,4 @@
-"""Hypothesis searches anew on every run of a developer and repeats itself in CI: a failure there is the change's own."""
+"""Hypothesis searches anew on every run of a developer and repeats itself in CI."""
 
 import os
 
