@@ -39,16 +39,16 @@ dev: $(VENV)/.installed-dev
 
 # The stamps make a second run immediate; a change of pyproject.toml installs again.
 $(VENV)/.installed: pyproject.toml | $(VENV)/bin/pip
-	$(PYTHON) -m pip install --quiet --editable .
+	$(PYTHON) -m pip install --quiet --disable-pip-version-check --editable .
 	@touch $@
 
 $(VENV)/.installed-dev: pyproject.toml | $(VENV)/bin/pip
-	$(PYTHON) -m pip install --quiet --editable ".[dev]"
+	$(PYTHON) -m pip install --quiet --disable-pip-version-check --editable ".[dev]"
 	@touch $@ $(VENV)/.installed
 
 $(VENV)/bin/pip:
 	@for python in python3.13 python3.12 python3.11 python3; do \
-	  if command -v $$python >/dev/null && $$python -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then \
+	  if $$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then \
 	    echo "setting up $(VENV) with $$python (once)"; \
 	    $$python -m venv --clear $(VENV) && exit 0; \
 	    echo "make: $$python cannot make a virtual environment; on Debian and Ubuntu install python3-venv" >&2; \

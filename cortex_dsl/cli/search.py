@@ -10,7 +10,7 @@ import numpy as np
 from cortex_dsl.cli.compiling import compile_request, show
 from cortex_dsl.cli.exits import Exit, UsageError
 from cortex_dsl.cli.request import Request
-from cortex_dsl.cli.simulation import announce_compilation, open_scenario
+from cortex_dsl.cli.simulation import compile_kernels, open_scenario
 from cortex_dsl.cli.stuck import never_acts
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.cli.undefined import undefined_value
@@ -50,7 +50,7 @@ def execute(request: Request, terminal: Terminal) -> int:
     if not len(program.space):
         raise UsageError(f"`{request.file}` has no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
     scenario = open_scenario(request, compiled)
-    announce_compilation(terminal)
+    compile_kernels(scenario, terminal)
     try:
         found = _searches(request, scenario, terminal)
     except StoreError as error:

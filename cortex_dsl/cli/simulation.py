@@ -59,12 +59,20 @@ def _check_attempts(program: Program, attempts: int) -> None:
         )
 
 
-def announce_compilation(terminal: Terminal) -> None:
+def announce_compilation(terminal: Terminal) -> bool:
     """The first command after an installation or update compiles kernels; say so before it seems to hang."""
     from engine.kernels.jit import kernels_are_cached
 
-    if not kernels_are_cached():
-        terminal.err.print("compiling kernels (once, some seconds) …", style="quiet")
+    if kernels_are_cached():
+        return False
+    terminal.err.print("compiling kernels (once, about half a minute) …", style="quiet")
+    return True
+
+
+def compile_kernels(scenario: Scenario, terminal: Terminal) -> None:
+    """Compile now what a search will need, so that its pace and the time it has left are told without that."""
+    if announce_compilation(terminal):
+        scenario.simulate(scenario.sample())
 
 
 def again(request: Request, *arguments: str) -> str:
