@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from engine.kernels.geometry import Box, box_distance
@@ -155,10 +155,15 @@ def mirrored(states: Floats) -> Floats:
 @compiled
 @given(encounters(), st.floats(-3.0, 3.0), st.floats(-50, 50))
 def test_metrics_do_not_depend_on_the_axes(pair: tuple[Floats, Floats], turn: float, shift: float) -> None:
-    """Turned, shifted or mirrored, a run has the same metrics; exchanged, its two actors have them, too."""
+    """Turned, shifted or mirrored, a run has the same metrics; exchanged, its two actors have them, too.
+
+    Outlines that overlap are left out: contact ends a run before, and between centres that (nearly) coincide there is
+    no direction to close in.
+    """
     outlines = np.stack([CAR, CAR])
     changes: list[Callable[[Floats], Floats]] = [lambda s: rotated(s, turn, shift, -shift), mirrored]
     expected = measure(*pair, outlines)
+    assume(expected.min_distance > 0.0)
     cases = [measure(change(pair[0]), change(pair[1]), outlines) for change in changes]
     for metrics in (*cases, measure(pair[1], pair[0], outlines)):
         assert metrics.min_distance == pytest.approx(expected.min_distance, abs=2e-5)
