@@ -168,7 +168,8 @@ def test_metrics_do_not_depend_on_the_axes(pair: tuple[Floats, Floats], turn: fl
     for metrics in (*cases, measure(pair[1], pair[0], outlines)):
         assert metrics.min_distance == pytest.approx(expected.min_distance, abs=2e-5)
         assert metrics.max_closing_speed == pytest.approx(expected.max_closing_speed, abs=1e-9)
-        if metrics.max_closing_time == expected.max_closing_time:
+        # D_MS and TTC_MS jump to infinity at MS = 0, where rounding decides; compared where the two clearly approach.
+        if metrics.max_closing_time == expected.max_closing_time and expected.max_closing_speed > 1e-3:
             assert metrics.distance_at_ms == pytest.approx(expected.distance_at_ms, abs=1e-9)
             assert metrics.ttc_at_ms == pytest.approx(expected.ttc_at_ms, rel=1e-9)
 
