@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from cortex_dsl.source import Source, Span
 from engine.program import RoadSpec, Settings
 from engine.road.network import Network
-from engine.vocabulary import ActorKind, Command, Distribution, GeneKind, Op
+from engine.vocabulary import ActorKind, Command, Distribution, GeneKind, Op, RuleKind, TemporalOp
 
 # -- expressions ----------------------------------------------------------------------------------------------------
 
@@ -63,6 +63,13 @@ class Local(Expr):
     """A behaviour's local variable."""
 
     index: int
+
+
+@dataclass(frozen=True, eq=False)
+class Running(Expr):
+    """Whether monitor `monitor` has been started and has not ended."""
+
+    monitor: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,6 +171,60 @@ class Scope(Act):
     name: str
     scope: int
     body: "Block"
+    invariants: tuple[tuple[Expr, int], ...] = ()
+    """Conditions and the rules that abort the run where one is false: tested at the start, whenever the body itself
+    goes on in a later turn, and after each scope inside it has ended."""
+
+
+@dataclass(frozen=True)
+class Demand(Act):
+    """Abort the run by `rule` unless the condition holds: a `require` in a behaviour, a precondition."""
+
+    condition: Expr
+    rule: int
+
+
+@dataclass(frozen=True)
+class Option:
+    """One way for `Pick` to go on."""
+
+    weight: Expr
+    allowed: Expr
+    """Its preconditions and invariants."""
+    body: "Block"
+
+
+@dataclass(frozen=True)
+class Pick(Act):
+    """`do choose`: one allowed option, as likely as its weight says. `do shuffle`: all, in random order, each drawn
+    among those that are left and allowed. Where none is allowed, `rule` aborts the run.
+    """
+
+    options: tuple[Option, ...]
+    shuffle: bool
+    rule: int
+
+
+@dataclass(frozen=True)
+class Start(Act):
+    """Start a monitor; one with a higher number has its first turn at this very sample."""
+
+    monitor: int
+
+
+@dataclass(frozen=True)
+class Stop(Act):
+    """Stop monitors, and the behaviours of actors, which coast from then on."""
+
+    monitors: tuple[int, ...]
+    actors: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Spawn(Act):
+    """Let absent actors take part from this sample on, at the poses of their scene."""
+
+    actors: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -222,6 +283,8 @@ class Actor:
     """Whether the built-in `inside the road` holds."""
     no_overlap: bool
     span: Span
+    present: bool = True
+    """Whether it takes part from the start; else a `Spawn` brings it in."""
 
 
 @dataclass(frozen=True)
@@ -230,14 +293,66 @@ class Requirement:
     probability: float
     name: str
     line: int
+    margin: Expr | None = None
+    """By how much it holds: positive where it does, negative where it does not; None for a bare truth."""
+    dimension: Dimension = PURE
+    """Of the margin."""
 
 
 @dataclass(frozen=True)
 class Rule:
-    """A `terminate when` (condition over the running simulation), or a behaviour's `terminate` (condition None)."""
+    """Looked at in every sample of the running simulation. What an act triggers (`terminate` in a behaviour, a guard)
+    has no condition.
+
+    WATCH: the value is kept (records, atoms of temporal formulas). TERMINATE: true ends the run. ABORT: true makes the
+    run invalid (`require always c` is a rule `not c`).
+    """
 
     condition: Expr | None
     name: str
+    line: int
+    kind: RuleKind = RuleKind.TERMINATE
+
+
+@dataclass(frozen=True)
+class Formula:
+    """Linear temporal logic over the samples of a finite run, up to the last before contact, or to the end."""
+
+    op: TemporalOp
+    operands: tuple["Formula", ...] = ()
+    watch: int = -1
+    """Of an ATOM: the rule (kind WATCH) whose value it is."""
+
+
+@dataclass(frozen=True)
+class Temporal:
+    """A temporal requirement that is judged when the run is over; `rule` (kind ABORT) names it."""
+
+    formula: Formula
+    rule: int
+
+
+@dataclass(frozen=True)
+class Monitor:
+    """A coroutine of nobody: monitors, and the scenarios that `compose` runs. Numbered: a child after its parent."""
+
+    name: str
+    body: Block
+    started: bool
+    """Whether it runs from the start; else a `Start` starts it."""
+    span: Span
+
+
+@dataclass(frozen=True)
+class Record:
+    """`record`: a value over time, or at one end of it."""
+
+    name: str
+    when: str
+    """`series`, `initial` or `final`."""
+    watch: int
+    """The rule (kind WATCH) that is kept."""
+    dimension: Dimension
     line: int
 
 
@@ -281,6 +396,7 @@ class Variant:
     draw_count: int = 0
     local_count: int = 0
     draw_sites: tuple[DrawSite, ...] = ()
+    monitors: tuple[Monitor, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -296,3 +412,6 @@ class Scenario:
     """The road as built; literal path and region ids refer to its books, joined trajectories among them."""
     pool: tuple[float, ...]
     """Numeric options of discrete choices, for Op.TABLE."""
+    temporals: tuple[Temporal, ...] = ()
+    """The same in all variants; the conditions of their atoms are rules of each."""
+    records: tuple[Record, ...] = ()

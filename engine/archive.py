@@ -15,6 +15,7 @@ from engine.program import (
     DrawSite,
     ParamSpace,
     Program,
+    Record,
     Requirement,
     RoadSpec,
     Rule,
@@ -22,6 +23,7 @@ from engine.program import (
     VariantLabel,
 )
 from engine.tables import CodeTables, RoadTables
+from engine.vocabulary import RuleKind
 
 FORMAT = "cortexc program 1"
 
@@ -115,7 +117,9 @@ def _rebuild(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Pro
             "settings": Settings(**header["settings"]),
             "actors": tuple(header["actors"]),
             "requirements": tuple(Requirement(**r) for r in header["requirements"]),
-            "rules": tuple(Rule(**r) for r in header["rules"]),
+            "rules": tuple(Rule(**{**r, "kind": RuleKind(r["kind"])}) for r in header["rules"]),
+            "records": tuple(Record(**r) for r in header["records"]),
+            "monitors": tuple(header["monitors"]),
             "variants": tuple(_variant(v) for v in header["variants"]),
         }
     )

@@ -7,6 +7,7 @@ another machine, sampled, simulated by either host and searched.
 from dataclasses import dataclass
 
 from engine.tables import CodeTables, Floats, Ints, RoadTables
+from engine.vocabulary import RuleKind
 
 
 @dataclass(frozen=True)
@@ -45,13 +46,28 @@ class Requirement:
     line: int
     """Line in the source; 0 for a built-in."""
     probability: float = 1.0
+    unit: str = ""
+    """SI unit of its margin."""
 
 
 @dataclass(frozen=True)
 class Rule:
-    """One way for a run to end: `terminate when`, or a `terminate` inside a behaviour."""
+    """One thing that is looked at in every sample, or that code triggers: see `vocabulary.RuleKind`."""
 
     name: str
+    line: int
+    kind: RuleKind = RuleKind.TERMINATE
+
+
+@dataclass(frozen=True)
+class Record:
+    """A value that the file asks to be kept: over time (`series`), or at one end (`initial`, `final`)."""
+
+    name: str
+    when: str
+    rule: int
+    """The rule of kind WATCH."""
+    unit: str
     line: int
 
 
@@ -143,3 +159,6 @@ class Program:
     """(rows of step_code,): source line of each instruction, for messages about running behaviours."""
     routes: Ints
     """(variants, actors): path each actor is known to follow, or -1; for drawing and for conflict metrics."""
+    records: tuple[Record, ...] = ()
+    monitors: tuple[str, ...] = ()
+    """Names of the coroutines without an actor."""

@@ -103,7 +103,28 @@ class CodeTables(NamedTuple):
     main_block: Ints
     """(templates, actors): block number of the actor's behaviour."""
     rule_segment: Ints
-    """(templates, rules, 3): start row, end row, result register of each `terminate when`; rows are -1 for rules
-    that a `terminate` inside a behaviour triggers."""
+    """(templates, rules, 3): start row, end row, result register of what is looked at in every sample; rows are -1
+    for rules that code triggers (`terminate` inside a behaviour), and that are judged when the run is over."""
+    rule_kind: Ints
+    """(rules,) `RuleKind`. All are looked at in every sample; the first that is true ends the run."""
+    formula: Ints
+    """(n, 3): rows `(TemporalOp, a, b)` of all temporal formulas, operands above their operators; a of an ATOM is the
+    rule of kind WATCH whose value it is."""
+    temporal_root: Ints
+    """(temporals,): the formula row that must be true at sample 0 …"""
+    temporal_rule: Ints
+    """(temporals,): … and the rule that makes the run invalid if it is not."""
+    monitor_entry: Ints
+    """(templates, monitors): first row in step_code of each coroutine without an actor."""
+    monitor_block: Ints
+    """(templates, monitors): its block number."""
+    monitor_started: Ints
+    """(monitors,): 1 for those that run from the start."""
+    actor_present: Ints
+    """(actors,): 1 for those that take part from the start."""
+    margin_segment: Ints
+    """(templates, requirements, 3): code for by how much each requirement holds (positive where it does); rows are -1
+    where there is no such number. It may read what the requirement's own code and the code of all requirements
+    before it have computed."""
     sizes: Ints
     """(6,): scene registers, draws per attempt, scene values, step registers, locals offset, blocks."""

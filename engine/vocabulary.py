@@ -67,6 +67,38 @@ class EndReason(IntEnum):
     """A behaviour ran its whole instruction budget in one step without taking an action."""
     BROKEN = 6
     """A state became NaN: the run is an error, never a result."""
+    ABORTED = 7
+    """A requirement on the run broke: the run is invalid."""
+
+
+class RuleKind(IntEnum):
+    """What is done with a rule that is looked at in every sample."""
+
+    TERMINATE = 0
+    """True ends the run."""
+    ABORT = 1
+    """True makes the run invalid."""
+    WATCH = 2
+    """The value is kept."""
+
+
+class TemporalOp(IntEnum):
+    """Nodes of a temporal formula, read over the samples of a finite run (LTL on finite traces).
+
+    Source: De Giacomo and Vardi, Linear Temporal Logic and Linear Dynamic Logic on Finite Traces, IJCAI 2013.
+    """
+
+    ATOM = 0
+    NOT = 1
+    AND = 2
+    OR = 3
+    IMPLIES = 4
+    NEXT = 5
+    """There is a next sample, and it holds there."""
+    ALWAYS = 6
+    EVENTUALLY = 7
+    UNTIL = 8
+    """The second holds at some sample, and the first at all samples before."""
 
 
 class Purpose(IntEnum):
@@ -217,6 +249,8 @@ class Op(IntEnum):
     """dst <- arc length of the point of path a nearest to (b, c)."""
     REGION_BOX_DISTANCE = 53
     """dst <- distance between region a and the outline at b..b+4; 0 when they touch or overlap."""
+    LANE_NEAREST = 54
+    """dst <- id of the lane nearest to pose a..a+2."""
 
     # -- the running simulation
     STATE = 60
@@ -226,6 +260,14 @@ class Op(IntEnum):
     """dst <- the next uniform number of this scene's behaviour stream."""
     WITHIN = 63
     """dst <- withinDistanceToAnyObjs: does actor a (integer) see another whose centre is nearer than b?"""
+    LEAD = 64
+    """dst..dst+1 <- gap along path b between the outline of actor a (integer) and that of the nearest present actor
+    ahead on it, and that actor's speed along the path; infinity and 0 with nobody ahead."""
+    TTC = 65
+    """dst <- exact time to collision of the outlines of actors a and b (integers; b = -1: the least over all others)
+    at constant velocities; infinity if they would never touch, 0 when they do."""
+    IS_RUNNING = 66
+    """dst <- whether block a (integer) has started and not ended."""
 
     # -- control: jumps are absolute rows of the code
     JUMP = 80
@@ -248,8 +290,10 @@ class Op(IntEnum):
     HOLD_SPEED = 88
     """One step of speed control without steering: target speed a."""
     TERMINATE = 89
-    """End the run; rule number a is the reason."""
+    """End the run; rule number a is the reason, and its kind says whether the run is valid."""
     HALT = 90
     """The behaviour is over. An actor whose route is done leaves the scene; any other coasts."""
     END = 91
     """End of a segment of pure code (a requirement, a termination rule, scene outputs)."""
+    SPAWN = 92
+    """Actor a (integer), absent until now, takes part from this sample on."""

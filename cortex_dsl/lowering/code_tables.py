@@ -88,6 +88,15 @@ def code_tables(
         behaviour_entry=ints([e.entries for e in encoded]),
         main_block=ints([code.main_blocks for code in templates]),
         rule_segment=ints([e.rules for e in encoded]).reshape(len(encoded), -1, 3),
+        rule_kind=ints([rule.kind for rule in example.rules]),
+        formula=ints([]).reshape(-1, 3),
+        temporal_root=ints([]),
+        temporal_rule=ints([]),
+        monitor_entry=ints([]).reshape(len(encoded), 0),
+        monitor_block=ints([]).reshape(len(encoded), 0),
+        monitor_started=ints([]),
+        actor_present=ints([actor.present for actor in example.actors]),
+        margin_segment=ints([(-1, -1, -1)] * len(encoded) * len(example.requirements)).reshape(len(encoded), -1, 3),
         sizes=_sizes(files, templates),
     )
     return tables, [offset for code in templates for offset in code.step_offsets]

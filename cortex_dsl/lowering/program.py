@@ -47,7 +47,7 @@ def lower(scenario: ir.Scenario) -> Program:
         space=space,
         actors=tuple(actor.name for actor in example.actors),
         requirements=requirements,
-        rules=tuple(Rule(rule.name, rule.line) for rule in example.rules),
+        rules=tuple(Rule(rule.name, rule.line, rule.kind) for rule in example.rules),
         variants=tuple(_label(v, c) for v, c in zip(grouping.variants, codes, strict=True)),
         settings=scenario.settings,
         code=code,

@@ -50,16 +50,16 @@ def _expression(body: Body, node: nodes.ExpressionStatement) -> ir.Block:
 def _do(body: Body, node: nodes.Do) -> ir.Block:
     if node.until is not None:
         condition = body.condition(node.until, repeated=True)
-        return _until(body.run(node.behavior), condition, node.span)
+        return _until(body.run(node.invocations[0]), condition, node.span)
     if node.duration is None:
-        return body.run(node.behavior)
+        return body.run(node.invocations[0])
     ev = body.ev
     start = ev.run.new_local()
     elapsed = ev.algebra.sub(ev.algebra.apply(Op.TIME), ev.algebra.local(start))
     over = ev.algebra.apply(Op.LE, _duration(body, node, node.duration), elapsed)
     return (
         ir.SetLocal(node.span, start, ev.algebra.apply(Op.TIME)),
-        *_until(body.run(node.behavior), over, node.span),
+        *_until(body.run(node.invocations[0]), over, node.span),
     )
 
 

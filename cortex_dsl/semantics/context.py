@@ -24,10 +24,13 @@ from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.program import RoadSpec, Settings
 from engine.road.network import Network
-from engine.vocabulary import GeneKind, Op
+from engine.vocabulary import GeneKind, Op, RuleKind
 
 EVALUATION_LIMIT = 2_000_000
 """How many expressions a file may evaluate, all variants together."""
+
+
+RuleKey = tuple[Span, RuleKind]
 
 
 @dataclass
@@ -51,8 +54,8 @@ class FileContext:
     """From `terminate after N steps`."""
     require_holds: dict[Span, bool] = field(default_factory=dict)
     """Whether each `require` could hold in some variant."""
-    rules: dict[Span, str] = field(default_factory=dict)
-    """Name of every way for a run to end, by its place, in the order met; all variants number them alike."""
+    rules: dict[RuleKey, str] = field(default_factory=dict)
+    """Name of every rule, by its place and kind, in the order met; all variants number them alike."""
 
     def gene_index(self, name: str) -> int:
         return list(self.genes).index(name)
@@ -65,10 +68,10 @@ class FileContext:
             if g.kind != GeneKind.INDEX
         }
 
-    def rule(self, span: Span, name: str) -> int:
-        """Number of the rule written at `span`."""
-        self.rules.setdefault(span, name)
-        return list(self.rules).index(span)
+    def rule(self, span: Span, name: str, kind: RuleKind = RuleKind.TERMINATE) -> int:
+        """Number of the rule of this kind written at `span`."""
+        self.rules.setdefault((span, kind), name)
+        return list(self.rules).index((span, kind))
 
     def line(self, span: Span) -> int:
         return self.source.position(span.start).line
@@ -87,7 +90,7 @@ class Variant:
     network: Network | None = None
     actors: list[Actor] = field(default_factory=list)
     requirements: list[ir.Requirement] = field(default_factory=list)
-    rule_conditions: dict[Span, ir.Expr] = field(default_factory=dict)
+    rule_conditions: dict[RuleKey, ir.Expr] = field(default_factory=dict)
     choices: list[ir.Choice] = field(default_factory=list)
     draw_sites: list[ir.DrawSite] = field(default_factory=list)
     finite_draws: dict[int, Span] = field(default_factory=dict)

@@ -15,7 +15,7 @@ from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.behaviours import actor_behaviour, warn_if_idle
 from cortex_dsl.semantics.choices import VARIANT_LIMIT, Oracle, TooManyVariants, enumerate_variants
 from cortex_dsl.semantics.classes import OFF_ROAD, PROPERTIES
-from cortex_dsl.semantics.context import Evaluator, FileContext, Moment, Variant
+from cortex_dsl.semantics.context import Evaluator, FileContext, Moment, RuleKey, Variant
 from cortex_dsl.semantics.expressions import evaluator
 from cortex_dsl.semantics.findings import Findings
 from cortex_dsl.semantics.overrides import param_entries, read_overrides
@@ -79,7 +79,7 @@ class Draft:
     """A variant before the rules of all variants are known."""
 
     variant: ir.Variant
-    conditions: Mapping[Span, ir.Expr]
+    conditions: Mapping[RuleKey, ir.Expr]
     span: Span
     """Where it was rejected, or its first object."""
 
@@ -292,5 +292,7 @@ def _completed(file: FileContext, draft: Draft, requirements: Mapping[Key, ir.Re
     return replace(
         draft.variant,
         requirements=tuple(own.get(key, replace(r, condition=always)) for key, r in requirements.items()),
-        rules=tuple(ir.Rule(draft.conditions.get(span), name, file.line(span)) for span, name in file.rules.items()),
+        rules=tuple(
+            ir.Rule(draft.conditions.get(key), name, file.line(key[0]), key[1]) for key, name in file.rules.items()
+        ),
     )

@@ -18,6 +18,7 @@ from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.streams import parse_key
+from engine.vocabulary import RuleKind
 
 MAP_PARAMS = frozenset({"map", "carla_map", "lgsvl_map", "use2DMap"})
 """Params by which Scenic's scripts name a map file."""
@@ -185,7 +186,7 @@ def _terminate_after(ev: Evaluator, node: nodes.TerminateAfter) -> None:
 def terminate_when(ev: Evaluator, node: nodes.TerminateWhen) -> None:
     """A condition over the running simulation; evaluated with everything that the file defines."""
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
-    ev.run.rule_conditions[node.span] = condition
+    ev.run.rule_conditions[node.span, RuleKind.TERMINATE] = condition
     ev.file.rule(node.span, node.name or " ".join(ev.file.source.slice(node.condition.span).split()))
     if closed_value(condition) not in (None, 0.0):
         ev.report(errors.NEVER_RUNS.at(node.condition.span))

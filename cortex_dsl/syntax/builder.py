@@ -150,15 +150,15 @@ class StatementBuilder:
         return nodes.Parameter(str(tree.children[0]), self.optional(tree.children[1]), span=span_of(tree))
 
     def do(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
-        return nodes.Do(self.expression(parts[0]), span=span)
+        return nodes.Do((self.expression(parts[0]),), span=span)
 
     def do_until(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
-        return nodes.Do(self.expression(parts[0]), until=self.expression(parts[1]), span=span)
+        return nodes.Do((self.expression(parts[0]),), until=self.expression(parts[1]), span=span)
 
     def do_for(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         behavior, duration, word = parts
         return nodes.Do(
-            self.expression(behavior), duration=self.expression(duration), in_steps=word == "steps", span=span
+            (self.expression(behavior),), duration=self.expression(duration), in_steps=word == "steps", span=span
         )
 
     def take(self, parts: Sequence[Child], span: Span) -> nodes.Statement:

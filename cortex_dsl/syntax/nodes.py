@@ -216,6 +216,14 @@ class OffsetAlong(Expression):
     offset: Expression
 
 
+@dataclass(frozen=True)
+class Temporal(Expression):
+    """`always a`, `eventually a`, `next a`, `a until b`, `a implies b`: in the condition of a `require` only."""
+
+    operator: str
+    operands: tuple[Expression, ...]
+
+
 # -- specifiers and `new` -------------------------------------------------------------------------------------------
 
 
@@ -369,11 +377,91 @@ class Require(Statement):
 
 
 @dataclass(frozen=True)
+class RequireMonitor(Statement):
+    """`require monitor M(arguments) as "name"`: the monitor runs beside the scenario."""
+
+    monitor: Expression
+    name: str | None = None
+
+
+@dataclass(frozen=True)
 class TerminateWhen(Statement):
-    """`terminate when condition as "name"`."""
+    """`terminate when condition as "name"`; `simulation` for `terminate simulation when`."""
 
     condition: Expression
     name: str | None = None
+    simulation: bool = False
+
+
+@dataclass(frozen=True)
+class Record(Statement):
+    """`record value as name`; when is `""` (a series over time), `initial` or `final`."""
+
+    value: Expression
+    when: str = ""
+    name: str | None = None
+
+
+@dataclass(frozen=True)
+class Mutate(Statement):
+    """`mutate a, b by 2`: noise on the pose of these objects; of all, where none is named."""
+
+    targets: tuple[str, ...]
+    amount: Expression | None = None
+
+
+@dataclass(frozen=True)
+class Signals(Statement):
+    """`signals(green=20 s, yellow=3 s, all_red=2 s, offset=PHASE)`: the intersections have traffic lights."""
+
+    arguments: tuple[Argument, ...]
+
+
+@dataclass(frozen=True)
+class Import(Statement):
+    """`import cars`, `import lib.cars as c`, `import "lib/cars.scn" as c`; `path` is as written, without quotes."""
+
+    path: str
+    alias: str | None = None
+    quoted: bool = False
+    path_span: Span = field(compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class ImportedName(Node):
+    name: str
+    alias: str | None = None
+
+
+@dataclass(frozen=True)
+class ImportFrom(Statement):
+    """`from cars import Taxi, slow as crawl`; `names` is empty for `*`."""
+
+    path: str
+    names: tuple[ImportedName, ...]
+    quoted: bool = False
+    path_span: Span = field(compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class PropertyDefault(Node):
+    """`speed: Range(3, 9) m/s` in a class."""
+
+    name: str
+    value: Expression
+    name_span: Span = field(compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class ClassDefinition(Statement):
+    """`class Taxi(Car):` with property defaults, each evaluated anew for every object."""
+
+    name: str
+    base: str | None
+    properties: tuple[PropertyDefault, ...]
+    docstring: str | None = None
+    name_span: Span = field(compare=False, repr=False, kw_only=True)
+    base_span: Span | None = field(compare=False, repr=False, kw_only=True, default=None)
 
 
 @dataclass(frozen=True)
@@ -391,7 +479,27 @@ class Parameter(Node):
 
 
 @dataclass(frozen=True)
+class Guard(Node):
+    """`precondition: condition` or `invariant: condition`."""
+
+    condition: Expression
+
+
+@dataclass(frozen=True)
 class BehaviorDefinition(Statement):
+    name: str
+    parameters: tuple[Parameter, ...]
+    body: tuple[Statement, ...]
+    docstring: str | None = None
+    preconditions: tuple[Guard, ...] = ()
+    invariants: tuple[Guard, ...] = ()
+    name_span: Span = field(compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class MonitorDefinition(Statement):
+    """`monitor M(parameters):` a behaviour of nobody: it waits, requires and terminates."""
+
     name: str
     parameters: tuple[Parameter, ...]
     body: tuple[Statement, ...]
@@ -400,14 +508,40 @@ class BehaviorDefinition(Statement):
 
 
 @dataclass(frozen=True)
+class ScenarioDefinition(Statement):
+    """`scenario S(parameters):` with `setup:` and `compose:`; a body without either is its setup."""
+
+    name: str
+    parameters: tuple[Parameter, ...]
+    setup: tuple[Statement, ...]
+    compose: tuple[Statement, ...]
+    docstring: str | None = None
+    preconditions: tuple[Guard, ...] = ()
+    invariants: tuple[Guard, ...] = ()
+    name_span: Span = field(compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True)
+class Override(Statement):
+    """`override ego with behavior B()`: in the setup of a scenario, for as long as it runs."""
+
+    target: Expression
+    specifiers: tuple[Specifier, ...]
+
+
+@dataclass(frozen=True)
 class Do(Statement):
     """`do b`, `do b until c`, `do b for d`; at most one of `until` and `duration` is there."""
 
-    behavior: Expression
+    invocations: tuple[Expression, ...]
+    """One behaviour; several scenarios at once in a `compose`; the options of `choose` and `shuffle`, which may be one
+    dictionary of weights."""
     until: Expression | None = None
     duration: Expression | None = None
     in_steps: bool = False
     """`do b for 20 steps`."""
+    mode: str = ""
+    """`choose`: one of them at random; `shuffle`: all, one after the other, in random order."""
 
 
 @dataclass(frozen=True)
@@ -441,7 +575,9 @@ class Abort(Statement):
 
 @dataclass(frozen=True)
 class Terminate(Statement):
-    """`terminate` inside a behaviour: ends the whole run."""
+    """`terminate` inside a behaviour: ends the scenario that made its object; `simulation` ends the whole run."""
+
+    simulation: bool = False
 
 
 @dataclass(frozen=True)

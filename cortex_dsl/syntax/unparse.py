@@ -121,7 +121,7 @@ def _parameter(node: nodes.Parameter) -> str:
 
 
 def _do(node: nodes.Do) -> list[str]:
-    text = "do " + write(node.behavior, Level.OR)
+    text = "do " + write(node.invocations[0], Level.OR)
     if node.until is not None:
         return [f"{text} until {write(node.until)}"]
     return [text if node.duration is None else f"{text} for {_duration(node.duration, node.in_steps)}"]
