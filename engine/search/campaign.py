@@ -55,6 +55,14 @@ class Progress:
 OnGeneration = Callable[[Progress], None]
 
 
+class ForeignPast(Exception):  # noqa: N818 - says what the past is
+    """A journal's generation is not the one that its searcher proposes: other settings, or another version."""
+
+    def __init__(self, generation: int) -> None:
+        self.generation = generation
+        super().__init__(f"generation {generation} does not follow from the ones before it")
+
+
 @dataclass(frozen=True)
 class Campaign:
     """A search from its first generation to the last that was finished."""
@@ -101,11 +109,18 @@ def run_campaign(
     preset: str = "",
     on_generation: OnGeneration | None = None,
     should_stop: Callable[[], bool] = lambda: False,
+    past: Sequence[Evaluations] = (),
 ) -> Campaign:
     """Run all generations, or as many as there is time for.
 
+    `past` holds the first generations of the same campaign, from a journal: the searcher is told their results again
+    instead of simulating them, and goes on where it was. `on_generation` hears of what is new.
+
     Ctrl-C, or `should_stop` after a generation, ends the campaign with what is finished; Ctrl-C before the end of the
     first generation is passed on. What `on_generation` raises is passed on too.
+
+    Raises:
+        ForeignPast: the searcher would not have proposed what `past` holds.
     """
     quantile_level(config.aggregate)
     start = perf_counter()
@@ -115,12 +130,15 @@ def run_campaign(
     try:
         for generation in range(config.generations):
             proposals = searcher.ask()
-            evaluations = _evaluate(proposals, [block for block, _ in done], evaluate, config, method)
+            if generation < len(past):
+                evaluations = _told_again(proposals, past[generation], generation)
+            else:
+                evaluations = _evaluate(proposals, [block for block, _ in done], evaluate, config, method)
             searcher.tell(results(evaluations))
             done.append((evaluations, generation_figures(evaluations, generation)))
             best = _worse(best, evaluations, sum(len(block) for block, _ in done[:-1]))
             simulations += done[-1][1].by_simulation.runs
-            if on_generation is not None:
+            if on_generation is not None and generation >= len(past):
                 elapsed = perf_counter() - start
                 on_generation(Progress(generation, config.generations, *done[-1], best, simulations, elapsed))
             if should_stop():
@@ -130,6 +148,16 @@ def run_campaign(
             raise
     stopped = len(done) < config.generations
     return _finish(space, evaluate if not stopped else None, config, method, preset, done, start)
+
+
+def _told_again(proposals: Sequence[Proposal], evaluations: Evaluations, generation: int) -> Evaluations:
+    """A generation of the past, once it is sure that these proposals led to it."""
+    genomes = np.array([proposal.genome for proposal in proposals], dtype=np.float64).reshape(len(proposals), -1)
+    births = np.array([proposal.birth for proposal in proposals])
+    same = genomes.tobytes() == evaluations.genomes.tobytes() and np.array_equal(births, evaluations.births)
+    if not same:
+        raise ForeignPast(generation)
+    return evaluations
 
 
 def _evaluate(

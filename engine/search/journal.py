@@ -96,6 +96,21 @@ class Journal:
                 connection.executemany("INSERT INTO manifest VALUES (?, ?)", values)
         return cls(path, connection)
 
+    @classmethod
+    def reopen(cls, path: Path) -> "Journal":
+        """Go on with the journal of a run that was stopped or killed; `journal_reader` has checked that it is one.
+
+        Raises:
+            StoreError: it cannot be written.
+        """
+        with store_errors(path):
+            connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode=rw", uri=True, isolation_level=None)
+            connection.execute("PRAGMA journal_mode = WAL")
+            connection.execute("PRAGMA synchronous = NORMAL")
+            with _transaction(connection):
+                connection.execute("UPDATE status SET status = 'running', seconds = NULL")
+        return cls(path, connection)
+
     def write(self, progress: Progress) -> None:
         """Add one generation: all of it or, if anything goes wrong, nothing."""
         self._write(progress.evaluations, progress.figures, progress.elapsed)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from engine.search.aggregate import aggregate
-from engine.search.assessment import Assessment, map_arrays
+from engine.search.assessment import Assessment, map_arrays, take
 from engine.search.columns import SCALARS, from_columns
 from engine.search.evaluations import Evaluations
 from engine.search.figures import Figures, GenerationFigures
@@ -33,6 +33,11 @@ class Record:
     seconds: float
     """NaN unless stopped or finished."""
 
+    def past(self) -> list[Evaluations]:
+        """The evaluations of each generation, as `run_campaign` takes them."""
+        generation = self.evaluations.places[:, 0]
+        return [take(self.evaluations, generation == number) for number in range(len(self.generations))]
+
 
 def read_journal(path: Path) -> Record:
     """Read a whole run.
@@ -44,16 +49,26 @@ def read_journal(path: Path) -> Record:
         raise StoreError(f"there is no journal at `{path}`", "name the folder of a run, such as runs/left_turn-ga-001")
     with store_errors(path), closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as connection:
         _check(path, connection)
-        manifest = _manifest(connection)
-        status, seconds = connection.execute("SELECT status, seconds FROM status").fetchone()
-        figures = connection.execute("SELECT generation, figures FROM generation ORDER BY generation").fetchall()
-        return Record(
-            manifest=manifest,
-            evaluations=_evaluations(connection, manifest),
-            generations=tuple(_figures(generation, text) for generation, text in figures),
-            status=status,
-            seconds=float("nan") if seconds is None else seconds,
-        )
+        try:
+            return _record(connection)
+        except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
+            raise StoreError(
+                f"`{path}` is damaged: what it holds does not fit together ({type(error).__name__})",
+                "restore it from a copy, or repeat the run",
+            ) from error
+
+
+def _record(connection: sqlite3.Connection) -> Record:
+    manifest = _manifest(connection)
+    status, seconds = connection.execute("SELECT status, seconds FROM status").fetchone()
+    figures = connection.execute("SELECT generation, figures FROM generation ORDER BY generation").fetchall()
+    return Record(
+        manifest=manifest,
+        evaluations=_evaluations(connection, manifest),
+        generations=tuple(_figures(generation, text) for generation, text in figures),
+        status=status,
+        seconds=float("nan") if seconds is None else seconds,
+    )
 
 
 def _check(path: Path, connection: sqlite3.Connection) -> None:

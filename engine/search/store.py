@@ -7,8 +7,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from filelock import FileLock, Timeout
+
 JOURNAL = "journal.sqlite"
 """The one file that holds everything; the others beside it are exports of it."""
+LOCK = ".lock"
+"""Held by the process that writes a run; whatever ends the process lets go of it."""
 
 
 class StoreError(Exception):
@@ -42,12 +46,33 @@ def new_directory(directory: Path) -> Path:
         directory.mkdir(parents=True, exist_ok=True)
         if (directory / JOURNAL).exists():
             raise StoreError(f"`{directory}` already holds a run", "name another --out; a run is never overwritten")
-        if any(directory.iterdir()):
+        if any(path.name != LOCK for path in directory.iterdir()):
             raise StoreError(f"`{directory}` is not empty", "name a new or an empty folder with --out")
         probe = directory / ".write-test"
         probe.touch()
         probe.unlink()
     return directory
+
+
+@contextmanager
+def hold(directory: Path) -> Iterator[None]:
+    """Keep other processes from writing the same run for as long as the block runs.
+
+    Raises:
+        StoreError: another process is at it, or the folder cannot be written.
+    """
+    lock = FileLock(directory / LOCK)
+    with store_errors(directory):
+        try:
+            lock.acquire(timeout=0)
+        except Timeout:
+            raise StoreError(
+                f"`{directory}` is being written by another process", "wait for it to end, or name another folder"
+            ) from None
+    try:
+        yield
+    finally:
+        lock.release()
 
 
 def _last_number(root: Path, stem: str) -> int:

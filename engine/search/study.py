@@ -1,10 +1,11 @@
 """One call for a whole search of a compiled scenario."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from engine.config import Config
 from engine.program import Program
 from engine.search.campaign import Campaign, OnGeneration, run_campaign
+from engine.search.evaluations import Evaluations
 from engine.search.protocol import Box
 from engine.search.searchers import SEARCHERS, build_searcher
 
@@ -18,8 +19,9 @@ def search(
     profile: str = "paper",
     on_generation: OnGeneration | None = None,
     should_stop: Callable[[], bool] = lambda: False,
+    past: Sequence[Evaluations] = (),
 ) -> Campaign:
-    """Search a program's box by a method of `searchers.SEARCHERS`, judged by a risk profile.
+    """Search a program's box by a method of `searchers.SEARCHERS`, judged by a risk profile; see `run_campaign`.
 
     Raises:
         ValueError: an unknown method, engine, profile or aggregate, or settings out of range.
@@ -41,4 +43,5 @@ def search(
         preset=entry.preset(config),
         on_generation=on_generation,
         should_stop=should_stop,
+        past=past,
     )

@@ -1,12 +1,15 @@
 """A toy world for searches: a landscape with invalid regions, noise from the stream key alone, and no simulator."""
 
 from collections.abc import Callable
+from dataclasses import asdict
 
 import numpy as np
 import pytest
 
+from engine.config import Config, SearchConfig
 from engine.program import ParamSpace
 from engine.search.assessment import Assessment, Evaluate
+from engine.search.manifest import Manifest, Parameter
 from engine.search.protocol import Box
 from engine.tables import Floats, Ints
 from engine.vocabulary import Distribution, EndReason, GeneKind, Verdict
@@ -95,6 +98,31 @@ def assessed(verdict: Ints, distance: Floats) -> Assessment:
     )
 
 
+def make_manifest(space: ParamSpace, config: SearchConfig, method: str = "ga") -> Manifest:
+    """Of a toy search."""
+    rows = zip(space.names, space.units, space.kinds.tolist(), space.low.tolist(), space.high.tolist(), strict=True)
+    return Manifest(
+        name="toy",
+        file="toy.scn",
+        file_text='"""A toy."""\n',
+        file_digest="0" * 64,
+        program_digest="1" * 64,
+        method=method,
+        preset="cortex" if method == "ga" else "",
+        profile="paper",
+        seed=config.seed,
+        run=config.run,
+        settings=asdict(Config(search=config)),
+        versions={"cortexc": "0.1.0"},
+        platform="any",
+        command_line=("toy.scn", "--ga"),
+        parameters=tuple(Parameter(*row, options) for row, options in zip(rows, space.options, strict=True)),
+        requirements=("first, of all", 'the "second"', "third"),
+        rules=("time",),
+        actors=("ego", "adversary"),
+    )
+
+
 @pytest.fixture
 def space() -> ParamSpace:
     """Five continuous genes, an integer and an index gene."""
@@ -123,3 +151,9 @@ def evaluators() -> Callable[..., Evaluate]:
 def rows() -> Callable[[Ints, Floats], Assessment]:
     """`assessed`."""
     return assessed
+
+
+@pytest.fixture
+def manifests() -> Callable[..., Manifest]:
+    """`make_manifest`."""
+    return make_manifest

@@ -5,7 +5,7 @@ import errno
 import json
 import sqlite3
 from collections.abc import Callable
-from dataclasses import asdict, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from engine.search.campaign import Campaign, OnGeneration, run_campaign
 from engine.search.exports import write_exports
 from engine.search.journal import Journal
 from engine.search.journal_reader import read_journal
-from engine.search.manifest import Manifest, Parameter
+from engine.search.manifest import Manifest
 from engine.search.protocol import Box
 from engine.search.searchers import SEARCHERS, build_searcher
 from engine.search.store import JOURNAL, StoreError, new_directory, numbered_directory, store_errors
@@ -34,30 +34,6 @@ def run(
     searcher = build_searcher("ga", Box.of(space), Config(search=config))
     return run_campaign(
         space, searcher, evaluate, config, SEARCHERS["ga"].method, "cortex", on_generation=on_generation
-    )
-
-
-def manifest_of(space: ParamSpace, config: SearchConfig = CONFIG) -> Manifest:
-    rows = zip(space.names, space.units, space.kinds.tolist(), space.low.tolist(), space.high.tolist(), strict=True)
-    return Manifest(
-        name="toy",
-        file="toy.scn",
-        file_text='"""A toy."""\n',
-        file_digest="0" * 64,
-        program_digest="1" * 64,
-        method="ga",
-        preset="cortex",
-        profile="paper",
-        seed=config.seed,
-        run=config.run,
-        settings=asdict(Config(search=config)),
-        versions={"cortexc": "0.1.0"},
-        platform="any",
-        command_line=("toy.scn", "--ga"),
-        parameters=tuple(Parameter(*row, options) for row, options in zip(rows, space.options, strict=True)),
-        requirements=("first, of all", 'the "second"', "third"),
-        rules=("time",),
-        actors=("ego", "adversary"),
     )
 
 
@@ -76,24 +52,30 @@ def evaluate(space: ParamSpace, evaluators: Callable[..., Evaluate]) -> Evaluate
     return evaluators(space, error_above=0.95)
 
 
-def test_journal_round_trip(tmp_path: Path, space: ParamSpace, evaluate: Evaluate) -> None:
+def test_journal_round_trip(
+    tmp_path: Path, space: ParamSpace, evaluate: Evaluate, manifests: Callable[..., Manifest]
+) -> None:
     """What is read is what was found, bit for bit: manifest, every evaluation, every figure."""
-    journal = Journal.create(tmp_path / JOURNAL, manifest_of(space))
+    journal = Journal.create(tmp_path / JOURNAL, manifests(space, CONFIG))
     found = run(space, evaluate, on_generation=journal.write)
     journal.finish(found)
     record = read_journal(tmp_path / JOURNAL)
-    assert record.manifest == replace(manifest_of(space), settings=json.loads(json.dumps(manifest_of(space).settings)))
+    assert record.manifest == replace(
+        manifests(space, CONFIG), settings=json.loads(json.dumps(manifests(space, CONFIG).settings))
+    )
     assert_equal(record.evaluations, found.evaluations)
     assert [repr(row) for row in record.generations] == [repr(row) for row in found.generations]
     assert (record.status, record.seconds) == ("finished", found.elapsed)
     assert [path.name for path in tmp_path.iterdir()] == [JOURNAL]
 
 
-def test_journal_of_the_same_seed_is_the_same(tmp_path: Path, space: ParamSpace, evaluate: Evaluate) -> None:
+def test_journal_of_the_same_seed_is_the_same(
+    tmp_path: Path, space: ParamSpace, evaluate: Evaluate, manifests: Callable[..., Manifest]
+) -> None:
     """The tables of results are equal row by row; only pace and status may differ."""
     dumps = []
     for name in ("a.sqlite", "b.sqlite"):
-        journal = Journal.create(tmp_path / name, manifest_of(space))
+        journal = Journal.create(tmp_path / name, manifests(space, CONFIG))
         journal.finish(run(space, evaluate, on_generation=journal.write))
         with sqlite3.connect(tmp_path / name) as connection:
             dumps.append(
@@ -106,17 +88,21 @@ def test_journal_of_the_same_seed_is_the_same(tmp_path: Path, space: ParamSpace,
     assert dumps[0] == dumps[1]
 
 
-def test_rows_are_compact(tmp_path: Path, space: ParamSpace, evaluators: Callable[..., Evaluate]) -> None:
+def test_rows_are_compact(
+    tmp_path: Path, space: ParamSpace, evaluators: Callable[..., Evaluate], manifests: Callable[..., Manifest]
+) -> None:
     """An evaluation takes no more than 300 bytes."""
     config = SearchConfig(generations=10, population=100)
-    journal = Journal.create(tmp_path / JOURNAL, manifest_of(space, config))
+    journal = Journal.create(tmp_path / JOURNAL, manifests(space, config))
     journal.finish(run(space, evaluators(space), config, journal.write))
     assert (tmp_path / JOURNAL).stat().st_size < 300 * 1000
 
 
-def test_interrupted_campaign_keeps_its_generations(tmp_path: Path, space: ParamSpace, evaluate: Evaluate) -> None:
+def test_interrupted_campaign_keeps_its_generations(
+    tmp_path: Path, space: ParamSpace, evaluate: Evaluate, manifests: Callable[..., Manifest]
+) -> None:
     """Ctrl-C in a later generation, also while it is being written, leaves a whole journal of the earlier ones."""
-    journal = Journal.create(tmp_path / JOURNAL, manifest_of(space))
+    journal = Journal.create(tmp_path / JOURNAL, manifests(space, CONFIG))
 
     def write(progress: Any) -> None:
         if progress.generation == 2:
@@ -133,9 +119,11 @@ def test_interrupted_campaign_keeps_its_generations(tmp_path: Path, space: Param
     assert len(record.generations) == 3
 
 
-def test_killed_campaign_is_readable(tmp_path: Path, space: ParamSpace, evaluate: Evaluate) -> None:
+def test_killed_campaign_is_readable(
+    tmp_path: Path, space: ParamSpace, evaluate: Evaluate, manifests: Callable[..., Manifest]
+) -> None:
     """A copy of the files at any moment, as a kill leaves them, holds every generation that was written."""
-    journal = Journal.create(tmp_path / JOURNAL, manifest_of(space))
+    journal = Journal.create(tmp_path / JOURNAL, manifests(space, CONFIG))
     copy = tmp_path / "copy"
     copy.mkdir()
 
@@ -152,9 +140,11 @@ def test_killed_campaign_is_readable(tmp_path: Path, space: ParamSpace, evaluate
     assert_equal(record.evaluations, take(found.evaluations, slice(0, 80)))
 
 
-def test_full_disk_is_a_clear_error(tmp_path: Path, space: ParamSpace, evaluate: Evaluate) -> None:
+def test_full_disk_is_a_clear_error(
+    tmp_path: Path, space: ParamSpace, evaluate: Evaluate, manifests: Callable[..., Manifest]
+) -> None:
     """The generation that does not fit is left out whole; those before it stay."""
-    journal = Journal.create(tmp_path / JOURNAL, manifest_of(space))
+    journal = Journal.create(tmp_path / JOURNAL, manifests(space, CONFIG))
 
     def write(progress: Any) -> None:
         if progress.generation == 2:
@@ -169,7 +159,7 @@ def test_full_disk_is_a_clear_error(tmp_path: Path, space: ParamSpace, evaluate:
     assert len(read_journal(tmp_path / JOURNAL).generations) == 2
 
 
-def test_foreign_and_damaged_files(tmp_path: Path, space: ParamSpace) -> None:
+def test_foreign_and_damaged_files(tmp_path: Path, space: ParamSpace, manifests: Callable[..., Manifest]) -> None:
     """A journal that is missing, not a database, another program's or of another version is named as that."""
     with pytest.raises(StoreError, match="no journal"):
         read_journal(tmp_path / "missing.sqlite")
@@ -184,21 +174,21 @@ def test_foreign_and_damaged_files(tmp_path: Path, space: ParamSpace) -> None:
     with pytest.raises(StoreError, match="another program"):
         read_journal(foreign)
     newer = tmp_path / "newer.sqlite"
-    journal = Journal.create(newer, manifest_of(space))
+    journal = Journal.create(newer, manifests(space, CONFIG))
     journal._connection.execute("PRAGMA user_version = 99")
     journal.close()
     with pytest.raises(StoreError, match="version 99"):
         read_journal(newer)
 
 
-def test_nothing_is_overwritten(tmp_path: Path, space: ParamSpace) -> None:
+def test_nothing_is_overwritten(tmp_path: Path, space: ParamSpace, manifests: Callable[..., Manifest]) -> None:
     """Neither a run, nor a folder with something in it, nor a journal."""
     directory = new_directory(tmp_path / "out" / "deep")
-    Journal.create(directory / JOURNAL, manifest_of(space)).close()
+    Journal.create(directory / JOURNAL, manifests(space, CONFIG)).close()
     with pytest.raises(StoreError, match="already holds a run"):
         new_directory(directory)
     with pytest.raises(StoreError, match="exists already"):
-        Journal.create(directory / JOURNAL, manifest_of(space))
+        Journal.create(directory / JOURNAL, manifests(space, CONFIG))
     with pytest.raises(StoreError, match="not empty"):
         new_directory(tmp_path / "out")
     assert list(new_directory(tmp_path / "empty").iterdir()) == []
@@ -231,10 +221,12 @@ def test_places_that_cannot_be_written(tmp_path: Path) -> None:
     assert "file" in caught.value.cure
 
 
-def test_exports_tell_the_same_story(tmp_path: Path, space: ParamSpace, evaluate: Evaluate) -> None:
+def test_exports_tell_the_same_story(
+    tmp_path: Path, space: ParamSpace, evaluate: Evaluate, manifests: Callable[..., Manifest]
+) -> None:
     """CSV and JSON lines have one row a rollout and read back to the same numbers; critical ones are apart."""
     found = run(space, evaluate, replace(CONFIG, generations=8, population=40))
-    write_exports(tmp_path, found, manifest_of(space))
+    write_exports(tmp_path, found, manifests(space, CONFIG))
     with (tmp_path / "evaluations.csv").open(newline="") as file:
         table = list(csv.DictReader(file))
     lines = [json.loads(line) for line in (tmp_path / "evaluations.jsonl").read_text().splitlines()]
@@ -258,9 +250,11 @@ def test_exports_tell_the_same_story(tmp_path: Path, space: ParamSpace, evaluate
     assert len(critical) - 1 == (runs.score >= 14).sum() > 0
 
 
-def test_every_column_is_explained_beside_the_tables(tmp_path: Path, space: ParamSpace, evaluate: Evaluate) -> None:
+def test_every_column_is_explained_beside_the_tables(
+    tmp_path: Path, space: ParamSpace, evaluate: Evaluate, manifests: Callable[..., Manifest]
+) -> None:
     """The page in the run directory names every file and every column, params and doubled figures by their prefix."""
-    write_exports(tmp_path, run(space, evaluate, CONFIG), manifest_of(space))
+    write_exports(tmp_path, run(space, evaluate, CONFIG), manifests(space, CONFIG))
     page = (tmp_path / "README.md").read_text()
     names = {path.name for path in tmp_path.iterdir()} - {"README.md"}
     for table in ("evaluations.csv", "generations.csv"):
@@ -269,10 +263,12 @@ def test_every_column_is_explained_beside_the_tables(tmp_path: Path, space: Para
     assert all(name.startswith(("param_", "simulated_")) for name in unexplained)
 
 
-def test_summary_and_generations(tmp_path: Path, space: ParamSpace, evaluate: Evaluate) -> None:
+def test_summary_and_generations(
+    tmp_path: Path, space: ParamSpace, evaluate: Evaluate, manifests: Callable[..., Manifest]
+) -> None:
     """The summary is strict JSON with manifest, figures, cases and genes; generations.csv has one row for each."""
     found = run(space, evaluate)
-    write_exports(tmp_path, found, manifest_of(space))
+    write_exports(tmp_path, found, manifests(space, CONFIG))
     document = json.loads((tmp_path / "summary.json").read_text(), parse_constant=lambda text: pytest.fail(text))
     assert document["manifest"]["preset"] == "cortex"
     assert document["by_individual"]["nc"] == found.by_individual.nc
@@ -286,7 +282,9 @@ def test_summary_and_generations(tmp_path: Path, space: ParamSpace, evaluate: Ev
     assert [float(row["simulated_rl"]) for row in table] == [row.by_simulation.rl for row in found.generations]
 
 
-def test_names_that_need_quotes(tmp_path: Path, spaces: Callable[..., ParamSpace], rows: Any) -> None:
+def test_names_that_need_quotes(
+    tmp_path: Path, spaces: Callable[..., ParamSpace], rows: Any, manifests: Callable[..., Manifest]
+) -> None:
     """A gene may be called anything that the language allows; percent signs and quotes do no harm."""
     space = spaces([0.0], [1.0], names=['odd, "100 %s"'])
 
@@ -294,7 +292,7 @@ def test_names_that_need_quotes(tmp_path: Path, spaces: Callable[..., ParamSpace
         return rows(np.zeros(len(keys), dtype=np.int32), genomes[:, 0])
 
     found = run(space, evaluate, SearchConfig(generations=1, population=3))
-    write_exports(tmp_path, found, manifest_of(space))
+    write_exports(tmp_path, found, manifests(space, CONFIG))
     with (tmp_path / "evaluations.csv").open(newline="") as file:
         assert 'param_odd, "100 %s"' in next(csv.DictReader(file))
     assert 'param_odd, "100 %s"' in json.loads((tmp_path / "evaluations.jsonl").read_text().splitlines()[0])
