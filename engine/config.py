@@ -51,7 +51,7 @@ class SearchConfig:
 
 @dataclass(frozen=True)
 class GAConfig:
-    """The genetic algorithm of the paper, every gap decided (see search.ga)."""
+    """The genetic algorithm of the paper, every gap decided (see search.methods.ga)."""
 
     preset: str = "cortex"
     selection_rate: float = 0.1

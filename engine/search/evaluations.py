@@ -104,8 +104,12 @@ def judge(rollouts: Assessment, how: str) -> tuple[Ints, Floats]:
 
 def results(evaluations: Evaluations) -> list[Result]:
     """What a searcher is told, one result a row."""
-    rows = zip(evaluations.verdict.tolist(), evaluations.fitness.tolist(), evaluations.reused.tolist(), strict=True)
-    return [Result(_status(verdict, reused), fitness, Verdict(verdict)) for verdict, fitness, reused in rows]
+    columns = evaluations.verdict, evaluations.fitness, evaluations.reused, evaluations.continuous
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    return [
+        Result(_status(verdict, reused), fitness, Verdict(verdict), continuous)
+        for verdict, fitness, reused, continuous in rows
+    ]
 
 
 def _status(verdict: int, reused: bool) -> Status:

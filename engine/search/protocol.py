@@ -30,6 +30,8 @@ class Operator(IntEnum):
     MUTATION = 3
     CROSSOVER_MUTATION = 4
     """A child that was known whatever its parents, so that one of its genes was drawn anew."""
+    SAMPLED = 5
+    """Drawn from a distribution that the search has learnt."""
 
 
 class Status(IntEnum):
@@ -83,6 +85,8 @@ class Result:
     fitness: float
     """Larger is riskier; NaN unless valid or reused."""
     verdict: Verdict
+    continuous: float = float("nan")
+    """The continuous risk, by which a search may climb inside a band of the integer one; NaN as `fitness`."""
 
     @property
     def selectable(self) -> bool:

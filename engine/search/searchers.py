@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from functools import partial
 
 from engine.config import Config
-from engine.search.ga import GeneticAlgorithm
+from engine.search.methods.ga import GeneticAlgorithm
+from engine.search.methods.random_search import RandomSearch
 from engine.search.protocol import Box, Searcher, StreamAt
-from engine.search.random_search import RandomSearch
 from engine.streams import FIELD_BITS, operator_generator
 from engine.vocabulary import Method
 

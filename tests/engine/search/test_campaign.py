@@ -11,7 +11,7 @@ from engine.config import Config, GAConfig, SearchConfig
 from engine.program import ParamSpace
 from engine.search.assessment import Assessment, Evaluate, concatenate, take
 from engine.search.campaign import Campaign, Progress, run_campaign
-from engine.search.ga import PRESETS
+from engine.search.methods.ga import PRESETS
 from engine.search.protocol import Box, Operator
 from engine.search.searchers import SEARCHERS, build_searcher
 from engine.tables import Floats, Ints

@@ -30,7 +30,7 @@ from dataclasses import dataclass
 from numpy.random import Generator
 
 from engine.config import GAConfig
-from engine.search.operators import crossover, draw_genome, mutate, next_elite, pick, tournament
+from engine.search.methods.operators import crossover, draw_genome, mutate, next_elite, pick, tournament
 from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, StreamAt, check_answer
 
 PRESETS = {

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from engine.search.operators import draw_genome
+from engine.search.methods.operators import draw_genome
 from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, check_answer
 
 

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from numpy.random import Generator, Philox
 
 from engine.config import GAConfig
-from engine.search.ga import PRESETS, GeneticAlgorithm, operator_thresholds, tournament_size
+from engine.search.methods.ga import PRESETS, GeneticAlgorithm, operator_thresholds, tournament_size
+from engine.search.methods.random_search import RandomSearch
 from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, Status
-from engine.search.random_search import RandomSearch
 from engine.streams import operator_generator
 from engine.vocabulary import GeneKind, Method, Verdict
 
@@ -294,7 +294,7 @@ def test_child_known_whatever_the_parents_is_mutated() -> None:
 def test_redraws_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     """A hopeless child is bred 1 + max_redraws times, not more and not fewer."""
     calls = []
-    monkeypatch.setattr("engine.search.ga.draw_genome", lambda stream, box: calls.append(1) or (0.5,) * len(box))
+    monkeypatch.setattr("engine.search.methods.ga.draw_genome", lambda stream, box: calls.append(1) or (0.5,) * len(box))
     search = GeneticAlgorithm(simple_box(), 2, streams)
     first, second = search.ask()
     assert len(calls) == 1 + 11

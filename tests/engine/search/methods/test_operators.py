@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.random import Generator, Philox
 
-from engine.search.operators import crossover, draw_gene, draw_genome, mutate, next_elite, pick, tournament
+from engine.search.methods.operators import crossover, draw_gene, draw_genome, mutate, next_elite, pick, tournament
 from engine.search.protocol import Box, Genome
 from engine.vocabulary import GeneKind
 

@@ -1,0 +1,47 @@
+"""The box of a search as a unit cube, for methods that think in distances and directions."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from engine.search.protocol import Box, Genome
+from engine.tables import Floats
+from engine.vocabulary import GeneKind
+
+
+class Cube:
+    """Points of [0, 1]^d and genomes of a box. A discrete gene owns one equal slice of its axis for each value."""
+
+    def __init__(self, box: Box) -> None:
+        self.size = len(box)
+        self._low, high = np.array(box.low), np.array(box.high)
+        self._discrete = np.array([kind is not GeneKind.CONTINUOUS for kind in box.kinds], dtype=bool)
+        self._span = high - self._low
+        self._values = np.where(self._discrete, self._span + 1.0, 1.0)
+
+    @property
+    def discrete(self) -> np.ndarray:
+        """(d,) which genes take whole numbers only."""
+        return self._discrete
+
+    def values(self, gene: int) -> int:
+        """How many values a discrete gene has."""
+        return int(self._values[gene])
+
+    def genome(self, point: Floats) -> Genome:
+        """The genome at a point (d,); points outside count as the nearest inside."""
+        inside = np.clip(point, 0.0, 1.0)
+        slices = np.minimum(np.floor(inside * self._values), self._values - 1.0)
+        steps = np.where(self._discrete, slices, inside * self._span)
+        return tuple(np.minimum(self._low + steps, self._low + self._span).tolist())
+
+    def genomes(self, points: Floats) -> list[Genome]:
+        """One genome for each row of points (n, d)."""
+        return [self.genome(point) for point in points]
+
+    def point(self, genome: Sequence[float]) -> Floats:
+        """(d,) where a genome lies; a discrete value at the middle of its slice, a range of one value at 0.5."""
+        offset = np.asarray(genome) - self._low
+        width = np.where(self._span > 0.0, self._span, 1.0)
+        continuous = np.where(self._span > 0.0, offset / width, 0.5)
+        return np.where(self._discrete, (offset + 0.5) / self._values, continuous)

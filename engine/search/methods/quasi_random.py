@@ -1,0 +1,46 @@
+"""Points that cover the box more evenly than chance: Sobol, Halton, and Latin hypercubes.
+
+Owen (1998), "Scrambling Sobol' and Niederreiter-Xing points"; Owen (2017), "A randomized Halton algorithm in R";
+McKay, Beckman and Conover (1979), "A comparison of three methods for selecting values of input variables".
+"""
+
+import warnings
+from collections.abc import Sequence
+from typing import Any
+
+from engine.search.methods.cube import Cube
+from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, check_answer
+
+SEQUENCES = {"sobol": "Sobol", "halton": "Halton", "lhs": "LatinHypercube"}
+"""Method and its class in `scipy.stats.qmc`."""
+
+
+class QuasiRandom:
+    """Learns nothing: valid, invalid and failed results alike leave it as it was.
+
+    Sobol and Halton go on from generation to generation; each generation of `lhs` is a Latin hypercube of its own.
+    """
+
+    def __init__(self, box: Box, population: int, streams: StreamAt, sequence: str) -> None:
+        from scipy.stats import qmc
+
+        self._cube = Cube(box)
+        self._population = population
+        self._generation = -1
+        self._asked: list[Proposal] = []
+        self._points: Any = getattr(qmc, SEQUENCES[sequence])(d=max(1, len(box)), rng=streams(0, 0))
+
+    def ask(self) -> list[Proposal]:
+        self._generation += 1
+        with warnings.catch_warnings():
+            # Sobol's balance asks for powers of two; a population that is none is still spread evenly.
+            warnings.simplefilter("ignore", UserWarning)
+            points = self._points.random(self._population)[:, : self._cube.size]
+        self._asked = [
+            Proposal(genome, Operator.RANDOM, Birth(self._generation, slot))
+            for slot, genome in enumerate(self._cube.genomes(points))
+        ]
+        return self._asked
+
+    def tell(self, results: Sequence[Result]) -> None:
+        check_answer(self._asked, results)
