@@ -104,11 +104,11 @@ def judge(rollouts: Assessment, how: str) -> tuple[Ints, Floats]:
 
 def results(evaluations: Evaluations) -> list[Result]:
     """What a searcher is told, one result a row."""
-    columns = evaluations.verdict, evaluations.fitness, evaluations.reused, evaluations.continuous
+    columns = evaluations.verdict, evaluations.fitness, evaluations.reused, evaluations.continuous, evaluations.collided
     rows = zip(*(column.tolist() for column in columns), strict=True)
     return [
-        Result(_status(verdict, reused), fitness, Verdict(verdict), continuous)
-        for verdict, fitness, reused, continuous in rows
+        Result(_status(verdict, reused), fitness, Verdict(verdict), continuous, collided)
+        for verdict, fitness, reused, continuous, collided in rows
     ]
 
 

@@ -87,11 +87,18 @@ class Result:
     verdict: Verdict
     continuous: float = float("nan")
     """The continuous risk, by which a search may climb inside a band of the integer one; NaN as `fitness`."""
+    failure: bool = False
+    """Whether it is what the search is for: the ego collided."""
 
     @property
     def selectable(self) -> bool:
         """Whether the individual may breed or be kept."""
         return self.status in (Status.VALID, Status.REUSED)
+
+    @property
+    def judged(self) -> bool:
+        """Whether something is known of the genome: it was simulated, or shown to be invalid."""
+        return self.status is not Status.ERROR
 
 
 @dataclass(frozen=True, slots=True)

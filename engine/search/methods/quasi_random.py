@@ -8,6 +8,8 @@ import warnings
 from collections.abc import Sequence
 from typing import Any
 
+from numpy.random import default_rng
+
 from engine.search.methods.cube import Cube
 from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, check_answer
 
@@ -28,7 +30,9 @@ class QuasiRandom:
         self._population = population
         self._generation = -1
         self._asked: list[Proposal] = []
-        self._points: Any = getattr(qmc, SEQUENCES[sequence])(d=max(1, len(box)), rng=streams(0, 0))
+        # scipy spawns generators of its own, which only a seeded one can.
+        seeded = default_rng(streams(0, 0).integers(1 << 63))
+        self._points: Any = getattr(qmc, SEQUENCES[sequence])(d=max(1, len(box)), rng=seeded)
 
     def ask(self) -> list[Proposal]:
         self._generation += 1

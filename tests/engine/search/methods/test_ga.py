@@ -294,7 +294,9 @@ def test_child_known_whatever_the_parents_is_mutated() -> None:
 def test_redraws_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     """A hopeless child is bred 1 + max_redraws times, not more and not fewer."""
     calls = []
-    monkeypatch.setattr("engine.search.methods.ga.draw_genome", lambda stream, box: calls.append(1) or (0.5,) * len(box))
+    monkeypatch.setattr(
+        "engine.search.methods.ga.draw_genome", lambda stream, box: calls.append(1) or (0.5,) * len(box)
+    )
     search = GeneticAlgorithm(simple_box(), 2, streams)
     first, second = search.ask()
     assert len(calls) == 1 + 11

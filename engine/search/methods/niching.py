@@ -1,0 +1,169 @@
+"""Our own genetic algorithm: many children are bred, and of each brood the one is run that promises a *new* failure.
+
+    archive = everything that was run
+    for each place of a generation
+        a brood of children: bred from failures that lie apart from others, or drawn anew at random
+        promise of a child  = share of failures among its nearest neighbours in the archive, nearer ones counting more
+        novelty of a child  = distance to the nearest failure known
+        run the most novel child among those that promise enough, else the most promising
+
+The paper's algorithm breeds only from the last generation and picks parents by risk alone: it finds failures fast, and
+then the same ones again and again. Here the archive remembers all, parents are picked by how alone they are, and what
+is surely harmless or known is never run. Distances between neighbours weigh each gene by how well it tells failures
+from the rest, so that genes that do not matter do not blur the picture.
+
+Sources of the parts: preselection by what is known, Rasheed and Hirsh (2000), "Informed operators: speeding up genetic
+algorithm based design optimization using reduced models"; novelty, Lehman and Stanley (2011), "Abandoning objectives";
+weights of genes, Kira and Rendell (1992), "A practical approach to feature selection" (Relief).
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.random import Generator
+
+from engine.search.methods.annealing import reflected
+from engine.search.methods.cube import Cube
+from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, check_answer
+from engine.tables import Floats, Ints
+
+BROOD = 10
+"""Children of which one is run."""
+NEIGHBOURS = 8
+ENOUGH = 0.9
+"""Promise from which on novelty decides."""
+FRESH = 0.3
+"""Share of children that are drawn at random over the box."""
+EXPLORING = 0.05
+"""Share of a generation that is run at random, whatever it promises."""
+RIVALS = 3
+"""Failures that compete, by how alone they are, to be a parent."""
+STEP = 0.15
+"""Standard deviation of a mutation, of the unit interval."""
+MUTATED = 0.4
+"""Share of genes that a mutation moves."""
+NEARNESS = 0.02
+"""Distance below which neighbours count alike."""
+FEW = 20
+"""Fewer failures than this are joined by the riskiest individuals so far."""
+LEAST_WEIGHT = 0.1
+"""Of a gene that tells nothing."""
+SAMPLE = 600
+"""Latest individuals that the weights are learnt from."""
+
+
+class NichingSearch:
+    """Valid results without failure and invalid ones alike count as harmless; a failed one (an error) is forgotten."""
+
+    def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
+        self._cube = Cube(box)
+        self._population = population
+        self._streams = streams
+        self._generation = -1
+        self._asked: list[Proposal] = []
+        self._points = np.empty((0, len(box)))
+        self._archive = np.empty((0, len(box)))
+        self._failed = np.empty(0, dtype=bool)
+        self._sought = np.empty(0, dtype=bool)
+        self._risk = np.empty(0)
+        self._births: list[Birth] = []
+
+    def ask(self) -> list[Proposal]:
+        self._generation += 1
+        stream = self._streams(self._generation, 0)
+        shape = self._population, self._cube.size
+        parents = np.full((self._population, 2), -1)
+        self._points = stream.random(shape)
+        if self._sought.any() and self._cube.size:
+            self._points, parents = self._bred(stream)
+            exploring = round(EXPLORING * self._population)
+            self._points[:exploring], parents[:exploring] = stream.random((exploring, self._cube.size)), -1
+        self._asked = [self._proposal(slot, pair) for slot, pair in enumerate(parents.tolist())]
+        return self._asked
+
+    def _proposal(self, slot: int, parents: Sequence[int]) -> Proposal:
+        births = tuple(self._births[parent] for parent in parents if parent >= 0)
+        operator = (Operator.RANDOM, Operator.MUTATION, Operator.CROSSOVER_MUTATION)[len(births)]
+        return Proposal(self._cube.genome(self._points[slot]), operator, Birth(self._generation, slot), births)
+
+    def tell(self, results: Sequence[Result]) -> None:
+        check_answer(self._asked, results)
+        known = [slot for slot, result in enumerate(results) if result.judged]
+        self._archive = np.concatenate([self._archive, self._points[known]])
+        self._failed = np.append(self._failed, [results[slot].failure for slot in known]).astype(bool)
+        risk = [results[slot].continuous if results[slot].selectable else -np.inf for slot in known]
+        self._risk = np.append(self._risk, risk)
+        self._births += [self._asked[slot].birth for slot in known]
+        self._learn()
+
+    def _learn(self) -> None:
+        """What to breed from: the failures, or the riskiest so far while there are few of them."""
+        ranked = np.argsort(-self._risk, kind="stable")[:FEW]
+        few = np.zeros(len(self._risk), dtype=bool)
+        few[ranked[np.isfinite(self._risk[ranked])]] = True
+        self._sought = self._failed if self._failed.sum() >= FEW else self._failed | few
+
+    def _bred(self, stream: Generator) -> tuple[Floats, np.ndarray]:
+        """The chosen child of every brood (population, d), and its parents (population, 2), -1 where none."""
+        failures = self._archive[self._sought]
+        children, parents = self._brood(stream, failures)
+        promise = self._promise(children)
+        novelty = nearest(failures, children, 1)[0][:, 0]
+        score = np.where(promise >= ENOUGH, 1.0 + novelty, promise).reshape(self._population, BROOD)
+        chosen = np.arange(self._population) * BROOD + score.argmax(axis=1)
+        rows = np.flatnonzero(self._sought)
+        return children[chosen], np.where(parents[chosen] >= 0, rows[parents[chosen]], -1)
+
+    def _brood(self, stream: Generator, failures: Floats) -> tuple[Floats, np.ndarray]:
+        """All children: a lonely failure, in half of them crossed with another, then mutated; some drawn at random."""
+        count, size = self._population * BROOD, self._cube.size
+        alone = nearest(failures, failures, 4)[0][:, -1]
+        rivals = stream.integers(len(failures), size=(count, RIVALS))
+        first = rivals[np.arange(count), alone[rivals].argmax(axis=1)]
+        second = np.where(stream.random(count) < 0.5, stream.integers(len(failures), size=count), -1)
+        from_second = (stream.random((count, size)) < 0.5) & (second >= 0)[:, np.newaxis]
+        children = np.where(from_second, failures[second], failures[first])
+        moved = stream.random((count, size)) < MUTATED
+        moved[np.arange(count), stream.integers(size, size=count)] = True
+        children = reflected(children + STEP * stream.standard_normal((count, size)) * moved)
+        fresh = stream.random(count) < FRESH
+        children[fresh] = stream.random((int(fresh.sum()), size))
+        parents = np.stack([first, second], axis=1)
+        parents[fresh] = -1
+        return children, parents
+
+    def _promise(self, children: Floats) -> Floats:
+        """(n,) share of failures among the nearest neighbours, each weighed by its nearness."""
+        weights = gene_weights(self._archive, self._sought)
+        distance, neighbour = nearest(self._archive * weights, children * weights, NEIGHBOURS)
+        nearness = 1.0 / (distance + NEARNESS)
+        return (nearness * self._sought[neighbour]).sum(axis=1) / nearness.sum(axis=1)
+
+
+def gene_weights(points: Floats, failed: np.ndarray) -> Floats:
+    """(d,) how well each gene tells failures from the rest, 1 for the best: the Relief weights of the latest points.
+
+    A gene counts by how much further away the nearest of the other kind are than the nearest of the own kind.
+    """
+    if min(failed.sum(), (~failed).sum()) < 10:
+        return np.ones(points.shape[1])
+    points_of = {kind: points[failed == kind] for kind in (True, False)}
+    latest, kinds = points[-SAMPLE:], failed[-SAMPLE:]
+    weights = np.zeros(points.shape[1])
+    for kind in (True, False):
+        own = latest[kinds == kind]
+        if len(own):
+            same = points_of[kind][nearest(points_of[kind], own, 6)[1][:, 1:]]  # the nearest is the point itself
+            other = points_of[not kind][nearest(points_of[not kind], own, 5)[1]]
+            weights += (np.abs(own[:, np.newaxis] - other) - np.abs(own[:, np.newaxis] - same)).mean(axis=(0, 1))
+    best = weights.max()
+    return np.maximum(weights / best, LEAST_WEIGHT) if best > 0.0 else np.ones(points.shape[1])
+
+
+def nearest(points: Floats, queries: Floats, count: int) -> tuple[Floats, Ints]:
+    """(n, k) distances and row numbers of the k = `count` nearest points of each query, fewer where there are fewer."""
+    from scipy.spatial import KDTree
+
+    ranks = list(range(1, min(count, len(points)) + 1))
+    distance, row = KDTree(points).query(queries, k=ranks)  # pyright: ignore[reportArgumentType]  # a list is documented
+    return np.asarray(distance), np.asarray(row)

@@ -1,0 +1,163 @@
+"""What holds of every way to search, in a toy world with invalid regions and failing engines."""
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from engine.config import SearchConfig
+from engine.program import ParamSpace
+from engine.search.assessment import Evaluate
+from engine.search.campaign import Campaign, run_campaign
+from engine.search.methods.annealing import Annealing, reflected
+from engine.search.methods.cross_entropy import CrossEntropy, truncated_normal
+from engine.search.methods.cube import Cube
+from engine.search.methods.differential_evolution import DifferentialEvolution
+from engine.search.methods.ga import GeneticAlgorithm
+from engine.search.methods.niching import NichingSearch, gene_weights
+from engine.search.methods.quasi_random import QuasiRandom
+from engine.search.methods.random_search import RandomSearch
+from engine.search.protocol import Box, Searcher, StreamAt
+from engine.streams import operator_generator
+from engine.vocabulary import GeneKind, Method
+
+CONFIG = SearchConfig(generations=8, population=20, seed=3, probes=0)
+Build = Callable[[Box, int, StreamAt], Searcher]
+
+METHODS: dict[str, Build] = {
+    "random": RandomSearch,
+    "ga": GeneticAlgorithm,
+    "sobol": partial(QuasiRandom, sequence="sobol"),
+    "halton": partial(QuasiRandom, sequence="halton"),
+    "lhs": partial(QuasiRandom, sequence="lhs"),
+    "cross_entropy": CrossEntropy,
+    "annealing": lambda box, population, streams: Annealing(box, population, CONFIG.generations, streams),
+    "differential_evolution": DifferentialEvolution,
+    "niching": NichingSearch,
+}
+LEARNING = ("ga", "cross_entropy", "annealing", "differential_evolution", "niching")
+
+
+def search(
+    method: str, space: ParamSpace, evaluate: Evaluate, config: SearchConfig = CONFIG, seed: int = CONFIG.seed
+) -> Campaign:
+    streams = partial(operator_generator, seed, int(Method.GA), 0)
+    searcher = METHODS[method](Box.of(space), config.population, streams)
+    return run_campaign(space, searcher, evaluate, config, Method.GA)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_never_leaves_its_box(space: ParamSpace, evaluators: Callable[..., Evaluate], method: str) -> None:
+    """Every genome lies in the box, discrete genes on whole numbers, whatever is told of invalid and failed ones."""
+    box = Box.of(space)
+    found = search(method, space, evaluators(space, error_above=0.9))
+    assert len(found.evaluations) == CONFIG.generations * CONFIG.population
+    assert all(box.holds(tuple(genome)) for genome in found.evaluations.genomes.tolist())
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_same_seed_same_search(space: ParamSpace, evaluators: Callable[..., Evaluate], method: str) -> None:
+    """A search is a function of its seed and of what it is told."""
+    first, second = (search(method, space, evaluators(space)) for _ in range(2))
+    other = search(method, space, evaluators(space), seed=4)
+    np.testing.assert_array_equal(first.evaluations.genomes, second.evaluations.genomes)
+    assert not np.array_equal(first.evaluations.genomes, other.evaluations.genomes)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("ranges", [([], []), ([2.0], [2.0]), ([0.0], [1.0]), ([0.0, 5.0], [1.0, 5.0])])
+def test_small_boxes(
+    spaces: Callable[..., ParamSpace],
+    evaluators: Callable[..., Evaluate],
+    method: str,
+    ranges: tuple[list[float], list[float]],
+) -> None:
+    """No gene, a gene of one value, one gene, one of two that matters: a search ends as any other."""
+    space = spaces(*ranges)
+    found = search(method, space, evaluators(space))
+    assert len(found.generations) == CONFIG.generations
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_nothing_valid(
+    space: ParamSpace, evaluators: Callable[..., Evaluate], rows: Callable[..., object], method: str
+) -> None:
+    """A world without a valid genome is searched to the end of the budget."""
+
+    def hopeless(genomes: np.ndarray, keys: np.ndarray) -> object:
+        return rows(np.full(len(keys), 2, dtype=np.int32), np.ones(len(keys)))
+
+    found = search(method, space, hopeless)  # type: ignore[arg-type]
+    assert found.by_individual.nis == CONFIG.generations * CONFIG.population
+
+
+@pytest.mark.parametrize("method", LEARNING)
+def test_learning_beats_chance(space: ParamSpace, evaluators: Callable[..., Evaluate], method: str) -> None:
+    """A method that learns finds more risk than random search, and meets fewer invalid individuals."""
+    config = SearchConfig(generations=15, population=40, probes=0)
+    chance, learnt = (search(name, space, evaluators(space), config).by_individual for name in ("random", method))
+    assert learnt.rl > 1.15 * chance.rl
+    assert learnt.nc >= chance.nc
+    assert learnt.nis < chance.nis
+
+
+def test_niching_finds_more_kinds_than_the_genetic_algorithm(
+    space: ParamSpace, evaluators: Callable[..., Evaluate]
+) -> None:
+    """Its failures lie further apart than those of the paper's algorithm."""
+    config = SearchConfig(generations=15, population=40, probes=0)
+    spread = []
+    for method in ("ga", "niching"):
+        found = search(method, space, evaluators(space), config).evaluations
+        cube = Cube(Box.of(space))
+        failures = np.unique(found.genomes[found.collided], axis=0)
+        points = np.array([cube.point(genome) for genome in failures.tolist()])
+        spread.append(points.std(axis=0).mean())
+    assert spread[1] > spread[0]
+
+
+# -- parts --------------------------------------------------------------------------------------------------------
+
+
+@given(st.lists(st.floats(-5.0, 5.0), min_size=1, max_size=6))
+def test_reflection_stays_inside(values: list[float]) -> None:
+    """Mirrors bring every point into the cube and leave those inside where they are."""
+    point = np.array(values)
+    inside = reflected(point)
+    assert ((inside >= 0.0) & (inside <= 1.0)).all()
+    within = (point >= 0.0) & (point <= 1.0)
+    np.testing.assert_allclose(inside[within], point[within], atol=1e-12)
+
+
+@given(st.lists(st.floats(0.0, 1.0), min_size=7, max_size=7))
+@settings(max_examples=50)
+def test_cube_round_trip(point: list[float]) -> None:
+    """A genome's point leads back to the genome."""
+    kinds = (GeneKind.CONTINUOUS,) * 5 + (GeneKind.INTEGER, GeneKind.INDEX)
+    box = Box(tuple("abcdefg"), (5.0, 5.0, 0.0, 5.0, -1.0, 2.0, 0.0), (58.0, 80.0, 1.0, 58.0, 1.0, 9.0, 3.0), kinds)
+    cube = Cube(box)
+    genome = cube.genome(np.array(point))
+    assert box.holds(genome)
+    np.testing.assert_allclose(cube.genome(cube.point(genome)), genome, rtol=1e-12, atol=1e-12)
+
+
+def test_truncated_normal_has_its_moments() -> None:
+    """Well inside the interval it is the normal distribution; at the border nothing falls outside."""
+    stream = np.random.default_rng(0)
+    points = truncated_normal(stream, np.array([0.5, 0.0]), np.array([0.05, 0.3]), 20_000)
+    assert abs(points[:, 0].mean() - 0.5) < 0.002
+    assert abs(points[:, 0].std() - 0.05) < 0.002
+    assert points[:, 1].min() >= 0.0
+    assert abs(points[:, 1].mean() - 0.3 * np.sqrt(2.0 / np.pi)) < 0.01
+
+
+def test_gene_weights_tell_what_matters() -> None:
+    """A gene that decides weighs 1, one that tells nothing next to nothing."""
+    stream = np.random.default_rng(1)
+    points = stream.random((800, 3))
+    weights = gene_weights(points, points[:, 1] > 0.5)
+    assert weights[1] == 1.0
+    assert max(weights[0], weights[2]) < 0.3
