@@ -1,0 +1,1 @@
+"""The CORTEX-AVD paper's own numbers, and what its arithmetic says about them."""
