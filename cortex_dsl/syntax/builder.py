@@ -4,10 +4,17 @@ from collections.abc import Callable, Sequence
 
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.source import Source, Span
-from cortex_dsl.syntax import errors, later, nodes
+from cortex_dsl.syntax import definitions, errors, later, nodes
 from cortex_dsl.syntax.expressions import Branch, Child, ExpressionBuilder, NestingError, branch, span_of, token
+from cortex_dsl.syntax.slips import missing_guard_colon
+from cortex_dsl.syntax.trouble import Word
+from cortex_dsl.syntax.words import GUARDS
 
 Statements = tuple[nodes.Statement, ...]
+_NEVER_ALONE = frozenset({
+    "behavior", "map", "model", "monitor", "override", "param", "scenario", "signals", "simulation",
+})  # fmt: skip
+"""Statement words that say nothing alone on a line."""
 
 
 def build(tree: Branch, source: Source) -> tuple[nodes.Module | None, list[Diagnostic]]:
@@ -66,6 +73,49 @@ class StatementBuilder:
         name = self.expressions.text(word) if word.type == "STRING" else str(word)
         return nodes.ParamEntry(name, self.expression(value), span=span_of(tree), name_span=span_of(word))
 
+    def signals(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.Signals(self.expressions.arguments(parts[0]), span=span)
+
+    def mutate(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        targets = () if parts[0] is None else branch(parts[0]).children
+        return nodes.Mutate(tuple(str(word) for word in targets), self.optional(parts[1]), span=span)
+
+    def override(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        specifiers = tuple(self.expressions.specifier(branch(each)) for each in branch(parts[1]).children)
+        return nodes.Override(self.expression(parts[0]), specifiers, span=span)
+
+    # -- other files -------------------------------------------------------------------------------------------------
+
+    def import_(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        path, quoted, place = self.path(branch(parts[0]))
+        alias = None if parts[1] is None else str(parts[1])
+        return nodes.Import(path, alias, quoted, span=span, path_span=place)
+
+    def import_from(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        path, quoted, place = self.path(branch(parts[0]))
+        names = tuple(_imported(branch(each)) for each in parts[1:])
+        return nodes.ImportFrom(path, names, quoted, span=span, path_span=place)
+
+    def import_all(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        path, quoted, place = self.path(branch(parts[0]))
+        return nodes.ImportFrom(path, (), quoted, span=span, path_span=place)
+
+    def path(self, tree: Branch) -> tuple[str, bool, Span]:
+        """What is imported, whether it stands in quotes, and where."""
+        first = token(tree.children[0])
+        quoted = first.type == "STRING"
+        path = self.expressions.text(first) if quoted else ".".join(str(word) for word in tree.children)
+        if not quoted and path.endswith(".scn"):
+            self.report(
+                errors.WRONG_IMPORT.at(
+                    span_of(tree),
+                    "a name has no ending",
+                    reason=errors.WRONG_IMPORT.why,
+                    cure=f'write `{path.removesuffix(".scn")}` or `"{path}"`',
+                )
+            )
+        return path, quoted, span_of(tree)
+
     # -- names and values --------------------------------------------------------------------------------------------
 
     def assign(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
@@ -96,10 +146,12 @@ class StatementBuilder:
     def expression_statement(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         value = self.expression(parts[0])
         match value:
-            case nodes.Name(id=word) if word in ("behavior", "map", "model", "param", "simulation"):
+            case nodes.Name(id=word) if word in _NEVER_ALONE:
                 self.report(
                     errors.INCOMPLETE.at(span, f"nothing follows `{word}`", reason="a statement needs what it is about")
                 )
+            case nodes.Call(function=nodes.Name(id=word)) if word in GUARDS:
+                self.report(missing_guard_colon(Word("name", word, value.function.span)))
             case nodes.Call(function=nodes.Name(id=word)) if word in later.STATEMENTS:
                 self.report(
                     errors.NOT_SUPPORTED.at(
@@ -114,11 +166,18 @@ class StatementBuilder:
     # -- conditions on scenes and runs -------------------------------------------------------------------------------
 
     def require(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
-        return nodes.Require(self.expression(parts[0]), None, self.label(parts[1]), span=span)
+        return nodes.Require(self.expressions.condition(parts[0]), None, self.label(parts[1]), span=span)
 
     def require_probably(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         probability = self.expression(parts[0])
-        return nodes.Require(self.expression(parts[1]), probability, self.label(parts[2]), span=span)
+        return nodes.Require(self.expressions.condition(parts[1]), probability, self.label(parts[2]), span=span)
+
+    def require_monitor(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.RequireMonitor(self.expression(parts[0]), self.label(parts[1]), span=span)
+
+    def record(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        when, value, label = parts
+        return nodes.Record(self.expression(value), str(when or ""), self.label(label), span=span)
 
     def label(self, child: Child) -> str | None:
         if child is None:
@@ -127,39 +186,30 @@ class StatementBuilder:
         return self.expressions.text(word) if word.type == "STRING" else str(word)
 
     def terminate_when(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
-        return nodes.TerminateWhen(self.expression(parts[0]), self.label(parts[1]), span=span)
+        word, condition, label = parts
+        simulation = "simulation" in str(word)
+        return nodes.TerminateWhen(self.expression(condition), self.label(label), simulation, span=span)
 
     def terminate_after(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         return nodes.TerminateAfter(self.expression(parts[0]), parts[1] == "steps", span=span)
 
-    # -- behaviours --------------------------------------------------------------------------------------------------
+    def terminate(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.Terminate("simulation" in str(parts[0]), span=span)
 
-    def behavior(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
-        word, *parameters, block = parts
-        body, docstring = _with_docstring(self.block(block))
-        return nodes.BehaviorDefinition(
-            str(word),
-            tuple(self.parameter(branch(each)) for each in parameters),
-            body,
-            docstring,
-            span=span,
-            name_span=span_of(token(word)),
-        )
-
-    def parameter(self, tree: Branch) -> nodes.Parameter:
-        return nodes.Parameter(str(tree.children[0]), self.optional(tree.children[1]), span=span_of(tree))
+    # -- what actors do ----------------------------------------------------------------------------------------------
 
     def do(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
-        return nodes.Do((self.expression(parts[0]),), span=span)
+        return nodes.Do(self.invocations(parts), mode=_mode(parts), span=span)
 
     def do_until(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
-        return nodes.Do((self.expression(parts[0]),), until=self.expression(parts[1]), span=span)
+        return nodes.Do(self.invocations(parts), until=self.expression(parts[2]), mode=_mode(parts), span=span)
 
     def do_for(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
-        behavior, duration, word = parts
-        return nodes.Do(
-            (self.expression(behavior),), duration=self.expression(duration), in_steps=word == "steps", span=span
-        )
+        duration, in_steps = self.expression(parts[2]), parts[3] == "steps"
+        return nodes.Do(self.invocations(parts), duration=duration, in_steps=in_steps, mode=_mode(parts), span=span)
+
+    def invocations(self, parts: Sequence[Child]) -> tuple[nodes.Expression, ...]:
+        return self.expressions.expressions(branch(parts[1]).children)
 
     def take(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         return nodes.Take(self.expressions.expressions(parts), span=span)
@@ -193,6 +243,15 @@ class StatementBuilder:
         return nodes.While(self.expression(parts[0]), self.block(parts[1]), span=span)
 
 
+def _mode(parts: Sequence[Child]) -> str:
+    return str(parts[0] or "")
+
+
+def _imported(tree: Branch) -> nodes.ImportedName:
+    word, alias = tree.children
+    return nodes.ImportedName(str(word), None if alias is None else str(alias), span=span_of(tree))
+
+
 def _with_docstring(statements: Statements) -> tuple[Statements, str | None]:
     """The statements without a leading string, and that string."""
     match statements:
@@ -210,7 +269,6 @@ _B = StatementBuilder
 _BUILDERS: dict[str, Builder] = {
     "wait": _plain(nodes.Wait),
     "abort": _plain(nodes.Abort),
-    "terminate": _plain(nodes.Terminate),
     "break_": _plain(nodes.Break),
     "continue_": _plain(nodes.Continue),
     "return_": _plain(nodes.Return),
@@ -219,8 +277,9 @@ _BUILDERS: dict[str, Builder] = {
     method.__name__: method
     for method in (
         _B.map, _B.simulation, _B.model, _B.param, _B.assign, _B.augmented_assign, _B.expression_statement,
-        _B.require, _B.require_probably, _B.terminate_when, _B.terminate_after, _B.behavior, _B.do, _B.do_until,
-        _B.do_for, _B.take, _B.try_, _B.if_, _B.while_,
+        _B.require, _B.require_probably, _B.require_monitor, _B.record, _B.terminate_when, _B.terminate_after,
+        _B.terminate, _B.signals, _B.mutate, _B.override, _B.import_, _B.import_from, _B.import_all, _B.do,
+        _B.do_until, _B.do_for, _B.take, _B.try_, _B.if_, _B.while_,
     )
-}  # fmt: skip
+} | definitions.BUILDERS  # fmt: skip
 """Builder of each rule of the grammar; a method has the name of its rule."""

@@ -6,7 +6,7 @@ Messages and places are made where an error is found; what is always true of it 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from cortex_dsl.diagnostics import Diagnostic, Label, Severity
+from cortex_dsl.diagnostics import Diagnostic, Label, Page, Severity
 from cortex_dsl.source import Span
 from cortex_dsl.syntax.limits import MAX_ERRORS
 
@@ -20,6 +20,12 @@ class Code:
     why: str
     wrong: str
     right: str
+    shown: str = ""
+    """As in `Page`."""
+
+    @property
+    def page(self) -> Page:
+        return Page(self.title, self.why, self.wrong, self.right, shown=self.shown)
 
     def at(
         self,
@@ -137,8 +143,8 @@ NOT_SUPPORTED = Code(
     "SCN115",
     "not supported yet",
     "Scenic has this construct; this version of the language does not have it yet.",
-    "require always x < 3\n",
-    "require x < 3\n",
+    "for x in xs:\n    y = x\n",
+    "y = [x for x in xs]\n",
 )
 WRONG_TARGET = Code(
     "SCN116",
@@ -196,10 +202,52 @@ TOO_MANY = Code(
     "x = $\n" * MAX_ERRORS,
     "x = 1\n",
 )
-EMPTY_FILE = Code("SCN130", "empty file", "A scenario has at least one statement.", "", "x = 1\n")
-BINARY_FILE = Code("SCN131", "not a text file", "A scenario is text; this file holds zero bytes.", "\0", "x = 1\n")
-WRONG_ENCODING = Code("SCN132", "not UTF-8", "A scenario is read as UTF-8.", "", "x = 1\n")
-LARGE_FILE = Code("SCN133", "file too large", "The size of a file is limited.", "", "x = 1\n")
+_READ = "while the file is read"
+MISPLACED_TEMPORAL = Code(
+    "SCN124",
+    "temporal operator in the wrong place",
+    "`always`, `eventually`, `next`, `until` and `implies` speak of a whole run, so they stand in the condition of a "
+    "`require`, joined by `and`, `or` and `not` alone.",
+    "require f((x until y))\n",
+    "require x until y\n",
+)
+MISPLACED_PART = Code(
+    "SCN125",
+    "part of a definition in the wrong place",
+    "A scenario has, in this order, its docstring, its guards, `setup:` and `compose:`; a behavior its docstring, its "
+    "guards and its statements.",
+    "behavior B():\n    wait\n    precondition: x\n",
+    "behavior B():\n    precondition: x\n    wait\n",
+)
+CLASS_BODY = Code(
+    "SCN126",
+    "class with something else than properties",
+    "The lines of a class are `name: value`, the defaults of its objects' properties.",
+    "class Taxi(Car):\n    speed = 3\n",
+    "class Taxi(Car):\n    speed: 3\n",
+)
+WRONG_IMPORT = Code(
+    "SCN127",
+    "import that names no file",
+    "A file is imported by its name without `.scn`, with dots for folders, or by its path in quotes.",
+    "import my-cars\n",
+    'import "my-cars.scn" as my_cars\n',
+)
+EMPTY_FILE = Code("SCN130", "empty file", "A scenario has at least one statement.", "# later\n", "x = 1\n", _READ)
+BINARY_FILE = Code(
+    "SCN131", "not a text file", "A scenario is text; this file holds zero bytes.", "x = 1\n\0", "x = 1\n", _READ
+)
+WRONG_ENCODING = Code(
+    "SCN132",
+    "not UTF-8",
+    "A scenario is read as UTF-8; editors call the older encodings Latin-1 or Windows-1252.",
+    "# gr\xf6\xdfer\nx = 1\n",
+    "# greater\nx = 1\n",
+    _READ,
+)
+LARGE_FILE = Code(
+    "SCN133", "file too large", "The size of a file is limited, so that none can exhaust the compiler.", "", "", _READ
+)
 
 CODES: tuple[Code, ...] = tuple(value for value in list(globals().values()) if isinstance(value, Code))
 """All of them, in the order of their numbers."""

@@ -9,7 +9,7 @@ from lark import Token, Tree
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.source import Source, Span
 from cortex_dsl.spelling import nearest
-from cortex_dsl.syntax import errors, later, nodes
+from cortex_dsl.syntax import errors, nodes
 from cortex_dsl.syntax.limits import MAX_DEPTH
 from cortex_dsl.syntax.literals import EscapeError, string_value
 from cortex_dsl.syntax.units import SPOKEN_UNITS, UNIT_WORDS, unit_list
@@ -17,6 +17,7 @@ from cortex_dsl.syntax.units import SPOKEN_UNITS, UNIT_WORDS, unit_list
 Branch: TypeAlias = Tree[Token]
 Child: TypeAlias = Tree[Token] | Token | None
 
+_TEMPORAL = frozenset({"temporal", "until", "implies"})
 _FOREIGN_CONSTANTS = {"true": "True", "false": "False", "null": "None", "nil": "None", "nullptr": "None"}
 
 
@@ -37,6 +38,12 @@ def token(child: Child) -> Token:
     return child
 
 
+def _holds_formulas(tree: Branch) -> bool:
+    """Whether temporal operators may stand directly below this one."""
+    negation = tree.data == "unary" and tree.children[0] == "not"
+    return negation or tree.data in _TEMPORAL or tree.data in ("and_", "or_")
+
+
 class NestingError(Exception):
     """Nesting went over its limit; the diagnostic is already there."""
 
@@ -48,6 +55,8 @@ class ExpressionBuilder:
         self.source = source
         self.diagnostics: list[Diagnostic] = []
         self.depth = 0
+        self.in_formula = False
+        """Whether a temporal operator may stand where building has come to."""
 
     def report(self, diagnostic: Diagnostic) -> None:
         self.diagnostics.append(diagnostic)
@@ -67,10 +76,35 @@ class ExpressionBuilder:
             )
             raise NestingError
         self.depth += 1
+        around = self.in_formula
+        self.in_formula = around and _holds_formulas(tree)
+        if tree.data in _TEMPORAL and not around:
+            self.misplaced(tree)
         try:
             return _BUILDERS[tree.data](self, tree, span_of(tree))
         finally:
             self.depth -= 1
+            self.in_formula = around
+
+    def condition(self, child: Child) -> nodes.Expression:
+        """The condition of a `require`, which may be about time."""
+        self.in_formula = True
+        try:
+            return self.expression(child)
+        finally:
+            self.in_formula = False
+
+    def misplaced(self, tree: Branch) -> None:
+        word = token(tree.children[0]) if tree.data == "temporal" else tree.data
+        self.report(
+            errors.MISPLACED_TEMPORAL.at(
+                span_of(tree),
+                f"`{word}` cannot stand here",
+                "speaks of a whole run",
+                reason=errors.MISPLACED_TEMPORAL.why,
+                cure=f"write `require {'… ' if tree.data != 'temporal' else ''}{word} …` on a line of its own",
+            )
+        )
 
     def expressions(self, children: Iterable[Child]) -> tuple[nodes.Expression, ...]:
         return tuple(self.expression(child) for child in children)
@@ -156,23 +190,10 @@ class ExpressionBuilder:
 
     def call(self, tree: Branch, span: Span) -> nodes.Expression:
         function, rest = self.expression(tree.children[0]), tree.children[1]
-        if isinstance(function, nodes.Name) and function.id in later.TEMPORAL:
-            self.temporal(function)
         if rest is not None and branch(rest).data == "generator":
             value = self.expression(rest)
             return nodes.Call(function, (nodes.Argument(value, span=value.span),), span=span)
         return nodes.Call(function, self.arguments(rest), span=span)
-
-    def temporal(self, word: nodes.Name) -> None:
-        """`always (x)` is grammatical as a call."""
-        self.report(
-            errors.NOT_SUPPORTED.at(
-                word.span,
-                f"not supported yet: `{word.id}` in a requirement",
-                reason=errors.NOT_SUPPORTED.why,
-                cure="a plain `require` holds for the start of a scene",
-            )
-        )
 
     def arguments(self, child: Child) -> tuple[nodes.Argument, ...]:
         if child is None:
@@ -232,6 +253,16 @@ class ExpressionBuilder:
 
     def unary(self, tree: Branch, span: Span) -> nodes.Expression:
         return nodes.Unary(str(tree.children[0]), self.expression(tree.children[1]), span=span)
+
+    def temporal(self, tree: Branch, span: Span) -> nodes.Expression:
+        word, operand = tree.children
+        return nodes.Temporal(str(word), (self.expression(operand),), span=span)
+
+    def until(self, tree: Branch, span: Span) -> nodes.Expression:
+        return nodes.Temporal("until", self.expressions(tree.children), span=span)
+
+    def implies(self, tree: Branch, span: Span) -> nodes.Expression:
+        return nodes.Temporal("implies", self.expressions(tree.children), span=span)
 
     def binary(self, tree: Branch, span: Span) -> nodes.Expression:
         left, operator, right = tree.children
@@ -344,7 +375,8 @@ _BUILDERS: dict[str, Callable[[ExpressionBuilder, Branch, Span], nodes.Expressio
         _B.number, _B.with_unit, _B.string, _B.constant, _B.name, _B.attribute, _B.index, _B.call, _B.starred,
         _B.list, _B.tuple, _B.dict, _B.generator, _B.conditional, _B.lambda_, _B.or_, _B.and_, _B.unary, _B.binary,
         _B.compare, _B.can_see, _B.intersects, _B.offset_along, _B.offset_by, _B.degrees, _B.distance,
-        _B.distance_from_to, _B.distance_to_from, _B.relative_heading, _B.new, _B.bare_tuple,
+        _B.distance_from_to, _B.distance_to_from, _B.relative_heading, _B.new, _B.bare_tuple, _B.temporal, _B.until,
+        _B.implies,
     )
 }  # fmt: skip
 """Builder of each rule of the grammar; a method has the name of its rule."""

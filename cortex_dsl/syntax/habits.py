@@ -40,17 +40,10 @@ def not_supported(trouble: Trouble) -> Diagnostic | None:
     named = len(trouble.words) > 1 and trouble.words[1].text in ("=", ".", ",")
     if first.text in later.STATEMENTS and first.kind == "name" and not named:
         return _later(first, later.STATEMENTS[first.text], later.INSTEAD.get(first.text, ""))
-    for word in (found, before):
-        if word is None or word.kind != "name":
-            continue
-        if first.text == "require" and (word.text in later.TEMPORAL or word.text == "monitor"):
-            return _later(word, f"`{word.text}` in a requirement", "a plain `require` holds for the start of a scene")
-        if first.text == "do" and word.text in ("choose", "shuffle"):
-            return _later(word, f"`do {word.text}`", "name the one behavior that is to run")
-    if found.text == "," and first.text == "do":
-        return _later(found, "several behaviors at once", "write one `do` for each, one after the other")
     if first.text == "wait" and found.text in ("for", "until"):
         return _later(found, f"`wait {found.text}`", f"write `do IdleBehavior() {found.text} …`")
+    if first.text == "record" and found.text in ("every", "after", "to") and trouble.wants_operator:
+        return _later(found, f"`record … {found.text} …`", "a plain `record` takes the value at every step")
     if first.text == "return" and before is first and found.kind != "end":
         return _later(found, "a value after `return`", "a behavior ends with `return` alone")
     if found.text == ":" and trouble.bracket is not None and trouble.bracket.text == "[":
@@ -82,6 +75,8 @@ def foreign_spelling(trouble: Trouble) -> Diagnostic | None:
         return _foreign(trouble.first, "elif")
     if trouble.first.text in ("function", "fn", "func", "behaviour") and trouble.before is trouble.first:
         return _foreign(trouble.first, "behavior")
+    if trouble.first.text in ("include", "use", "using", "load") and trouble.before is trouble.first:
+        return _foreign(trouble.first, "import")
     if trouble.first.text in ("let", "var", "const", "auto") and trouble.before is trouble.first:
         return errors.FOREIGN_SPELLING.at(
             trouble.first.span, f"`{trouble.first.text}` is not needed", cure="write `name = value`"

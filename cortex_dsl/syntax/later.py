@@ -5,18 +5,6 @@ from types import MappingProxyType
 
 STATEMENTS: Mapping[str, str] = MappingProxyType(
     {
-        "monitor": "monitors",
-        "scenario": "modular scenarios",
-        "setup": "modular scenarios",
-        "compose": "modular scenarios",
-        "class": "classes of one's own",
-        "import": "imports",
-        "from": "imports",
-        "record": "`record`",
-        "mutate": "`mutate`",
-        "override": "`override`",
-        "precondition": "preconditions",
-        "invariant": "invariants",
         "simulator": "`simulator`",
         "def": "functions",
         "for": "`for` loops",
@@ -38,17 +26,11 @@ STATEMENTS: Mapping[str, str] = MappingProxyType(
 BLOCKS = frozenset(STATEMENTS)
 """Statements whose whole block is skipped."""
 
-TEMPORAL = frozenset({"always", "eventually", "next", "until", "implies"})
-
 INSTEAD: Mapping[str, str] = MappingProxyType(
     {
         "for": "write a comprehension `[f(x) for x in xs]`, or `while` in a behavior",
-        "import": "write everything into one file",
-        "from": "write everything into one file",
         "def": "write a `lambda`, or a `behavior` for what an actor does",
-        "class": "give the properties with `with` where the object is made",
         "assert": "write `require`",
-        "monitor": "write `terminate when` with a condition",
         "except": "write `interrupt when` with a condition",
         "relative": "add the headings, as in `facing ego.heading + 90 deg`; for places write `offset by`",
     }
@@ -64,8 +46,6 @@ OPERATORS: Mapping[str, str] = MappingProxyType(
         "follow": "`follow … from … for …`",
         "front": "`front of`",
         "back": "`back of`",
-        "until": "temporal requirements",
-        "implies": "temporal requirements",
     }
 )
 """Words of operators, and what the message calls them."""

@@ -11,9 +11,17 @@ from cortex_dsl.source import Span
 from cortex_dsl.syntax import errors
 from cortex_dsl.syntax.limits import MAX_DEPTH
 from cortex_dsl.syntax.scanning import Line, Scan, scan
-from cortex_dsl.syntax.words import BLOCK_WORDS, SPECIFIER_WORDS
+from cortex_dsl.syntax.words import BLOCK_WORDS, RESERVED, SPECIFIER_WORDS
 
 TAB_WIDTH = 8
+_REQUIRING = {"_REQUIRE": True, "_REQUIRE_PROBABLY": True, "SEMICOLON": False}
+"""Tokens with which a `require` begins, and the one that ends a statement inside a line."""
+_OPERAND = re.compile(
+    r"\(|[ \t]+(?!(?:" + "|".join(sorted(RESERVED - {"False", "None", "True", "lambda", "new", "not"})) + "|along"
+    r"|can[ \t]+see|deg|implies|intersects|not[ \t]+in|offset[ \t]+(?:along|by)|seconds|steps)\b)"
+    r"(?:[\w(\"'\[{.]|[-+][^\s=])"
+)
+"""What follows a temporal operator, and not a name of the same spelling."""
 _UNFINISHED = re.compile(r"(?:[-+*/%@=<>]|\b(?:and|or|not|in|is|if|else|by|to|from|of|at))\Z")
 
 
@@ -172,6 +180,8 @@ class _Arrangement:
 
     def missing_body(self) -> None:
         line = self.lines[-1]
+        if line.word not in BLOCK_WORDS:
+            return  # no block was meant; the grammar says what is wrong
         self.hollow.add(len(self.lines) - 1)
         self.diagnostics.append(
             errors.MISSING_BODY.at(
@@ -222,34 +232,48 @@ def synthetic(kind: str, offset: int) -> Token:
 class Indenter:
     """Lark's post-lexer: keeps the line breaks that end a logical line and adds what opens and closes blocks.
 
+    Temporal operators are names outside a `require`.
+
     It holds the layout of the text that is being read, so one parse at a time.
     """
 
     always_accept = ("_NEWLINE",)
 
     def __init__(self) -> None:
-        self.begin(Layout((), (), frozenset(), ()))
+        self.begin(Layout((), (), frozenset(), ()), "")
 
-    def begin(self, layout: Layout) -> None:
+    def begin(self, layout: Layout, text: str) -> None:
         self.layout = layout
+        self.text = text
         self.levels = list(layout.levels)
         self.breaks = {line.stop: index for index, line in enumerate(layout.lines)}
         self.ended = -1
         """Index of the last line whose end was told."""
         self.resumed = -1
         """Index of the last line that was skipped after an error."""
+        self.requiring = False
+        """Whether what is read belongs to a `require`, the one place of temporal operators."""
 
     def process(self, stream: Iterable[Token]) -> Iterator[Token]:
         for token in stream:
-            if token.type != "_NEWLINE":
+            if token.type in _REQUIRING:
+                self.requiring = _REQUIRING[token.type]
+            if token.type == "TEMPORAL" and not self.is_operator(token):
+                yield token.update(type="NAME")
+            elif token.type != "_NEWLINE":
                 yield token
             elif (index := self.breaks.get(token.start_pos or 0)) is not None:
                 yield from self.line_end(index)
         if self.ended < len(self.layout.lines) - 1:
             yield from self.line_end(len(self.layout.lines) - 1)
 
+    def is_operator(self, word: Token) -> bool:
+        """Whether `always`, `eventually` or `next` is no name here: in a `require`, with a value after it."""
+        return self.requiring and _OPERAND.match(self.text, word.end_pos or 0) is not None
+
     def line_end(self, index: int) -> Iterator[Token]:
         self.ended = index
+        self.requiring = False
         end = self.layout.lines[index].end
         kinds = ["_NEWLINE"]
         if index in self.layout.hollow:

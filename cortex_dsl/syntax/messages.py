@@ -10,17 +10,18 @@ from cortex_dsl.syntax.words import RESERVED
 
 _VALUE_STARTS = frozenset({
     "NAME", "NUMBER", "STRING", "CONSTANT", "LPAR", "LSQB", "LBRACE", "PLUS", "MINUS", "STAR", "NOT", "_LAMBDA",
-    "_NEW", "DISTANCE", "_RELATIVE_HEADING_OF",
+    "_NEW", "DISTANCE", "_RELATIVE_HEADING_OF", "TEMPORAL", "DO_MODE", "RECORD_WHEN",
 })  # fmt: skip
 _STATEMENT_STARTS = frozenset({
     "_BEHAVIOR", "_MAP", "_MODEL", "_PARAM", "_SIMULATION", "_REQUIRE", "_REQUIRE_PROBABLY", "_ABORT", "_TAKE",
-    "_TERMINATE", "_TERMINATE_AFTER", "_TERMINATE_WHEN", "_WAIT", "_DO", "_BREAK", "_CONTINUE", "_RETURN",
-    "_PASS", "_TRY", "_IF", "_WHILE", "$END", "_DEDENT",
+    "TERMINATE", "_TERMINATE_AFTER", "TERMINATE_WHEN", "_WAIT", "_DO", "_BREAK", "_CONTINUE", "_RETURN",
+    "_PASS", "_TRY", "_IF", "_WHILE", "$END", "_DEDENT", "_CLASS", "_COMPOSE", "_FROM", "_IMPORT", "_MONITOR",
+    "_MUTATE", "_OVERRIDE", "_RECORD", "_REQUIRE_MONITOR", "_SCENARIO", "_SETUP", "_SIGNALS", "GUARD",
 })  # fmt: skip
 _OPERATORS = frozenset({
     "PLUS", "MINUS", "STAR", "SLASH", "DOUBLE_SLASH", "DOUBLE_STAR", "PERCENT", "AT_SIGN", "COMPARE", "IN",
     "NOT_IN", "IS", "IS_NOT", "_AND", "_OR", "_IF", "_CAN_SEE", "_DEG", "_INTERSECTS", "_OFFSET_ALONG",
-    "_OFFSET_BY", "UNIT", "UNKNOWN_UNIT", "LPAR", "LSQB", "DOT", "AUGMENTED_ASSIGN", "SEMICOLON",
+    "_OFFSET_BY", "_IMPLIES", "UNIT", "UNKNOWN_UNIT", "LPAR", "LSQB", "DOT", "AUGMENTED_ASSIGN", "SEMICOLON",
 })  # fmt: skip
 _SPECIFIERS = frozenset({
     "_AT", "ON", "_BEFORE", "BESIDE", "_FACING", "_FACING_AWAY", "_FACING_TOWARD", "_FOLLOWING", "_WITH",
@@ -48,6 +49,7 @@ _SPOKEN = {
     "_FOR": "`for`",
     "_AS": "`as` and a name",
     "_UNTIL": "`until`",
+    "_IMPORT": "`import`",
     "_ALONG": "`along`",
     "IN": "`in`",
     "TIME_WORD": "`seconds` or `steps`",

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import nearest
-from cortex_dsl.syntax import errors
+from cortex_dsl.syntax import errors, slips
 from cortex_dsl.syntax.habits import foreign_spelling, missing_new, not_supported, text_prefix
 from cortex_dsl.syntax.trouble import Trouble, Word
 from cortex_dsl.syntax.units import UNIT_WORDS, unit_list
@@ -19,8 +19,12 @@ Mistake = Callable[[Trouble], Diagnostic | None]
 
 _STATEMENT_WORDS = (
     "behavior", "map", "model", "param", "simulation", "require", "terminate", "do", "take", "wait", "abort",
-    "break", "continue", "return", "pass", "try", "if", "while", "interrupt", "elif", "else",
+    "break", "continue", "return", "pass", "try", "if", "while", "interrupt", "elif", "else", "class", "monitor",
+    "scenario", "setup", "compose", "precondition", "invariant", "import", "from", "record", "mutate", "override",
+    "signals",
 )  # fmt: skip
+_NAMING = frozenset({"behavior", "class", "import", "map", "model", "monitor", "param", "scenario"})
+"""Words after which a name stands."""
 _NAME_OF_A_THING = {
     "param": "a name and a value: `param SPEED = Range(5, 10)`",
     "behavior": "a name and brackets: `behavior Drive(trajectory):`",
@@ -34,6 +38,13 @@ _NAME_OF_A_THING = {
     "model": "a name such as `scenic.simulators.carla.model`",
     "map": "a kind of map: `map intersection(ways=4)`",
     "with": "a property and its value: `with speed 5 m/s`",
+    "class": "a name and a base: `class Taxi(Car):`",
+    "monitor": "a name and brackets: `monitor Watch():`",
+    "scenario": "a name and brackets: `scenario Main():`",
+    "import": "a file: `import cars`",
+    "from": "a file and names: `from cars import Taxi`",
+    "record": "a value: `record ego.speed`",
+    "override": "an object and specifiers: `override ego with speed 3`",
 }
 
 
@@ -82,10 +93,11 @@ def _head(trouble: Trouble) -> str:
 
 
 def missing_brackets(trouble: Trouble) -> Diagnostic | None:
-    if trouble.first.text != "behavior" or trouble.found.text != ":" or "LPAR" not in trouble.accepts:
+    kind = trouble.first.text
+    if kind not in ("behavior", "monitor") or trouble.found.text != ":" or "LPAR" not in trouble.accepts:
         return None
     return errors.UNEXPECTED.at(
-        trouble.found.span, "a behavior has brackets after its name", "expected `()`", cure="write `():`"
+        trouble.found.span, f"a {kind} has brackets after its name", "expected `()`", cure="write `():`"
     )
 
 
@@ -194,8 +206,10 @@ def continued_line(trouble: Trouble) -> Diagnostic | None:
 def reserved_word(trouble: Trouble) -> Diagnostic | None:
     found, after = trouble.found, trouble.after
     second = trouble.words[1] if len(trouble.words) > 1 else found
-    if trouble.first.text in ("behavior", "map", "model", "param") and second.text in RESERVED:
+    if trouble.first.text in _NAMING and second.kind == "name" and second.text in RESERVED:
         return _reserved(second)
+    if found.text == "=" and trouble.before is trouble.first and trouble.first.text in RESERVED:
+        return _reserved(trouble.first)
     if found.kind != "name" or found.text not in RESERVED or "NAME" not in trouble.accepts:
         return None
     as_name = after is not None and (after.text in ("=", ".", ",", ")", "]") or after.kind == "end")
@@ -266,7 +280,15 @@ def unknown_unit(trouble: Trouble) -> Diagnostic | None:
 
 MISTAKES: tuple[Mistake, ...] = (
     continued_line,
+    slips.side_without_of,
     not_supported,
+    slips.misspelt_second_word,
+    slips.misspelt_joint,
+    slips.temporal_elsewhere,
+    slips.guard,
+    slips.class_head,
+    slips.class_line,
+    slips.wrong_import,
     text_prefix,
     foreign_spelling,
     assignment_in_condition,

@@ -1,12 +1,10 @@
 """Text to tree: Lark's LALR parser, its tables cached between runs, and recovery after an error."""
 
-import os
 import sys
 import threading
 from functools import cache
 from hashlib import sha256
 from importlib.resources import files
-from pathlib import Path
 
 from lark import Lark, Token, Tree
 from lark import __version__ as lark_version
@@ -18,6 +16,7 @@ from cortex_dsl.syntax.layout import Indenter, Layout, lay_out
 from cortex_dsl.syntax.limits import MAX_ERRORS
 from cortex_dsl.syntax.messages import explain
 from cortex_dsl.syntax.recovery import resume_after
+from engine.user_cache import cached_file
 
 _LOCK = threading.Lock()
 """The post-lexer belongs to the one parser, so texts are parsed one at a time."""
@@ -36,9 +35,18 @@ def read_tree(source: Source) -> tuple[Tree[Token] | None, list[Diagnostic]]:
         return _run(source, layout, diagnostics)
 
 
+def read_tokens(source: Source) -> list[Token]:
+    """All tokens of a text that has no errors, those included that its lines and indentation stand for."""
+    with _LOCK:
+        lark, indenter = _parser()
+        indenter.begin(lay_out(source.text), source.text)
+        run = lark.parse_interactive(source.text)
+        return list(run.iter_parse())
+
+
 def _run(source: Source, layout: Layout, diagnostics: list[Diagnostic]) -> tuple[Tree[Token] | None, list[Diagnostic]]:
     lark, indenter = _parser()
-    indenter.begin(layout)
+    indenter.begin(layout, source.text)
     run = lark.parse_interactive(source.text)
     while True:
         try:
@@ -77,26 +85,6 @@ def _parser() -> tuple[Lark, Indenter]:
         propagate_positions=True,
         maybe_placeholders=True,
         postlex=indenter,
-        cache=_cache_file(f"grammar-{key}.lark") or False,
+        cache=str(cached_file(f"grammar-{key}.lark", "grammar-*.lark") or "") or False,
     )
     return lark, indenter
-
-
-def _cache_file(name: str) -> str | None:
-    """Path of a file in the user's cache, or None where nothing can be written."""
-    try:
-        folder = cache_folder()
-        folder.mkdir(parents=True, exist_ok=True)
-        if not os.access(folder, os.W_OK):
-            raise PermissionError
-    except (OSError, RuntimeError):
-        return None
-    return str(folder / name)
-
-
-def cache_folder() -> Path:
-    """Where this program keeps what it can make again: `$CORTEXC_CACHE`, or `cortexc` in the user's cache."""
-    if chosen := os.environ.get("CORTEXC_CACHE"):
-        return Path(chosen)
-    root = os.environ.get("XDG_CACHE_HOME")
-    return (Path(root) if root else Path.home() / ".cache") / "cortexc"

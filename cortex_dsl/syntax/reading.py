@@ -30,6 +30,26 @@ def decode(name: str, content: bytes) -> Source:
     Raises:
         CompileError: as `read_source`.
     """
+    source = decode_text(name, content)
+    if _NOTHING.match(source.text):
+        _refuse(
+            source,
+            errors.EMPTY_FILE.at(
+                Span(0, 0),
+                "this file has no statements",
+                reason=errors.EMPTY_FILE.why,
+                cure="begin with `map intersection(ways=4)` and `ego = new Car at …`",
+            ),
+        )
+    return source
+
+
+def decode_text(name: str, content: bytes) -> Source:
+    """The text that a file's bytes are, which need hold no statement.
+
+    Raises:
+        CompileError: it is no text in UTF-8, or too large.
+    """
     if len(content) > MAX_BYTES:
         _refuse(
             Source(name, ""),
@@ -51,20 +71,9 @@ def decode(name: str, content: bytes) -> Source:
             ),
         )
     try:
-        text = content.decode("utf-8-sig")
+        return Source(name, content.decode("utf-8-sig"))
     except UnicodeDecodeError as bad:
         _refuse(*_wrong_encoding(name, content, bad))
-    if _NOTHING.match(text):
-        _refuse(
-            Source(name, text),
-            errors.EMPTY_FILE.at(
-                Span(0, 0),
-                "this file has no statements",
-                reason=errors.EMPTY_FILE.why,
-                cure="begin with `map intersection(ways=4)` and `ego = new Car at …`",
-            ),
-        )
-    return Source(name, text)
 
 
 def _wrong_encoding(name: str, content: bytes, bad: UnicodeDecodeError) -> tuple[Source, Diagnostic]:

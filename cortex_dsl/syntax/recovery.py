@@ -11,11 +11,19 @@ _HEADS = {
     "if": ("_IF", *_CONDITION),
     "elif": ("_ELIF", *_CONDITION),
     "else": ("_ELSE", "COLON"),
+    "behavior": ("_BEHAVIOR", "NAME", "LPAR", "RPAR", "COLON"),
+    "class": ("_CLASS", "NAME", "COLON"),
+    "compose": ("_COMPOSE", "COLON"),
+    "monitor": ("_MONITOR", "NAME", "LPAR", "RPAR", "COLON"),
+    "scenario": ("_SCENARIO", "NAME", "COLON"),
+    "setup": ("_SETUP", "COLON"),
     "except": ("_INTERRUPT_WHEN", *_CONDITION),
     "finally": ("_INTERRUPT_WHEN", *_CONDITION),
     "interrupt": ("_INTERRUPT_WHEN", *_CONDITION),
     "try": ("_TRY", "COLON"),
 }
+_CONTINUING = frozenset({"elif", "else", "except", "finally", "interrupt", "try"})
+"""Heads that belong to what stands above or below them, with or without a block."""
 _ANY_HEAD = ("_WHILE", *_CONDITION)
 
 
@@ -48,7 +56,7 @@ def _stand_in(word: str, has_block: bool) -> tuple[str, ...]:
     """Kinds of the tokens that replace a line."""
     if has_block:
         return _HEADS.get(word, _ANY_HEAD)
-    return (*_HEADS[word], "_PASS") if word in _HEADS and word != "if" else ("_PASS",)
+    return (*_HEADS[word], "_PASS") if word in _CONTINUING else ("_PASS",)
 
 
 def _unwind(run: InteractiveParser, kind: str) -> bool:

@@ -11,6 +11,7 @@ from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import errors
 from cortex_dsl.syntax.limits import MAX_DEPTH
+from cortex_dsl.syntax.words import GUARDS
 
 PAIRS = {"(": ")", "[": "]", "{": "}"}
 
@@ -32,6 +33,7 @@ _NEXT_LINE = re.compile(r"(?:[ \t\f]*(?:#[^\n]*)?\r?\n)*(?P<indent>[ \t\f]*)(?=[
 _STATEMENT = re.compile(
     r"(?:(?:behavior|model|param|require|terminate|take|do|if|while|try|interrupt|abort|wait|map)\b[ \t]*[\w(\[:]"
     r"|(?:wait|abort|terminate|pass|break|continue|return)[ \t]*(?:#|\r?\n|\Z)"
+    r"|(?:class|import|monitor|scenario|record|mutate|override)\b[ \t]+[\w\"']|(?:setup|compose)[ \t]*:"
     r"|[^\W\d]\w*[ \t]+=[ \t])"
 )
 
@@ -207,7 +209,7 @@ class _Scanner:
                 stop=stop,
                 indent=self.indent(),
                 word=word.group() if word else "",
-                opens=self.text[self.end - 1] == ":",
+                opens=self.text[self.end - 1] == ":" and not (word and word.group() in GUARDS),
                 broken=self.broken,
             )
         )

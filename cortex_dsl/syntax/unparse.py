@@ -9,7 +9,7 @@ from typing import Any
 
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.literals import write_docstring, write_string
-from cortex_dsl.syntax.unparse_expressions import Level, write, write_arguments, write_specifier
+from cortex_dsl.syntax.unparse_expressions import Level, write, write_arguments, write_specifier, write_value
 from cortex_dsl.syntax.words import RESERVED
 
 INDENT = "    "
@@ -17,7 +17,12 @@ WIDE = 100
 """Columns after which an object's specifiers get lines of their own."""
 
 
-_STATEMENT_WORD = re.compile(r"(?:abort|behavior|interrupt|map|model|param|simulation|take|terminate|wait)\b")
+_STATEMENT_WORD = re.compile(
+    r"(?:abort|behavior|compose|interrupt|invariant|map|model|monitor|mutate|override|param|precondition|record"
+    r"|scenario|setup|signals|simulation|take|terminate|wait)\b"
+)
+_APART = (nodes.BehaviorDefinition, nodes.ClassDefinition, nodes.MonitorDefinition, nodes.ScenarioDefinition)
+"""Definitions have an empty line before and after them."""
 _NAME = re.compile(r"[^\W\d]\w*\Z")
 
 
@@ -25,7 +30,7 @@ def unparse(module: nodes.Module) -> str:
     """The text of a module."""
     lines = [write_docstring(module.docstring)] if module.docstring is not None else []
     for statement in module.statements:
-        apart = isinstance(statement, nodes.BehaviorDefinition) or (lines and lines[-1].startswith(INDENT))
+        apart = isinstance(statement, _APART) or (lines and lines[-1].startswith(INDENT))
         lines += [""] if apart and lines else []
         lines += _statement(statement)
     return "\n".join(lines) + "\n" if lines else ""
@@ -52,6 +57,33 @@ def _simulation(node: nodes.Simulation) -> list[str]:
 
 def _model(node: nodes.Model) -> list[str]:
     return [f"model {node.name}"]
+
+
+def _signals(node: nodes.Signals) -> list[str]:
+    return [f"signals({write_arguments(node.arguments)})"]
+
+
+def _import(node: nodes.Import) -> list[str]:
+    return [f"import {_path(node)}" + ("" if node.alias is None else f" as {node.alias}")]
+
+
+def _import_from(node: nodes.ImportFrom) -> list[str]:
+    names = ", ".join(each.name + ("" if each.alias is None else f" as {each.alias}") for each in node.names)
+    return [f"from {_path(node)} import {names or '*'}"]
+
+
+def _path(node: nodes.Import | nodes.ImportFrom) -> str:
+    return write_string(node.path) if node.quoted else node.path
+
+
+def _mutate(node: nodes.Mutate) -> list[str]:
+    amount = [] if node.amount is None else [f"by {write(node.amount)}"]
+    return [" ".join(["mutate", *([", ".join(node.targets)] if node.targets else []), *amount])]
+
+
+def _override(node: nodes.Override) -> list[str]:
+    specifiers = ", ".join(write_specifier(each) for each in node.specifiers)
+    return [f"override {write(node.target, Level.PRIMARY)} {specifiers}"]
 
 
 def _param(node: nodes.Param) -> list[str]:
@@ -87,10 +119,19 @@ def _value_lines(before: str, value: nodes.Expression) -> list[str]:
 
 def _require(node: nodes.Require) -> list[str]:
     probability = "" if node.probability is None else f"[{write(node.probability)}]"
-    condition = write(node.condition)
+    condition = write(node.condition, Level.CONDITION)
     if condition.startswith("["):
         condition = f"({condition})"  # or it would be read as the probability
     return [f"require{probability} {condition}{_label(node.name)}"]
+
+
+def _require_monitor(node: nodes.RequireMonitor) -> list[str]:
+    return [f"require monitor {write(node.monitor)}{_label(node.name)}"]
+
+
+def _record(node: nodes.Record) -> list[str]:
+    value = write_value(node.value) if node.when else write(node.value)
+    return [f"record {f'{node.when} ' if node.when else ''}{value}{_label(node.name)}"]
 
 
 def _label(name: str | None) -> str:
@@ -98,7 +139,8 @@ def _label(name: str | None) -> str:
 
 
 def _terminate_when(node: nodes.TerminateWhen) -> list[str]:
-    return [f"terminate when {write(node.condition)}{_label(node.name)}"]
+    words = "terminate simulation when" if node.simulation else "terminate when"
+    return [f"{words} {write(node.condition)}{_label(node.name)}"]
 
 
 def _terminate_after(node: nodes.TerminateAfter) -> list[str]:
@@ -110,10 +152,46 @@ def _duration(amount: nodes.Expression, in_steps: bool) -> str:
     return write(amount) + (" steps" if in_steps else " seconds" if bare else "")
 
 
+def _terminate(node: nodes.Terminate) -> list[str]:
+    return ["terminate simulation" if node.simulation else "terminate"]
+
+
+def _class(node: nodes.ClassDefinition) -> list[str]:
+    base = "" if node.base is None else f"({node.base})"
+    lines = [f"{INDENT}{each.name}: {write(each.value)}" for each in node.properties]
+    return [f"class {node.name}{base}:", *_documented(node.docstring), *(lines or [INDENT + "pass"])]
+
+
 def _behavior(node: nodes.BehaviorDefinition) -> list[str]:
-    parameters = ", ".join(_parameter(parameter) for parameter in node.parameters)
-    docstring = [] if node.docstring is None else [INDENT + write_docstring(node.docstring)]
-    return [f"behavior {node.name}({parameters}):", *docstring, *_block(node.body)]
+    head = f"behavior {node.name}({_parameters(node.parameters)}):"
+    return [head, *_documented(node.docstring), *_guards(node), *_block(node.body)]
+
+
+def _monitor(node: nodes.MonitorDefinition) -> list[str]:
+    head = f"monitor {node.name}({_parameters(node.parameters)}):"
+    return [head, *_documented(node.docstring), *_block(node.body)]
+
+
+def _scenario(node: nodes.ScenarioDefinition) -> list[str]:
+    head = [f"scenario {node.name}({_parameters(node.parameters)}):", *_documented(node.docstring), *_guards(node)]
+    if not node.compose:
+        return [*head, *(_block(node.setup) or [INDENT + "pass"])]
+    setup = ["setup:", *_block(node.setup)] if node.setup else []
+    return [*head, *(INDENT + line for line in (*setup, "compose:", *_block(node.compose)))]
+
+
+def _documented(docstring: str | None) -> list[str]:
+    return [] if docstring is None else [INDENT + write_docstring(docstring)]
+
+
+def _guards(node: nodes.BehaviorDefinition | nodes.ScenarioDefinition) -> list[str]:
+    words = [("precondition", guard) for guard in node.preconditions]
+    words += [("invariant", guard) for guard in node.invariants]
+    return [f"{INDENT}{word}: {write(guard.condition)}" for word, guard in words]
+
+
+def _parameters(parameters: Iterable[nodes.Parameter]) -> str:
+    return ", ".join(_parameter(parameter) for parameter in parameters)
 
 
 def _parameter(node: nodes.Parameter) -> str:
@@ -121,7 +199,9 @@ def _parameter(node: nodes.Parameter) -> str:
 
 
 def _do(node: nodes.Do) -> list[str]:
-    text = "do " + write(node.invocations[0], Level.OR)
+    text = "do " + ", ".join(write(each, Level.OR) for each in node.invocations)
+    if node.mode:
+        text = f"do {node.mode} " + ", ".join(write_value(each, Level.OR) for each in node.invocations)
     if node.until is not None:
         return [f"{text} until {write(node.until)}"]
     return [text if node.duration is None else f"{text} for {_duration(node.duration, node.in_steps)}"]
@@ -172,7 +252,17 @@ _STATEMENTS: dict[type[nodes.Statement], Callable[[Any], list[str]]] = {
     nodes.While: _while,
     nodes.Wait: _word("wait"),
     nodes.Abort: _word("abort"),
-    nodes.Terminate: _word("terminate"),
+    nodes.Terminate: _terminate,
+    nodes.Signals: _signals,
+    nodes.Import: _import,
+    nodes.ImportFrom: _import_from,
+    nodes.Mutate: _mutate,
+    nodes.Override: _override,
+    nodes.RequireMonitor: _require_monitor,
+    nodes.Record: _record,
+    nodes.ClassDefinition: _class,
+    nodes.MonitorDefinition: _monitor,
+    nodes.ScenarioDefinition: _scenario,
     nodes.Break: _word("break"),
     nodes.Continue: _word("continue"),
     nodes.Return: _word("return"),

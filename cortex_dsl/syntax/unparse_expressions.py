@@ -11,11 +11,13 @@ from typing import Any
 
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.literals import write_number, write_string
+from cortex_dsl.syntax.words import TEMPORAL_PREFIXES
 
 
 class Level(IntEnum):
     """How tightly an expression holds together, loosest first; the rules of the grammar in their order."""
 
+    CONDITION = -1
     EXPRESSION = 0
     OR = 1
     AND = 2
@@ -36,6 +38,8 @@ class Level(IntEnum):
 
 Written = tuple[str, Level]
 
+_OPERATOR_FIRST = re.compile(r"(?:along|can see|deg|implies|intersects|offset (?:along|by)|seconds|steps)\b")
+
 _BINARY_LEVELS = {"+": Level.SUM, "-": Level.SUM} | dict.fromkeys(["*", "/", "//", "%", "@"], Level.TERM)
 
 
@@ -43,6 +47,12 @@ def write(node: nodes.Expression, least: Level = Level.EXPRESSION) -> str:
     """Text of an expression where one of at least this level is wanted."""
     text, level = _EXPRESSIONS[type(node)](node)
     return text if level >= least else f"({text})"
+
+
+def write_value(node: nodes.Expression, least: Level = Level.EXPRESSION) -> str:
+    """Text of an expression after a word that is a name where an operator follows: brackets around such a beginning."""
+    text = write(node, least)
+    return f"({text})" if _OPERATOR_FIRST.match(text) else text
 
 
 def _write_all(items: Iterable[nodes.Expression]) -> Iterator[str]:
@@ -78,7 +88,10 @@ def _index(node: nodes.Index) -> Written:
 
 
 def _call(node: nodes.Call) -> Written:
-    return f"{write(node.function, Level.PRIMARY)}({write_arguments(node.arguments)})", Level.PRIMARY
+    function = write(node.function, Level.PRIMARY)
+    if function in TEMPORAL_PREFIXES:
+        function = f"({function})"  # or a `require` would read it as the operator
+    return f"{function}({write_arguments(node.arguments)})", Level.PRIMARY
 
 
 def write_arguments(arguments: Iterable[nodes.Argument]) -> str:
@@ -125,6 +138,16 @@ def _conditional(node: nodes.Conditional) -> Written:
 def _bool_op(node: nodes.BoolOp) -> Written:
     level = Level.OR if node.operator == "or" else Level.AND
     return f" {node.operator} ".join(write(each, Level(level + 1)) for each in node.operands), level
+
+
+def _temporal(node: nodes.Temporal) -> Written:
+    """Always, eventually and next take all that follows, so brackets say where it ends."""
+    first, *rest = node.operands
+    if not rest:
+        bare = isinstance(first, nodes.Temporal) and first.operator != "until"
+        operand = write(first, Level.CONDITION) if bare else write_value(first, Level.OR)
+        return f"{node.operator} {operand}", Level.CONDITION
+    return f"{write(first, Level.OR)} {node.operator} {write(rest[0], Level.OR)}", Level.CONDITION
 
 
 def _unary(node: nodes.Unary) -> Written:
@@ -206,6 +229,7 @@ _EXPRESSIONS: dict[type[nodes.Expression], Callable[[Any], Written]] = {
     nodes.Lambda: _lambda,
     nodes.Conditional: _conditional,
     nodes.BoolOp: _bool_op,
+    nodes.Temporal: _temporal,
     nodes.Unary: _unary,
     nodes.Compare: _compare,
     nodes.Binary: _binary,

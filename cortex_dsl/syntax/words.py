@@ -10,8 +10,13 @@ RESERVED = frozenset({
 
 BLOCK_WORDS = frozenset({
     "behavior", "if", "elif", "else", "while", "try", "interrupt", "for", "def", "class", "with", "except",
-    "finally", "monitor", "scenario", "setup", "compose",
+    "finally", "monitor", "scenario", "setup", "compose", "precondition", "invariant",
 })  # fmt: skip
+"""Words whose lines go on in deeper ones; a guard only by mistake."""
+
+GUARDS = frozenset({"precondition", "invariant"})
+TEMPORAL_PREFIXES = frozenset({"always", "eventually", "next"})
+TEMPORAL = TEMPORAL_PREFIXES | {"until", "implies"}
 SPECIFIER_WORDS = frozenset({
     "at", "in", "on", "with", "offset", "ahead", "behind", "left", "right", "following", "facing", "before",
 })  # fmt: skip

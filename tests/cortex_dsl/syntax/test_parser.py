@@ -15,7 +15,7 @@ from cortex_dsl.syntax import errors, parse, parse_tree, unparse
 from cortex_dsl.syntax.errors import CODES, Code
 from cortex_dsl.syntax.nodes import Assign, Module, Number
 from cortex_dsl.syntax.units import SPOKEN_UNITS, UNIT_WORDS
-from cortex_dsl.syntax.words import RESERVED
+from cortex_dsl.syntax.words import RESERVED, TEMPORAL_PREFIXES
 
 GRAMMAR = (files("grammar") / "cortex.lark").read_text(encoding="utf-8")
 FILE_CODES = {"SCN130", "SCN131", "SCN132", "SCN133"}
@@ -106,6 +106,39 @@ def test_reading_stops_after_many_errors() -> None:
     *rest, last = caught.value.diagnostics
     assert len(rest) == 20
     assert last.severity is Severity.NOTE
+
+
+def same(*conditions: str) -> bool:
+    """Whether these are one condition, differently written."""
+    trees = [parse(Source("t", f"require {condition}")).statements for condition in conditions]
+    return all(tree == trees[0] for tree in trees)
+
+
+@pytest.mark.parametrize(
+    ("plain", "bracketed"),
+    [
+        ("always a and b", "always (a and b)"),
+        ("always a implies b", "always (a implies b)"),
+        ("always a until b", "(always a) until b"),
+        ("not always a or b", "not (always (a or b))"),
+        ("a or b implies c and d", "(a or b) implies (c and d)"),
+        ("a implies b until c implies d", "(a implies b) until (c implies d)"),
+        ("a and eventually b or c", "a and (eventually (b or c))"),
+        ("next next a", "next (next a)"),
+        ("always(a) and b", "always (a and b)"),
+    ],
+)
+def test_how_temporal_operators_bind(plain: str, bracketed: str) -> None:
+    """As in Scenic's grammar: `until` is loosest, and a prefix holds all that follows it."""
+    assert same(plain, bracketed)
+
+
+@pytest.mark.parametrize("word", sorted(TEMPORAL_PREFIXES))
+def test_temporal_prefixes_are_names_elsewhere(word: str) -> None:
+    """Outside a `require`, and in it where no value follows, the words are anybody's."""
+    module = parse(Source("t", f"{word} = {word}(3) + x.{word} (4)\nrequire {word} < 3 and {word} in xs\n"))
+    assert "Temporal" not in str(module)
+    assert "Temporal" in str(parse(Source("t", f"x = 3; require {word} (x)")))
 
 
 def test_line_endings_and_a_missing_last_one_change_nothing() -> None:

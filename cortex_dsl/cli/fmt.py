@@ -1,0 +1,193 @@
+"""`cortexc fmt FILES`: files in the one layout, or with --check which are not, or with --diff what would change."""
+
+import argparse
+import difflib
+import os
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from cortex_dsl.cli.exits import Exit, UsageError
+from cortex_dsl.cli.files import read_bytes, reason
+from cortex_dsl.cli.parser import Parser
+from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.diagnostics import CompileError
+from cortex_dsl.report.numbers import counted
+from cortex_dsl.syntax.formatting import format_source
+from cortex_dsl.syntax.limits import MAX_BYTES
+from cortex_dsl.syntax.reading import decode_text
+
+STDIN = "-"
+
+
+@dataclass(frozen=True)
+class _Text:
+    """A file's text as it is and as it should be."""
+
+    name: str
+    before: str
+    after: str
+
+    @property
+    def changed(self) -> bool:
+        return self.before != self.after
+
+
+def main(arguments: Sequence[str], terminal: Terminal) -> int:
+    options = _parser().parse_args(arguments)
+    if options.help:
+        terminal.write(_parser().format_help())
+        return Exit.FINE
+    if not options.files:
+        raise UsageError("no files to format", "name files or folders, `.` for all below this one, or `-` for stdin")
+    if STDIN in options.files:
+        if len(options.files) > 1:
+            raise UsageError("`-` stands alone", "format the other files in a command of their own")
+        return _stdin(options, terminal)
+    return _files(options, terminal)
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog="cortexc fmt",
+        usage="cortexc fmt FILES [--check] [--diff]",
+        description="Writes scenario files in the one layout. Comments stay, and so does the meaning.",
+        epilog="exit codes: 0 fine, 1 a file has errors (or, with --check, would change), 2 a path cannot be used",
+        allow_abbrev=False,
+        add_help=False,
+    )
+    parser.add_argument("files", metavar="FILES", nargs="*", help="files, folders (all *.scn below), or `-` for stdin")
+    parser.add_argument("--check", action="store_true", help="write nothing; name the files that would change")
+    parser.add_argument("--diff", action="store_true", help="write nothing; show what would change")
+    parser.add_argument("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("-h", "--help", action="store_true", help="this page")
+    return parser
+
+
+# -- stdin and files ---------------------------------------------------------------------------------------------------
+
+
+def _stdin(options: argparse.Namespace, terminal: Terminal) -> Exit:
+    try:
+        text = _formatted("<stdin>", sys.stdin.buffer.read(MAX_BYTES + 1))
+    except CompileError as error:
+        _show(error, terminal)
+        return Exit.DIAGNOSTICS
+    if options.check or options.diff:
+        return _report(text, options, terminal)
+    sys.stdout.flush()
+    sys.stdout.buffer.write(text.after.encode())
+    return Exit.FINE
+
+
+def _files(options: argparse.Namespace, terminal: Terminal) -> Exit:
+    """Every file is tried; the worst of their exit codes is the command's."""
+    worst, changed, unchanged = Exit.FINE, 0, 0
+    for path in _paths(options.files):
+        try:
+            text = _formatted(str(path), read_bytes(path))
+            worst = max(worst, _finish(path, text, options, terminal))
+        except CompileError as error:
+            _show(error, terminal)
+            worst = max(worst, Exit.DIAGNOSTICS)
+        except UsageError as error:
+            terminal.complain(error.message, error.cure)
+            worst = Exit.USAGE
+        else:
+            changed, unchanged = changed + text.changed, unchanged + (not text.changed)
+    if not options.diff:
+        _summary(changed, unchanged, options.check, terminal)
+    return worst
+
+
+def _paths(names: Sequence[str]) -> Iterator[Path]:
+    """The files that were named and those below the folders that were, each once."""
+    found: dict[Path, None] = {}
+    for path in map(Path, names):
+        below = list(_below(path)) if path.is_dir() else [path]
+        if not below:
+            raise UsageError(f"there is no scenario below `{path}`", "scenario files end in .scn")
+        found.update(dict.fromkeys(below))
+    yield from found
+
+
+def _below(folder: Path) -> Iterator[Path]:
+    """The scenarios below a folder, without those in hidden ones."""
+    for path in sorted(folder.rglob("*.scn")):
+        hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
+        if path.is_file() and not hidden:
+            yield path
+
+
+def _formatted(name: str, content: bytes) -> _Text:
+    """A file's text, with its byte order mark if it has one.
+
+    Raises:
+        CompileError: it is no text, or does not parse.
+    """
+    source = decode_text(name, content)
+    mark = "\ufeff" if content.startswith(b"\xef\xbb\xbf") else ""
+    return _Text(name, mark + source.text, mark + format_source(source))
+
+
+def _finish(path: Path, text: _Text, options: argparse.Namespace, terminal: Terminal) -> Exit:
+    if options.check or options.diff:
+        return _report(text, options, terminal)
+    if text.changed:
+        _write(path, text.after.encode())
+        terminal.out.print(f"formatted {text.name}", soft_wrap=True)
+    return Exit.FINE
+
+
+def _report(text: _Text, options: argparse.Namespace, terminal: Terminal) -> Exit:
+    """What would change, and whether that is an error."""
+    if text.changed and options.diff:
+        terminal.write(_diff(text))
+    elif text.changed:
+        terminal.out.print(f"would change {text.name}", soft_wrap=True)
+    return Exit.DIAGNOSTICS if text.changed and options.check else Exit.FINE
+
+
+def _diff(text: _Text) -> str:
+    before, after = text.before.splitlines(), text.after.splitlines()
+    if before == after:
+        return f"--- {text.name}\n+++ {text.name}\n(line breaks alone)"
+    return "\n".join(difflib.unified_diff(before, after, text.name, text.name, lineterm=""))
+
+
+def _summary(changed: int, unchanged: int, checked: bool, terminal: Terminal) -> None:
+    parts = [f"{counted(changed, 'file')} {'would change' if checked else 'formatted'}"] if changed else []
+    parts += [f"{counted(unchanged, 'file')} fine already"] if unchanged else []
+    if parts:
+        terminal.out.print(", ".join(parts), style="quiet", soft_wrap=True)
+
+
+def _show(error: CompileError, terminal: Terminal) -> None:
+    from cortex_dsl.report import diagnostics as report
+
+    report.render(error.source, error.diagnostics, terminal.err)
+    sys.stderr.flush()
+
+
+def _write(path: Path, content: bytes) -> None:
+    """Replace a file's content at once: whoever reads it sees the old or the new.
+
+    Raises:
+        UsageError: it may not be written.
+    """
+    target = path.resolve()
+    try:
+        if not os.access(target, os.W_OK):
+            raise PermissionError(13, "permission denied")
+        with tempfile.NamedTemporaryFile(dir=target.parent, prefix=".fmt-", delete=False) as file:
+            file.write(content)
+        try:
+            Path(file.name).chmod(target.stat().st_mode)
+            Path(file.name).replace(target)
+        except OSError:
+            Path(file.name).unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise UsageError(f"cannot write `{path}`: {reason(error)}") from None
