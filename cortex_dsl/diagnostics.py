@@ -11,6 +11,9 @@ class Severity(Enum):
     ERROR = "error"
     WARNING = "warning"
     NOTE = "note"
+    """What was understood, where the file does not say it."""
+    HINT = "hint"
+    """A better way to write what is right already; runs keep quiet about it, `--check` does not."""
 
 
 @dataclass(frozen=True)
@@ -19,6 +22,22 @@ class Label:
 
     span: Span
     text: str = ""
+
+
+@dataclass(frozen=True)
+class Page:
+    """What is always true of a code: `cortexc explain` prints it. Declared with the code, beside its check."""
+
+    title: str
+    why: str
+    wrong: str = ""
+    """The smallest whole program that raises the code."""
+    right: str = ""
+    """The same program, mended."""
+    options: tuple[str, str] = ("", "")
+    """The `-p NAME=VALUE` that `wrong` and `right` are compiled with."""
+    shown: str = ""
+    """When the code is raised, if not while `wrong` is compiled: `while the file is read`."""
 
 
 @dataclass(frozen=True)

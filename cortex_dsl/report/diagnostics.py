@@ -11,7 +11,12 @@ from cortex_dsl.source import Source
 if TYPE_CHECKING:
     from rich.console import Console
 
-_COLOURS = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow", Severity.NOTE: "bold cyan"}
+_COLOURS = {
+    Severity.ERROR: "bold red",
+    Severity.WARNING: "bold yellow",
+    Severity.NOTE: "bold cyan",
+    Severity.HINT: "bold blue",
+}
 _STYLES = {
     "plain": "",
     "source": "",
@@ -48,9 +53,10 @@ def render_text(source: Source, diagnostics: Iterable[Diagnostic], width: int = 
 
 def draw(source: Source, diagnostic: Diagnostic, width: int) -> Iterator[DrawnLine]:
     """One diagnostic as drawn lines: headline, source with marks, reason, cure."""
-    start = source.position(min(diagnostic.label.span.start, len(source.text)))
+    offset = min(diagnostic.label.span.start, len(source.whole))
+    start = source.position(offset)
     yield [
-        (f"{visible(source.name)}:{start.line}:{start.column}: ", "place"),
+        (f"{visible(source.file(offset).name)}:{start.line}:{start.column}: ", "place"),
         (f"{diagnostic.severity.value}[{diagnostic.code}]", "severity"),
         (": " + visible(diagnostic.message), "message"),
     ]
@@ -83,9 +89,9 @@ def as_json(source: Source, diagnostics: Iterable[Diagnostic]) -> list[dict[str,
             "code": diagnostic.code,
             "severity": diagnostic.severity.value,
             "message": diagnostic.message,
-            "file": source.name,
+            "file": source.file(diagnostic.label.span.start).name,
             **_place(source, diagnostic.label),
-            "secondary": [_place(source, label) for label in diagnostic.secondary],
+            "secondary": [_other_place(source, diagnostic, label) for label in diagnostic.secondary],
             "reason": diagnostic.reason,
             "cure": diagnostic.cure,
         }
@@ -93,9 +99,17 @@ def as_json(source: Source, diagnostics: Iterable[Diagnostic]) -> list[dict[str,
     ]
 
 
+def _other_place(source: Source, diagnostic: Diagnostic, label: Label) -> dict[str, Any]:
+    """A place that says its file where it is another one."""
+    file = source.file(label.span.start)
+    here = file is source.file(diagnostic.label.span.start)
+    return _place(source, label) if here else {"file": file.name, **_place(source, label)}
+
+
 def _place(source: Source, label: Label) -> dict[str, Any]:
     ends = {}
     for key, offset in (("start", label.span.start), ("end", label.span.end)):
         position = source.position(offset)
-        ends[key] = {"line": position.line, "column": position.column, "offset": offset}
+        local = offset - source.file(label.span.start).start
+        ends[key] = {"line": position.line, "column": position.column, "offset": local}
     return {**ends, "label": label.text}

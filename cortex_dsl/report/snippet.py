@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from cortex_dsl.diagnostics import Diagnostic, Label
-from cortex_dsl.source import Source, Span
+from cortex_dsl.source import FileText, Source, Span
 
 Piece = tuple[str, str]
 DrawnLine = list[Piece]
@@ -52,22 +52,38 @@ def cells(character: str) -> int:
 
 
 def snippet(source: Source, diagnostic: Diagnostic, width: int) -> Iterator[DrawnLine]:
-    """The lines that a diagnostic points at, with its marks; `width` in cells."""
+    """The lines that a diagnostic points at, with its marks, file by file; `width` in cells."""
     marked = _marks(source, diagnostic)
-    numbers = sorted(marked)
-    gutter = len(str(numbers[-1])) if numbers else 1
+    gutter = gutter_width(source, diagnostic)
     yield _row(gutter)
-    previous = numbers[0] if numbers else 0
-    for number in numbers:
-        if number > previous + 1:
+    for file in _files(source, diagnostic):
+        if file is not source.file(diagnostic.label.span.start):
+            yield [(" " * gutter + " : ", "gutter"), (visible(file.name), "place")]
+        numbers = sorted(row for row in marked if source.file(source.line_starts[row - 1]) is file)
+        yield from _lines(source, marked, numbers, file, gutter, max(width - gutter - 3, FEWEST_CELLS))
+
+
+def _files(source: Source, diagnostic: Diagnostic) -> list[FileText]:
+    """The files of its labels, that of the first label first."""
+    labels = (diagnostic.label, *diagnostic.secondary)
+    return list(dict.fromkeys(source.file(label.span.start) for label in labels))
+
+
+def _lines(
+    source: Source, marked: dict[int, list[Mark]], rows: Sequence[int], file: FileText, gutter: int, room: int
+) -> Iterator[DrawnLine]:
+    previous = rows[0] if rows else 0
+    for row in rows:
+        if row > previous + 1:
             yield [("...", "gutter")]
-        yield from _line(source.line(number), number, marked[number], gutter, max(width - gutter - 3, FEWEST_CELLS))
-        previous = number
+        yield from _line(source.line(row), row - file.first_line + 1, marked[row], gutter, room)
+        previous = row
 
 
 def gutter_width(source: Source, diagnostic: Diagnostic) -> int:
     """Digits of the largest line number that the snippet shows."""
-    return len(str(max(_marks(source, diagnostic))))
+    starts = [source.line_starts[row - 1] for row in _marks(source, diagnostic)]
+    return len(str(max(source.position(start).line for start in starts)))
 
 
 def _row(gutter: int, pieces: Sequence[Piece] = (), number: str = "") -> DrawnLine:
@@ -78,7 +94,7 @@ def _row(gutter: int, pieces: Sequence[Piece] = (), number: str = "") -> DrawnLi
 
 
 def _marks(source: Source, diagnostic: Diagnostic) -> dict[int, list[Mark]]:
-    """Marks by line number."""
+    """Marks by line, counted through all files."""
     marked: dict[int, list[Mark]] = {}
     for label in (diagnostic.label, *diagnostic.secondary):
         for number, mark in _label_marks(source, label, primary=label is diagnostic.label):
@@ -88,22 +104,23 @@ def _marks(source: Source, diagnostic: Diagnostic) -> dict[int, list[Mark]]:
 
 def _label_marks(source: Source, label: Label, primary: bool) -> Iterator[tuple[int, Mark]]:
     """One mark, or for a span over several lines one on its first and one on its last line."""
-    span = _within(label.span, len(source.text))
-    first, last = source.position(span.start), source.position(max(span.start, span.end - 1))
-    for number in sorted({first.line, last.line}):
+    span = _within(label.span, source.file(label.span.start))
+    final = max(span.start, span.end - 1)
+    first, last = source.row(span.start), source.row(final)
+    for number in sorted({first, last}):
         text = source.line(number)
         columns = _columns(text)
-        begin = first.column - 1 if number == first.line else len(text) - len(text.lstrip())
-        finish = last.column if number == last.line else len(text)
+        begin = source.position(span.start).column - 1 if number == first else len(text) - len(text.lstrip())
+        finish = source.position(final).column if number == last else len(text)
         if span.start == span.end:
             finish = begin
         start, end = columns[min(begin, len(text))], columns[min(finish, len(text))]
-        yield number, Mark(start, max(end, start + 1), label.text if number == last.line else "", primary)
+        yield number, Mark(start, max(end, start + 1), label.text if number == last else "", primary)
 
 
-def _within(span: Span, end: int) -> Span:
-    start = min(max(span.start, 0), end)
-    return Span(start, min(max(span.end, start), end))
+def _within(span: Span, file: FileText) -> Span:
+    start = min(max(span.start, file.start), file.end)
+    return Span(start, min(max(span.end, start), file.end))
 
 
 def _columns(text: str) -> list[int]:

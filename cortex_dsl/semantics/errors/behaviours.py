@@ -1,0 +1,178 @@
+"""SCN6xx: behaviors."""
+
+from cortex_dsl.diagnostics import Page
+from cortex_dsl.semantics.problems import Problem, warning
+
+RECURSIVE = Problem(
+    "SCN601",
+    "the behavior `{name}` runs itself: {cycle}",
+    cure="use `while True:` to repeat",
+    page=Page(
+        "behavior that runs itself",
+        "What a behavior does is written out when the file is compiled, which would never end.",
+        "behavior Drive():\n"
+        "    do FollowLaneBehavior() for 1 s\n"
+        "    do Drive()\n"
+        "\n"
+        "ego = new Car on road, with behavior Drive()\n",
+        "behavior Drive():\n"
+        "    while True:\n"
+        "        do FollowLaneBehavior() for 1 s\n"
+        "\n"
+        "ego = new Car on road, with behavior Drive()\n",
+    ),
+)
+NEVER_ACTS = Problem(
+    "SCN602",
+    "this {what} never acts",
+    "it would run round and round within one step",
+    "add {words} to it",
+    page=Page(
+        "loop that never acts",
+        "Time goes on only when a behavior acts or waits. A loop or handler without either would run for ever "
+        "within one step.",
+        "behavior Count():\n"
+        "    n = 0\n"
+        "    while True:\n"
+        "        n = n + 1\n"
+        "\n"
+        "ego = new Car on road, with behavior Count()\n",
+        "behavior Count():\n"
+        "    n = 0\n"
+        "    while n < 9:\n"
+        "        n = n + 1\n"
+        "        wait\n"
+        "\n"
+        "ego = new Car on road, with behavior Count()\n",
+    ),
+)
+IDLE_BEHAVIOUR = warning(
+    "SCN603",
+    "the behavior `{name}` never acts",
+    "the object just rolls on",
+    "add `take` or `do`",
+    page=Page(
+        "behavior that does nothing",
+        "An object whose behavior neither acts nor waits rolls on, as one without behavior does.",
+        "behavior Rest():\n    pass\n\nego = new Car on road, with behavior Rest()\n",
+        "behavior Rest():\n    take SetBrakeAction(1)\n\nego = new Car on road, with behavior Rest()\n",
+    ),
+)
+NOT_A_BEHAVIOUR = Problem(
+    "SCN604",
+    "`do` needs a behavior, but this is {actual}",
+    cure="{cure}",
+    page=Page(
+        "`do` without a behavior",
+        "`do` hands the object over to a behavior; an action is taken with `take`.",
+        "behavior Stop():\n    do SetBrakeAction(1)\n\nego = new Car on road, with behavior Stop()\n",
+        "behavior Stop():\n    take SetBrakeAction(1)\n\nego = new Car on road, with behavior Stop()\n",
+    ),
+)
+NOT_AN_ACTION = Problem(
+    "SCN605",
+    "`take` needs an action, but this is {actual}",
+    cure="{suggestion}",
+    page=Page(
+        "`take` without an action",
+        "`take` sets pedals, steering or speed for one step; a behavior is done with `do`.",
+        "behavior Stop():\n    take BrakeBehavior()\n\nego = new Car on road, with behavior Stop()\n",
+        "behavior Stop():\n    do BrakeBehavior()\n\nego = new Car on road, with behavior Stop()\n",
+    ),
+)
+SAME_ACTION = Problem(
+    "SCN606",
+    "`take` sets the {command} twice",
+    cure="keep one of the two",
+    page=Page(
+        "the same action twice",
+        "All actions of one `take` happen in the same step, so each is there once.",
+        "behavior Stop():\n"
+        "    take SetBrakeAction(1), SetBrakeAction(0.5)\n"
+        "\n"
+        "ego = new Car on road, with behavior Stop()\n",
+        "behavior Stop():\n"
+        "    take SetBrakeAction(1), SetThrottleAction(0)\n"
+        "\n"
+        "ego = new Car on road, with behavior Stop()\n",
+    ),
+)
+OBJECT_CHANGES = Problem(
+    "SCN607",
+    "`{name}` cannot become another {kind} during the run",
+    "only numbers and truth values can change while a behavior runs",
+    "use two variables",
+    page=Page(
+        "object that changes during the run",
+        "Lanes and objects are settled with the scene. Only numbers and truths can change while a behavior runs.",
+        "behavior Drive():\n"
+        "    lane = network.lanes[0]\n"
+        "    while True:\n"
+        "        lane = network.lanes[1]\n"
+        "        do FollowLaneBehavior(laneToFollow=lane) for 1 s\n"
+        "\n"
+        "ego = new Car on road, with behavior Drive()\n",
+        "behavior Drive():\n"
+        "    while True:\n"
+        "        other = network.lanes[1]\n"
+        "        do FollowLaneBehavior(laneToFollow=other) for 1 s\n"
+        "\n"
+        "ego = new Car on road, with behavior Drive()\n",
+    ),
+)
+DIMENSION_CHANGES = Problem(
+    "SCN608",
+    "`{name}` was {before} and cannot become {after}",
+    cure="use another name",
+    page=Page(
+        "variable that changes its dimension",
+        "A variable measures one thing throughout, so that every use of it can be checked.",
+        "behavior Drive():\n"
+        "    x = 1 m\n"
+        "    wait\n"
+        "    x = self.speed\n"
+        "    wait\n"
+        "\n"
+        "ego = new Car on road, with behavior Drive()\n",
+        "behavior Drive():\n"
+        "    x = 1 m\n"
+        "    wait\n"
+        "    v = self.speed\n"
+        "    wait\n"
+        "\n"
+        "ego = new Car on road, with behavior Drive()\n",
+    ),
+)
+ONLY_WHILE_RUNNING = Problem(
+    "SCN609",
+    "{what} is only known during the run",
+    cure="use it in a behavior",
+    page=Page(
+        "only known during the run",
+        "`require` is tested before anything moves; pedals and sight exist from then on.",
+        "ego = new Car on road\nrequire withinDistanceToAnyObjs(ego, 3 m)\n",
+        "ego = new Car on road\nterminate when withinDistanceToAnyObjs(ego, 3 m)\n",
+    ),
+)
+OBSTACLE_BEHAVIOUR = Problem(
+    "SCN610",
+    "an Obstacle cannot have a behavior",
+    cure="use a Car or a Pedestrian",
+    page=Page(
+        "obstacle with a behavior",
+        "An Obstacle is a thing that never moves by itself.",
+        "ego = new Car on road\nbox = new Obstacle ahead of ego by 5 m, with behavior IdleBehavior()\n",
+        "ego = new Car on road\nbox = new Obstacle ahead of ego by 5 m\n",
+    ),
+)
+CALLED_BEHAVIOUR = Problem(
+    "SCN611",
+    "a behavior does nothing when it is only called",
+    cure="write `do {name}(...)`",
+    page=Page(
+        "behavior that is only called",
+        "A behavior runs when an object has it or a `do` names it; a call alone does nothing.",
+        "behavior Stop():\n    BrakeBehavior()\n\nego = new Car on road, with behavior Stop()\n",
+        "behavior Stop():\n    do BrakeBehavior()\n\nego = new Car on road, with behavior Stop()\n",
+    ),
+)

@@ -1,0 +1,184 @@
+"""SCN5xx: what is random."""
+
+from cortex_dsl.diagnostics import Page
+from cortex_dsl.semantics.problems import Problem, note
+
+REVERSED_RANGE = Problem(
+    "SCN501",
+    "this range is reversed: {low} is above {high}",
+    cure="write the lower bound first: {high}, {low}",
+    page=Page(
+        "reversed range",
+        "The lower bound comes first. Scenic takes it in silence, and never draws anything sensible.",
+        "ego = new Car on road, with speed Range(9, 5) m/s\n",
+        "ego = new Car on road, with speed Range(5, 9) m/s\n",
+    ),
+)
+EMPTY_RANGE = Problem(
+    "SCN502",
+    "this range holds a single value: {low}",
+    "nothing is random in it",
+    "write the value itself, or widen it",
+    page=Page(
+        "range of one value",
+        "A range with equal ends always gives the same value.",
+        "ego = new Car on road, with speed Range(5, 5) m/s\n",
+        "ego = new Car on road, with speed 5 m/s\n",
+    ),
+)
+BAD_DEVIATION = Problem(
+    "SCN503",
+    "the standard deviation must be above 0, but is {actual}",
+    cure="write the mean first, then the deviation: `Normal(0, 0.2)`",
+    page=Page(
+        "standard deviation not above 0",
+        "The second argument of a normal distribution is its spread.",
+        "ego = new Car on road, with speed 5 m/s + Normal(1, 0) m/s\n",
+        "ego = new Car on road, with speed 5 m/s + TruncatedNormal(0, 1, -3, 3) m/s\n",
+    ),
+)
+NO_OPTIONS = Problem(
+    "SCN504",
+    "there is nothing to choose from in any variant",
+    "{reason}",
+    "widen the filter, or choose another map",
+    page=Page(
+        "nothing to choose from",
+        "The list to choose from is empty, whatever was chosen before.",
+        "m = Uniform(*filter(lambda m: m.type is ManeuverType.U_TURN, network.lanes[0].maneuvers))\n"
+        "ego = new Car in m.startLane.centerline\n",
+        "m = Uniform(*filter(lambda m: m.type is ManeuverType.STRAIGHT, network.lanes[0].maneuvers))\n"
+        "ego = new Car in m.startLane.centerline\n",
+    ),
+)
+TOO_MANY_VARIANTS = Problem(
+    "SCN505",
+    "the finite choices of this file multiply to more than {limit} variants",
+    "{sizes}",
+    "choose from shorter lists, or fix some choices",
+    page=Page(
+        "too many combinations",
+        "Each way of making all finite choices is compiled on its own, so their number is limited.",
+        "map intersection(lanes=4, rows=3, cols=3)\n"
+        "a = Uniform(*network.lanes)\n"
+        "b = Uniform(*network.lanes)\n"
+        "ego = new Car in a.centerline\n"
+        "car = new Car in b.centerline\n",
+        "map intersection(lanes=1, rows=1, cols=1)\n"
+        "a = Uniform(*network.lanes)\n"
+        "b = Uniform(*network.lanes)\n"
+        "ego = new Car in a.centerline\n"
+        "car = new Car in b.centerline\n",
+    ),
+)
+NOT_CONSTANT = Problem(
+    "SCN506",
+    "{purpose} must be known at compile time, but this depends on a draw, a param or the run",
+    cure="use a constant, or a finite choice such as `DiscreteRange`",
+    page=Page(
+        "value that must be known",
+        "Some values decide the structure of the scene, so they must be known when the file is compiled.",
+        "ego = new Car in network.lanes[Range(0, 3)].centerline\n",
+        "ego = new Car in network.lanes[DiscreteRange(0, 3)].centerline\n",
+    ),
+)
+GENE_BOUNDS = Problem(
+    "SCN507",
+    "the bounds of the param `{name}` are not constant",
+    "a search needs a fixed box",
+    "use numbers, or drop `param` to draw it anew for every scene",
+    page=Page(
+        "bounds that are not constant",
+        "A search moves in a box, so each param that it chooses has bounds of its own.",
+        "param A = Range(1, 2) m/s\nparam B = Range(0, A)\nego = new Car on road, with speed B\n",
+        "param A = Range(1, 2) m/s\nparam B = Range(0, 1)\nego = new Car on road, with speed A * B\n",
+    ),
+)
+GENE_VARIES = Problem(
+    "SCN508",
+    "the param `{name}` depends on a random choice",
+    "a search needs a fixed box",
+    "use numbers",
+    page=Page(
+        "param that differs from scene to scene",
+        "A search moves in one box, the same for every scene.",
+        "n = len(Uniform([1], [1, 2]))\nparam V = Range(0, n) m/s\nego = new Car on road, with speed V\n",
+        "param V = Range(0, 2) m/s\nego = new Car on road, with speed V\n",
+    ),
+)
+BAD_WEIGHTS = Problem(
+    "SCN509",
+    "{message}",
+    cure="write `Discrete({{a: 1, b: 2}})` with weights above 0",
+    page=Page(
+        "wrong weights",
+        "`Discrete` takes a dictionary that gives each option its weight; only their proportions count.",
+        "ego = new Car on road, with speed Discrete({5: -1, 9: 2}) m/s\n",
+        "ego = new Car on road, with speed Discrete({5: 1, 9: 2}) m/s\n",
+    ),
+)
+NOT_WHOLE = Problem(
+    "SCN510",
+    "{what} must be a whole number, but is {actual}",
+    cure="round it",
+    page=Page(
+        "not a whole number",
+        "Lanes, steps and items are counted.",
+        "ego = new Car in network.lanes[0.5].centerline\n",
+        "ego = new Car in network.lanes[0].centerline\n",
+    ),
+)
+MIXED_OPTIONS = Problem(
+    "SCN511",
+    "the options are unlike: {left} and {right}",
+    cure="give them all the same dimension",
+    page=Page(
+        "unlike options",
+        "Whichever is drawn, the value is used in the same place, so all options measure the same.",
+        "ego = new Car on road, with speed Uniform(5 m/s, 9 m)\n",
+        "ego = new Car on road, with speed Uniform(5 m/s, 9 m/s)\n",
+    ),
+)
+FIXED_EXHAUSTED = Problem(
+    "SCN512",
+    "`Fixed` was evaluated {count} times, but has {given} values",
+    cure="give it a value for each time, or draw with `Uniform(...)`",
+    page=Page(
+        "`Fixed` without a value left",
+        "`Fixed(a, b)` gives its values one after the other, and has no third.",
+        "ego = new Car on road\ncars = [new Car at (Fixed(9, 18), 0) for i in range(3)]\n",
+        "ego = new Car on road\ncars = [new Car at (Fixed(9, 18, 27), 0) for i in range(3)]\n",
+    ),
+)
+RANDOM_WHILE_RUNNING = Problem(
+    "SCN513",
+    "objects cannot be chosen anew during the run",
+    "lanes and other objects are settled with the scene",
+    "choose outside the behavior and pass the choice as an argument",
+    page=Page(
+        "object chosen during the run",
+        "Lanes and objects are settled with the scene; only numbers can be drawn while a behavior runs.",
+        "behavior Wander():\n"
+        "    while True:\n"
+        "        do FollowLaneBehavior(laneToFollow=Uniform(*network.lanes)) for 1 s\n"
+        "\n"
+        "ego = new Car on road, with behavior Wander()\n",
+        "behavior Wander(lane):\n"
+        "    while True:\n"
+        "        do FollowLaneBehavior(laneToFollow=lane) for 1 s\n"
+        "\n"
+        "ego = new Car on road, with behavior Wander(Uniform(*network.lanes))\n",
+    ),
+)
+NUISANCE_PARAM = note(
+    "SCN520",
+    "the param `{name}` is not searched",
+    "{reason}",
+    "use `Range` or `TruncatedNormal` to make it a gene",
+    page=Page(
+        "param that is not searched",
+        "A search needs bounds. A param without them is drawn anew for every scene, as any other random value.",
+        "param V = Normal(9, 1)\nego = new Car on road\nrequire ego.speed < V\n",
+        "param V = TruncatedNormal(9, 1, 5, 12)\nego = new Car on road\nrequire ego.speed < V\n",
+    ),
+)

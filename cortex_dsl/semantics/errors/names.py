@@ -1,0 +1,182 @@
+"""SCN2xx: names."""
+
+from cortex_dsl.diagnostics import Page
+from cortex_dsl.semantics.problems import Problem, hint, note, warning
+
+UNKNOWN_NAME = Problem(
+    "SCN201",
+    "nothing is called `{name}` here",
+    cure="{suggestion}",
+    page=Page(
+        "unknown name",
+        "A name means what the file gives it above this line, or what is built in. Letters count, capitals too.",
+        "ego = new Car on road\nrequire eog.speed < 3 m/s\n",
+        "ego = new Car on road\nrequire ego.speed < 3 m/s\n",
+    ),
+)
+USED_BEFORE = Problem(
+    "SCN202",
+    "`{name}` is used before it has a value",
+    "it is assigned further down",
+    "move the assignment up",
+    page=Page(
+        "name used before it has a value",
+        "A file is read from top to bottom. Only behaviors and `terminate when` see the names below them, because "
+        "they run later.",
+        "ego = new Car in lane.centerline\nlane = network.lanes[0]\n",
+        "lane = network.lanes[0]\nego = new Car in lane.centerline\n",
+    ),
+)
+UNKNOWN_ATTRIBUTE = Problem(
+    "SCN203",
+    "{kind} has no `{name}`",
+    cure="{suggestion}",
+    page=Page(
+        "unknown attribute",
+        "Lanes, maneuvers, objects and the road each have a fixed set of attributes.",
+        "ego = new Car on road\nrequire ego.sped < 3 m/s\n",
+        "ego = new Car on road\nrequire ego.speed < 3 m/s\n",
+    ),
+)
+UNKNOWN_PROPERTY = Problem(
+    "SCN204",
+    "{kind} has no property `{name}`",
+    cure="{suggestion}",
+    page=Page(
+        "unknown property",
+        "`with` sets one of the properties that the class has. A misspelt one would otherwise change nothing.",
+        "ego = new Car on road, with sped 5 m/s\n",
+        "ego = new Car on road, with speed 5 m/s\n",
+    ),
+)
+UNKNOWN_ARGUMENT = Problem(
+    "SCN205",
+    "`{function}` takes no argument `{name}`",
+    cure="{suggestion}",
+    page=Page(
+        "unknown argument",
+        "An argument given by name must have the name that the function gives it.",
+        "ego = new Car on road, with behavior FollowLaneBehavior(target_sped=5 m/s)\n",
+        "ego = new Car on road, with behavior FollowLaneBehavior(target_speed=5 m/s)\n",
+    ),
+)
+UNKNOWN_PARAM = Problem(
+    "SCN206",
+    "no param is called `{name}`",
+    cure="{suggestion}",
+    page=Page(
+        "unknown param",
+        "`globalParameters` holds the params of this file and nothing else.",
+        "param V = Range(1, 9) m/s\nego = new Car on road, with speed globalParameters.W\n",
+        "param V = Range(1, 9) m/s\nego = new Car on road, with speed globalParameters.V\n",
+    ),
+)
+UNKNOWN_CLASS = Problem(
+    "SCN207",
+    "there is no class `{name}`",
+    cure="{suggestion}",
+    page=Page(
+        "unknown class",
+        "After `new` stands a class: one that is built in, or one of the file's own.",
+        "ego = new Cra on road\n",
+        "ego = new Car on road\n",
+    ),
+)
+UNKNOWN_OVERRIDE = Problem(
+    "SCN208",
+    "`-p` names a param that this file does not have: `{name}`",
+    cure="{suggestion}",
+    page=Page(
+        "`-p` names no param",
+        "`-p NAME=VALUE` holds a param of the file fixed. A misspelt name would otherwise change nothing.",
+        "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\n",
+        "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\n",
+        options=("SPEED=5", "V=5"),
+    ),
+)
+BAD_OVERRIDE = Problem(
+    "SCN209",
+    "`-p {name}=...` needs one value",
+    cure='as in `-p {name}=50`, `-p "{name}=50 km/h"`',
+    page=Page(
+        "`-p` without one value",
+        "The value of `-p NAME=VALUE` is one expression of the language.",
+        "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\n",
+        "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\n",
+        options=("V=5 m/s; W=3", "V=5 m/s"),
+    ),
+)
+DUPLICATE = Problem(
+    "SCN210",
+    "{what} `{name}` is defined twice",
+    "only one can be meant",
+    "rename one",
+    page=Page(
+        "defined twice",
+        "Two params, behaviors or arguments of one name: only one of them could be meant where the name is used.",
+        "param V = Range(1, 9) m/s\nparam V = 5 m/s\nego = new Car on road, with speed V\n",
+        "param V = Range(1, 9) m/s\nparam W = 5 m/s\nego = new Car on road, with speed max(V, W)\n",
+    ),
+)
+UNUSED_BEHAVIOUR = note(
+    "SCN220",
+    "the behavior `{name}` is never used",
+    cure="remove it, or give it to an object",
+    page=Page(
+        "behavior never used",
+        "A behavior does something only when an object has it, or another behavior does it.",
+        "behavior Rest():\n    wait\n\nego = new Car on road\n",
+        "behavior Rest():\n    wait\n\nego = new Car on road, with behavior Rest()\n",
+    ),
+)
+UNUSED_GENE = warning(
+    "SCN221",
+    "the param `{name}` is never used",
+    "a search would vary it without any effect",
+    "use it, or remove it",
+    page=Page(
+        "param never used",
+        "A search chooses a value for every param with a range. One that nothing reads costs it a dimension for "
+        "nothing.",
+        "param V = Range(1, 9) m/s\nego = new Car on road\n",
+        "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\n",
+    ),
+)
+SHADOWS = hint(
+    "SCN211",
+    "`{name}` hides the built-in {kind} of that name",
+    "in this file the name means something else than everywhere else",
+    "choose another name",
+    page=Page(
+        "name of something built in",
+        "A file may use the name again, but a reader will take it for what is built in.",
+        "max = 9 m/s\nego = new Car on road, with speed max\n",
+        "fastest = 9 m/s\nego = new Car on road, with speed fastest\n",
+    ),
+)
+DEAD_GENE = warning(
+    "SCN222",
+    "the param `{name}` changes nothing",
+    "it is used, but no object, requirement or behavior that runs depends on it, so a search would vary it in vain",
+    "use it where it matters, or give it a constant value",
+    page=Page(
+        "dead param",
+        "All uses of the param are in places that are never reached or that make no difference: a behavior nobody "
+        "has, a product with 0, a branch that is decided already.",
+        "param V = Range(1, 9) m/s\n\nbehavior Drive():\n    do FollowLaneBehavior(target_speed=V)\n\n"
+        "ego = new Car on road\n",
+        "param V = Range(1, 9) m/s\n\nbehavior Drive():\n    do FollowLaneBehavior(target_speed=V)\n\n"
+        "ego = new Car on road, with behavior Drive()\n",
+    ),
+)
+UNUSED_NAME = hint(
+    "SCN223",
+    "the {what} `{name}` is never read",
+    cure="remove it, or begin it with `_` if it is meant",
+    page=Page(
+        "name that is never read",
+        "What is worked out and then not used is often a slip: another name was meant further down.",
+        "gap = 9 m\nego = new Car on road\ncar = new Car ahead of ego by 5 m\n",
+        "gap = 9 m\nego = new Car on road\ncar = new Car ahead of ego by gap\n",
+    ),
+)

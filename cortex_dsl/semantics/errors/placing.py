@@ -1,0 +1,178 @@
+"""SCN4xx: the ego, the places of objects and their trajectories."""
+
+from cortex_dsl.diagnostics import Page
+from cortex_dsl.semantics.problems import Problem, warning
+
+NO_EGO = Problem(
+    "SCN404",
+    "no object is the ego",
+    "every metric looks from the vehicle under test",
+    "write `ego = new Car at ...`",
+    page=Page(
+        "no ego",
+        "Every measure of risk looks from the vehicle under test, which is the object called `ego`.",
+        "car = new Car on road\n",
+        "ego = new Car on road\n",
+    ),
+)
+EGO_NOT_OBJECT = Problem(
+    "SCN405",
+    "`ego` must be an object, but this is {actual}",
+    cure="write `ego = new Car at ...`",
+    page=Page(
+        "ego that is no object",
+        "`ego` is the vehicle under test, so it can only be an object.",
+        "ego = 5\n",
+        "ego = new Car on road\n",
+    ),
+)
+EGO_NEEDED = Problem(
+    "SCN406",
+    "{what} is measured from the ego, but there is none yet",
+    cure="define `ego` above this line",
+    page=Page(
+        "measured from an ego that is not there yet",
+        "Without `from`, a distance is measured from the ego, which must stand above.",
+        "x = distance to intersection\nego = new Car on road, with speed x / 10 s\n",
+        "ego = new Car on road\nrequire (distance to intersection) < 20 m\n",
+    ),
+)
+NO_PLACE = Problem(
+    "SCN407",
+    "this {name} has no place",
+    cure="say where: `at (x, y)`, `in lane.centerline`, `on road`, `ahead of x by d`",
+    page=Page(
+        "object without a place",
+        "An object is somewhere when the scene begins, and only a specifier can say where.",
+        "ego = new Car with speed 3 m/s\n",
+        "ego = new Car on road, with speed 3 m/s\n",
+    ),
+)
+TWO_PLACES = Problem(
+    "SCN408",
+    "this {name} is placed twice",
+    "an object has one position",
+    "remove one specifier",
+    page=Page(
+        "object placed twice",
+        "An object has one position; two specifiers would contradict each other.",
+        "ego = new Car on road, at (0, 0)\n",
+        "ego = new Car on road\n",
+    ),
+)
+TWO_HEADINGS = Problem(
+    "SCN409",
+    "this {name} is turned twice",
+    "an object has one heading",
+    "remove one specifier",
+    page=Page(
+        "object turned twice",
+        "An object has one heading; two specifiers would contradict each other.",
+        "ego = new Car at (0, 0), facing 1 rad, facing 2 rad\n",
+        "ego = new Car at (0, 0), facing 1 rad\n",
+    ),
+)
+PROPERTY_TWICE = Problem(
+    "SCN410",
+    "the property `{name}` is given twice",
+    cure="remove one",
+    page=Page(
+        "property given twice",
+        "Only one of the two values could be meant.",
+        "ego = new Car on road, with speed 1 m/s, with speed 2 m/s\n",
+        "ego = new Car on road, with speed 2 m/s\n",
+    ),
+)
+NOT_CONNECTED = Problem(
+    "SCN417",
+    "lane {number} of the trajectory does not start where the one before it ends",
+    "`{before}` leads to {follows}, not to `{after}`",
+    "take the lanes of one maneuver: `[m.startLane, m.connectingLane, m.endLane]`",
+    page=Page(
+        "trajectory with a gap",
+        "Each lane of a trajectory starts where the one before it ends.",
+        "lane = intersection.incomingLanes[0]\n"
+        "m = lane.maneuvers[0]\n"
+        "ego = new Car before intersection by 20 m along [lane, m.endLane]\n",
+        "lane = intersection.incomingLanes[0]\n"
+        "m = lane.maneuvers[0]\n"
+        "ego = new Car before intersection by 20 m along [lane, m.connectingLane, m.endLane]\n",
+    ),
+)
+EMPTY_TRAJECTORY = Problem(
+    "SCN418",
+    "this trajectory has no lanes",
+    cure="as in `[lane, maneuver.connectingLane]`",
+    page=Page(
+        "empty trajectory",
+        "A trajectory is a list of connected lanes; something must be in it to be followed.",
+        "ego = new Car on road, with behavior FollowTrajectoryBehavior(5 m/s, [])\n",
+        "lane = network.lanes[0]\n"
+        "ego = new Car in lane.centerline, with behavior FollowTrajectoryBehavior(5 m/s, [lane])\n",
+    ),
+)
+NOT_ON_TRAJECTORY = Problem(
+    "SCN419",
+    "the trajectory does not lead into {region}",
+    cure="begin it with the lane that leads there, as in `[m.startLane, m.connectingLane]`",
+    page=Page(
+        "trajectory that does not lead there",
+        "`before REGION by D along TRAJECTORY` counts back from the point where the trajectory enters the region.",
+        "m = intersection.incomingLanes[0].maneuvers[0]\nego = new Car before intersection by 5 m along [m.endLane]\n",
+        "m = intersection.incomingLanes[0].maneuvers[0]\n"
+        "ego = new Car before intersection by 5 m along [m.startLane]\n",
+    ),
+)
+NO_TRAJECTORY = Problem(
+    "SCN420",
+    "`before` needs to know the way",
+    cure="write `before intersection by 20 m along trajectory`",
+    page=Page(
+        "`before` without a trajectory",
+        "Many ways lead to an intersection; the distance is counted back along one of them.",
+        "ego = new Car before intersection by 20 m\n",
+        "lane = intersection.incomingLanes[0]\nego = new Car before intersection by 20 m along [lane]\n",
+    ),
+)
+TOO_FAR_BEFORE = Problem(
+    "SCN421",
+    "{actual} before {region} is not on the trajectory",
+    "it starts {available} before",
+    "use a longer `approach` in `map`, or a shorter distance",
+    page=Page(
+        "further back than the trajectory",
+        "The roads of the map are as long as its `approach` says, 50 m unless it says otherwise.",
+        "lane = intersection.incomingLanes[0]\nego = new Car before intersection by 80 m along [lane]\n",
+        "map intersection(approach=100 m)\n"
+        "lane = intersection.incomingLanes[0]\n"
+        "ego = new Car before intersection by 80 m along [lane]\n",
+    ),
+)
+SELF_OUTSIDE = Problem(
+    "SCN432",
+    "`self` is only known in a behavior",
+    "it is the object that the behavior drives",
+    "name the object, such as `ego`",
+    page=Page(
+        "`self` outside a behavior",
+        "`self` is the object that a behavior drives; elsewhere there is none.",
+        "ego = new Car on road\nrequire self.speed < 3 m/s\n",
+        "ego = new Car on road\nrequire ego.speed < 3 m/s\n",
+    ),
+)
+EVERYTHING_TOO_FAR = warning(
+    "SCN445",
+    "some distances that this can take are not on the trajectory, which starts {available} before {region}",
+    "up to {actual} can be drawn; such scenes are rejected",
+    "narrow the range, or use a longer `approach` in `map`",
+    page=Page(
+        "sometimes further back than the trajectory",
+        "Scenes in which the object would stand before the beginning of its trajectory are rejected.",
+        "param D = Range(5, 80) m\n"
+        "lane = intersection.incomingLanes[0]\n"
+        "ego = new Car before intersection by D along [lane]\n",
+        "param D = Range(5, 45) m\n"
+        "lane = intersection.incomingLanes[0]\n"
+        "ego = new Car before intersection by D along [lane]\n",
+    ),
+)

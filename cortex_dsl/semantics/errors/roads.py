@@ -1,0 +1,110 @@
+"""SCN4xx: the map."""
+
+from cortex_dsl.diagnostics import Page
+from cortex_dsl.semantics.problems import Problem, note
+
+BAD_MAP = Problem(
+    "SCN411",
+    "this road cannot be built: {message}",
+    cure="{cure}",
+    page=Page(
+        "road that cannot be built",
+        "Lanes, ways, radii and lengths must fit together; the message says which do not.",
+        "map intersection(ways=5)\nego = new Car on road\n",
+        "map intersection(ways=4)\nego = new Car on road\n",
+    ),
+)
+UNKNOWN_MAP = Problem(
+    "SCN412",
+    "there is no map `{kind}`",
+    cure="write `map intersection(ways=4, lanes=1)`",
+    page=Page(
+        "unknown map",
+        "There is one kind of map: a grid of one or more intersections.",
+        "map roundabout()\nego = new Car on road\n",
+        "map intersection(ways=4, lanes=1)\nego = new Car on road\n",
+    ),
+)
+MAP_TWICE = Problem(
+    "SCN413",
+    "the map is given twice",
+    "all objects share one road network",
+    "remove one",
+    page=Page(
+        "two maps",
+        "All objects share one road network.",
+        "map intersection(ways=4)\nmap intersection(ways=3)\nego = new Car on road\n",
+        "map intersection(ways=4)\nego = new Car on road\n",
+    ),
+)
+MAP_TOO_LATE = Problem(
+    "SCN414",
+    "the map comes after the road was used",
+    cure="move the `map` line to the top of the file",
+    page=Page(
+        "map after its use",
+        "Lanes are looked up when they are named, so the map must be known by then.",
+        "ego = new Car on road\nmap intersection(ways=3)\n",
+        "map intersection(ways=3)\nego = new Car on road\n",
+    ),
+)
+MAP_VARIES = Problem(
+    "SCN415",
+    "the map depends on a random choice",
+    cure="use constants in `map`",
+    page=Page(
+        "map that is random",
+        "A search compares scenes on one road network.",
+        "map intersection(lanes=Discrete({1: 1, 2: 1}))\nego = new Car on road\n",
+        "map intersection(lanes=2)\nego = new Car on road\n",
+    ),
+)
+NO_SINGLE_INTERSECTION = Problem(
+    "SCN416",
+    "`intersection` is ambiguous: this map has {count}",
+    cure="choose one: `intersection = Uniform(*network.intersections)`",
+    page=Page(
+        "ambiguous intersection",
+        "`intersection` names the only one. A map with several has no such one.",
+        "map intersection(cols=2)\nego = new Car on road\nrequire (distance from ego to intersection) < 5 m\n",
+        "map intersection(cols=2)\n"
+        "intersection = Uniform(*network.intersections)\n"
+        "ego = new Car on road\n"
+        "require (distance from ego to intersection) < 5 m\n",
+    ),
+)
+DEFAULT_MAP = note(
+    "SCN441",
+    "no `map`: an intersection of {ways} roads with {lanes} a direction is used",
+    "{reason}",
+    "write `{road}` to say so",
+    page=Page(
+        "map not given",
+        "A file that names no map runs on one intersection; saying so makes the file complete.",
+        "ego = new Car on road\n",
+        "map intersection(ways=4, lanes=1)\nego = new Car on road\n",
+    ),
+)
+SCENIC_MAP = note(
+    "SCN442",
+    "map files are not read: a gridded intersection is used instead",
+    "{reason}",
+    "add a line like `{road}` to choose its shape",
+    page=Page(
+        "map file",
+        "Files of Scenic name a map of CARLA or OpenDRIVE. Here the road is a grid of intersections.",
+        "param map = localPath('Town05.xodr')\nego = new Car on road\n",
+        "map intersection(ways=4, lanes=1)\nego = new Car on road\n",
+    ),
+)
+SCENIC_MODEL = note(
+    "SCN443",
+    "`model` is not needed: the road and the vehicles are built in",
+    "this file keeps Scenic's headings, which count from north; in files without `model` they count from east",
+    page=Page(
+        "`model` line",
+        "Files of Scenic name the simulator whose classes they use. Here they are built in.",
+        "model scenic.simulators.carla.model\nego = new Car on road\n",
+        "ego = new Car on road\n",
+    ),
+)
