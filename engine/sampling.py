@@ -6,17 +6,22 @@ result never depends on the other rows, their order or the number of threads.
 
 Counts are conditional: an impossible variant is turned away first, then come the file's requirements in order, last
 the built-in ones. An attempt ends at its first failure, so `attempts` is the sum of all failures, plus one if valid.
+
+With `config.prune` attempts that surely fail are jumped over (`engine.feasibility.pruning` says how, and why the law of
+what is accepted stays the same). They count against `max_attempts`, but in no other count.
 """
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal, TypeVar
 
 import numpy as np
 
 from engine.config import SimulationConfig
+from engine.feasibility import Pruner, groups_of, pruner
 from engine.genomes import draw_genomes, uniform_genomes
-from engine.kernels.sampling import Layout, Ledger, Recipe, Request, Scratch, sample_rows
+from engine.kernels.sampling import Confinement, Layout, Ledger, Recipe, Request, Scratch, sample_rows
 from engine.program import ParamSpace, Program
 from engine.scenes import Scenes
 from engine.streams import check_keys
@@ -38,24 +43,62 @@ WIDEST = 3
 """Registers that a geometry instruction may write."""
 CHUNK_ATTEMPTS = 500_000
 """Attempts that one uninterruptible call may make: 50 ms, so that Ctrl-C is answered at once."""
+PRUNED_ROWS = 2048
+"""Scenes whose bounds are worked out together under `prune`."""
+
+ANYWHERE = Confinement(
+    np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0)), np.zeros((0, 0, 0)), np.zeros(0, dtype=np.int32)
+)
+"""No pruning."""
 
 Tables = TypeVar("Tables", CodeTables, RoadTables)
 
 
-def sample(program: Program, genomes: Floats, keys: Ints, config: SimulationConfig = DEFAULTS, jobs: int = 1) -> Scenes:
-    """Draw one scene for each genome (n, d; file units) from the stream of its key (n, 6)."""
+def sample(
+    program: Program,
+    genomes: Floats,
+    keys: Ints,
+    config: SimulationConfig = DEFAULTS,
+    jobs: int = 1,
+    prune: Pruner | None = None,
+) -> Scenes:
+    """Draw one scene for each genome (n, d; file units) from the stream of its key (n, 6).
+
+    `prune` is the program's pruner, for callers who sample often; without one it is made where the config asks for it.
+    """
+    recipe = recipe_of(program)
+    limit = attempt_limit(program)
+    if not 1 <= config.max_attempts <= limit:
+        raise ValueError(f"max_attempts is {config.max_attempts}; this scenario allows 1 .. {limit}")
+    request = request_of(program, genomes, keys, config.max_attempts)
+    ledger = _empty_ledger(program, recipe.layout, len(keys))
+    if config.prune and prune is None:
+        prune = pruner(program)
+    genomes = np.ascontiguousarray(genomes, dtype=np.float64)
+    _run_chunks(recipe, request, ledger, jobs, _Confiner(prune, genomes) if config.prune and prune else None)
+    return Scenes(genomes=genomes, keys=request.keys, **ledger._asdict())
+
+
+def request_of(program: Program, genomes: Floats, keys: Ints, max_attempts: int) -> Request:
+    """What the kernels are asked for, checked."""
     genomes = np.ascontiguousarray(genomes, dtype=np.float64)
     keys = np.require(keys, requirements=PLAIN)
     check_keys(keys)
     check_genomes(program.space, genomes, len(keys))
-    recipe = _recipe(program)
-    limit = attempt_limit(program)
-    if not 1 <= config.max_attempts <= limit:
-        raise ValueError(f"max_attempts is {config.max_attempts}; this scenario allows 1 .. {limit}")
-    request = Request(genomes * program.space.scale, _groups(program, genomes), keys, config.max_attempts)
-    ledger = _empty_ledger(program, recipe.layout, len(keys))
-    _run_chunks(recipe, request, ledger, jobs)
-    return Scenes(genomes=genomes, keys=keys, **ledger._asdict())
+    return Request(genomes * program.space.scale, groups_of(program, genomes), keys, max_attempts, ANYWHERE)
+
+
+@dataclass(frozen=True)
+class _Confiner:
+    """Where the attempts of some rows may pass."""
+
+    prune: Pruner
+    genomes: Floats
+
+    def confinement(self, request: Request, rows: slice) -> Confinement:
+        bounds = self.prune.bounds(self.genomes[rows], request.group)
+        arrays = (getattr(bounds, name) for name in Confinement._fields)
+        return Confinement._make(np.require(array, requirements=PLAIN) for array in arrays)
 
 
 def attempt_limit(program: Program) -> int:
@@ -85,15 +128,8 @@ def check_genomes(space: ParamSpace, genomes: Floats, rows: int) -> None:
         raise ValueError(f"genome {row}: {space.names[gene]} is {genomes[row, gene]}; it must be {allowed}")
 
 
-def _groups(program: Program, genomes: Floats) -> Ints:
-    """(n,): the group of variants that each genome's discrete genes pick, most significant gene first."""
-    group = np.zeros(len(genomes), dtype=np.int64)
-    for gene, size in zip(program.code.group_gene, program.code.group_size, strict=True):
-        group = group * size + (genomes[:, gene] - program.space.low[gene]).astype(np.int64)
-    return group
-
-
-def _recipe(program: Program) -> Recipe:
+def recipe_of(program: Program) -> Recipe:
+    """What the kernels read of a program."""
     code = program.code
     variant_values = len(code.literals)
     genes = variant_values + code.variant_values.shape[1]
@@ -176,15 +212,19 @@ def _empty_ledger(program: Program, layout: Layout, rows: int) -> Ledger:
     )
 
 
-def _run_chunks(recipe: Recipe, request: Request, ledger: Ledger, jobs: int) -> None:
+def _run_chunks(recipe: Recipe, request: Request, ledger: Ledger, jobs: int, confiner: _Confiner | None) -> None:
     """Sample all rows, in chunks; the kernel releases the GIL, so threads run beside one another."""
     rows, jobs = len(request.keys), max(1, jobs)
-    size = max(1, min(CHUNK_ATTEMPTS // request.max_attempts, -(-rows // (4 * jobs))))
+    most = PRUNED_ROWS if confiner else CHUNK_ATTEMPTS // request.max_attempts
+    size = max(1, min(most, -(-rows // (4 * jobs))))
     chunks = list(pairwise([*range(0, rows, size), rows]))
 
     def run(chunk: tuple[int, int]) -> None:
-        scratch = Scratch(np.zeros(recipe.code.sizes[0]), np.zeros(max(1, recipe.layout.requirements), dtype=np.int32))
-        sample_rows(recipe, request, *chunk, scratch, ledger)
+        part = slice(*chunk)
+        asked = request._replace(genes=request.genes[part], group=request.group[part], keys=request.keys[part])
+        if confiner is not None:
+            asked = asked._replace(confinement=confiner.confinement(asked, part))
+        sample_rows(recipe, asked, 0, len(asked.keys), scratch_of(recipe), _rows(ledger, part))
 
     if jobs == 1 or len(chunks) < 2:
         for chunk in chunks:
@@ -192,3 +232,13 @@ def _run_chunks(recipe: Recipe, request: Request, ledger: Ledger, jobs: int) -> 
         return
     with ThreadPoolExecutor(jobs) as pool:
         list(pool.map(run, chunks))
+
+
+def _rows(ledger: Ledger, part: slice) -> Ledger:
+    """Views of some rows."""
+    return ledger._make(array[part] for array in ledger)
+
+
+def scratch_of(recipe: Recipe) -> Scratch:
+    """Working memory for one thread."""
+    return Scratch(np.zeros(recipe.code.sizes[0]), np.zeros(max(1, recipe.layout.requirements), dtype=np.int32))

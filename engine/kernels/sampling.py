@@ -14,12 +14,21 @@ from engine.kernels.evaluate import execute, run_segment
 from engine.kernels.geometry import Box, box_distance
 from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
-from engine.kernels.philox import ATTEMPT_CHANNEL, COIN_CHANNEL, Stream, open_stream, uniform, uniform_pair
+from engine.kernels.philox import (
+    ATTEMPT_CHANNEL,
+    COIN_CHANNEL,
+    JUMP_CHANNEL,
+    Stream,
+    open_stream,
+    uniform,
+    uniform_pair,
+)
 from engine.kernels.region import region_contains_box
 from engine.tables import ROAD_REGION, CodeTables, Floats, Ints, RoadTables
 from engine.vocabulary import Column, Purpose, Verdict
 
 VALUES_PER_ACTOR = len(Column)
+EPSILON = 2.0**-53
 LINEAR_SEARCH = 16
 """Groups of up to so many variants are searched without a branch that could be mispredicted."""
 
@@ -51,6 +60,21 @@ class Recipe(NamedTuple):
     layout: Layout
 
 
+class Confinement(NamedTuple):
+    """Where a row's attempts may pass at all (see `engine.feasibility.pruning`). Without rows: anywhere."""
+
+    mass: Floats
+    """(n,) probability that an attempt falls there."""
+    cumulative: Floats
+    """(n, options) of the variants of the row's group."""
+    low: Floats
+    """(n, options, draws)"""
+    span: Floats
+    """(n, options, draws)"""
+    culprit: Ints
+    """(n,) the requirement that fails in every attempt of a row without mass."""
+
+
 class Request(NamedTuple):
     """What to sample, row by row."""
 
@@ -61,6 +85,7 @@ class Request(NamedTuple):
     keys: Ints
     """(n, 6) int64 `StreamKey` rows."""
     max_attempts: int
+    confinement: Confinement
 
 
 class Ledger(NamedTuple):
@@ -123,23 +148,64 @@ def _toss_coins(probabilities: Floats, key: Ints, enforced: Ints) -> None:
 def _sample_scene(recipe: Recipe, request: Request, row: int, scratch: Scratch, out: Ledger) -> None:
     """Attempts until the row's verdict is settled."""
     code, blocks = recipe.code, recipe.layout.blocks
+    confined = len(request.confinement.mass) > 0
+    start = int(code.group_start[request.group[row]])
+    if confined and request.confinement.mass[row] == 0.0:
+        _rule_out(row, request.confinement.culprit[row], out)
+        return
     stream = open_stream(request.keys[row], Purpose.SCENE, ATTEMPT_CHANNEL)
     choice, first_draw = uniform_pair(stream, np.uint64(0))
+    made, left = 0, float(request.max_attempts)
     for attempt in range(request.max_attempts):
+        if confined:
+            left -= _jump(request.confinement.mass[row], request.keys[row], attempt)
+        if left <= 0.0:
+            break
+        made, left = attempt + 1, left - 1.0
         # The next attempt's numbers are under way while this one is interpreted: Philox is long but independent.
         next_choice, next_first_draw = uniform_pair(stream, np.uint64((attempt + 1) * blocks))
-        variant = _pick_variant(code.group_start, code.variant_cumulative, request.group[row], choice)
+        if confined:
+            variant = start + _option(request.confinement.cumulative[row], choice)
+        else:
+            variant = _pick_variant(code.group_start, code.variant_cumulative, request.group[row], choice)
         draws = Draws(stream, np.uint64(attempt * blocks), first_draw)
-        if _attempt(recipe, variant, draws, row, scratch, out):
+        if _attempt(recipe, request.confinement, variant, variant - start, draws, row, scratch, out):
             out.attempts[row] = attempt + 1
             if out.verdict[row] != Verdict.INFEASIBLE:
                 out.variant[row] = variant
             return
         choice, first_draw = next_choice, next_first_draw
-    out.attempts[row] = request.max_attempts
+    out.attempts[row] = made
     out.verdict[row] = Verdict.EXHAUSTED
     out.values[row, :] = np.nan
     out.draws[row, :] = np.nan
+
+
+@kernel
+def _rule_out(row: int, culprit: int, out: Ledger) -> None:
+    """One attempt that stands for all: the culprit would fail in each."""
+    out.verdict[row] = Verdict.INFEASIBLE
+    out.attempts[row] = 1
+    out.tested[row, culprit] += 1
+    out.failed[row, culprit] += 1
+
+
+@kernel
+def _jump(mass: float, key: Ints, attempt: int) -> float:
+    """How many attempts fall outside before the next one inside: geometric, by inversion (Devroye 1986, X.2.2)."""
+    if mass >= 1.0:
+        return 0.0
+    chance = uniform(open_stream(key, Purpose.SCENE, JUMP_CHANNEL), attempt)
+    return np.floor(math.log1p(-chance) / math.log1p(-mass))
+
+
+@kernel
+def _option(cumulative: Floats, choice: float) -> int:
+    """The first option whose share of [0, 1) ends above the uniform number `choice`."""
+    option = 0
+    while option + 1 < len(cumulative) and choice >= cumulative[option]:
+        option += 1
+    return option
 
 
 @inlined
@@ -161,7 +227,16 @@ def _pick_variant(group_start: Ints, cumulative: Floats, group: int, choice: flo
 
 
 @inlined
-def _attempt(recipe: Recipe, variant: int, draws: Draws, row: int, scratch: Scratch, out: Ledger) -> bool:
+def _attempt(
+    recipe: Recipe,
+    confinement: Confinement,
+    variant: int,
+    option: int,
+    draws: Draws,
+    row: int,
+    scratch: Scratch,
+    out: Ledger,
+) -> bool:
     """Test the file's requirements in order up to the first failure, then the rest; true when the row is settled."""
     code, layout, registers = recipe.code, recipe.layout, scratch.registers
     template = code.variant_template[variant]
@@ -173,6 +248,13 @@ def _attempt(recipe: Recipe, variant: int, draws: Draws, row: int, scratch: Scra
     if layout.draw_count > 0:
         registers[layout.draws] = draws.first
     known = 1
+    if len(confinement.mass) > 0:
+        known = _make_draws(layout, draws, known, layout.draw_count, registers)
+        for draw in range(layout.draw_count):
+            low, span = confinement.low[row, option, draw], confinement.span[row, option, draw]
+            # Rounding must not carry a draw to the open end of its interval, least of all to 1.
+            confined = min(low + registers[layout.draws + draw] * span, (low + span) * (1.0 - EPSILON))
+            registers[layout.draws + draw] = max(confined, low)
     for requirement in range(layout.requirements):
         if scratch.enforced[requirement] == 0:
             continue

@@ -1,0 +1,187 @@
+"""What a file can hold at all: which variants are possible, and which part of each gene's range."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.feasibility.contraction import ALIVE
+from engine.feasibility.narrowing import narrow
+from engine.feasibility.slices import MOST, Bench, Sliced, bit, slice_template
+from engine.program import Program
+from engine.tables import Floats, Ints
+from engine.vocabulary import GeneKind
+
+WORK_LIMIT = 2_000_000
+"""Values that looking at a file may compute: some 50 ms. Beyond it fewer slices are cut, and at last none."""
+SLICES = 32
+FEWEST = 4
+ROUNDS = 2
+LEAST_CUT = 1e-3
+"""Share of a range below which nothing is said of a cut."""
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A part of a gene's range that cannot hold, in the file's unit."""
+
+    gene: int
+    above: bool
+    """Whether the part above `value` is cut off; else the part below."""
+    value: float
+    requirements: tuple[int, ...]
+    """Those that the proof rests on: none of them can be left out of it. Empty where it rests on rejected variants."""
+
+
+@dataclass(frozen=True)
+class Feasibility:
+    """What was proved of a file, over the declared ranges of its genes. Nothing in it is ever wrong; it may be weak."""
+
+    looked_at: bool
+    """False where the file is too large to be looked at in time."""
+    infeasible: bool
+    """Whether no attempt can pass, whatever the genes."""
+    conflict: tuple[int, ...]
+    """Of an infeasible file: requirements that cannot hold together, none of which can be left out of the proof."""
+    impossible: Ints
+    """(variants,): a requirement (or rejection) that rules the variant out, -1 where it may be possible."""
+    low: Floats
+    """(genes,) hull of what may hold, file units."""
+    high: Floats
+    cuts: tuple[Cut, ...]
+
+
+def slices_of(program: Program, limit: int = WORK_LIMIT, count: int = SLICES) -> tuple[Sliced, ...] | None:
+    """All templates in `count` slices, or as finely as the work limit allows; None where it allows nothing."""
+    while _work(program, count) > limit:
+        count //= 2
+        if count < FEWEST:
+            return None
+    with np.errstate(all="ignore"):
+        return tuple(slice_template(program, t, count) for t in range(len(program.code.output_segment)))
+
+
+def _work(program: Program, count: int) -> int:
+    """Values that slicing computes: instructions by slices, a geometric one as many as the region has edges."""
+    code = program.code
+    variables = len(program.space) + int(code.sizes[1])
+    geometry = int((code.scene_code[:, 0] >= 40).sum()) + 5 * len(program.actors)
+    templates = max(1, len(code.output_segment))
+    edges = len(program.road.edges) // max(1, len(program.road.region_start) - 1)
+    rows = len(code.scene_code) + geometry * max(4, edges // 8)
+    return len(code.variant_template) * variables * (count + 2) * rows // templates
+
+
+def explain(program: Program) -> Feasibility:
+    """What can be proved of a file within the work limit."""
+    sliced = slices_of(program)
+    return nothing(program) if sliced is None else explain_sliced(program, sliced)
+
+
+def nothing(program: Program) -> Feasibility:
+    """The answer where nothing was looked at."""
+    rejected = np.where(program.code.variant_template < 0, program.code.variant_rejection, ALIVE)
+    return Feasibility(
+        False, False, (), rejected.astype(np.int32), program.space.low.copy(), program.space.high.copy(), ()
+    )
+
+
+def explain_sliced(program: Program, sliced: Sequence[Sliced]) -> Feasibility:
+    """The same, from templates that are sliced already."""
+    impossible = nothing(program).impossible
+    low, high = np.full(len(program.space), np.inf), np.full(len(program.space), -np.inf)
+    for part in sliced:
+        found = narrow(part, *_whole(part), ROUNDS)
+        impossible[part.variants] = found.killer
+        alive = found.killer == ALIVE
+        low = np.minimum(low, found.low[alive, : len(low)].min(axis=0, initial=np.inf))
+        high = np.maximum(high, found.high[alive, : len(low)].max(axis=0, initial=-np.inf))
+    if (impossible != ALIVE).all():
+        space = program.space
+        conflict = _proof(program, sliced, _whole)
+        return Feasibility(True, True, conflict, impossible, space.low.copy(), space.high.copy(), ())
+    low, high = _in_file_units(program, low, high)
+    return Feasibility(True, False, (), impossible, low, high, tuple(_cuts(program, sliced, low, high)))
+
+
+def conflicts(program: Program, requirements: Sequence[int]) -> bool:
+    """Whether it is proved that no attempt meets all of these; those of the file, rejections and built-in ones."""
+    sliced = slices_of(program)
+    allowed = 0
+    for requirement in requirements:
+        allowed |= bit(requirement)
+    rejected = program.code.variant_rejection[program.code.variant_template < 0]
+    return sliced is not None and set(rejected.tolist()) <= set(requirements) and _empty(sliced, _whole, allowed)
+
+
+Boxes = tuple[Ints, Floats, Floats]
+"""Rows, and SI ends of all variables."""
+
+
+def _whole(part: Sliced) -> Boxes:
+    """Every variant over the whole box of the genes."""
+    with np.errstate(all="ignore"):
+        low, high = Bench(part.program, part.tape, part.variants).ranges()
+    return np.arange(len(part.variants)), low, high
+
+
+def _empty(sliced: Sequence[Sliced], boxes: Callable[[Sliced], Boxes], allowed: int) -> bool:
+    """Whether the requirements allowed rule out every box."""
+    return all((narrow(part, *boxes(part), ROUNDS, allowed).killer != ALIVE).all() for part in sliced)
+
+
+def _proof(program: Program, sliced: Sequence[Sliced], boxes: Callable[[Sliced], Boxes]) -> tuple[int, ...]:
+    """Requirements that rule out every box, none of which can be left out; () where there is no such proof.
+
+    Source: the deletion filter of Chinneck and Dravnieks (1991), "Locating minimal infeasible constraint sets in linear
+    programs", ORSA Journal on Computing 3(2).
+    """
+    file = program.code.requirement_segment.shape[1]
+    hard = [r for r in range(file) if program.code.requirement_probability[r] >= 1.0]
+    tried = [r for r in (*hard, len(program.requirements) - 2, len(program.requirements) - 1) if r < MOST]
+    allowed = sum(bit(requirement) for requirement in tried)
+    if not _empty(sliced, boxes, allowed):
+        return ()
+    for requirement in reversed(tried):
+        if _empty(sliced, boxes, allowed & ~bit(requirement)):
+            allowed &= ~bit(requirement)
+    return tuple(requirement for requirement in tried if allowed & bit(requirement))
+
+
+def _in_file_units(program: Program, low: Floats, high: Floats) -> tuple[Floats, Floats]:
+    """Ends held inside the declared ranges, those of discrete genes on whole numbers."""
+    space = program.space
+    low = np.maximum(space.low, np.nextafter(low / space.scale, -np.inf))
+    high = np.minimum(space.high, np.nextafter(high / space.scale, np.inf))
+    discrete = space.kinds != GeneKind.CONTINUOUS
+    return np.where(discrete, np.ceil(low - 1e-9), low), np.where(discrete, np.floor(high + 1e-9), high)
+
+
+def _cuts(program: Program, sliced: Sequence[Sliced], low: Floats, high: Floats) -> Iterator[Cut]:
+    """Every end of a range that moved by more than a trifle, with what moved it."""
+    space = program.space
+    for gene in range(len(space)):
+        trifle = LEAST_CUT * (space.high[gene] - space.low[gene])
+        if space.kinds[gene] == GeneKind.INDEX:
+            continue
+        for above, value in ((False, float(low[gene])), (True, float(high[gene]))):
+            cut = space.high[gene] - value if above else value - space.low[gene]
+            if cut > trifle:
+                beyond = _beyond(program, gene, value + (0.01 * trifle if above else -0.01 * trifle), above=above)
+                yield Cut(gene, above, value, _proof(program, sliced, beyond))
+
+
+def _beyond(program: Program, gene: int, value: float, *, above: bool) -> Callable[[Sliced], Boxes]:
+    """Every variant with a gene held to the part of its range beyond a value."""
+    limit = value * float(program.space.scale[gene])
+
+    def boxes(part: Sliced) -> Boxes:
+        rows, low, high = _whole(part)
+        if above:
+            low[:, gene] = np.maximum(low[:, gene], limit)
+        else:
+            high[:, gene] = np.minimum(high[:, gene], limit)
+        met = low[:, gene] <= high[:, gene]
+        return rows[met], low[met], high[met]
+
+    return boxes

@@ -1,0 +1,141 @@
+"""Bounds for the draws of given genomes: what `--prune` hands to the sampler.
+
+For a genome and a variant v, every attempt that passes has its draws in the box B(v). Let p(v) be the variant's
+probability and |B(v)| the box's volume: an attempt falls among the boxes with probability m, the sum of p(v) |B(v)|,
+and all others surely fail. Attempts are independent, so the number of those that fall outside before the next one
+inside is geometric with parameter m, and the one inside has variant v with probability p(v) |B(v)| / m and draws
+uniform over B(v). The sampler draws exactly these: it jumps over the geometric number, which counts against
+`max_attempts`, and makes the attempt inside. Verdict, variant and draws of each genome have the same law as without
+pruning, whatever the limit on attempts. Only a genome whose m is 0 changes its verdict, from exhausted to infeasible.
+Genes are never touched.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.feasibility.contraction import ALIVE
+from engine.feasibility.explanation import slices_of
+from engine.feasibility.narrowing import narrow
+from engine.feasibility.slices import Sliced
+from engine.program import Program
+from engine.tables import Floats, Ints
+
+WORK_LIMIT = 100_000_000
+"""Values that slicing a program may compute before many scenes are drawn: seconds."""
+SLICES = 128
+"""The finer, the less is thrown away, and the longer a genome takes: half a slice is lost at either end of a window."""
+BLOCK = 1 << 12
+"""Boxes that are narrowed together."""
+MANY = 32
+"""Genomes of one variant from which on they are narrowed by themselves."""
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """What attempts for n genomes may be confined to. The axis `options` runs over the variants of a row's group."""
+
+    mass: Floats
+    """(n,) probability that an attempt falls among the boxes."""
+    cumulative: Floats
+    """(n, options) cumulative probability of the variants, restricted to their boxes."""
+    low: Floats
+    """(n, options, draws)"""
+    span: Floats
+    """(n, options, draws)"""
+    culprit: Ints
+    """(n,) requirement that rules out a genome whose mass is 0, else -1."""
+
+
+@dataclass(frozen=True)
+class Pruner:
+    """A program made ready for pruning."""
+
+    program: Program
+    sliced: tuple[Sliced, ...]
+    """() where the program is too large to be looked at: then nothing is pruned."""
+
+    def bounds(self, genomes: Floats, groups: Ints) -> Bounds:
+        """Bounds for genomes (n, d; file units) whose discrete genes pick these groups (n,)."""
+        with np.errstate(all="ignore"):
+            return _bounds(self.program, self.sliced, genomes, groups)
+
+
+def pruner(program: Program) -> Pruner:
+    """Slice a program once for all its genomes."""
+    return Pruner(program, slices_of(program, WORK_LIMIT, SLICES) or ())
+
+
+def infeasible(program: Program, genomes: Floats) -> tuple[np.ndarray, Ints]:
+    """(n,) whether each genome is proved to allow no scene, and (n,) the requirement that rules it out (-1: none)."""
+    found = pruner(program).bounds(genomes, groups_of(program, genomes))
+    return found.mass == 0.0, found.culprit
+
+
+def groups_of(program: Program, genomes: Floats) -> Ints:
+    """(n,): the group of variants that each genome's discrete genes pick, most significant gene first."""
+    group = np.zeros(len(genomes), dtype=np.int64)
+    for gene, size in zip(program.code.group_gene, program.code.group_size, strict=True):
+        group = group * size + (genomes[:, gene] - program.space.low[gene]).astype(np.int64)
+    return group
+
+
+def _bounds(program: Program, sliced: Sequence[Sliced], genomes: Floats, groups: Ints) -> Bounds:
+    code, draws = program.code, int(program.code.sizes[1])
+    starts, sizes = code.group_start[groups], np.diff(code.group_start)[groups]
+    options = int(np.diff(code.group_start).max(initial=1))
+    shape = len(genomes), options
+    low, high = np.zeros((*shape, draws)), np.ones((*shape, draws))
+    possible = np.less(np.arange(options), sizes[:, np.newaxis])
+    variants = np.where(possible, starts[:, np.newaxis] + np.arange(options), starts[:, np.newaxis])
+    killer = np.where(possible & (code.variant_template[variants] < 0), code.variant_rejection[variants], ALIVE)
+    inside = np.asarray(((genomes >= program.space.low) & (genomes <= program.space.high)).all(axis=1))
+    killer = np.where(inside[:, np.newaxis], killer, ALIVE)
+    for part in sliced:
+        here = possible & inside[:, np.newaxis] & (killer == ALIVE)
+        for chosen in _batches(variants, here & np.isin(variants, part.variants)):
+            found = narrow(part, *_boxes(part, variants[chosen], genomes[chosen[0]]))
+            low[chosen], high[chosen] = found.low[:, len(program.space) :], found.high[:, len(program.space) :]
+            killer[chosen] = found.killer
+    return _assembled(program, variants, possible, low, high, killer)
+
+
+def _batches(variants: Ints, chosen: np.ndarray) -> Iterator[tuple[Ints, Ints]]:
+    """Rows and options that are narrowed together: many genomes of one variant, or a few of many."""
+    rows, options = np.nonzero(chosen)
+    numbers = variants[rows, options]
+    if len(rows) >= MANY * len(np.unique(numbers)):
+        order = np.argsort(numbers, kind="stable")
+        parts = np.split(order, np.flatnonzero(np.diff(numbers[order])) + 1)
+    else:
+        parts = [np.arange(len(rows))]
+    for part in parts:
+        for start in range(0, len(part), BLOCK):
+            block = part[start : start + BLOCK]
+            yield rows[block], options[block]
+
+
+def _boxes(part: Sliced, variants: Ints, genomes: Floats) -> tuple[Ints, Floats, Floats]:
+    """One box a genome and variant: genes are known, draws are free."""
+    genes = genomes * part.program.space.scale
+    draws = int(part.program.code.sizes[1])
+    low = np.hstack([genes, np.zeros((len(genes), draws))])
+    return np.searchsorted(part.variants, variants), low, np.hstack([genes, np.ones((len(genes), draws))])
+
+
+def _assembled(
+    program: Program, variants: Ints, possible: np.ndarray, low: Floats, high: Floats, killer: Ints
+) -> Bounds:
+    """Weights of the restricted variants; those that cannot be have none."""
+    cumulative = program.code.variant_cumulative[variants]
+    before = np.where(np.arange(variants.shape[1]) > 0, np.roll(cumulative, 1, axis=1), 0.0)
+    span = np.clip(high - low, 0.0, 1.0)
+    weight = np.where(possible & (killer == ALIVE), (cumulative - before) * span.prod(axis=2), 0.0)
+    total = weight.cumsum(axis=1)
+    mass = np.minimum(total[:, -1], 1.0)
+    shares = total / np.where(mass > 0.0, total[:, -1], 1.0)[:, np.newaxis]
+    shares[total >= total[:, -1:]] = 1.0
+    ruled_out = np.where(possible & (killer != ALIVE), killer, np.iinfo(np.int32).max).min(axis=1)
+    culprit = np.where(mass > 0.0, ALIVE, ruled_out)
+    return Bounds(mass, shares, low, span, culprit.astype(np.int32))

@@ -1,0 +1,303 @@
+"""What can be told once for a program: slices of every variable's range, and which of them surely fail.
+
+Each variable's range is cut into slices, all other variables keeping their whole ranges. A slice in which a requirement
+surely fails is dead (shaving). For values that cannot be inverted, such as the distance to an intersection from a point
+on a curved lane, a table keeps their interval on every slice: read backwards, it is their inverse.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.feasibility.contraction import ALIVE, Boxes, empty_boxes
+from engine.feasibility.geometry import GEOMETRY
+from engine.feasibility.intervals import Bools
+from engine.feasibility.tape import Instruction, Tape, record, variant_leaves
+from engine.program import Program
+from engine.tables import ROAD_REGION, Floats, Ints
+from engine.vocabulary import GeneKind, Op
+
+EVERY = -1
+"""All requirements."""
+MOST = 62
+"""Requirements from this number on share one bit."""
+REFINED = 16
+"""Parts into which a slice at the border of the dead is cut to move the border."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A value's interval on each slice of a variable: arrays (variants, slices)."""
+
+    low: Floats
+    high: Floats
+
+
+@dataclass(frozen=True)
+class Sliced:
+    """All variants of one template."""
+
+    program: Program
+    tape: Tape
+    variants: Ints
+    """(m,) their numbers."""
+    variables: tuple[int, ...]
+    """Those that a hard requirement or an outline depends on; the axis `variables` below."""
+    low: Floats
+    """(m, variables, slices) ends of the slices, in order."""
+    high: Floats
+    fatal: Ints
+    """(m, variables, slices) bits of the requirements that a slice's death rests on; 0 if alive or empty."""
+    dead: Bools
+    """(m, variables, slices)"""
+    tables: Mapping[tuple[int, int], Table]
+    """By slot of the frontier and position in `variables`."""
+    undefined: Mapping[int, Bools]
+    """(m,) where a value of the frontier may be NaN."""
+    whole: Mapping[int, tuple[Floats, Floats]]
+    """(m,) least and greatest value of each slot of the frontier."""
+    fate: Ints
+    """(m,) bits of the requirements that make a variant impossible by themselves; 0 where none do."""
+    cones: Mapping[int, tuple[Instruction, ...]]
+    """The instructions of each hard requirement down to the frontier."""
+
+    def dead_under(self, allowed: int) -> Bools:
+        """Slices whose death rests on requirements among these (bits; `EVERY`)."""
+        return self.dead if allowed == EVERY else self.dead & ((self.fatal & ~allowed) == 0)
+
+
+def bit(requirement: int) -> int:
+    return 1 << min(requirement, MOST)
+
+
+def bits(killer: Ints) -> Ints:
+    """The bit of each killer, 0 for `ALIVE`."""
+    return np.where(killer == ALIVE, 0, np.left_shift(np.int64(1), np.clip(killer, 0, MOST).astype(np.int64)))
+
+
+@dataclass(frozen=True)
+class Bench:
+    """One template while it is looked at."""
+
+    program: Program
+    tape: Tape
+    variants: Ints
+
+    def ranges(self) -> tuple[Floats, Floats]:
+        """(m, all variables): SI ranges; genes that pick a variant are held at its option."""
+        space, code = self.program.space, self.program.code
+        ends = [np.minimum(space.low * space.scale, space.high * space.scale),
+                np.maximum(space.low * space.scale, space.high * space.scale)]  # fmt: skip
+        draws = int(code.sizes[1])
+        low, high = (np.tile(np.concatenate([end, np.full(draws, fill)]), (len(self.variants), 1))
+                     for end, fill in zip(ends, (0.0, 1.0), strict=True))  # fmt: skip
+        for position, variant in enumerate(self.variants):
+            group = int(np.searchsorted(code.group_start, variant, side="right")) - 1
+            for gene, size in zip(code.group_gene[::-1], code.group_size[::-1], strict=True):
+                group, option = divmod(group, int(size))
+                low[position, gene] = high[position, gene] = (space.low[gene] + option) * space.scale[gene]
+        return low, high
+
+    def open(self, rows: Ints, low: Floats, high: Floats) -> Boxes:
+        """Boxes over the variants `rows` with variables between low and high (n, all variables)."""
+        boxes = empty_boxes(self.program, self.tape, len(rows))
+        known = variant_leaves(self.program, self.variants[rows])
+        boxes.low[: len(known)] = boxes.high[: len(known)] = known
+        boxes.undefined[: len(known)] = np.isnan(known)
+        variables = self.tape.leaves.variables
+        boxes.low[variables.start : variables.stop] = low.T
+        boxes.high[variables.start : variables.stop] = high.T
+        boxes.undefined[variables.start : variables.stop] = False
+        return boxes
+
+    def evaluate(self, boxes: Boxes) -> None:
+        boxes.forward(self.tape.instructions, 0)
+
+    def judge(self, boxes: Boxes, cones: Mapping[int, tuple[Instruction, ...]]) -> None:
+        """Kill boxes in which a requirement surely fails, each looked at alone."""
+        for requirement in cones:
+            boxes.demand(requirement)
+        reasons = len(self.program.requirements) - 2
+        for built_in, broken in enumerate((_off_road(boxes), _overlapping(boxes))):
+            boxes.kill(broken, reasons + built_in)
+
+
+def _defined(boxes: Boxes) -> Bools:
+    """Where every scene value is a number: only there are the built-in requirements tested at all."""
+    known = np.ones(len(boxes.killer), dtype=bool)
+    for slot in set(boxes.tape.values):
+        known &= ~boxes.undefined[slot]
+    return known
+
+
+def _off_road(boxes: Boxes) -> Bools:
+    broken = np.zeros(len(boxes.killer), dtype=bool)
+    region = np.full(len(broken), float(ROAD_REGION))
+    road = boxes[boxes.tape.unknown]._replace(low=region, high=region, undefined=np.zeros(len(broken), dtype=bool))
+    for actor, checked in enumerate(boxes.program.code.road_check):
+        if checked:
+            outline = [boxes[slot] for slot in boxes.tape.outline(actor)]
+            (inside,) = GEOMETRY[Op.REGION_CONTAINS_BOX](boxes.program.road, [road, *outline])
+            broken |= inside.high == 0.0
+    return broken & _defined(boxes)
+
+
+def _overlapping(boxes: Boxes) -> Bools:
+    broken = np.zeros(len(boxes.killer), dtype=bool)
+    checked = np.flatnonzero(boxes.program.code.overlap_check)
+    for position, one in enumerate(checked):
+        for other in checked[:position]:
+            outlines = [boxes[slot] for actor in (one, other) for slot in boxes.tape.outline(int(actor))]
+            (gap,) = GEOMETRY[Op.BOX_DISTANCE](boxes.program.road, outlines)
+            broken |= ~gap.undefined & (gap.high == 0.0)
+    return broken & _defined(boxes)
+
+
+def slice_template(program: Program, template: int, count: int) -> Sliced:
+    """Cut the variables of a template's variants into about `count` slices each."""
+    tape = record(program, template)
+    variants = np.flatnonzero(program.code.variant_template == template)
+    bench = Bench(program, tape, variants)
+    hard = [requirement for requirement, root in enumerate(tape.roots) if root >= 0]
+    stop = frozenset(tape.frontier)
+    cones = {requirement: tape.cone(tape.roots[requirement], stop) for requirement in hard}
+    low, high = bench.ranges()
+    full = bench.open(np.arange(len(variants)), low, high)
+    bench.evaluate(full)
+    whole = {slot: (full.low[slot].copy(), full.high[slot].copy()) for slot in tape.frontier}
+    undefined = {slot: full.undefined[slot].copy() for slot in tape.frontier}
+    bench.judge(full, cones)
+    variables = _active(program, tape)
+    cutter = _Cutter(bench, cones, variables, low, high)
+    ends = cutter.edges(count)
+    dead, fatal, tables = cutter.look(*ends)
+    for _ in range(2):
+        for backwards in (False, True):
+            cutter.move_border(*ends, dead, fatal, backwards=backwards)
+    for backwards in (False, True):
+        cutter.tabulate_border(*ends, dead, tables, backwards=backwards)
+    return Sliced(program, tape, variants, variables, *ends, fatal, dead, tables, undefined, whole,
+                  bits(full.killer), cones)  # fmt: skip
+
+
+def _active(program: Program, tape: Tape) -> tuple[int, ...]:
+    slots = {root for root in tape.roots if root >= 0}
+    for actor in range(len(program.actors)):
+        if program.code.road_check[actor] or program.code.overlap_check[actor]:
+            slots.update(tape.outline(actor))
+    found = frozenset[int]().union(*(tape.depends[slot] for slot in slots))
+    return tuple(sorted(found - {-1}))
+
+
+@dataclass(frozen=True)
+class _Cutter:
+    bench: Bench
+    cones: Mapping[int, tuple[Instruction, ...]]
+    variables: tuple[int, ...]
+    low: Floats
+    high: Floats
+
+    def edges(self, count: int) -> tuple[Floats, Floats]:
+        """Even slices between two of no width, which take up what is found dead at the ends."""
+        space = self.bench.program.space
+        steps = np.concatenate([[0.0], np.linspace(0.0, 1.0, count + 1), [1.0]])
+        chosen = list(self.variables)
+        low, high = self.low[:, chosen, np.newaxis], self.high[:, chosen, np.newaxis]
+        edges = np.clip(low + steps * (high - low), low, high)
+        starts, ends = edges[:, :, :-1].copy(), edges[:, :, 1:].copy()
+        for position, variable in enumerate(chosen):
+            if variable < len(space) and space.kinds[variable] != GeneKind.CONTINUOUS:
+                self._whole_numbers(variable, starts[:, position], ends[:, position])
+        return starts, ends
+
+    def _whole_numbers(self, gene: int, starts: Floats, ends: Floats) -> None:
+        """A discrete gene's slices hold whole numbers each; surplus ones repeat the last."""
+        space, count = self.bench.program.space, starts.shape[1] - 2
+        options = int(space.high[gene] - space.low[gene]) + 1
+        if (starts[:, 0] == ends[:, -1]).any() or options > count:
+            return
+        values = (space.low[gene] + np.minimum(np.arange(count), options - 1)) * space.scale[gene]
+        values = np.concatenate([values[:1], values, values[-1:]])
+        starts[:], ends[:] = values, values
+
+    def look(self, starts: Floats, ends: Floats) -> tuple[Bools, Ints, dict[tuple[int, int], Table]]:
+        """Which slices are dead and why, and the tables."""
+        shape = starts.shape
+        variants, positions, _ = np.unravel_index(np.arange(starts.size), shape)
+        boxes = self._boxes(variants, positions, starts.ravel(), ends.ravel())
+        tables = {}
+        for slot in self.bench.tape.frontier:
+            for position, variable in enumerate(self.variables):
+                if variable in self.bench.tape.depends[slot]:
+                    low, high = boxes.low[slot].reshape(shape), boxes.high[slot].reshape(shape)
+                    tables[slot, position] = Table(low[:, position].copy(), high[:, position].copy())
+        self.bench.judge(boxes, self.cones)
+        dead = (boxes.killer != ALIVE).reshape(shape)
+        fatal = bits(boxes.killer).reshape(shape)
+        dead[:, :, [0, -1]], fatal[:, :, [0, -1]] = True, 0
+        return dead, fatal, tables
+
+    def _boxes(self, variants: Ints, positions: Ints, starts: Floats, ends: Floats) -> Boxes:
+        low, high = self.low[variants], self.high[variants]
+        columns = np.array(self.variables, dtype=np.int64)[positions]
+        rows = np.arange(len(variants))
+        low[rows, columns], high[rows, columns] = starts, ends
+        boxes = self.bench.open(variants, low, high)
+        self.bench.evaluate(boxes)
+        return boxes
+
+    def move_border(self, starts: Floats, ends: Floats, dead: Bools, fatal: Ints, *, backwards: bool) -> None:
+        """Move the border between the dead slices at one end and those alive: into the first that is alive."""
+        order = slice(None, None, -1) if backwards else slice(None)
+        variants, positions, place = _border(dead, backwards=backwards)
+        if not len(variants):
+            return
+        low, high = starts[variants, positions, place], ends[variants, positions, place]
+        steps = np.linspace(0.0, 1.0, REFINED + 1)
+        edges = low[:, np.newaxis] + steps * (high - low)[:, np.newaxis]
+        edges[:, -1] = high
+        parts = self._boxes(
+            np.repeat(variants, REFINED), np.repeat(positions, REFINED), edges[:, :-1].ravel(), edges[:, 1:].ravel()
+        )
+        self.bench.judge(parts, self.cones)
+        killers = parts.killer.reshape(-1, REFINED)[:, order]
+        lead = np.where((killers != ALIVE).all(axis=1), 0, np.argmin(killers != ALIVE, axis=1))
+        reasons = np.bitwise_or.reduce(np.where(np.arange(REFINED) < lead[:, np.newaxis], bits(killers), 0), axis=1)
+        neighbour = place + (1 if backwards else -1)
+        moved = (lead > 0) & (neighbour >= 0) & (neighbour < dead.shape[2])
+        variants, positions, place, neighbour, lead, reasons = (
+            array[moved] for array in (variants, positions, place, neighbour, lead, reasons)
+        )
+        border = edges[moved][np.arange(len(lead)), REFINED - lead if backwards else lead]
+        if backwards:
+            ends[variants, positions, place] = starts[variants, positions, neighbour] = border
+        else:
+            starts[variants, positions, place] = ends[variants, positions, neighbour] = border
+        dead[variants, positions, neighbour] = True
+        fatal[variants, positions, neighbour] |= reasons
+
+    def tabulate_border(
+        self,
+        starts: Floats,
+        ends: Floats,
+        dead: Bools,
+        tables: Mapping[tuple[int, int], Table],
+        *,
+        backwards: bool,
+    ) -> None:
+        """The tables again where a border has moved."""
+        at = _border(dead, backwards=backwards)
+        boxes = self._boxes(at[0], at[1], starts[at], ends[at])
+        for (slot, position), table in tables.items():
+            mine = at[1] == position
+            table.low[at[0][mine], at[2][mine]] = boxes.low[slot][mine]
+            table.high[at[0][mine], at[2][mine]] = boxes.high[slot][mine]
+
+
+def _border(dead: Bools, *, backwards: bool) -> tuple[Ints, Ints, Ints]:
+    """Variant, variable and place of the first slice that is alive, seen from one end."""
+    first = np.argmin(dead[:, :, ::-1] if backwards else dead, axis=2)
+    variants, positions = np.nonzero(~dead.all(axis=2))
+    place = first[variants, positions]
+    return variants, positions, dead.shape[2] - 1 - place if backwards else place

@@ -1,0 +1,209 @@
+"""A template's scene code as a tape: every value has a slot of its own, every instruction names all that it reads.
+
+Registers are written again and again; slots are not (static single assignment), so that what is learnt about a value
+can be kept. Slots 0 … are the leaves in the order of the registers: literals, variant values, genes, draws. What code
+reads without having written it is slot `unknown`.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from engine.feasibility.geometry import OPERANDS, RESULTS
+from engine.feasibility.intervals import FORWARD
+from engine.program import Program
+from engine.tables import CodeTables
+from engine.vocabulary import Column, Op
+
+THREE = frozenset({Op.SELECT})
+TWO = frozenset({Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.MOD, Op.FLOORDIV, Op.POW, Op.MIN, Op.MAX, Op.ATAN2, Op.HYPOT,
+                 Op.LT, Op.LE, Op.EQ, Op.NE, Op.AND, Op.OR})  # fmt: skip
+INVERTIBLE = frozenset({Op.MOVE, Op.ADD, Op.SUB, Op.NEG, Op.ABS, Op.MIN, Op.MAX, Op.SQRT, Op.MUL, Op.DIV, Op.SELECT,
+                        Op.LT, Op.LE, Op.EQ, Op.NE, Op.AND, Op.OR, Op.NOT})  # fmt: skip
+"""Backward contraction goes through these; what any other makes is tabulated where it can be."""
+
+
+@dataclass(frozen=True)
+class Instruction:
+    op: Op
+    first: int
+    """Slot of its first result; the others follow."""
+    results: int
+    operands: tuple[int, ...]
+    number: int = 0
+    """The integer operand of `Op.TABLE`."""
+
+
+@dataclass(frozen=True)
+class Leaves:
+    """Where the leaves lie, the same for all templates."""
+
+    variant_values: int
+    genes: int
+    draws: int
+    temporaries: int
+
+    @property
+    def variables(self) -> range:
+        """Slots of what an attempt may vary: genes, then draws. Variable i is slot `variables[i]`."""
+        return range(self.genes, self.temporaries)
+
+    @property
+    def gene_count(self) -> int:
+        return self.draws - self.genes
+
+
+@dataclass(frozen=True)
+class Tape:
+    """One template."""
+
+    leaves: Leaves
+    slots: int
+    unknown: int
+    instructions: tuple[Instruction, ...]
+    roots: tuple[int, ...]
+    """Slot of each requirement of the file; -1 for a soft one."""
+    values: tuple[int, ...]
+    """Slots of the scene values."""
+
+    @cached_property
+    def maker(self) -> dict[int, Instruction]:
+        """The instruction that made each slot which is no leaf."""
+        return {i.first + n: i for i in self.instructions for n in range(i.results)}
+
+    @cached_property
+    def depends(self) -> list[frozenset[int]]:
+        """Variables that each slot depends on."""
+        depends: list[frozenset[int]] = [frozenset()] * self.slots
+        for variable, slot in enumerate(self.leaves.variables):
+            depends[slot] = frozenset({variable})
+        depends[self.unknown] = frozenset({-1})
+        for instruction in self.instructions:
+            union = frozenset().union(*(depends[slot] for slot in instruction.operands))
+            for n in range(instruction.results):
+                depends[instruction.first + n] = union
+        return depends
+
+    @cached_property
+    def tabulated(self) -> frozenset[int]:
+        """Slots that hold what depends on draws alone, or on one gene alone, and cannot be inverted; and constants."""
+        hard: set[int] = set()
+        chosen: set[int] = set()
+        for instruction in self.instructions:
+            made = range(instruction.first, instruction.first + instruction.results)
+            if instruction.op not in INVERTIBLE or not hard.isdisjoint(instruction.operands):
+                hard.update(made)
+            depends = self.depends[instruction.first]
+            genes = sum(variable < self.leaves.gene_count for variable in depends)
+            if -1 not in depends and (not depends or (hard.issuperset(made) and (genes == 0 or len(depends) == 1))):
+                chosen.update(made)
+        return frozenset(chosen)
+
+    @cached_property
+    def frontier(self) -> tuple[int, ...]:
+        """Tabulated slots from which other slots are made, and those that are requirements themselves."""
+        used = {slot for i in self.instructions if i.first not in self.tabulated for slot in i.operands}
+        return tuple(sorted(self.tabulated & (used | set(self.roots))))
+
+    def cone(self, root: int, stop: frozenset[int] = frozenset()) -> tuple[Instruction, ...]:
+        """The instructions that a slot needs, in their order, down to the leaves and to slots in `stop`."""
+        needed, chosen = {root}, []
+        for instruction in reversed(self.instructions):
+            made = range(instruction.first, instruction.first + instruction.results)
+            if any(slot in needed and slot not in stop for slot in made):
+                chosen.append(instruction)
+                needed.update(instruction.operands)
+        return tuple(reversed(chosen))
+
+    def outline(self, actor: int) -> list[int]:
+        """Slots of an actor's x, y, heading, length and width."""
+        first = actor * len(Column)
+        columns = (Column.X, Column.Y, Column.HEADING, Column.LENGTH, Column.WIDTH)
+        return [self.values[first + column] for column in columns]
+
+
+def leaves_of(program: Program) -> Leaves:
+    code = program.code
+    variant_values = len(code.literals)
+    genes = variant_values + code.variant_values.shape[1]
+    draws = genes + len(program.space)
+    return Leaves(variant_values, genes, draws, draws + int(code.sizes[1]))
+
+
+def record(program: Program, template: int) -> Tape:
+    """The tape of one template: its hard requirements in order, then its scene values."""
+    return _Recorder(program.code, leaves_of(program), template).tape()
+
+
+class _Recorder:
+    def __init__(self, code: CodeTables, leaves: Leaves, template: int) -> None:
+        self.code, self.leaves, self.template = code, leaves, template
+        self.unknown = leaves.temporaries
+        self.slots = leaves.temporaries + 1
+        self.slot_of: dict[int, int] = {register: register for register in range(leaves.temporaries)}
+        self.instructions: list[Instruction] = []
+
+    def tape(self) -> Tape:
+        roots = []
+        for requirement, (start, end, result) in enumerate(self.code.requirement_segment[self.template].tolist()):
+            if self.code.requirement_probability[requirement] < 1.0:
+                # Its code may be left out, and then others read what an earlier attempt left there.
+                self._forget(start, end)
+                roots.append(-1)
+                continue
+            self._run(start, end)
+            roots.append(self._read(result))
+        self._run(*self.code.output_segment[self.template].tolist())
+        values = tuple(self._read(register) for register in self.code.output_register[self.template].tolist())
+        return Tape(self.leaves, self.slots, self.unknown, tuple(self.instructions), tuple(roots), values)
+
+    def _read(self, register: int) -> int:
+        return self.slot_of.get(register, self.unknown)
+
+    def _forget(self, start: int, end: int) -> None:
+        for row in self.code.scene_code[start:end].tolist():
+            for n in range(RESULTS.get(Op(row[0]), 1)):
+                self.slot_of[row[1] + n] = self.unknown
+
+    def _run(self, start: int, end: int) -> None:
+        for op_number, destination, *numbers in self.code.scene_code[start:end].tolist():
+            op = Op(op_number)
+            if op == Op.END:
+                return
+            registers, number = _operands(op, numbers)
+            results = RESULTS.get(op, 1)
+            known = op in FORWARD or op in OPERANDS or op == Op.TABLE
+            if known:
+                operands = tuple(self._read(register) for register in registers)
+                self.instructions.append(Instruction(op, self.slots, results, operands, number))
+            for n in range(results):
+                self.slot_of[destination + n] = self.slots + n if known else self.unknown
+            self.slots += results if known else 0
+
+
+def _operands(op: Op, numbers: list[int]) -> tuple[list[int], int]:
+    """Registers that an instruction reads, and its integer."""
+    if op == Op.TABLE:
+        return [numbers[1]], numbers[0]
+    if op in OPERANDS:
+        return [register + n for register, count in zip(numbers, OPERANDS[op], strict=False) for n in range(count)], 0
+    return numbers[: 3 if op in THREE else 2 if op in TWO else 1], 0
+
+
+def variant_leaves(program: Program, variants: np.ndarray) -> np.ndarray:
+    """(slots of literals and variant values, n): the known leaves of some variants."""
+    code = program.code
+    literals = np.repeat(code.literals[:, np.newaxis], len(variants), axis=1)
+    return np.vstack([literals, code.variant_values[variants].T])
+
+
+def genes_read(program: Program, requirement: int) -> tuple[int, ...]:
+    """Genes that a requirement of the file depends on in some variant; all of them where that is not known."""
+    found: set[int] = set()
+    for template in range(len(program.code.output_segment)):
+        tape = record(program, template)
+        root = tape.roots[requirement] if requirement < len(tape.roots) else tape.unknown
+        found |= tape.depends[root if root >= 0 else tape.unknown]
+    genes = range(len(program.space))
+    return tuple(genes) if -1 in found else tuple(sorted(found.intersection(genes)))

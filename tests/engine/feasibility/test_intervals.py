@@ -1,0 +1,111 @@
+"""Interval arithmetic holds what the kernels compute."""
+
+import math
+
+import numpy as np
+import pytest
+
+from engine.feasibility.intervals import FORWARD, Interval, everything, surely_false, surely_true
+from engine.feasibility.inverses import narrowed
+from engine.feasibility.tape import THREE, TWO
+from engine.kernels import scalar
+from engine.kernels.normal import normal_cdf, normal_quantile
+from engine.vocabulary import Op
+
+SPECIAL = (-math.inf, -3.0, -1.0, -1e-300, 0.0, 0.5, 1.0, 2.0, 7.0, 1e8, math.inf)
+BOXES = 400
+
+
+def plain(function: object) -> object:
+    return getattr(function, "py_func", function)
+
+
+def computed(op: Op, values: list[float]) -> float:
+    """What a kernel gives; Python's exceptions stand for its NaN and infinities."""
+    x, y, z = (np.float64(v) for v in (*values, 0.0, 0.0)[:3])
+    try:
+        if op in (Op.NORMAL_QUANTILE, Op.NORMAL_CDF):
+            return float((normal_quantile if op == Op.NORMAL_QUANTILE else normal_cdf)(float(x)))
+        if op < Op.SQRT:
+            return float(plain(scalar.arithmetic)(op, x, y))  # type: ignore[operator]
+        if op < Op.LT:
+            return float(_function(op, float(x), float(y)))
+        return float(plain(scalar.comparison)(op, x, y, z))  # type: ignore[operator]
+    except OverflowError:
+        return math.inf
+    except ValueError:
+        return -math.inf if op == Op.LOG and x == 0.0 else math.nan
+
+
+def _function(op: Op, x: float, y: float) -> float:
+    if op == Op.WRAP:
+        inside = -math.pi <= x < math.pi
+        turned = x - math.tau * np.floor((x + math.pi) / math.tau)
+        return x if inside else turned - math.tau if turned >= math.pi else turned
+    return plain(scalar.function)(op, np.float64(x), np.float64(y))  # type: ignore[operator]
+
+
+def random_intervals(rng: np.random.Generator, count: int) -> Interval:
+    ends = rng.normal(0.0, 1.0, (2, count)) * 10.0 ** rng.integers(-2, 3, (2, count))
+    picked = rng.random((2, count)) < 0.2
+    ends[picked] = rng.choice([v for v in SPECIAL if math.isfinite(v)], picked.sum())
+    ends.sort(axis=0)
+    same = rng.random(count) < 0.2
+    ends[1, same] = ends[0, same]
+    return Interval(ends[0], ends[1], np.zeros(count, dtype=bool))
+
+
+def inside(rng: np.random.Generator, interval: Interval) -> np.ndarray:
+    share = rng.choice([0.0, 1.0, 0.5, rng.random()], len(interval.low))
+    return np.clip(interval.low + share * (interval.high - interval.low), interval.low, interval.high)
+
+
+@pytest.mark.parametrize("op", [op for op in FORWARD], ids=lambda op: op.name)  # noqa: C416
+def test_forward_holds_every_value(op: Op) -> None:
+    """Whatever lies in the operands, the result lies in the interval, and NaN only where one may be."""
+    rng = np.random.default_rng(int(op))
+    arity = 3 if op in THREE else 2 if op in TWO else 1
+    operands = [random_intervals(rng, BOXES) for _ in range(arity)]
+    if op in (Op.NORMAL_QUANTILE,):
+        low, high, undefined = operands[0]
+        operands = [Interval(np.clip(low, 0.0, 1.0), np.clip(high, 0.0, 1.0), undefined)]
+    with np.errstate(all="ignore"):
+        result = FORWARD[op](*operands)
+        for _ in range(8):
+            points = [inside(rng, operand) for operand in operands]
+            for box in range(BOXES):
+                value = computed(op, [p[box] for p in points])
+                if math.isnan(value):
+                    assert result.undefined[box], (op, [p[box] for p in points])
+                else:
+                    assert result.low[box] <= value <= result.high[box], (op, [p[box] for p in points], value)
+
+
+@pytest.mark.parametrize("op", [op for op in FORWARD], ids=lambda op: op.name)  # noqa: C416
+def test_backward_cuts_nothing_that_gives_the_result(op: Op) -> None:
+    """Operands whose result lies in a narrower interval stay inside what is left of theirs."""
+    rng = np.random.default_rng(1000 + int(op))
+    arity = 3 if op in THREE else 2 if op in TWO else 1
+    operands = [random_intervals(rng, BOXES) for _ in range(arity)]
+    points = [inside(rng, operand) for operand in operands]
+    with np.errstate(all="ignore"):
+        values = np.array([computed(op, [p[box] for p in points]) for box in range(BOXES)])
+        defined = ~np.isnan(values)
+        margin = rng.choice([0.0, 0.0, 0.5], BOXES)
+        result = Interval(values - margin, values + margin, np.zeros(BOXES, dtype=bool))
+        for operand, ends in zip(points, narrowed(op, result, operands, [None] * arity), strict=True):
+            if ends is not None:
+                assert (ends[0] <= operand)[defined].all()
+                assert (operand <= ends[1])[defined].all()
+
+
+def test_truth_of_what_may_be_nan() -> None:
+    """NaN compares as false and counts as true, so nothing is sure of a comparison with it."""
+    unknown = everything(1)
+    assert not surely_false(unknown)[0]
+    assert not surely_true(unknown)[0]
+    less = FORWARD[Op.LT](
+        Interval(np.zeros(1), np.ones(1), np.ones(1, dtype=bool)),
+        Interval(np.full(1, 9.0), np.full(1, 9.0), np.zeros(1, dtype=bool)),
+    )
+    assert (less.low[0], less.high[0]) == (0.0, 1.0)
