@@ -1,0 +1,38 @@
+"""`cortexc lsp`: a language server on standard input and output, for editors."""
+
+import argparse
+from collections.abc import Sequence
+
+from cortex_dsl.cli.exits import Exit, UsageError
+from cortex_dsl.cli.parser import Parser
+from cortex_dsl.cli.terminal import Terminal
+
+
+def main(arguments: Sequence[str], terminal: Terminal) -> int:
+    options = _parser().parse_args(arguments)
+    if options.help:
+        terminal.write(_parser().format_help())
+        return Exit.FINE
+    try:
+        from cortex_dsl.editor.server import serve
+    except ModuleNotFoundError as missing:
+        if (missing.name or "").split(".")[0] not in ("pygls", "lsprotocol"):
+            raise
+        raise UsageError("the language server needs pygls: install `cortexc[lsp]`") from None
+    serve()
+    return Exit.FINE
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog="cortexc lsp",
+        usage="cortexc lsp",
+        description="A language server for .scn files, on standard input and output, for editors to start: see "
+        "grammar/EDITORS.md.",
+        allow_abbrev=False,
+        add_help=False,
+    )
+    parser.add_argument("--stdio", action="store_true", help="the only way; editors like to say it")
+    parser.add_argument("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("-h", "--help", action="store_true", help="this page")
+    return parser

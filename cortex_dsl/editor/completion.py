@@ -1,0 +1,242 @@
+"""What can be written at a place, with what is to be said about it."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from cortex_dsl.editor.analysis import View
+from cortex_dsl.editor.hover import (
+    argument_text,
+    attribute_doc,
+    builtin_text,
+    keyword_text,
+    property_text,
+    symbol_text,
+    unit_text,
+)
+from cortex_dsl.editor.members import Member, members
+from cortex_dsl.editor.place import Place, place_of
+from cortex_dsl.editor.symbols import Symbol, SymbolKind
+from cortex_dsl.semantics import signals
+from cortex_dsl.semantics.builtins import BUILTINS, SPECIAL_NAMES, Kind
+from cortex_dsl.semantics.classes import FLAGS, PROPERTIES
+from cortex_dsl.semantics.roads import MAP_ARGUMENTS
+from cortex_dsl.semantics.statements import SETTINGS
+from cortex_dsl.semantics.units import UNITS, dimension_name
+from cortex_dsl.syntax.keywords import KEYWORDS, Keyword, Role
+
+_SETTINGS = {"simulation": SETTINGS, "signals": signals.ARGUMENTS}
+"""Arguments of statements that are written like calls."""
+INSIDE_ROLES = (Role.ACT, Role.CLAUSE)
+ANYWHERE = ("if", "while", "require", "pass", "else", "elif")
+"""Statements of the file and of behaviors alike."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Something that can be written; `kind` is a word that the server translates."""
+
+    label: str
+    kind: str
+    detail: str = ""
+    doc: str = ""
+    rank: int = 5
+    """Smaller ones come first."""
+
+
+def complete(view: View, offset: int, *, decided: bool = False) -> list[Candidate]:
+    """Everything that can stand at an offset; the client picks what fits the part that is written.
+
+    `decided`: nothing, unless the word before says what has to follow.
+    """
+    place = place_of(view, offset)
+    if place is None or (decided and not (place.previous in _AFTER or place.after_number or place.phrase)):
+        return []
+    found: dict[str, Candidate] = {}
+    for candidate in _candidates(view, place):
+        found.setdefault(candidate.label, candidate)
+    return list(found.values())
+
+
+def _candidates(view: View, place: Place) -> Iterable[Candidate]:
+    if place.previous == ".":
+        return map(_member, members(view, place))
+    if place.after_number:
+        return (*_units(), *_joining(place))
+    if rest := list(_rest_of_phrase(place)):
+        return rest
+    if not place.left:
+        return (*_statements(view, place), *_names(view, place))
+    if len(place.left) > 1 and place.left[-2].text == "with":
+        return _behaviors(view, place) if place.previous == "behavior" else _values(view, place)
+    return _AFTER[place.previous](view, place) if place.previous in _AFTER else _inside(view, place)
+
+
+def _inside(view: View, place: Place) -> Iterator[Candidate]:
+    """Within a statement, where no single word decides."""
+    if place.previous == ":" and not place.open:
+        yield from _statements(view, place)
+    if place.after_value:
+        if place.previous == ")" and _is_distribution(place.closed_call):
+            yield from _units()
+        yield from _joining(place)
+        return
+    if place.previous == "," and place.in_new:
+        yield from _keywords(Role.SPECIFIER)
+        return
+    yield from _arguments(view, place)
+    yield from _values(view, place)
+
+
+# -- what one word before decides -------------------------------------------------------------------------------------
+
+
+def _classes(view: View, place: Place) -> Iterator[Candidate]:
+    yield from (_symbol(view, s) for s in view.known(place.offset).values() if s.kind is SymbolKind.CLASS)
+    yield from _builtins(Kind.CLASS)
+
+
+def _properties(view: View, place: Place) -> Iterator[Candidate]:
+    """Properties, those of one's own classes first, those already given left out."""
+    given = {b.text for a, b in zip(place.left, place.left[1:], strict=False) if a.text == "with"}
+    for symbol in view.analysis.symbols:
+        if symbol.kind is SymbolKind.PROPERTY and symbol.name not in given:
+            yield Candidate(symbol.name, "property", "of a class", symbol_text(view, symbol), 2)
+    for name in (*FLAGS, *PROPERTIES):
+        if name not in given:
+            dimension = dimension_name(PROPERTIES[name].dimension) if name in PROPERTIES else ""
+            yield Candidate(name, "property", dimension, property_text(name), 3)
+
+
+def _behaviors(view: View, place: Place) -> Iterator[Candidate]:
+    kinds = (SymbolKind.BEHAVIOR, SymbolKind.SCENARIO)
+    yield from (_symbol(view, s) for s in view.known(place.offset).values() if s.kind in kinds)
+    yield from _builtins(Kind.BEHAVIOUR)
+
+
+def _monitors(view: View, place: Place) -> Iterator[Candidate]:
+    yield from (_symbol(view, s) for s in view.known(place.offset).values() if s.kind is SymbolKind.MONITOR)
+
+
+def _actions(_view: View, _place: Place) -> Iterator[Candidate]:
+    yield from _builtins(Kind.ACTION)
+
+
+def _nothing(_view: View, _place: Place) -> Iterator[Candidate]:
+    """A new name has to be found by its author."""
+    return iter(())
+
+
+def _maps(_view: View, _place: Place) -> Iterator[Candidate]:
+    yield Candidate("intersection", "function", "", "A grid of one or more intersections.")
+
+
+_AFTER = {
+    "new": _classes,
+    "with": _properties,
+    "do": _behaviors,
+    "do choose": _behaviors,
+    "do shuffle": _behaviors,
+    "take": _actions,
+    "require monitor": _monitors,
+    "map": _maps,
+    **dict.fromkeys(("behavior", "monitor", "scenario", "class", "param", "as", "lambda", "import", "model"), _nothing),
+}
+
+
+# -- kinds of candidates ----------------------------------------------------------------------------------------------
+
+
+def _statements(view: View, place: Place) -> Iterator[Candidate]:
+    """First words: those of the file at its left edge, those of behaviors where it is indented."""
+    for keyword in KEYWORDS:
+        inside = keyword.role in INSIDE_ROLES
+        if keyword.role in (Role.STATEMENT, *INSIDE_ROLES) and (
+            inside == bool(place.indent) or keyword.phrase in ANYWHERE or _in_scenario(view, place)
+        ):
+            yield _keyword(keyword, 1)
+
+
+def _in_scenario(view: View, place: Place) -> bool:
+    around = (s for s in view.analysis.symbols if s.kind is SymbolKind.SCENARIO)
+    return bool(place.indent) and any(s.whole.start < place.start <= s.whole.end + 1 for s in around)
+
+
+def _rest_of_phrase(place: Place) -> Iterator[Candidate]:
+    """After `offset`: `by` and `along`; only where the words so far mean nothing by themselves."""
+    for count in range(len(place.phrase), 0, -1):
+        said = place.phrase[-count:]
+        if any(keyword.words == said for keyword in KEYWORDS) and said != ("terminate",):
+            continue
+        for keyword in KEYWORDS:
+            if len(keyword.words) > count and keyword.words[:count] == said:
+                yield Candidate(" ".join(keyword.words[count:]), "keyword", keyword.form, keyword_text(keyword), 1)
+
+
+def _keywords(*roles: Role, rank: int = 4) -> Iterator[Candidate]:
+    yield from (_keyword(keyword, rank) for keyword in KEYWORDS if keyword.role in roles)
+
+
+def _joining(place: Place) -> Iterator[Candidate]:
+    """Words that can follow a value."""
+    for keyword in KEYWORDS:
+        infix = keyword.role is Role.OPERATOR and not keyword.form.startswith(keyword.phrase)
+        specifier = keyword.role is Role.SPECIFIER and (place.in_new or keyword.phrase in ("in", "on"))
+        if infix or specifier or keyword.role is Role.LINK:
+            yield _keyword(keyword, 3 if specifier else 4)
+
+
+def _values(view: View, place: Place) -> Iterator[Candidate]:
+    """Everything that has a value, and words that make one."""
+    yield from _names(view, place)
+    yield from (_keyword(k, 6) for k in KEYWORDS if k.role is Role.OPERATOR and k.form.startswith(k.phrase))
+    yield from (Candidate(word, "keyword", rank=7) for word in ("True", "False", "None"))
+
+
+def _names(view: View, place: Place) -> Iterator[Candidate]:
+    yield from (_symbol(view, symbol) for symbol in view.known(place.offset).values())
+    yield from (Candidate(name, "variable", "", doc, 3) for name, doc in SPECIAL_NAMES.items())
+    yield from _builtins(*Kind)
+
+
+def _arguments(view: View, place: Place) -> Iterator[Candidate]:
+    """`name=` for the arguments of what is called."""
+    if place.callee < 0:
+        return
+    name, at = place.left[place.callee].text, place.callee
+    said = place.left[at - 1].text if at else ""
+    if words := MAP_ARGUMENTS if said == "map" else _SETTINGS.get(name):
+        yield from (Candidate(f"{word}=", "argument", rank=1) for word in words)
+        return
+    symbol = view.known(place.offset).get(name)
+    if symbol is not None:
+        yield from (Candidate(f"{p.name}=", "argument", symbol.form, rank=1) for p in symbol.parameters)
+    elif name in BUILTINS and not BUILTINS[name].variadic:
+        for p in BUILTINS[name].parameters:
+            yield Candidate(f"{p.name}=", "argument", argument_text(p), BUILTINS[name].doc, 1)
+
+
+def _units() -> Iterator[Candidate]:
+    for unit in UNITS.values():
+        yield Candidate(unit.word, "unit", dimension_name(unit.dimension), unit_text(unit.word), 2)
+
+
+def _builtins(*kinds: Kind) -> Iterator[Candidate]:
+    for builtin in BUILTINS.values():
+        if builtin.kind in kinds:
+            yield Candidate(builtin.name, builtin.kind.value, builtin.signature, builtin_text(builtin), 5)
+
+
+def _is_distribution(name: str) -> bool:
+    return name in BUILTINS and BUILTINS[name].kind is Kind.DISTRIBUTION
+
+
+def _symbol(view: View, symbol: Symbol) -> Candidate:
+    return Candidate(symbol.name, symbol.kind.value, symbol.form, symbol_text(view, symbol), 2)
+
+
+def _keyword(keyword: Keyword, rank: int) -> Candidate:
+    return Candidate(keyword.phrase, "keyword", keyword.form, keyword_text(keyword), rank)
+
+
+def _member(member: Member) -> Candidate:
+    return Candidate(member.name, "attribute", member.worth, attribute_doc(member.name), 2)

@@ -1,0 +1,134 @@
+"""What the compiler found out about a text on its way, also where it found mistakes: the value of every expression."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.units import dimension_name, si_formula, si_word
+from cortex_dsl.semantics.values import Actor, Quantity, Truth, Value, kind_name, option_name
+from cortex_dsl.source import Span
+from cortex_dsl.syntax import nodes
+from engine.vocabulary import GeneKind
+
+MOST_SIGHTINGS = 24
+"""Values kept of one expression, which has one for every way of making the choices of the file."""
+MOST_OPTIONS = 6
+"""Options that a hover text names."""
+
+
+class Superseded(Exception):  # noqa: N818 - no error: a newer text has come
+    """Stops a compilation whose result nobody waits for any more."""
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """One value that an expression had, and where it had it."""
+
+    evaluator: Evaluator
+    value: Value
+
+
+Sightings = Sequence[Sighting]
+
+
+@dataclass
+class Witness:
+    """Collects values while a text is compiled; `superseded` is asked all the time."""
+
+    superseded: Callable[[], bool] = lambda: False
+    seen: dict[Span, list[Sighting]] = field(default_factory=dict)
+
+    def __call__(self, evaluator: Evaluator, node: nodes.Expression, value: Value) -> None:
+        if self.superseded():
+            raise Superseded
+        kept = self.seen.setdefault(node.span, [])
+        if len(kept) < MOST_SIGHTINGS:
+            kept.append(Sighting(evaluator, value))
+
+
+def ending_at(seen: Mapping[Span, Sightings], span: Span) -> Sightings:
+    """Values of the narrowest expression that ends where a span ends and begins no later: `a.b` for the span of `b`."""
+    fitting = [each for each in seen if each.end == span.end and each.start <= span.start]
+    return seen[max(fitting, key=lambda each: each.start)] if fitting else ()
+
+
+def described(sightings: Sightings, *, partly: bool = False) -> str:
+    """What values are, in one line: kind, range or options; empty where nothing was seen.
+
+    `partly`: there may be more values than those seen.
+    """
+    if not sightings:
+        return ""
+    kinds = list(dict.fromkeys(_kind(sighting) for sighting in sightings))
+    if len(kinds) > 1:
+        return ", or ".join(kinds[:3])
+    value = sightings[0].value
+    details = _numbers(sightings) if isinstance(value, Quantity) else _options(sightings, partly)
+    return ", ".join(filter(None, (kinds[0], details)))
+
+
+def _kind(sighting: Sighting) -> str:
+    value = sighting.value
+    if isinstance(value, Quantity) and value.dimension is None and isinstance(value.expr, ir.Literal):
+        return "a number"
+    if isinstance(value, tuple) and value:
+        alike = len({kind_name(item) for item in value}) == 1
+        return f"a list of {len(value)}" + (f": {kind_name(value[0])} each" if alike else "")
+    return kind_name(value)
+
+
+def _options(sightings: Sightings, partly: bool) -> str:
+    """Names of things, where they have any that the kind does not say."""
+    names = list(dict.fromkeys(option_name(sighting.value) for sighting in sightings if _is_thing(sighting.value)))
+    if not names:
+        return ""
+    shown = ", ".join(f"`{name}`" for name in names[:MOST_OPTIONS]) + (", …" if len(names) > MOST_OPTIONS else "")
+    if len(names) > 1:
+        return f"one of {shown}"
+    return f"such as {shown}" if partly and not isinstance(sightings[0].value, Actor | Truth) else shown
+
+
+def _is_thing(value: Value) -> bool:
+    if isinstance(value, Truth):
+        return isinstance(value.expr, ir.Literal)
+    return option_name(value) != kind_name(value) and not isinstance(value, tuple)
+
+
+def _numbers(sightings: Sightings) -> str:
+    """The numbers between which the values lie, where that is known."""
+    first = sightings[0]
+    assert isinstance(first.value, Quantity)
+    if isinstance(first.value.expr, ir.Gene):
+        gene = list(first.evaluator.file.genes.values())[first.value.expr.index]
+        return gene_range(gene, si_word(first.value.dimension))
+    ends = [s.evaluator.interval(s.value.expr) for s in sightings if isinstance(s.value, Quantity)]
+    low, high = min(low for low, _ in ends), max(high for _, high in ends)
+    unit = si_word(first.value.dimension) or si_formula(first.value.dimension or ir.PURE)
+    return _between(low, high, "" if unit == "1" else unit)
+
+
+def _between(low: float, high: float, unit: str) -> str:
+    if math.isinf(low) and math.isinf(high):
+        return ""
+    if low == high:
+        return f"{low:.6g} {unit}".rstrip()
+    if math.isinf(low) or math.isinf(high):
+        return f"{'at most' if math.isinf(low) else 'at least'} {high if math.isinf(low) else low:.6g} {unit}".rstrip()
+    return f"{low:.6g} to {high:.6g} {unit}".rstrip()
+
+
+def gene_range(gene: ir.GeneInfo, unit: str) -> str:
+    """The range of a param, in its own unit and in SI."""
+    if gene.kind == GeneKind.INDEX:
+        return "one of " + ", ".join(f"`{option}`" for option in gene.options[:MOST_OPTIONS])
+    own = _between(gene.low, gene.high, gene.unit)
+    if gene.scale == 1.0 or not gene.unit:
+        return own
+    return f"{own} ({gene.low * gene.scale:.4g} to {gene.high * gene.scale:.4g} {unit})"
+
+
+def explained_unit(dimension: ir.Dimension, factor: float) -> str:
+    """What a unit is: `a speed, 0.277778 m/s`."""
+    return dimension_name(dimension) + (f", {factor:.6g} {si_word(dimension)}" if factor != 1.0 else "")

@@ -1,0 +1,99 @@
+"""The files that are open in the editor, each with its latest text and what is known about it."""
+
+import asyncio
+import logging
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from cortex_dsl.editor.analysis import Analysis, View, analyse
+from cortex_dsl.editor.facts import Superseded
+from cortex_dsl.editor.positions import Positions
+from cortex_dsl.files import Folder
+from cortex_dsl.source import Source
+from cortex_dsl.syntax.reading import decode
+
+_LOG = logging.getLogger(__name__)
+PAUSE = 0.15
+"""Seconds without a keystroke after which a text is compiled."""
+PATIENCE = 2.0
+"""Seconds that a question waits for the compilation of the text that it is about."""
+
+
+@dataclass(frozen=True)
+class Buffers(Folder):
+    """The files of this computer, as they are in the editor where it has them open."""
+
+    texts: Mapping[str, str] = field(default_factory=dict)
+    """By identity."""
+
+    def read(self, name: str) -> Source:
+        text = self.texts.get(self.identity(name))
+        return super().read(name) if text is None else decode(name, text.encode("utf-8", errors="replace"))
+
+
+@dataclass
+class OpenFile:
+    """One file. Its text is replaced with every change; `generation` counts them."""
+
+    uri: str
+    name: str
+    text: str
+    generation: int = 0
+    latest: Analysis = field(default_factory=lambda: Analysis(Source("", "")))
+    """Of the last text that was compiled."""
+    tree: Analysis = field(default_factory=lambda: Analysis(Source("", "")))
+    """Of the last text that had a syntax tree."""
+    checking: "asyncio.Task[None] | None" = None
+    closed: bool = False
+    files: Buffers = Buffers()
+    """Where its imports come from."""
+    _view: View | None = None
+
+    @property
+    def view(self) -> View:
+        """The text as it is now, with what is known about it; the same object until one of them changes."""
+        if self._view is None or self._view.text is not self.text or self._view.analysis is not self.tree:
+            self._view = View(self.name, self.text, self.tree, self.files)
+        return self._view
+
+    def positions(self, encoding: str) -> Positions:
+        return Positions(self.text, encoding)
+
+    def change(self, text: str) -> None:
+        self.text = text
+        self.generation += 1
+
+    def imports(self, other: "OpenFile") -> bool:
+        """Whether it read another file when it was last compiled."""
+        read = {self.files.identity(each.name) for each in self.latest.source.imported}
+        return self.files.identity(other.name) in read
+
+    def check(self, told: Callable[["OpenFile"], None], pause: float = PAUSE) -> None:
+        """Compile the text soon, off the loop, and tell; whatever an older text was about to tell is dropped."""
+        if self.checking is not None:
+            self.checking.cancel()
+        self.checking = asyncio.create_task(self._check(self.generation, told, pause))
+
+    async def _check(self, generation: int, told: Callable[["OpenFile"], None], pause: float) -> None:
+        def superseded() -> bool:
+            return self.closed or self.generation != generation
+
+        await asyncio.sleep(pause)
+        try:
+            found = await asyncio.to_thread(analyse, self.name, self.text, superseded, self.files)
+        except Superseded:
+            return
+        except Exception:
+            _LOG.exception("a bug in cortexc, not in %s; please report it", self.name)
+            return
+        if superseded():
+            return
+        self.latest = found
+        self.tree = found if found.module is not None else self.tree
+        told(self)
+
+    async def settled(self) -> View:
+        """The view once its text is compiled, or as it is when that takes too long."""
+        if self.checking is not None and not self.checking.done():
+            await asyncio.wait({self.checking}, timeout=PATIENCE)
+        return self.view

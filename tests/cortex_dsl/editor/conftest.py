@@ -1,0 +1,100 @@
+"""The worked example as a text to be edited, and a client that talks to the real server over its standard streams."""
+
+import asyncio
+import sys
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+
+import pytest
+from lsprotocol import types
+from pygls.lsp.client import LanguageClient
+
+LEFT_TURN = Path(__file__).parents[3] / "examples" / "left_turn.scn"
+PATIENCE = 30.0
+"""Seconds for one answer: the machine may be busy."""
+
+
+class Client:
+    """One open file in a server process of its own."""
+
+    def __init__(self, path: Path) -> None:
+        self.uri, self.version, self.text = path.as_uri(), 0, ""
+        self.ls = LanguageClient("tests", "1")
+        self.told: asyncio.Queue[types.PublishDiagnosticsParams] = asyncio.Queue()
+
+        @self.ls.feature(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
+        def published(params: types.PublishDiagnosticsParams) -> None:
+            self.told.put_nowait(params)
+
+    async def start(self, encodings: list[str] | None = None) -> types.InitializeResult:
+        await self.ls.start_io(sys.executable, "-m", "cortex_dsl", "lsp", "--stdio")
+        general = types.GeneralClientCapabilities(position_encodings=encodings or ["utf-16"])
+        capabilities = types.ClientCapabilities(general=general)
+        started = await self.wait(self.ls.initialize_async(types.InitializeParams(capabilities=capabilities)))
+        self.ls.initialized(types.InitializedParams())
+        return started
+
+    async def wait(self, answer: Awaitable):
+        return await asyncio.wait_for(answer, PATIENCE)
+
+    def open(self, text: str) -> None:
+        self.text = text
+        document = types.TextDocumentItem(self.uri, "scn", self.version, text)
+        self.ls.text_document_did_open(types.DidOpenTextDocumentParams(document))
+
+    def change(self, text: str) -> None:
+        self.text, self.version = text, self.version + 1
+        document = types.VersionedTextDocumentIdentifier(self.version, self.uri)
+        changes = [types.TextDocumentContentChangeWholeDocument(text)]
+        self.ls.text_document_did_change(types.DidChangeTextDocumentParams(document, changes))
+
+    async def diagnostics(self) -> list[types.Diagnostic]:
+        """The next ones that the server sends."""
+        return list((await self.wait(self.told.get())).diagnostics)
+
+    @property
+    def document(self) -> types.TextDocumentIdentifier:
+        return types.TextDocumentIdentifier(self.uri)
+
+    def at(self, marked: str, *, inside: int = 0) -> types.Position:
+        """The position of a piece of the text, or of a character in it."""
+        offset = self.text.index(marked) + inside
+        line = self.text.count("\n", 0, offset)
+        return types.Position(line, offset - (self.text.rfind("\n", 0, offset) + 1))
+
+    def end(self) -> types.Position:
+        lines = self.text.split("\n")
+        return types.Position(len(lines) - 1, len(lines[-1]))
+
+    async def stop(self) -> int:
+        await self.wait(self.ls.shutdown_async(None))
+        self.ls.exit(None)
+        process = self.ls._server
+        assert process is not None
+        code = await self.wait(process.wait())
+        await self.ls.stop()
+        return code
+
+
+Talk = Callable[[Client], Awaitable[None]]
+
+
+@pytest.fixture
+def talk(tmp_path: Path) -> Callable[[Talk], None]:
+    """Hold a conversation with a fresh server, which must end it in order."""
+
+    def hold(conversation: Talk) -> None:
+        async def whole() -> None:
+            client = Client(tmp_path / "own.scn")
+            await client.start()
+            await conversation(client)
+            assert await client.stop() == 0
+
+        asyncio.run(whole())
+
+    return hold
+
+
+@pytest.fixture(scope="session")
+def left_turn() -> str:
+    return LEFT_TURN.read_text()
