@@ -13,6 +13,7 @@ import numpy as np
 from engine.program import (
     ChoiceLabel,
     DrawSite,
+    ImportedText,
     ParamSpace,
     Program,
     Record,
@@ -120,6 +121,7 @@ def _rebuild(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Pro
             "rules": tuple(Rule(**{**r, "kind": RuleKind(r["kind"])}) for r in header["rules"]),
             "records": tuple(Record(**r) for r in header["records"]),
             "monitors": tuple(header["monitors"]),
+            "imported": tuple(ImportedText(**file) for file in header["imported"]),
             "variants": tuple(_variant(v) for v in header["variants"]),
         }
     )

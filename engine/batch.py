@@ -55,6 +55,7 @@ def trajectory(program: Program, scenes: Scenes, row: int, config: SimulationCon
         states=run.states[:samples].copy(),
         outlines=outlines(program, rows.values[row]),
         contact_sample=samples - 1 if contact else -1,
+        watched=run.watched[:samples].copy(),
     )
 
 

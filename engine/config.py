@@ -13,6 +13,9 @@ class SimulationConfig:
     """End of a run that nothing else ended [s]."""
     max_attempts: int = 2000
     """Rejection-sampling attempts per scene; Scenic's default."""
+    prune: bool = False
+    """Jump over attempts that surely fail (`engine.feasibility.pruning`); a genome that allows no scene is infeasible.
+    The law of scenes stays the same, but a seed gives other ones."""
     instruction_budget: int = 100_000
     """Instructions one behaviour may run in one step before it is called stuck."""
 

@@ -7,6 +7,7 @@ function; the definitions and sources of those of a pair stand in `engine.kernel
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +23,9 @@ from engine.kernels.conflict import (
 from engine.scenes import Outcomes, Trajectory
 from engine.tables import Floats
 from engine.vocabulary import State
+
+if TYPE_CHECKING:
+    from engine.world.impacts import Impact
 
 STEERING_DEAD_BAND = 0.01
 """A slower turn of the wheels has no sign [rad/s]."""
@@ -43,7 +47,7 @@ class Metric:
 def measure_trajectory(
     trajectory: Trajectory, outcomes: Outcomes, row: int = 0, rear_to_center: Sequence[float] = ()
 ) -> tuple[Metric, ...]:
-    """All metrics of one run: those of each pair (ego, other), then the command metrics of each actor.
+    """All metrics of one run: those of each pair (ego, other) that meets, then the command metrics of each actor.
 
     `rear_to_center`: how far ahead of its rear axle each actor's centre lies [m], for the swing of centres in turns;
     without it centres are taken to move along the heading.
@@ -56,11 +60,15 @@ def measure_trajectory(
 
 
 def _of_pair(trajectory: Trajectory, outlines: Floats, outcomes: Outcomes, row: int, other: int) -> tuple[Metric, ...]:
-    states, together, step = trajectory.states, samples_together(trajectory, other), time_step(trajectory)
+    first, together = span_together(trajectory, other)
+    if together == 0:
+        return ()
+    states, step = trajectory.states[first:], time_step(trajectory)
     pair, who = other - 1, (0, other)
     touched = bool(outcomes.collided[row]) and int(outcomes.contact_actors[row, 1]) == other
     run = [snapshot(states, together, k, 0.0, step, other, outlines) for k in range(together)]
-    nearest = _at_time(trajectory, together, float(outcomes.min_distance_time[row, pair]), other, outlines)
+    nearest_time = float(outcomes.min_distance_time[row, pair]) - first * step
+    nearest = _at_time(states, together, nearest_time, step, other, outlines)
     pet = 0.0 if touched else post_encroachment_time(states, together, step, other, outlines)
     return (
         Metric("MD", who, float(outcomes.min_distance[row, pair]), "m", "least distance between the outlines"),
@@ -76,22 +84,34 @@ def _of_pair(trajectory: Trajectory, outlines: Floats, outcomes: Outcomes, row: 
     )
 
 
-def _at_time(trajectory: Trajectory, together: int, time: float, other: int, outlines: Floats) -> Snapshot:
+def _at_time(states: Floats, together: int, time: float, step: float, other: int, outlines: Floats) -> Snapshot:
     """The pair at an instant; one after the last sample counts as the last."""
-    step = time_step(trajectory)
     steps = min(max(time / step, 0.0), together - 1.0)
-    return snapshot(trajectory.states, together, int(steps), steps - int(steps), step, other, outlines)
+    return snapshot(states, together, int(steps), steps - int(steps), step, other, outlines)
 
 
 def _of_commands(trajectory: Trajectory, actor: int) -> tuple[Metric, ...]:
     states = trajectory.states[: scored_samples(trajectory), actor]
-    states = states[: _leading(states[:, State.PRESENT] != 0.0)]
-    step = time_step(trajectory)
+    first, present = _stretch(states[:, State.PRESENT] != 0.0)
+    states, step = states[first : first + present], time_step(trajectory)
     steering, pedals = steering_oscillation(states, step), pedal_oscillation(states, step)
     return (
         Metric("steering oscillation", (actor,), steering, "1/s", "sign changes of the steering rate"),
         Metric("pedal oscillation", (actor,), pedals, "1/s", "switches between throttle and brake"),
     )
+
+
+def measure_impacts(impacts: "Sequence[Impact]") -> tuple[Metric, ...]:
+    """The largest delta-V of each actor that was struck: the change of its velocity by the impulses of one impact."""
+    struck = sorted({actor for impact in impacts for actor in impact.actors})
+    return tuple(
+        Metric("delta-V", (actor,), max(_delta_v(impact, actor) for impact in impacts), "m/s", "of the hardest impact")
+        for actor in struck
+    )
+
+
+def _delta_v(impact: "Impact", actor: int) -> float:
+    return impact.delta_v[impact.actors.index(actor)] if actor in impact.actors else 0.0
 
 
 def steering_oscillation(states: Floats, step: float) -> float:
@@ -118,10 +138,10 @@ def scored_samples(trajectory: Trajectory) -> int:
     return trajectory.contact_sample + 1 if trajectory.contact_sample >= 0 else len(trajectory.time)
 
 
-def samples_together(trajectory: Trajectory, other: int) -> int:
-    """Scored samples at which the ego and another have both been present."""
+def span_together(trajectory: Trajectory, other: int) -> tuple[int, int]:
+    """The first scored sample at which the ego and another are both present, and at how many they are from then on."""
     present = trajectory.states[: scored_samples(trajectory), [0, other], State.PRESENT] != 0.0
-    return max(1, _leading(present.all(axis=1)))
+    return _stretch(present.all(axis=1))
 
 
 def time_step(trajectory: Trajectory) -> float:
@@ -129,6 +149,10 @@ def time_step(trajectory: Trajectory) -> float:
     return float(trajectory.time[1] - trajectory.time[0]) if len(trajectory.time) > 1 else 1.0
 
 
-def _leading(flags: np.ndarray) -> int:
-    """How many flags hold before the first that does not."""
-    return len(flags) if flags.all() else int(np.argmin(flags))
+def _stretch(flags: np.ndarray) -> tuple[int, int]:
+    """The first flag that holds, and how many do without a gap; 0, 0 where none does."""
+    if not flags.any():
+        return 0, 0
+    first = int(np.argmax(flags))
+    rest = flags[first:]
+    return first, len(rest) if rest.all() else int(np.argmin(rest))

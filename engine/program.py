@@ -134,6 +134,18 @@ class RoadSpec:
 
 
 @dataclass(frozen=True)
+class ImportedText:
+    """A file that the main file imports, as it was when it was compiled."""
+
+    name: str
+    start: int
+    """Offset of its first character in the space of all texts."""
+    first_line: int
+    """Number of its first line, counted through all texts."""
+    text: str
+
+
+@dataclass(frozen=True)
 class Program:
     """A compiled scenario. See `engine.tables` for the arrays; nothing in here refers back to text."""
 
@@ -162,3 +174,11 @@ class Program:
     records: tuple[Record, ...] = ()
     monitors: tuple[str, ...] = ()
     """Names of the coroutines without an actor."""
+    imported: tuple[ImportedText, ...] = ()
+
+    def place(self, line: int) -> str:
+        """A line as people know it: its number, and the name of its file if that is not the main one."""
+        for file in reversed(self.imported):
+            if line >= file.first_line:
+                return f"{file.name}:{line - file.first_line + 1}"
+        return str(line)

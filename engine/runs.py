@@ -9,10 +9,10 @@ from engine.config import SimulationConfig
 from engine.kernels.rows import Requested, Results
 from engine.kernels.stage import Layout, Plan, Run, Slot, Status
 from engine.program import Program
-from engine.scenes import Outcomes, Scenes
+from engine.scenes import Outcomes, Scenes, actor_columns
 from engine.tables import Floats, Ints
 from engine.vehicles import MODELS
-from engine.vocabulary import ActorKind, Column, State
+from engine.vocabulary import ActorKind, Column, RuleKind, State
 
 MAX_SAMPLES = 100_000
 """Steps that a run may have; a record of so many takes 7 MB an actor."""
@@ -33,6 +33,14 @@ def plan(program: Program, config: SimulationConfig) -> Plan:
         entries=_integers(code.behaviour_entry),
         main_blocks=_integers(code.main_block),
         rules=_integers(code.rule_segment),
+        rule_kinds=_integers(code.rule_kind),
+        formula=_integers(code.formula),
+        temporal_root=_integers(code.temporal_root),
+        temporal_rule=_integers(code.temporal_rule),
+        monitors=_integers(code.monitor_entry),
+        monitor_blocks=_integers(code.monitor_block),
+        monitor_started=_integers(code.monitor_started),
+        present=_integers(code.actor_present),
         kinds=_integers(code.actor_kind),
         limits=np.array([(model.steer_rate, model.max_speed) for model in models]),
         road=program.road._make(np.require(array, requirements=PLAIN) for array in program.road),
@@ -67,6 +75,7 @@ def memory(program: Program, samples: int) -> Run:
     actors = len(program.actors)
     registers = np.zeros(int(code.sizes[3]))
     registers[: len(code.literals)] = code.literals
+    watching = bool(np.any(code.rule_kind == RuleKind.WATCH))
     return Run(
         states=np.zeros((samples, actors, len(State))),
         registers=registers,
@@ -75,6 +84,9 @@ def memory(program: Program, samples: int) -> Run:
         status=np.zeros(len(Status), dtype=np.int64),
         end=np.zeros(2),
         key=np.zeros(6, dtype=np.int64),
+        watched=np.zeros((samples, len(code.rule_kind)) if watching else (0, 0)),
+        truth=np.zeros((2, len(code.formula)), dtype=np.bool_),
+        decided=np.zeros(len(code.temporal_root), dtype=np.int64),
     )
 
 
@@ -116,8 +128,7 @@ def outcomes(results: Results) -> Outcomes:
 
 def outlines(program: Program, values: Floats) -> Floats:
     """(actors, 2): length and width of each actor of one scene [m]; `values` is its row of scene values."""
-    columns = values[: len(program.actors) * len(Column)].reshape(len(program.actors), len(Column))
-    return np.ascontiguousarray(columns[:, [Column.LENGTH, Column.WIDTH]])
+    return np.ascontiguousarray(actor_columns(program, values)[:, [Column.LENGTH, Column.WIDTH]])
 
 
 def _unknown(*shape: int) -> Floats:

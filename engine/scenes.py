@@ -3,13 +3,15 @@
 Arrays are row-aligned: row i of every array belongs to scene i.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.program import Program
 from engine.tables import Floats, Ints
+from engine.vocabulary import Column
 
 Bools = NDArray[np.bool_]
 
@@ -72,13 +74,13 @@ class Outcomes:
     end_reason: Ints
     """(n,) `EndReason`, -1 where invalid."""
     end_rule: Ints
-    """(n,) index into `Program.rules` where the reason is RULE, else -1. For STUCK: row of step_code."""
+    """(n,) index into `Program.rules` where the reason is RULE or ABORTED, else -1. For STUCK: row of step_code."""
     end_time: Floats
     """(n,) first contact or end of the run [s]."""
     steps: Ints
     """(n,) steps simulated."""
     min_distance: Floats
-    """(n, pairs) MD per pair (ego, other) [m]; pair j is actor j + 1."""
+    """(n, pairs) MD per pair (ego, other) [m]; pair j is actor j + 1. Infinite for two never in the scene together."""
     min_distance_time: Floats
     max_closing_speed: Floats
     """(n, pairs) MS [m/s]"""
@@ -113,3 +115,11 @@ class Trajectory:
     """(actors, 2) length, width [m]"""
     contact_sample: int
     """Index of the last sample before first contact; -1 without contact."""
+    watched: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    """(scored samples, rules): at each sample the values of the rules of kind WATCH (`engine.records` names them);
+    other columns are undefined. Empty where a program watches nothing."""
+
+
+def actor_columns(program: Program, values: Floats) -> Floats:
+    """(actors, len(Column)): the properties of the actors of one scene; `values` is its row of scene values."""
+    return values[: len(program.actors) * len(Column)].reshape(len(program.actors), len(Column))

@@ -4,20 +4,23 @@ A block is a stretch of behaviour that keeps its own place: the main line of an 
 its handlers. `YIELD b` ends the actor's turn and notes where block b goes on; `RESUME b` goes there. A `try` notes in
 its parent that the next turn starts at its dispatch, which asks the handlers from the last to the first whether they
 are running or should start, and resumes the first that is, else the body. That is all there is to Scenic's interrupts:
-later clauses win, may interrupt earlier handlers, and those then resume.
+later clauses win, may interrupt earlier handlers, and those then resume. Monitors, and the scenarios that a `compose`
+runs, are such code without an actor.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from cortex_dsl import ir
 from cortex_dsl.lowering.expressions import ExpressionWriter
 from cortex_dsl.lowering.operands import CodeBuffer, LocalRegister, Target
+from cortex_dsl.lowering.picking import Picker
 from engine.vocabulary import Op
 
 
 @dataclass
-class BlockNumbers:
-    """Hands out block numbers, unique over all actors of a template."""
+class Numbers:
+    """Hands out numbers, of blocks or locals, unique over all coroutines of a template."""
 
     count: int = 0
 
@@ -32,18 +35,39 @@ class LoopTargets:
     end: Target
 
 
+@dataclass(frozen=True)
+class Coroutine:
+    """A behaviour or monitor, which code may name before it is written: its main block and its first row."""
+
+    block: int
+    entry: Target
+
+
+@dataclass(frozen=True)
+class Coroutines:
+    """All of a variant."""
+
+    actors: Sequence[Coroutine | None]
+    """None for an actor without behaviour."""
+    monitors: Sequence[Coroutine]
+
+
 @dataclass
 class BehaviourWriter:
-    """Writes one actor's behaviour. The stacks mirror the nesting of the acts being written."""
+    """Writes one behaviour or monitor. The stacks mirror the nesting of the acts being written."""
 
     buffer: CodeBuffer
     expressions: ExpressionWriter
-    blocks: BlockNumbers
+    coroutines: Coroutines
+    blocks: Numbers
+    locals: Numbers
     block: int
     """The block whose code is being written."""
     loops: list[LoopTargets] = field(default_factory=list)
     tries: list[Target] = field(default_factory=list)
     scopes: dict[int, Target] = field(default_factory=dict)
+    invariants: Sequence[tuple[ir.Expr, int]] = ()
+    """Of the scope whose own code is being written."""
 
     def write(self, acts: ir.Block) -> None:
         for act in acts:
@@ -57,7 +81,7 @@ class BehaviourWriter:
             case ir.Take(commands=commands):
                 self._take(commands)
             case ir.Wait():
-                self.buffer.emit(Op.YIELD, None, self.block)
+                self._yield()
             case ir.Follow():
                 self._follow(act)
             case ir.HoldSpeed(target_speed=target_speed):
@@ -76,6 +100,16 @@ class BehaviourWriter:
                 self.buffer.emit(Op.JUMP, None, self.tries[-1])
             case ir.Terminate(rule=rule):
                 self.buffer.emit(Op.TERMINATE, None, rule)
+            case ir.Demand(condition=condition, rule=rule):
+                self._demand(condition, rule)
+            case ir.Pick():
+                self._pick(act)
+            case ir.Start(monitor=monitor):
+                self._start(self.coroutines.monitors[monitor])
+            case ir.Stop(monitors=monitors, actors=actors):
+                self._stop(monitors, actors)
+            case ir.Spawn(actors=actors):
+                self._spawn(actors)
             case _:
                 raise AssertionError(f"no code for {type(act).__name__}")
 
@@ -84,7 +118,7 @@ class BehaviourWriter:
         registers = [writer.register(value) for _, value in commands]
         for (command, _), register in zip(commands, registers, strict=True):
             self.buffer.emit(Op.COMMAND, None, int(command), register)
-        self.buffer.emit(Op.YIELD, None, self.block)
+        self._yield()
 
     def _follow(self, act: ir.Follow) -> None:
         again, done = Target(), Target()
@@ -104,8 +138,25 @@ class BehaviourWriter:
         self._turn_then(again)
 
     def _turn_then(self, target: Target) -> None:
-        self.buffer.emit(Op.YIELD, None, self.block)
+        self._yield()
         self.buffer.emit(Op.JUMP, None, target)
+
+    def _yield(self) -> None:
+        """End the turn; what must always hold is tested when the scope itself goes on."""
+        self.buffer.emit(Op.YIELD, None, self.block)
+        self._test_invariants()
+
+    def _test_invariants(self) -> None:
+        for condition, rule in self.invariants:
+            self._demand(condition, rule)
+
+    def _demand(self, condition: ir.Expr, rule: int) -> None:
+        broken, holds = Target(), Target()
+        self._unless(condition, broken)
+        self.buffer.emit(Op.JUMP, None, holds)
+        self.buffer.place(broken)
+        self.buffer.emit(Op.TERMINATE, None, rule)
+        self.buffer.place(holds)
 
     def _unless(self, condition: ir.Expr, target: Target) -> None:
         self.buffer.emit(Op.JUMP_UNLESS, None, self.expressions.branch().register(condition), target)
@@ -139,8 +190,34 @@ class BehaviourWriter:
 
     def _scope(self, act: ir.Scope) -> None:
         self.scopes[act.scope] = Target()
+        around, self.invariants = self.invariants, act.invariants
+        self._test_invariants()
         self.write(act.body)
         self.buffer.place(self.scopes[act.scope])
+        self.invariants = around
+        self._test_invariants()
+
+    def _pick(self, act: ir.Pick) -> None:
+        picker = Picker(self.buffer, self.expressions, self.write)
+        if act.shuffle:
+            picker.shuffle(act, [LocalRegister(self.locals.new()) for _ in act.options])
+        else:
+            picker.choose(act)
+
+    def _start(self, coroutine: Coroutine) -> None:
+        self.buffer.emit(Op.SET_RESUME, None, coroutine.block, coroutine.entry)
+
+    def _stop(self, monitors: Sequence[int], actors: Sequence[int]) -> None:
+        stopped = [*(self.coroutines.monitors[m] for m in monitors), *(self.coroutines.actors[a] for a in actors)]
+        for coroutine in filter(None, stopped):
+            self.buffer.emit(Op.SET_RESUME, None, coroutine.block, -1)
+
+    def _spawn(self, actors: Sequence[int]) -> None:
+        """Whoever comes in again, in a scenario that is run again, begins its behaviour again."""
+        for actor in actors:
+            if (behaviour := self.coroutines.actors[actor]) is not None:
+                self._start(behaviour)
+            self.buffer.emit(Op.SPAWN, None, actor)
 
     def _try(self, act: ir.TryInterrupt) -> None:
         body_block, body_start = self.blocks.new(), Target()

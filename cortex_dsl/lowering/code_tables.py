@@ -7,6 +7,7 @@ import numpy as np
 
 from cortex_dsl import ir
 from cortex_dsl.lowering.arrays import floats, ints
+from cortex_dsl.lowering.formulas import formula_rows
 from cortex_dsl.lowering.groups import Grouping
 from cortex_dsl.lowering.templates import (
     ROW_WIDTH,
@@ -40,10 +41,12 @@ class EncodedTemplate:
     scene_rows: list[list[int]]
     step_rows: list[list[int]]
     requirements: list[EncodedSegment]
+    margins: list[EncodedSegment]
     output: tuple[int, int]
     output_registers: list[int]
     rules: list[EncodedSegment]
     entries: list[int]
+    monitors: list[int]
 
 
 def code_tables(
@@ -65,6 +68,7 @@ def code_tables(
     files = _register_files(scenario, grouping, merged)
     encoded = _encode_all(merged, files)
     templates = [template.code for template in merged.templates]
+    formula, roots = formula_rows(scenario.temporals)
     tables = CodeTables(
         scene_code=ints([row for e in encoded for row in e.scene_rows]).reshape(-1, ROW_WIDTH),
         step_code=ints([row for e in encoded for row in e.step_rows]).reshape(-1, ROW_WIDTH),
@@ -89,14 +93,14 @@ def code_tables(
         main_block=ints([code.main_blocks for code in templates]),
         rule_segment=ints([e.rules for e in encoded]).reshape(len(encoded), -1, 3),
         rule_kind=ints([rule.kind for rule in example.rules]),
-        formula=ints([]).reshape(-1, 3),
-        temporal_root=ints([]),
-        temporal_rule=ints([]),
-        monitor_entry=ints([]).reshape(len(encoded), 0),
-        monitor_block=ints([]).reshape(len(encoded), 0),
-        monitor_started=ints([]),
+        formula=ints(formula).reshape(-1, 3),
+        temporal_root=ints(roots),
+        temporal_rule=ints([temporal.rule for temporal in scenario.temporals]),
+        monitor_entry=ints([e.monitors for e in encoded]).reshape(len(encoded), -1),
+        monitor_block=ints([code.monitor_blocks for code in templates]).reshape(len(encoded), -1),
+        monitor_started=ints([monitor.started for monitor in example.monitors]),
         actor_present=ints([actor.present for actor in example.actors]),
-        margin_segment=ints([(-1, -1, -1)] * len(encoded) * len(example.requirements)).reshape(len(encoded), -1, 3),
+        margin_segment=ints([e.margins for e in encoded]).reshape(len(encoded), -1, 3),
         sizes=_sizes(files, templates),
     )
     return tables, [offset for code in templates for offset in code.step_offsets]
@@ -105,7 +109,7 @@ def code_tables(
 def _register_files(scenario: ir.Scenario, grouping: Grouping, merged: Merged) -> Files:
     constants = len(merged.literals) + merged.variant_values.shape[1]
     draws = max(variant.draw_count for variant in grouping.variants)
-    locals_ = max(variant.local_count for variant in grouping.variants)
+    locals_ = max(template.code.locals for template in merged.templates)
     values = max(len(template.code.outputs) for template in merged.templates)
     first_draw = constants + len(scenario.genes)
     return Files(
@@ -135,11 +139,13 @@ def _encode_template(template: Template, files: Files, scene_base: int, step_bas
         scene_rows=encode(code.scene_rows, template, files.scene, scene_base),
         step_rows=encode(code.step_rows, template, files.step, step_base),
         requirements=[encode_segment(s, template, files.scene, scene_base) for s in code.requirements],
+        margins=[encode_segment(s, template, files.scene, scene_base) for s in code.margins],
         output=(scene_base + code.output.start, scene_base + code.output.end),
         # A template with fewer scene values than another repeats its first: nothing reads the rest.
         output_registers=registers + registers[:1] * (files.values - len(registers)),
         rules=[encode_segment(s, template, files.step, step_base) for s in code.rules],
         entries=[entry if entry < 0 else step_base + entry for entry in code.entries],
+        monitors=[step_base + entry for entry in code.monitor_entries],
     )
 
 

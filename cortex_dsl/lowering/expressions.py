@@ -1,6 +1,6 @@
 """Expressions to rows, for scene code and step code alike. Shared sub-expressions are computed once."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
@@ -15,7 +15,7 @@ from cortex_dsl.lowering.operands import (
 )
 from engine.vocabulary import Op
 
-DYNAMIC_OPS = frozenset({Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN})
+DYNAMIC_OPS = frozenset({Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING})
 
 
 def operands_of(expression: ir.Expr) -> tuple[ir.Expr, ...]:
@@ -44,7 +44,9 @@ class Dynamics:
         return self.known[key]
 
     def _decide(self, expression: ir.Expr) -> bool:
-        if isinstance(expression, ir.Local) or (isinstance(expression, ir.Apply) and expression.op in DYNAMIC_OPS):
+        if isinstance(expression, ir.Local | ir.Running) or (
+            isinstance(expression, ir.Apply) and expression.op in DYNAMIC_OPS
+        ):
             return True
         return any(self.is_dynamic(operand) for operand in operands_of(expression))
 
@@ -58,6 +60,8 @@ class ExpressionWriter:
     hoist: Callable[[ir.Expr], Register | None] = lambda _: None
     """Where an expression already lies before this code runs (a scene value), or None."""
     known: dict[int, Register] = field(default_factory=dict)
+    monitor_blocks: Sequence[int] = ()
+    """Block of each monitor."""
 
     def branch(self) -> "ExpressionWriter":
         """A writer into the same buffer whose results the original will not rely on."""
@@ -85,6 +89,8 @@ class ExpressionWriter:
                 return DrawRegister(index)
             case ir.Local(index=index):
                 return LocalRegister(index)
+            case ir.Running(monitor=monitor):
+                return self._running(monitor)
             case ir.Item(bundle=bundle, index=index):
                 return self._item(bundle, index)
             case ir.Pack(items=items):
@@ -92,6 +98,11 @@ class ExpressionWriter:
             case ir.Apply():
                 return self._apply(expression)
         raise AssertionError(f"no code for {type(expression).__name__}")
+
+    def _running(self, monitor: int) -> Register:
+        destination = self.buffer.temporary()
+        self.buffer.emit(Op.IS_RUNNING, destination, self.monitor_blocks[monitor])
+        return destination
 
     def _item(self, bundle: ir.Expr, index: int) -> Register:
         if isinstance(bundle, ir.Pack):

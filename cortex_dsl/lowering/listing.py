@@ -8,7 +8,7 @@ printed bare; jumps name rows.
 from collections.abc import Callable, Iterator, Sequence
 
 from engine.program import Program
-from engine.vocabulary import ActorKind, Column, Command, GeneKind, Op, State
+from engine.vocabulary import ActorKind, Column, Command, GeneKind, Op, State, TemporalOp
 
 Namer = Callable[[int], str]
 
@@ -16,6 +16,10 @@ PLAIN_OPERANDS: dict[Op, tuple[int, ...]] = {
     Op.TABLE: (0,),
     Op.STATE: (0, 1),
     Op.WITHIN: (0,),
+    Op.LEAD: (0,),
+    Op.TTC: (0, 1),
+    Op.IS_RUNNING: (0,),
+    Op.SPAWN: (0,),
     Op.JUMP: (0,),
     Op.JUMP_UNLESS: (1,),
     Op.JUMP_IF_RUNNING: (0, 1),
@@ -32,13 +36,16 @@ OPERAND_COUNT: dict[Op, int] = {
     **dict.fromkeys((Op.MOVE, Op.NEG, Op.ABS, Op.SQRT, Op.SIN, Op.COS, Op.TAN, Op.ASIN, Op.ACOS, Op.ATAN), 1),
     **dict.fromkeys((Op.EXP, Op.LOG, Op.FLOOR, Op.CEIL, Op.ROUND, Op.WRAP, Op.NOT), 1),
     **dict.fromkeys((Op.NORMAL_QUANTILE, Op.NORMAL_CDF, Op.PATH_LENGTH, Op.LANE_ROUTE, Op.JUMP, Op.RESUME), 1),
-    **dict.fromkeys((Op.YIELD, Op.HOLD_SPEED, Op.TERMINATE), 1),
+    **dict.fromkeys((Op.YIELD, Op.HOLD_SPEED, Op.TERMINATE, Op.LANE_NEAREST, Op.IS_RUNNING, Op.SPAWN), 1),
     **dict.fromkeys((Op.TIME, Op.RANDOM, Op.HALT, Op.END), 0),
     **dict.fromkeys((Op.SELECT, Op.PATH_DISTANCE, Op.REGION_SAMPLE, Op.REGION_DISTANCE, Op.REGION_CONTAINS), 3),
     **dict.fromkeys((Op.ROAD_FOLLOW, Op.PATH_PROJECT), 3),
     Op.FOLLOW: 4,
 }
 """Operands that an instruction reads; 2 where it is not named here."""
+
+OF_ACTORS = frozenset({Op.STATE, Op.WITHIN, Op.LEAD, Op.TTC, Op.SPAWN})
+"""Their plain operands are actors (of STATE the first)."""
 
 WITHOUT_DESTINATION = frozenset(op for op in Op if op >= Op.JUMP and op != Op.FOLLOW)
 
@@ -62,13 +69,31 @@ def _head(program: Program) -> Iterator[str]:
         kind = GeneKind(program.space.kinds[index]).name.lower()
         yield f"gene g{index} {name}: {kind} {low:g} .. {high:g} {unit}".rstrip()
     for index, (name, kind) in enumerate(zip(program.actors, program.code.actor_kind, strict=True)):
-        yield f"actor {index} {name}: {ActorKind(kind).name.lower()}"
+        absent = "" if program.code.actor_present[index] else ", absent at the start"
+        yield f"actor {index} {name}: {ActorKind(kind).name.lower()}{absent}"
+    for index, name in enumerate(program.monitors):
+        yield f"monitor {index} {name}{', from the start' if program.code.monitor_started[index] else ''}"
     for index, requirement in enumerate(program.requirements):
         yield f"requirement {index} {requirement.name!r} (line {requirement.line or '-'})"
     for index, rule in enumerate(program.rules):
-        yield f"rule {index} {rule.name!r} (line {rule.line})"
+        yield f"rule {index} {rule.name!r} (line {rule.line}): {rule.kind.name.lower()}"
+    for root, rule in zip(program.code.temporal_root, program.code.temporal_rule, strict=True):
+        yield f"requirement {_formula(program, root)}, else rule {rule}"
+    for record in program.records:
+        yield f"record {record.when} {record.name!r}: rule {record.rule} {record.unit}".rstrip()
     road = program.road
     yield f"road: {len(road.path_length)} paths, {len(road.lane_path)} lanes, {len(road.region_start) - 1} regions"
+
+
+def _formula(program: Program, row: int) -> str:
+    """A temporal formula in words; an operand that is no atom in parentheses."""
+    op, *operands = program.code.formula[row].tolist()
+    if op == TemporalOp.ATOM:
+        return f"rule{operands[0]}"
+    word = TemporalOp(op).name.lower()
+    texts = [_formula(program, operand) for operand in operands if operand >= 0]
+    first, *second = [f"({text})" if " " in text else text for text in texts]
+    return f"{first} {word} {second[0]}" if second else f"{word} {first}"
 
 
 def _variants(program: Program) -> Iterator[str]:
@@ -116,18 +141,21 @@ def _step_code(program: Program) -> Iterator[str]:
             if start >= 0:
                 yield f" rule {index} -> {name(result)}"
                 yield from _rows(code.step_code[start:end].tolist(), start, name)
-        yield from _behaviours(program, template, name)
+        for monitor, entry in enumerate(code.monitor_entry[template].tolist()):
+            yield f" monitor {program.monitors[monitor]}, block {code.monitor_block[template, monitor]}"
+            yield from _coroutine(program, entry, name)
+        for actor, entry in enumerate(code.behaviour_entry[template].tolist()):
+            if entry >= 0:
+                yield f" behaviour of {program.actors[actor]}, block {code.main_block[template, actor]}"
+                yield from _coroutine(program, entry, name)
 
 
-def _behaviours(program: Program, template: int, name: Namer) -> Iterator[str]:
-    code = program.code
-    for actor, entry in enumerate(code.behaviour_entry[template].tolist()):
-        if entry < 0:
-            continue
-        yield f" behaviour of {program.actors[actor]}, block {code.main_block[template, actor]}"
-        rows = code.step_code[entry:].tolist()
-        end = next(i for i, row in enumerate(rows) if row[0] == Op.HALT)
-        yield from _rows(rows[: end + 1], entry, name, program.step_lines[entry:].tolist())
+def _coroutine(program: Program, entry: int, name: Namer) -> Iterator[str]:
+    """Its rows up to the one HALT, which is its last."""
+    rows = program.code.step_code[entry:].tolist()
+    end = next(i for i, row in enumerate(rows) if row[0] == Op.HALT)
+    lines = program.step_lines[entry : entry + end + 1].tolist()
+    yield from _rows(rows[: end + 1], entry, name, [program.place(line) for line in lines])
 
 
 def _namer(program: Program, groups: Sequence[tuple[str, int]]) -> Namer:
@@ -148,7 +176,7 @@ def _namer(program: Program, groups: Sequence[tuple[str, int]]) -> Namer:
     return name
 
 
-def _rows(rows: Sequence[Sequence[int]], first: int, name: Namer, lines: Sequence[int] = ()) -> Iterator[str]:
+def _rows(rows: Sequence[Sequence[int]], first: int, name: Namer, lines: Sequence[str] = ()) -> Iterator[str]:
     for index, row in enumerate(rows):
         text = f"  {first + index:4}  {_instruction(row, name)}"
         yield f"{text:<56}; line {lines[index]}" if lines else text
@@ -167,8 +195,10 @@ def _instruction(row: Sequence[int], name: Namer) -> str:
 
 def _plain(op: Op, position: int, operand: int) -> str:
     """A number that stands for itself, as a word where it has one."""
-    if op == Op.STATE:
-        return f"actor {operand}" if position == 0 else State(operand).name.lower()
+    if op == Op.STATE and position == 1:
+        return State(operand).name.lower()
+    if op in OF_ACTORS:
+        return f"actor {operand}" if operand >= 0 else "anybody"
     if op == Op.COMMAND:
         return Command(operand).name.lower()
     return str(operand)

@@ -1,18 +1,24 @@
 """Checked scenario to `Program`: the only part of the compiler that knows how programs are laid out."""
 
 from collections.abc import Sequence
+from os.path import relpath
+from pathlib import PurePath
 
 from cortex_dsl import ir
 from cortex_dsl.lowering.arrays import floats, ints
 from cortex_dsl.lowering.code_tables import code_tables
 from cortex_dsl.lowering.groups import group_variants
 from cortex_dsl.lowering.variant import VariantCode, lower_variant
+from cortex_dsl.semantics.units import si_word
+from cortex_dsl.source import FileText, Source
 from engine.archive import program_digest
 from engine.program import (
     ChoiceLabel,
     DrawSite,
+    ImportedText,
     ParamSpace,
     Program,
+    Record,
     Requirement,
     Rule,
     VariantLabel,
@@ -32,7 +38,7 @@ def lower(scenario: ir.Scenario) -> Program:
     codes = [lower_variant(v) if v.rejection is None else None for v in grouping.variants]
     rejections = sorted({(v.rejection_line, v.rejection) for v in grouping.variants if v.rejection is not None})
     requirements = (
-        *(Requirement(r.name, r.line, r.probability) for r in example.requirements),
+        *(Requirement(r.name, r.line, r.probability, si_word(r.dimension)) for r in example.requirements),
         *(Requirement(reason, line) for line, reason in rejections),
         *BUILT_IN_REQUIREMENTS,
     )
@@ -44,6 +50,7 @@ def lower(scenario: ir.Scenario) -> Program:
         description=scenario.description,
         digest=program_digest(space, code, road, scenario.settings),
         source_text=scenario.source.text,
+        imported=_imported(scenario.source),
         space=space,
         actors=tuple(actor.name for actor in example.actors),
         requirements=requirements,
@@ -53,9 +60,22 @@ def lower(scenario: ir.Scenario) -> Program:
         code=code,
         road=road,
         road_spec=scenario.road,
-        step_lines=ints([scenario.source.position(offset).line for offset in step_offsets]),
+        step_lines=ints([scenario.source.row(offset) for offset in step_offsets]),
         routes=ints([_routes(v, len(example.actors)) for v in grouping.variants]),
+        records=tuple(Record(r.name, r.when, r.watch, si_word(r.dimension), r.line) for r in scenario.records),
+        monitors=tuple(monitor.name for monitor in example.monitors),
     )
+
+
+def _imported(source: Source) -> tuple[ImportedText, ...]:
+    """The imported files, named as seen from the main one."""
+    folder = str(PurePath(source.name).parent)
+
+    def name(file: FileText) -> str:
+        seen = relpath(file.name, folder)
+        return file.name if seen.startswith("..") else seen
+
+    return tuple(ImportedText(name(f), f.start, f.first_line, f.text) for f in source.imported)
 
 
 def _routes(variant: ir.Variant, actors: int) -> list[int]:

@@ -1,11 +1,12 @@
 """One variant to symbolic code: requirements and outputs of its scenes, rules and behaviours of its runs."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from cortex_dsl import ir
-from cortex_dsl.lowering.behaviours import BehaviourWriter, BlockNumbers
+from cortex_dsl.lowering.behaviours import BehaviourWriter, Coroutine, Coroutines, Numbers
 from cortex_dsl.lowering.expressions import Dynamics, ExpressionWriter
-from cortex_dsl.lowering.operands import CodeBuffer, Constants, Register, Row, SceneValue
+from cortex_dsl.lowering.operands import CodeBuffer, Constants, Register, Row, SceneValue, Target
 from engine.vocabulary import Column, Op
 
 
@@ -18,6 +19,9 @@ class Segment:
     result: Register | None
 
 
+NO_SEGMENT = Segment(-1, -1, None)
+
+
 @dataclass(frozen=True)
 class VariantCode:
     """A variant's code with symbolic operands."""
@@ -28,6 +32,7 @@ class VariantCode:
     scene_rows: tuple[Row, ...]
     scene_temporaries: int
     requirements: tuple[Segment, ...]
+    margins: tuple[Segment, ...]
     output: Segment
     outputs: tuple[Register, ...]
     site_values: tuple[tuple[int, ...], ...]
@@ -37,7 +42,10 @@ class VariantCode:
     rules: tuple[Segment, ...]
     entries: tuple[int, ...]
     main_blocks: tuple[int, ...]
+    monitor_entries: tuple[int, ...]
+    monitor_blocks: tuple[int, ...]
     blocks: int
+    locals: int
 
 
 @dataclass
@@ -73,18 +81,15 @@ def lower_variant(variant: ir.Variant) -> VariantCode:
     values = SceneValues([column for actor in variant.actors for column in actor.columns])
     assert len(values.expressions) == len(variant.actors) * len(Column)
 
-    step = CodeBuffer()
-    writer = ExpressionWriter(step, constants, values.hoist)
+    step, numbered = CodeBuffer(), _Coroutines.of(variant)
+    writer = ExpressionWriter(step, constants, values.hoist, monitor_blocks=numbered.monitor_blocks)
     rules = tuple(_rule(step, writer, rule) for rule in variant.rules)
-    blocks, entries, main_blocks = BlockNumbers(), [], []
-    for actor in variant.actors:
-        main_blocks.append(blocks.new())
-        entries.append(_behaviour(step, writer, blocks, main_blocks[-1], actor))
+    numbered.write(variant, step, writer)
     site_values = tuple(tuple(values.number(value) for value in site.values) for site in variant.draw_sites)
 
     scene = CodeBuffer()
     scene_writer = ExpressionWriter(scene, constants)
-    requirements = tuple(_requirement(scene, scene_writer, requirement) for requirement in variant.requirements)
+    tested = [_requirement(scene, scene_writer, requirement) for requirement in variant.requirements]
     start = len(scene.rows)
     outputs = tuple(scene_writer.register(expression) for expression in values.expressions)
     scene.emit(Op.END)
@@ -92,7 +97,8 @@ def lower_variant(variant: ir.Variant) -> VariantCode:
         constants=tuple(constants.values),
         scene_rows=scene.resolved(),
         scene_temporaries=scene.temporaries,
-        requirements=requirements,
+        requirements=tuple(condition for condition, _ in tested),
+        margins=tuple(margin for _, margin in tested),
         output=Segment(start, len(scene.rows), None),
         outputs=outputs,
         site_values=site_values,
@@ -100,35 +106,68 @@ def lower_variant(variant: ir.Variant) -> VariantCode:
         step_offsets=tuple(step.offsets),
         step_temporaries=step.temporaries,
         rules=rules,
-        entries=tuple(entries),
-        main_blocks=tuple(main_blocks),
-        blocks=blocks.count,
+        entries=tuple(coroutine.entry.row for coroutine in numbered.actors),
+        main_blocks=tuple(coroutine.block for coroutine in numbered.actors),
+        monitor_entries=tuple(coroutine.entry.row for coroutine in numbered.monitors),
+        monitor_blocks=tuple(numbered.monitor_blocks),
+        blocks=numbered.blocks.count,
+        locals=numbered.locals.count,
     )
 
 
-def _requirement(buffer: CodeBuffer, writer: ExpressionWriter, requirement: ir.Requirement) -> Segment:
-    """A soft requirement may be skipped, so later code must not rely on what it computed."""
-    start = len(buffer.rows)
+def _requirement(buffer: CodeBuffer, writer: ExpressionWriter, requirement: ir.Requirement) -> tuple[Segment, Segment]:
+    """Condition and margin. A soft requirement may be skipped and a margin is asked for rarely, so later code must
+    not rely on what they computed.
+    """
     within = writer if requirement.probability >= 1 else writer.branch()
-    result = within.register(requirement.condition)
-    buffer.emit(Op.END)
-    return Segment(start, len(buffer.rows), result)
+    condition = _segment(buffer, within, requirement.condition)
+    if requirement.margin is None:
+        return condition, NO_SEGMENT
+    return condition, _segment(buffer, within.branch(), requirement.margin)
 
 
 def _rule(buffer: CodeBuffer, writer: ExpressionWriter, rule: ir.Rule) -> Segment:
     if rule.condition is None:
-        return Segment(-1, -1, None)
-    start = len(buffer.rows)
+        return NO_SEGMENT
     buffer.offset = rule.condition.span.start
-    result = writer.branch().register(rule.condition)
+    return _segment(buffer, writer.branch(), rule.condition)
+
+
+def _segment(buffer: CodeBuffer, writer: ExpressionWriter, expression: ir.Expr) -> Segment:
+    start = len(buffer.rows)
+    result = writer.register(expression)
     buffer.emit(Op.END)
     return Segment(start, len(buffer.rows), result)
 
 
-def _behaviour(buffer: CodeBuffer, writer: ExpressionWriter, blocks: BlockNumbers, main: int, actor: ir.Actor) -> int:
-    if actor.behaviour is None:
-        return -1
-    entry = len(buffer.rows)
-    BehaviourWriter(buffer, writer, blocks, main).write(actor.behaviour)
-    buffer.emit(Op.HALT)
-    return entry
+@dataclass
+class _Coroutines:
+    """A variant's behaviours and monitors, numbered before any of them is written."""
+
+    actors: Sequence[Coroutine]
+    monitors: Sequence[Coroutine]
+    blocks: Numbers
+    locals: Numbers
+
+    @classmethod
+    def of(cls, variant: ir.Variant) -> "_Coroutines":
+        blocks = Numbers()
+        actors = [Coroutine(blocks.new(), Target()) for _ in variant.actors]
+        monitors = [Coroutine(blocks.new(), Target()) for _ in variant.monitors]
+        return cls(actors, monitors, blocks, Numbers(variant.local_count))
+
+    @property
+    def monitor_blocks(self) -> list[int]:
+        return [monitor.block for monitor in self.monitors]
+
+    def write(self, variant: ir.Variant, buffer: CodeBuffer, expressions: ExpressionWriter) -> None:
+        """The code of all; an entry without code stays at row -1."""
+        behaving = [c if a.behaviour is not None else None for a, c in zip(variant.actors, self.actors, strict=True)]
+        known = Coroutines(behaving, self.monitors)
+        bodies = [*(actor.behaviour for actor in variant.actors), *(monitor.body for monitor in variant.monitors)]
+        for coroutine, body in zip([*self.actors, *self.monitors], bodies, strict=True):
+            if body is not None:
+                buffer.place(coroutine.entry)
+                writer = BehaviourWriter(buffer, expressions, known, self.blocks, self.locals, coroutine.block)
+                writer.write(body)
+                buffer.emit(Op.HALT)

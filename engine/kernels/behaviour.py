@@ -1,4 +1,4 @@
-"""The interpreter of step code: one turn of one actor, or one termination rule, at the current sample.
+"""The interpreter of step code: one turn of an actor or monitor, or one look at a rule, at the current sample.
 
 Behaviours are coroutines made of blocks. A block is a stretch of code with a resume row of its own, -1 while it is not
 running; `YIELD` ends the turn and notes where its block goes on. A `try` is a row that each turn comes back to: it
@@ -13,8 +13,9 @@ from engine.kernels.evaluate import evaluate
 from engine.kernels.inline import inlined
 from engine.kernels.path import path_project, path_project_near
 from engine.kernels.philox import ATTEMPT_CHANNEL, open_stream, uniform
-from engine.kernels.stage import Plan, Run, Slot, Status, column_of, outline_of
+from engine.kernels.stage import Plan, Run, Slot, Status, column_of, outline_of, place
 from engine.kernels.steering import pedals_towards, planned_speed, steer_along, turn_along
+from engine.kernels.traffic import leader, least_time_to_collision
 from engine.kernels.view import View, sees
 from engine.vocabulary import ActorKind, Column, Command, Op, Purpose, State
 
@@ -33,7 +34,7 @@ class Turn(NamedTuple):
 def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
     """Run step code from a row on until the turn is over. Inlined into its caller: call it in one place.
 
-    `actor` is who acts; it has no meaning for a rule, whose code neither follows nor commands.
+    `actor` is who acts; it has no meaning for rules and monitors, whose code neither follows nor commands.
     """
     code, registers = plan.code, run.registers
     sample = int(run.status[Status.SAMPLE])
@@ -51,6 +52,12 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
             registers[dst] = _draw(run)
         elif op == Op.WITHIN:
             registers[dst] = 1.0 if _within(plan, run, sample, a, registers[b]) else 0.0
+        elif op == Op.LEAD:
+            registers[dst], registers[dst + 1] = leader(plan, run, sample, a, int(registers[b]))
+        elif op == Op.TTC:
+            registers[dst] = least_time_to_collision(plan, run, sample, a, b)
+        elif op == Op.IS_RUNNING:
+            registers[dst] = 1.0 if run.resume[a] >= 0 else 0.0
         elif op == Op.JUMP:
             row = a
         elif op == Op.JUMP_UNLESS:
@@ -80,6 +87,9 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         elif op == Op.HALT:
             signal = HALTED
             break
+        elif op == Op.SPAWN:
+            if run.states[sample, a, State.PRESENT] == 0.0:
+                place(plan, run, sample, a, 1.0)
         else:
             signal = SEGMENT_ENDED
             break

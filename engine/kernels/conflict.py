@@ -11,7 +11,7 @@ from engine.kernels.closest import closest_in_step
 from engine.kernels.geometry import Box, shortest_turn
 from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
-from engine.kernels.measure import Rate, center_velocity
+from engine.kernels.measure import NOISE_FLOOR, Rate, center_velocity
 from engine.tables import Floats
 from engine.vocabulary import State
 
@@ -61,8 +61,8 @@ def _pose_between(states: Floats, k: int, after: int, part: float, actor: int, o
 def _rate_between(
     states: Floats, samples: int, k: int, after: int, part: float, time_step: float, actor: int, outlines: Floats
 ) -> Rate:
-    start = center_velocity(states, samples, k, time_step, actor, outlines)
-    end = center_velocity(states, samples, after, time_step, actor, outlines)
+    start = center_velocity(states, samples, k, time_step, actor, outlines[actor, 2])
+    end = center_velocity(states, samples, after, time_step, actor, outlines[actor, 2])
     return Rate(start.x + part * (end.x - start.x), start.y + part * (end.y - start.y))
 
 
@@ -86,7 +86,7 @@ def time_to_collision(now: Snapshot) -> float:
     for axis in range(4):
         heading = (now.ego.heading if axis < 2 else now.other.heading) + (0.5 * math.pi if axis % 2 else 0.0)
         nx, ny = math.cos(heading), math.sin(heading)
-        reach = _shadow(now.ego, nx, ny) + _shadow(now.other, nx, ny)
+        reach = shadow(now.ego, nx, ny) + shadow(now.other, nx, ny)
         first, last = _within(nx * x + ny * y, nx * vx + ny * vy, reach)
         enter, leave = max(enter, first), min(leave, last)
     return enter if enter <= leave else math.inf
@@ -94,15 +94,17 @@ def time_to_collision(now: Snapshot) -> float:
 
 @inlined
 def _within(position: float, speed: float, reach: float) -> tuple[float, float]:
-    """From when to when |position + speed t| <= reach; an interval that starts at infinity is empty."""
-    if speed == 0.0:
+    """From when to when |position + speed t| <= reach; an interval that starts at infinity is empty. A speed that may
+    be rounding noise is none.
+    """
+    if abs(speed) <= NOISE_FLOOR:
         return (-math.inf, math.inf) if abs(position) <= reach else (math.inf, -math.inf)
     one, other = (-reach - position) / speed, (reach - position) / speed
     return min(one, other), max(one, other)
 
 
 @inlined
-def _shadow(box: Box, nx: float, ny: float) -> float:
+def shadow(box: Box, nx: float, ny: float) -> float:
     """Half the length of an outline's shadow on a direction [m]."""
     cos, sin = math.cos(box.heading), math.sin(box.heading)
     return 0.5 * (box.length * abs(cos * nx + sin * ny) + box.width * abs(cos * ny - sin * nx))
@@ -134,11 +136,11 @@ def time_headway(now: Snapshot) -> float:
     x, y = now.other.x - now.ego.x, now.other.y - now.ego.y
     ahead, aside = cos * x + sin * y, cos * y - sin * x
     speed = cos * now.ego_rate.x + sin * now.ego_rate.y
-    side_by_side = abs(aside) < 0.5 * now.ego.width + _shadow(now.other, -sin, cos)
+    side_by_side = abs(aside) < 0.5 * now.ego.width + shadow(now.other, -sin, cos)
     same_way = abs(shortest_turn(now.ego.heading, now.other.heading)) < SAME_WAY
     if not (speed > 0.0 and ahead > 0.0 and side_by_side and same_way):
         return math.inf
-    return max(0.0, ahead + _shadow(now.other, cos, sin) - 0.5 * now.ego.length) / speed
+    return max(0.0, ahead + shadow(now.other, cos, sin) - 0.5 * now.ego.length) / speed
 
 
 @kernel

@@ -10,7 +10,7 @@ import numpy as np
 from engine.kernels.geometry import Box, box_distance
 from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
-from engine.kernels.path import path_pose, path_project
+from engine.kernels.path import path_distance, path_pose, path_project
 from engine.kernels.region import (
     lane_nearest,
     region_box_distance,
@@ -72,7 +72,7 @@ def _option(pool: Floats, first: int, index: float) -> float:
 
 @inlined
 def _geometry(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
-    """`Op.PATH_POSE` to `Op.REGION_BOX_DISTANCE`."""
+    """`Op.PATH_POSE` to `Op.LANE_NEAREST`."""
     if op < Op.REGION_SAMPLE or op == Op.PATH_PROJECT:
         _path(op, dst, int(registers[a]), registers[b], registers[c], registers, road)
     elif op < Op.BOX_DISTANCE:
@@ -84,9 +84,9 @@ def _geometry(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road
     elif op == Op.CAN_SEE:
         view = View(registers[a], registers[a + 1], registers[a + 2], registers[a + 3], registers[a + 4])
         registers[dst] = 1.0 if sees(view, _box(registers, b)) else 0.0
-    elif op == Op.LANE_ROUTE:
+    elif op == Op.LANE_ROUTE or op == Op.LANE_NEAREST:
         lane = lane_nearest(road, registers[a], registers[a + 1], registers[a + 2])
-        registers[dst] = road.lane_route[lane]
+        registers[dst] = road.lane_route[lane] if op == Op.LANE_ROUTE else lane
     else:
         _along_road(op, dst, registers[a], registers[b], registers[c], registers, road)
 
@@ -98,8 +98,7 @@ def _path(op: int, dst: int, path: int, y: float, z: float, registers: Floats, r
     elif op == Op.PATH_LENGTH:
         registers[dst] = road.path_length[path]
     elif op == Op.PATH_DISTANCE:
-        foot_x, foot_y, _ = path_pose(road, path, path_project(road, path, y, z))
-        registers[dst] = math.hypot(y - foot_x, z - foot_y)
+        registers[dst] = path_distance(road, path, y, z)
     else:
         registers[dst] = path_project(road, path, y, z)
 

@@ -8,10 +8,8 @@ may depend on: any edit leads to another folder, and folders long out of use are
 import contextlib
 import hashlib
 import os
-import shutil
 import sys
 import tempfile
-import time
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
@@ -20,16 +18,12 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 
+from engine.user_cache import cache_roots, is_writable, remove_old
+
 try:
     import fcntl
 except ImportError:  # Windows has no advisory locks of this kind
     fcntl = None
-
-ENVIRONMENT_VARIABLE = "CORTEXC_CACHE"
-KEPT_FOLDERS = 8
-"""How many folders of other versions stay: several checkouts may share one user's cache."""
-IN_USE = 600.0
-"""A folder used more recently than this is never removed [s]: another process may be compiling into it."""
 
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False, "no_cfunc_wrapper": True}
 
@@ -56,10 +50,10 @@ def kernels_are_cached() -> bool:
 def cache_folder() -> Path:
     """The folder for compiled kernels of this version: existing, writable, ours."""
     name = f"numba-{source_hash()}"
-    for root in (*_chosen_roots(), _temporary_root()):
+    for root in (*cache_roots(), _temporary_root()):
         folder = root / name
-        if _is_writable(folder) and (root != _temporary_root() or _is_ours(root)):
-            _remove_old_folders(root, folder)
+        if is_writable(folder) and (root != _temporary_root() or _is_ours(root)):
+            remove_old(root, "numba-*", folder)
             return folder
     return Path(tempfile.mkdtemp(prefix="cortexc-")) / name
 
@@ -75,44 +69,15 @@ def source_hash() -> str:
     return digest.hexdigest()[:16]
 
 
-def _chosen_roots() -> Iterator[Path]:
-    if chosen := os.environ.get(ENVIRONMENT_VARIABLE):
-        yield Path(chosen)
-    if base := os.environ.get("XDG_CACHE_HOME"):
-        yield Path(base) / "cortexc"
-    with contextlib.suppress(RuntimeError):  # no home directory
-        yield Path.home() / ".cache" / "cortexc"
-
-
 def _temporary_root() -> Path:
     user = os.getuid() if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
     return Path(tempfile.gettempdir()) / f"cortexc-{user}"
-
-
-def _is_writable(folder: Path) -> bool:
-    try:
-        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-        os.utime(folder)
-    except OSError:
-        return False
-    return True
 
 
 def _is_ours(folder: Path) -> bool:
     """Whether no other user made or may write this folder: compiled kernels in it are code that will be run."""
     status = folder.lstat()
     return not hasattr(os, "getuid") or (status.st_uid == os.getuid() and not status.st_mode & 0o022)
-
-
-def _remove_old_folders(root: Path, current: Path) -> None:
-    """Keep the most recently used folders of other versions and those in use; remove the rest."""
-    with contextlib.suppress(OSError):
-        others = [(path.stat().st_mtime, path) for path in root.glob("numba-*") if path != current]
-        for used, path in sorted(others, reverse=True)[KEPT_FOLDERS:]:
-            if time.time() - used > IN_USE:
-                shutil.rmtree(path, ignore_errors=True)
 
 
 @contextlib.contextmanager

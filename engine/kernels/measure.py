@@ -6,8 +6,11 @@ With p the way from the ego's centre to the other's and v its rate of change:
     MS              the largest c over the samples of the pair
     instant of MS   the first sample with c >= MS - 0.01 m/s: on a constant-bearing course the arg max is rounding noise
     D_MS            distance between the outlines at that instant
-    TTC_MS          D_MS / MS; where MS <= 0 the two never approach, and D_MS and TTC_MS are infinite
+    TTC_MS          D_MS / MS; where MS is no more than rounding noise the two never approach, and D_MS and TTC_MS are
+                    infinite
     MD              least distance between the outlines over continuous time; 0 on contact
+
+Two who are never in the scene together have an infinite MD, at no time, and an MS of minus infinity.
 """
 
 import math
@@ -22,6 +25,9 @@ from engine.vocabulary import State
 
 CLOSING_SPEED_TOLERANCE = 0.01
 """How far below the maximum a closing speed may lie and still mark the instant of MS [m/s]."""
+NOISE_FLOOR = 1e-9
+"""Only what closes faster approaches [m/s]: two who keep their distance have a closing speed of some 1e-15 either way,
+and whether D_MS is a number must not hang on its sign."""
 
 
 class PairMetrics(NamedTuple):
@@ -56,18 +62,22 @@ def measure_pair(
     contacted: bool,
     ending: float = 0.0,
 ) -> PairMetrics:
-    """Metrics of the pair (actor 0, `other`); it is measured until one of the two is absent.
+    """Metrics of the pair (actor 0, `other`), from when both are present until one of the two is absent.
 
     `states` (rows, actors, len(State)), of which the first `samples` (at least 1) belong to the run; `outlines`
     (actors, 3): length, width, distance from rear axle to centre [m]. Where first contact (of any pair) ended the run
     inside a step, `ending` in (0, 1] is the part of the step that came before it, and row `samples` holds where
     everybody would be had nothing touched. `contacted`: it was this pair that touched.
     """
+    first = _first_together(states, samples, other)
+    if first == samples:
+        return PairMetrics(math.inf, math.nan, -math.inf, math.nan, math.inf, math.inf)
+    states, samples = states[first:], samples - first
     together = _samples_together(states, samples, other)
     seed, fastest = _survey(states, together, time_step, other, outlines)
     at = _first_as_fast(states, together, time_step, other, outlines, fastest)
     distance_at_ms, ttc_at_ms = math.inf, math.inf
-    if fastest > 0.0:
+    if fastest > NOISE_FLOOR:
         distance_at_ms = box_distance(_box(states, at, 0, outlines), _box(states, at, other, outlines))
         ttc_at_ms = distance_at_ms / fastest
     if contacted:
@@ -76,12 +86,22 @@ def measure_pair(
         least, least_at = _least_distance(states, together, other, outlines, seed)
         if together == samples and ending > 0.0 and states[samples, other, State.PRESENT] != 0.0:
             least, least_at = _least_in_ending(states, samples - 1, other, outlines, ending, least, least_at)
-    return PairMetrics(least, least_at * time_step, fastest, at * time_step, distance_at_ms, ttc_at_ms)
+    least_time, fastest_time = (first + least_at) * time_step, (first + at) * time_step
+    return PairMetrics(least, least_time, fastest, fastest_time, distance_at_ms, ttc_at_ms)
+
+
+@inlined
+def _first_together(states: Floats, samples: int, other: int) -> int:
+    """The first sample at which both are present; `samples` if there is none."""
+    for k in range(samples):
+        if states[k, 0, State.PRESENT] != 0.0 and states[k, other, State.PRESENT] != 0.0:
+            return k
+    return samples
 
 
 @inlined
 def _samples_together(states: Floats, samples: int, other: int) -> int:
-    """Number of samples at which both have been present without a gap."""
+    """Number of samples, from one that has both, at which both are present without a gap."""
     for k in range(1, samples):
         if states[k, 0, State.PRESENT] == 0.0 or states[k, other, State.PRESENT] == 0.0:
             return k
@@ -116,8 +136,8 @@ def _first_as_fast(
 def closing_speed(states: Floats, samples: int, k: int, time_step: float, other: int, outlines: Floats) -> float:
     """-(p . v) / |p| at sample k [m/s]; 0 where the centres coincide."""
     x, y = states[k, other, State.X] - states[k, 0, State.X], states[k, other, State.Y] - states[k, 0, State.Y]
-    mine = center_velocity(states, samples, k, time_step, 0, outlines)
-    theirs = center_velocity(states, samples, k, time_step, other, outlines)
+    mine = center_velocity(states, samples, k, time_step, 0, outlines[0, 2])
+    theirs = center_velocity(states, samples, k, time_step, other, outlines[other, 2])
     distance = math.sqrt(x * x + y * y)
     if distance == 0.0:
         return 0.0
@@ -125,10 +145,11 @@ def closing_speed(states: Floats, samples: int, k: int, time_step: float, other:
 
 
 @inlined
-def center_velocity(states: Floats, samples: int, k: int, time_step: float, actor: int, outlines: Floats) -> Rate:
+def center_velocity(states: Floats, samples: int, k: int, time_step: float, actor: int, to_center: float) -> Rate:
     """Velocity of an outline's centre at sample k: the rear axle's speed along the heading, and the swing about it.
 
-    The yaw rate is the central difference of the headings, so that it holds whatever limited the turn.
+    The yaw rate is the central difference of the headings, so that it holds whatever limited the turn; at the last of
+    the samples it is that of the step before.
     """
     heading, speed = states[k, actor, State.HEADING], states[k, actor, State.SPEED]
     cos, sin = math.cos(heading), math.sin(heading)
@@ -136,7 +157,7 @@ def center_velocity(states: Floats, samples: int, k: int, time_step: float, acto
     turn = shortest_turn(states[before, actor, State.HEADING], states[after, actor, State.HEADING])
     swing = 0.0
     if turn != 0.0:
-        swing = outlines[actor, 2] * turn / ((after - before) * time_step)
+        swing = to_center * turn / ((after - before) * time_step)
     return Rate(speed * cos - swing * sin, speed * sin + swing * cos)
 
 

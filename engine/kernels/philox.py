@@ -32,6 +32,8 @@ COIN_CHANNEL = 1
 """The coins of `require[p]`, one number a requirement."""
 GENE_CHANNEL = 2
 """Gene values, one number a gene."""
+JUMP_CHANNEL = 3
+"""Attempts that a pruned scene jumps over, one number an attempt."""
 
 
 class Stream(NamedTuple):

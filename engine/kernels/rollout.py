@@ -1,8 +1,10 @@
 """One run, sample by sample: the one definition of a step, for every host.
 
-At sample k (1) the state is on record, (2) termination rules and the time limit are tested, (3) behaviours act in the
-order of their actors, (4) unless one of these ended the run, everything steps, and first contact is searched for in
-(t_k, t_k+1]. Between samples a centre and its heading move linearly.
+At sample k (1) the state is on record, (2) all rules are looked at, and the first true one that ends runs does so;
+then come the time limit and the monitors in their order, (3) behaviours act in the order of their actors, (4) unless
+one of these ended the run, everything steps, and first contact is searched for in (t_k, t_k+1]. Between samples a
+centre and its heading move linearly. When the run is over, its temporal requirements are judged over the samples up to
+the last before contact, or the end.
 
 How a host uses it:
 
@@ -17,20 +19,21 @@ contact in (t_k, t_k+1] the current sample is k + 1: its row holds where everybo
 What contact physics does afterwards is not scored. A world host marks the bodies that it has taken over
 (`run.actors[i, Slot.FREE] = 1`), writes their states into the current row k, and calls
 `advance(plan, run, k + 1, False)` for each further sample: all others go on behaving and stepping, free bodies do
-neither, and their rows of sample k + 1 are left for the host to write.
+neither, and their rows of sample k + 1 are left for the host to write. Monitors rest then, and nobody new comes in.
 """
 
 import math
 
-from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, SEGMENT_ENDED, Turn, interpret
+from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, Turn, interpret
 from engine.kernels.bicycle import Demand, Motion, clip, drive, stand, walk
 from engine.kernels.geometry import circles_apart, first_contact
 from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
 from engine.kernels.region import region_contains
-from engine.kernels.stage import NO_SPEED, RUNNING, Plan, Run, Slot, Status, column_of, outline_of, vehicle_of
+from engine.kernels.stage import NO_SPEED, RUNNING, Plan, Run, Slot, Status, column_of, outline_of, place, vehicle_of
+from engine.kernels.temporal import find_broken
 from engine.tables import ROAD_REGION, Floats, Ints
-from engine.vocabulary import ActorKind, Column, EndReason, State
+from engine.vocabulary import ActorKind, Column, EndReason, RuleKind, State
 
 
 @kernel
@@ -52,44 +55,28 @@ def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints) -> None
     run.end[0], run.end[1] = 0.0, 0.0
     for actor in range(len(plan.kinds)):
         run.resume[plan.main_blocks[template, actor]] = plan.entries[template, actor]
-        _place(plan, run, actor)
-
-
-@inlined
-def _place(plan: Plan, run: Run, actor: int) -> None:
-    """An actor where its scene puts it; nobody starts backwards."""
-    run.states[0, actor, :] = 0.0
-    x, y = column_of(plan, run, actor, Column.X), column_of(plan, run, actor, Column.Y)
-    heading = column_of(plan, run, actor, Column.HEADING)
-    speed = clip(column_of(plan, run, actor, Column.SPEED), 0.0, plan.limits[actor, 1])
-    run.states[0, actor, State.X] = x
-    run.states[0, actor, State.Y] = y
-    run.states[0, actor, State.HEADING] = heading
-    run.states[0, actor, State.SPEED] = speed
-    run.states[0, actor, State.PRESENT] = 1.0
-    to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
-    cos, sin = math.cos(heading), math.sin(heading)
-    run.actors[actor, :] = 0.0
-    run.actors[actor, Slot.REAR_X] = x - to_center * cos
-    run.actors[actor, Slot.REAR_Y] = y - to_center * sin
-    run.actors[actor, Slot.COS], run.actors[actor, Slot.SIN] = cos, sin
-    run.actors[actor, Slot.LEFT_ROAD] = math.nan
+        place(plan, run, 0, actor, float(plan.present[actor]))
+    for monitor in range(len(plan.monitor_started)):
+        if plan.monitor_started[monitor] != 0:
+            run.resume[plan.monitor_blocks[template, monitor]] = plan.monitors[template, monitor]
 
 
 @kernel
 def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
     """Run on to sample `until`; while scored, at most to first contact or to the end.
 
-    Unscored, there are no rules and no contact search, and nothing that a behaviour does ends the run.
+    Unscored, there are no rules, no monitors and no contact search, and nothing that a behaviour does ends the run.
     """
     while run.status[Status.SAMPLE] < until and (run.status[Status.END] == RUNNING or not scored):
         _take_turns(plan, run, scored)
         if scored and run.status[Status.END] != RUNNING:
-            return
+            break
         _step(plan, run)
         if scored:
             _search_contact(plan, run)
         run.status[Status.SAMPLE] += 1
+    if scored and len(plan.temporal_root) > 0:
+        _judge(plan, run)
 
 
 @inlined
@@ -100,29 +87,51 @@ def _end(plan: Plan, run: Run, reason: int, detail: int, part_of_step: float) ->
     run.end[1] = part_of_step
 
 
-# -- rules and behaviours ---------------------------------------------------------------------------------------------
+@inlined
+def _judge(plan: Plan, run: Run) -> None:
+    """Let a run that has come to an end be aborted by a temporal requirement, at the sample that decided it."""
+    reason = run.status[Status.END]
+    if reason == RUNNING or reason == EndReason.ABORTED or reason == EndReason.BROKEN or reason == EndReason.STUCK:
+        return
+    last = run.status[Status.SAMPLE] - (1 if run.status[Status.CONTACT_ONE] >= 0 else 0)
+    broken = find_broken(plan.formula, plan.temporal_root, run.watched, last, run.truth, run.decided)
+    if broken.temporal >= 0:
+        run.status[Status.SAMPLE] = broken.sample
+        run.status[Status.CONTACT_ONE] = run.status[Status.CONTACT_OTHER] = -1
+        _end(plan, run, EndReason.ABORTED, plan.temporal_rule[broken.temporal], 0.0)
+
+
+# -- rules, monitors and behaviours -----------------------------------------------------------------------------------
 
 
 @inlined
 def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
-    """Test the rules, then let all actors act.
+    """Look at the rules, then let all monitors and actors act.
 
-    Rules and behaviours share one loop because the interpreter is copied to where it is called.
+    They share one loop because the interpreter is copied to where it is called.
     """
     sample, template = int(run.status[Status.SAMPLE]), int(run.status[Status.TEMPLATE])
     rules = plan.rules.shape[1]
-    for turn in range(0 if scored else rules, rules + len(plan.kinds)):
-        actor = turn - rules
-        if actor == 0 and scored and sample >= plan.layout.last_sample:
+    actors = rules + plan.monitors.shape[1]
+    for turn in range(0 if scored else actors, actors + len(plan.kinds)):
+        if turn == rules and scored and sample >= plan.layout.last_sample and run.status[Status.END] == RUNNING:
             _end(plan, run, EndReason.TIMEOUT, -1, 0.0)
+        if turn >= rules and scored and run.status[Status.END] != RUNNING:
             return
-        row = int(plan.rules[template, turn, 0]) if actor < 0 else _first_row(plan, run, sample, template, actor)
+        if turn < rules:
+            row = int(plan.rules[template, turn, 0])
+        elif turn < actors:
+            row = int(run.resume[plan.monitor_blocks[template, turn - rules]])
+        else:
+            row = _first_row(plan, run, sample, template, turn - actors)
         if row < 0:
             continue
-        _settle(plan, run, template, turn, interpret(plan, run, actor, row), scored)
-        if scored and run.status[Status.END] != RUNNING:
-            return
-    if scored and _present_count(run, sample) < min(2, len(plan.kinds)):
+        result = interpret(plan, run, turn - actors, row)
+        if turn < rules:
+            _look(plan, run, sample, template, turn, result)
+        else:
+            _settle(plan, run, template, turn - rules, result, scored)
+    if scored and run.status[Status.END] == RUNNING and _is_over(plan, run, sample, template):
         _end(plan, run, EndReason.ALL_DONE, -1, 0.0)
 
 
@@ -138,28 +147,57 @@ def _first_row(plan: Plan, run: Run, sample: int, template: int, actor: int) -> 
 
 
 @inlined
-def _settle(plan: Plan, run: Run, template: int, turn: int, result: Turn, scored: bool) -> None:
-    """Draw the consequences of how a rule or a turn ended."""
-    actor = turn - plan.rules.shape[1]
-    if result.signal == SEGMENT_ENDED and actor < 0:
-        if abs(run.registers[plan.rules[template, turn, 2]]) > 0.0:
-            _end(plan, run, EndReason.RULE, turn, 0.0)
+def _look(plan: Plan, run: Run, sample: int, template: int, rule: int, result: Turn) -> None:
+    """Keep the value of a rule, or let it end the run unless an earlier one has."""
+    value = run.registers[plan.rules[template, rule, 2]]
+    if plan.rule_kinds[rule] == RuleKind.WATCH:
+        run.watched[sample, rule] = value
+    if run.status[Status.END] != RUNNING:
+        return
+    if result.signal == OUT_OF_BUDGET:
+        _end(plan, run, EndReason.STUCK, result.detail, 0.0)
+    elif plan.rule_kinds[rule] != RuleKind.WATCH and abs(value) > 0.0:  # NaN is not true
+        _end_by_rule(plan, run, rule)
+
+
+@inlined
+def _end_by_rule(plan: Plan, run: Run, rule: int) -> None:
+    _end(plan, run, EndReason.ABORTED if plan.rule_kinds[rule] == RuleKind.ABORT else EndReason.RULE, rule, 0.0)
+
+
+@inlined
+def _settle(plan: Plan, run: Run, template: int, coroutine: int, result: Turn, scored: bool) -> None:
+    """Draw the consequences of how a turn ended; monitors are numbered before actors."""
+    actor = coroutine - plan.monitors.shape[1]
+    if result.signal == HALTED and actor < 0:
+        run.resume[plan.monitor_blocks[template, coroutine]] = -1
     elif result.signal == HALTED:
         run.resume[plan.main_blocks[template, actor]] = -1
         run.actors[actor, Slot.LEAVING] = run.actors[actor, Slot.ROUTE_DONE]
     elif result.signal == RULE_TRIGGERED and scored:
-        _end(plan, run, EndReason.RULE, result.detail, 0.0)
+        _end_by_rule(plan, run, result.detail)
     elif result.signal == OUT_OF_BUDGET and scored:
         _end(plan, run, EndReason.STUCK, result.detail, 0.0)
 
 
 @inlined
-def _present_count(run: Run, sample: int) -> int:
-    """Actors that will take part in the coming step."""
+def _is_over(plan: Plan, run: Run, sample: int, template: int) -> bool:
+    """Whether fewer than two actors (of one: none) will take part in the coming step, or may still be brought in."""
     count = 0
-    for actor in range(run.states.shape[1]):
-        here = run.states[sample, actor, State.PRESENT] != 0.0 and run.actors[actor, Slot.LEAVING] == 0.0
-        count += 1 if here else 0
+    for actor in range(len(plan.kinds)):
+        if run.states[sample, actor, State.PRESENT] != 0.0:
+            count += 1 if run.actors[actor, Slot.LEAVING] == 0.0 else 0
+        elif run.actors[actor, Slot.AWAITED] != 0.0 and _running_monitors(plan, run, template) > 0:
+            count += 1
+    return count < min(2, len(plan.kinds))
+
+
+@inlined
+def _running_monitors(plan: Plan, run: Run, template: int) -> int:
+    """How many monitors go on in a later step."""
+    count = 0
+    for monitor in range(len(plan.monitor_started)):
+        count += 1 if run.resume[plan.monitor_blocks[template, monitor]] >= 0 else 0
     return count
 
 

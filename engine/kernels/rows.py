@@ -52,18 +52,18 @@ def simulate_rows(
         # Numbers of the types that hosts pass from Python, and no literal truth: numba would compile both twice.
         begin(plan, run, int(scenes.variant[row]), scenes.values[row], scenes.keys[row])
         advance(plan, run, plan.layout.last_sample + 1, run.status[Status.END] == RUNNING)
-        note_end(run, row, out)
-        reason = run.status[Status.END]
-        if reason == EndReason.BROKEN or reason == EndReason.STUCK:
-            out.verdict[row] = Verdict.ERROR
-            continue
-        measure_run(plan, run, scenes.values[row], row, outlines, out)
+        if note_end(run, row, out):
+            measure_run(plan, run, scenes.values[row], row, outlines, out)
 
 
 @kernel
-def note_end(run: Run, row: int, out: Results) -> None:
-    """How the scored run ended, into its row."""
+def note_end(run: Run, row: int, out: Results) -> bool:
+    """How the scored run ended, into its row; whether it is valid, so that it may be measured."""
     reason = run.status[Status.END]
+    if reason == EndReason.BROKEN or reason == EndReason.STUCK:
+        out.verdict[row] = Verdict.ERROR
+    elif reason == EndReason.ABORTED:
+        out.verdict[row] = Verdict.ABORTED
     out.end_reason[row] = reason
     out.end_rule[row] = run.status[Status.DETAIL]
     out.end_time[row] = run.end[0]
@@ -73,6 +73,7 @@ def note_end(run: Run, row: int, out: Results) -> None:
     out.contact_actors[row, 1] = run.status[Status.CONTACT_OTHER]
     for actor in range(len(run.actors)):
         out.left_road_time[row, actor] = run.actors[actor, Slot.LEFT_ROAD]
+    return out.verdict[row] == Verdict.VALID
 
 
 @kernel

@@ -4,16 +4,21 @@ Registers of step code: literals | variant values | scene values | locals | temp
 one block of `vocabulary.Column` per actor, so an actor's properties are read where behaviours read them too.
 """
 
+import math
 from enum import IntEnum
 from typing import NamedTuple
 
-from engine.kernels.bicycle import GRAVITY, Vehicle
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.kernels.bicycle import GRAVITY, Vehicle, clip
 from engine.kernels.geometry import Box
 from engine.kernels.inline import inlined
 from engine.tables import Floats, Ints, RoadTables
 from engine.vocabulary import Column, State
 
 COLUMNS = len(Column)
+Flags = NDArray[np.bool_]
 
 
 class Layout(NamedTuple):
@@ -49,6 +54,22 @@ class Plan(NamedTuple):
     """(templates, actors)"""
     rules: Ints
     """(templates, rules, 3) `CodeTables.rule_segment`."""
+    rule_kinds: Ints
+    """(rules,) `RuleKind`"""
+    formula: Ints
+    """(n, 3) `CodeTables.formula`."""
+    temporal_root: Ints
+    """(temporals,)"""
+    temporal_rule: Ints
+    """(temporals,)"""
+    monitors: Ints
+    """(templates, monitors) `CodeTables.monitor_entry`."""
+    monitor_blocks: Ints
+    """(templates, monitors)"""
+    monitor_started: Ints
+    """(monitors,) 1 for those that run from the start."""
+    present: Ints
+    """(actors,) 1 for those that take part from the start."""
     kinds: Ints
     """(actors,) `ActorKind`"""
     limits: Floats
@@ -81,6 +102,8 @@ class Slot(IntEnum):
     """1 once the actor's way through the scene is over: absent from the next sample on."""
     FREE = 11
     """1 for a body that contact physics has taken over: it neither behaves nor steps here."""
+    AWAITED = 12
+    """1 for an actor that has not come into the scene yet."""
 
 
 class Status(IntEnum):
@@ -123,6 +146,13 @@ class Run(NamedTuple):
     for contact, 0 for an end at a sample."""
     key: Ints
     """(6,) int64: `StreamKey` of the scene."""
+    watched: Floats
+    """(samples, rules): at each sample up to the end of the scored run the value of every rule of kind WATCH; other
+    columns are undefined. Without such rules there is no memory at all."""
+    truth: Flags
+    """(2, formula rows): working memory for `temporal.find_broken` …"""
+    decided: Ints
+    """… (temporals,) int64, too."""
 
 
 @inlined
@@ -155,3 +185,25 @@ def outline_of(plan: Plan, run: Run, sample: int, actor: int) -> Box:
         column_of(plan, run, actor, Column.LENGTH),
         column_of(plan, run, actor, Column.WIDTH),
     )
+
+
+@inlined
+def place(plan: Plan, run: Run, sample: int, actor: int, present: float) -> None:
+    """An actor where its scene puts it, from this sample on or (`present` = 0) for later; nobody starts backwards."""
+    states = run.states
+    states[sample, actor, :] = 0.0
+    x, y = column_of(plan, run, actor, Column.X), column_of(plan, run, actor, Column.Y)
+    heading = column_of(plan, run, actor, Column.HEADING)
+    states[sample, actor, State.X] = x
+    states[sample, actor, State.Y] = y
+    states[sample, actor, State.HEADING] = heading
+    states[sample, actor, State.SPEED] = clip(column_of(plan, run, actor, Column.SPEED), 0.0, plan.limits[actor, 1])
+    states[sample, actor, State.PRESENT] = present
+    to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
+    cos, sin = math.cos(heading), math.sin(heading)
+    run.actors[actor, :] = 0.0
+    run.actors[actor, Slot.REAR_X] = x - to_center * cos
+    run.actors[actor, Slot.REAR_Y] = y - to_center * sin
+    run.actors[actor, Slot.COS], run.actors[actor, Slot.SIN] = cos, sin
+    run.actors[actor, Slot.LEFT_ROAD] = math.nan
+    run.actors[actor, Slot.AWAITED] = 1.0 - present

@@ -46,6 +46,11 @@ class Primitive(NamedTuple):
     def moved(self, dx: float, dy: float) -> "Primitive":
         return self._replace(x=self.x + dx, y=self.y + dy)
 
+    def turned(self) -> "Primitive":
+        """The same line or arc, driven the other way."""
+        x, y, heading = self.pose(self.length)
+        return Primitive(x, y, heading + math.pi, -self.curvature, self.length)
+
 
 class Foot(NamedTuple):
     """Nearest points of a path to given points; arrays of the points' shape."""
@@ -63,6 +68,7 @@ class PathBook:
         self._paths: list[tuple[Primitive, ...]] = []
         self._starts: list[tuple[float, ...]] = []
         self._joined: dict[tuple[int, ...], int] = {}
+        self._reversed: dict[int, int] = {}
 
     def __len__(self) -> int:
         return len(self._paths)
@@ -95,6 +101,12 @@ class PathBook:
                     raise ValueError(f"path {after} does not start where path {before} ends")
             self._joined[key] = self.add([primitive for path in key for primitive in self._paths[path]])
         return self._joined[key]
+
+    def reverse(self, path: int) -> int:
+        """The path that runs through a given one from its end to its start; the same id for the same path."""
+        if path not in self._reversed:
+            self._reversed[path] = self.add([primitive.turned() for primitive in reversed(self._paths[path])])
+        return self._reversed[path]
 
     def continues(self, before: int, after: int) -> bool:
         """Whether path `after` starts where path `before` ends, in the same direction."""

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from engine.config import Config
+from engine.feasibility import pruner
 from engine.program import Program
 from engine.risk import Risk, RiskProfile, assess
 from engine.sampling import sample
@@ -21,10 +22,11 @@ Simulate = Callable[[Scenes], Outcomes]
 def make_evaluator(program: Program, config: Config, profile: RiskProfile) -> Evaluate:
     """An evaluator of this program by the engine, threads and settings of the config."""
     jobs = config.search.jobs
+    prune = pruner(program) if config.simulation.prune else None
     simulate = make_host(program, config)
 
     def evaluate(genomes: Floats, keys: Ints) -> Assessment:
-        scenes = sample(program, genomes, keys, config.simulation, jobs=jobs)
+        scenes = sample(program, genomes, keys, config.simulation, jobs, prune)
         outcomes = simulate(scenes)
         return assessment(scenes, outcomes, assess(outcomes, profile))
 

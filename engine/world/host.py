@@ -15,9 +15,10 @@ from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import Requested, Results, measure_run, note_end
 from engine.kernels.stage import Plan, Run, Status
 from engine.program import Program
+from engine.records import Recorded, recorded
 from engine.runs import empty_results, memory, outcomes, outlines, plan, requested, samples_of
 from engine.scenes import Outcomes, Scenes, Trajectory
-from engine.vocabulary import EndReason, Verdict
+from engine.vocabulary import Verdict
 from engine.world.aftermath import follow_contact
 from engine.world.bodies import carrier, new_space, physiques
 from engine.world.carry import carry
@@ -37,6 +38,8 @@ class WorldRun:
     """Through contact to rest."""
     impacts: tuple[Impact, ...]
     events: tuple[Event, ...]
+    records: tuple[Recorded, ...]
+    """What the file asks to be recorded, up to contact or the end."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +72,7 @@ def run(program: Program, scenes: Scenes, row: int = 0, config: Config = DEFAULT
         raise ValueError(f"scene {row} is not valid; only a valid one can be run")
     after = math.ceil(config.contact.aftermath / config.simulation.time_step) + 1
     host = _host(program, _one(scenes, row), config, extra_samples=after)
-    samples = _score(host, 0)
+    scored_samples = samples = _score(host, 0)
     contact = host.memory.status[Status.CONTACT_ONE] >= 0
     scored, impacts, rest = outcomes(host.results), (), {}
     last = samples - 1 if contact else -1
@@ -81,8 +84,10 @@ def run(program: Program, scenes: Scenes, row: int = 0, config: Config = DEFAULT
         states=host.memory.states[:samples].copy(),
         outlines=outlines(program, host.scenes.values[0]),
         contact_sample=last,
+        watched=host.memory.watched[:scored_samples].copy(),
     )
-    return WorldRun(scored, trajectory, impacts, timeline(scored, trajectory, impacts, rest))
+    events = timeline(scored, trajectory, impacts, rest)
+    return WorldRun(scored, trajectory, impacts, events, recorded(program, trajectory))
 
 
 def _host(program: Program, scenes: Scenes, config: Config, extra_samples: int) -> Host:
@@ -102,13 +107,13 @@ def _score(host: Host, row: int) -> int:
     scenes, record = host.scenes, host.memory
     begin(host.plan, record, int(scenes.variant[row]), scenes.values[row], scenes.keys[row])
     advance(host.plan, record, host.plan.layout.last_sample + 1, True)
-    note_end(record, row, host.results)
+    valid = note_end(record, row, host.results)
     samples = int(record.status[Status.SAMPLE]) + (0 if record.status[Status.CONTACT_ONE] >= 0 else 1)
-    if record.status[Status.END] in (EndReason.BROKEN, EndReason.STUCK):
-        host.results.verdict[row] = Verdict.ERROR
+    if host.results.verdict[row] == Verdict.ERROR:
         return samples
     carry(host.space, host.bodies, record.states, samples, host.plan.layout.time_step)
-    measure_run(host.plan, record, scenes.values[row], row, np.zeros((len(host.bodies), 3)), host.results)
+    if valid:
+        measure_run(host.plan, record, scenes.values[row], row, np.zeros((len(host.bodies), 3)), host.results)
     return samples
 
 

@@ -13,7 +13,7 @@ from engine.road import Network, build_network, road_tables
 from engine.scenes import Outcomes, Scenes
 from engine.tables import CodeTables, RoadTables
 from engine.vehicles import MODELS
-from engine.vocabulary import ActorKind, Column, Command, ManeuverType, Op
+from engine.vocabulary import ActorKind, Column, Command, ManeuverType, Op, RuleKind, TemporalOp
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,11 @@ class Assembler:
     labels: dict[str, int] = field(default_factory=dict)
     entries: list[str] = field(default_factory=list)
     rules: list[tuple[str, Register] | None] = field(default_factory=list)
+    rule_kinds: list[RuleKind] = field(default_factory=list)
+    formula: list[tuple[TemporalOp, int, int]] = field(default_factory=list)
+    temporals: list[tuple[int, int]] = field(default_factory=list)
+    monitors: list[tuple[int, bool]] = field(default_factory=list)
+    absent: frozenset[int] = frozenset()
     actor: int = -1
 
     def label(self, name: str) -> None:
@@ -71,15 +76,34 @@ class Assembler:
         self.blocks += 1
         return len(self.kinds) + self.blocks - 1
 
-    def rule(self, result: Register) -> None:
-        """A `terminate when` whose code follows, up to an END; its truth is left in `result`."""
+    def rule(self, result: Register, kind: RuleKind = RuleKind.TERMINATE) -> int:
+        """The number of a rule whose code follows, up to an END; its value is left in `result`."""
         self.label(f"rule {len(self.rules)}")
         self.rules.append((f"rule {len(self.rules)}", result))
-
-    def behaviour_rule(self) -> int:
-        """The number of a rule that a behaviour's `terminate` triggers."""
-        self.rules.append(None)
+        self.rule_kinds.append(kind)
         return len(self.rules) - 1
+
+    def behaviour_rule(self, kind: RuleKind = RuleKind.TERMINATE) -> int:
+        """The number of a rule that code triggers, or that is judged when the run is over."""
+        self.rules.append(None)
+        self.rule_kinds.append(kind)
+        return len(self.rules) - 1
+
+    def node(self, op: TemporalOp, a: int, b: int = -1) -> int:
+        """A row of a temporal formula."""
+        self.formula.append((op, a, b))
+        return len(self.formula) - 1
+
+    def temporal(self, root: int) -> int:
+        """The rule that aborts a run in which the formula ending in row `root` does not hold."""
+        self.temporals.append((root, self.behaviour_rule(RuleKind.ABORT)))
+        return self.temporals[-1][1]
+
+    def monitor(self, *, started: bool = True) -> int:
+        """Start the code of a monitor; the number of its block."""
+        self.label(f"monitor {len(self.monitors)}")
+        self.monitors.append((self.block(), started))
+        return self.monitors[-1][0]
 
     def follow(self, block: int, path: object, speed: object, lateral: object = None, progress: int = 0) -> None:
         """FollowTrajectoryBehavior until the path's end."""
@@ -183,6 +207,15 @@ class Assembler:
                     for rule in self.rules
                 ]
             ).reshape(1, -1, 3),
+            rule_kind=_ints(self.rule_kinds),
+            formula=_ints(self.formula).reshape(-1, 3),
+            temporal_root=_ints([root for root, _ in self.temporals]),
+            temporal_rule=_ints([rule for _, rule in self.temporals]),
+            monitor_entry=_ints([self.labels[f"monitor {i}"] for i in range(len(self.monitors))]).reshape(1, -1),
+            monitor_block=_ints([block for block, _ in self.monitors]).reshape(1, -1),
+            monitor_started=_ints([started for _, started in self.monitors]),
+            actor_present=_ints([actor not in self.absent for actor in range(actors)]),
+            margin_segment=_ints(np.zeros((1, 0, 3))),
             sizes=_ints([0, 0, values, starts["temporary"] + self.temporaries, starts["local"], actors + self.blocks]),
         )
         return Program(
@@ -193,7 +226,7 @@ class Assembler:
             space=ParamSpace((), (), *(np.zeros(0) for _ in range(4)), np.zeros((0, 2)), np.zeros(0), (), ()),
             actors=tuple(f"actor{i}" for i in range(actors)),
             requirements=(),
-            rules=tuple(Rule(f"rule {i}", i) for i in range(len(self.rules))),
+            rules=tuple(Rule(f"rule {i}", i, kind) for i, kind in enumerate(self.rule_kinds)),
             variants=(VariantLabel(1.0, (), ()),),
             settings=Settings(),
             code=tables,

@@ -276,6 +276,7 @@ def test_following_the_road(calculate, network, share, offset, by):
     assert tuple(calculate(Op.ROAD_FOLLOW, x, y, by)[:3]) == pytest.approx(expected, abs=1e-9)
     assert calculate(Op.ROAD_HEADING, x, y)[0] == pytest.approx(start[2])
     assert calculate(Op.LANE_ROUTE, x, y, start[2])[0] == lane.default_route
+    assert network.lanes[int(calculate(Op.LANE_NEAREST, x, y, start[2])[0])].path == lane.path
 
 
 def test_wide_results_and_segments(calculate, network):

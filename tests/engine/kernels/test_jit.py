@@ -42,7 +42,15 @@ class Installation:
         self.environment = {**os.environ, "PYTHONPATH": str(folder), "CORTEXC_CACHE": str(folder / "cache")}
         self.package = folder / "engine"
         (self.package / "kernels").mkdir(parents=True)
-        for name in ("__init__.py", "vocabulary.py", "tables.py", "kernels/__init__.py", "kernels/jit.py"):
+        names = (
+            "__init__.py",
+            "vocabulary.py",
+            "tables.py",
+            "user_cache.py",
+            "kernels/__init__.py",
+            "kernels/jit.py",
+        )
+        for name in names:
             shutil.copy(SOURCES / name, self.package / name)
         (self.package / "kernels" / "outer.py").write_text(OUTER)
         self.write_inner(1)

@@ -9,7 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from engine.kernels.geometry import Box, box_distance
-from engine.kernels.measure import PairMetrics, measure_pair
+from engine.kernels.measure import NOISE_FLOOR, PairMetrics, measure_pair
 from engine.tables import Floats
 from engine.vocabulary import State
 
@@ -157,21 +157,32 @@ def mirrored(states: Floats) -> Floats:
 def test_metrics_do_not_depend_on_the_axes(pair: tuple[Floats, Floats], turn: float, shift: float) -> None:
     """Turned, shifted or mirrored, a run has the same metrics; exchanged, its two actors have them, too.
 
-    Outlines that overlap are left out: contact ends a run before, and between centres that (nearly) coincide there is
-    no direction to close in.
+    Left out is what rounding alone decides: the direction between centres that (nearly) coincide, an approach as slow
+    as the noise floor, and which of two samples is the instant of MS where both are just about fast enough.
     """
+    apart = pair[0][:, [State.X, State.Y]] - pair[1][:, [State.X, State.Y]]
+    assume(np.hypot(*apart.T).min() > 0.01)
     outlines = np.stack([CAR, CAR])
     changes: list[Callable[[Floats], Floats]] = [lambda s: rotated(s, turn, shift, -shift), mirrored]
     expected = measure(*pair, outlines)
-    assume(expected.min_distance > 0.0)
+    fastest = expected.max_closing_speed
+    assume(abs(fastest - NOISE_FLOOR) > 1e-11)
     cases = [measure(change(pair[0]), change(pair[1]), outlines) for change in changes]
     for metrics in (*cases, measure(pair[1], pair[0], outlines)):
         assert metrics.min_distance == pytest.approx(expected.min_distance, abs=2e-5)
-        assert metrics.max_closing_speed == pytest.approx(expected.max_closing_speed, abs=1e-9)
-        # D_MS and TTC_MS jump to infinity at MS = 0, where rounding decides; compared where the two clearly approach.
-        if metrics.max_closing_time == expected.max_closing_time and expected.max_closing_speed > 1e-3:
+        assert metrics.max_closing_speed == pytest.approx(fastest, abs=1e-10)
+        if metrics.max_closing_time == expected.max_closing_time:
             assert metrics.distance_at_ms == pytest.approx(expected.distance_at_ms, abs=1e-9)
-            assert metrics.ttc_at_ms == pytest.approx(expected.ttc_at_ms, rel=1e-9)
+            rounding = 1e-9 + 1e-10 / abs(fastest) if fastest else 0.0
+            assert metrics.ttc_at_ms == pytest.approx(expected.ttc_at_ms, rel=rounding, abs=1e-9)
+
+
+@pytest.mark.parametrize(("noise", "told"), [(1e-12, False), (-1e-12, False), (1e-8, True)])
+def test_rounding_noise_is_no_approach(noise: float, told: bool) -> None:
+    """Two who keep their distance have no D_MS, whichever way their closing speed was rounded."""
+    metrics = measure(line(0, 0, 0, 5.0 + noise), line(20, 0, 0, 5.0))
+    assert math.isfinite(metrics.distance_at_ms) == told
+    assert math.isfinite(metrics.ttc_at_ms) == told
 
 
 @compiled

@@ -126,6 +126,15 @@ class Assembler:
             behaviour_entry=none - 1,
             main_block=none,
             rule_segment=np.zeros((1, 0, 3), dtype=np.int32),
+            rule_kind=ints([]),
+            formula=ints([]).reshape(-1, 3),
+            temporal_root=ints([]),
+            temporal_rule=ints([]),
+            monitor_entry=none[:, :0],
+            monitor_block=none[:, :0],
+            monitor_started=ints([]),
+            actor_present=none[0] + 1,
+            margin_segment=np.full((1, len(checks), 3), -1, dtype=np.int32),
             sizes=ints([self.start["T"] + self.temporaries, sketch.draws, len(registers), 0, 0, 0]),
         )
 

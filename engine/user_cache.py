@@ -1,0 +1,66 @@
+"""Where things are kept that can be made again: the parser's tables and compiled kernels. Imports nothing heavy."""
+
+import contextlib
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+ENVIRONMENT_VARIABLE = "CORTEXC_CACHE"
+KEPT = 8
+"""How many entries of other versions stay: several checkouts may share one user's cache."""
+IN_USE = 600.0
+"""An entry used more recently than this is never removed [s]: another process may be writing it."""
+
+
+def cache_roots() -> Iterator[Path]:
+    """Folders to try: `$CORTEXC_CACHE`, then `cortexc` in the user's cache. None of them needs to exist."""
+    if chosen := os.environ.get(ENVIRONMENT_VARIABLE):
+        yield Path(chosen)
+    if base := os.environ.get("XDG_CACHE_HOME"):
+        yield Path(base) / "cortexc"
+    with contextlib.suppress(RuntimeError):  # no home directory
+        yield Path.home() / ".cache" / "cortexc"
+
+
+def is_writable(folder: Path) -> bool:
+    """Whether files can be written in a folder; it is made, and marked as used now."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+        os.utime(folder)
+    except OSError:
+        return False
+    return True
+
+
+def cached_file(name: str, family: str) -> Path | None:
+    """Where a file of the cache is or may be written, None where nothing can be; `family` is the pattern of its kind.
+
+    Where it is to be written anew, files of its kind that are long out of use are removed.
+    """
+    for root in cache_roots():
+        if is_writable(root):
+            if not (root / name).exists():
+                remove_old(root, family, root / name)
+            return root / name
+    return None
+
+
+def remove_old(root: Path, family: str, current: Path) -> None:
+    """Keep the most recently used entries of a family and those in use; remove the rest."""
+    with contextlib.suppress(OSError):
+        others = [(path.stat().st_mtime, path) for path in root.glob(family) if path != current]
+        for used, path in sorted(others, reverse=True)[KEPT:]:
+            if time.time() - used > IN_USE:
+                _remove(path)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)

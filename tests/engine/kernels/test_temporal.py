@@ -1,0 +1,111 @@
+"""Temporal formulas against what they mean, sample by sample."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from engine.kernels.temporal import find_broken
+from engine.vocabulary import TemporalOp
+
+compiled = settings(deadline=None)
+ATOMS = 3
+Row = tuple[TemporalOp, int, int]
+
+UNARY = (TemporalOp.NOT, TemporalOp.NEXT, TemporalOp.ALWAYS, TemporalOp.EVENTUALLY)
+BINARY = (TemporalOp.AND, TemporalOp.OR, TemporalOp.IMPLIES, TemporalOp.UNTIL)
+
+
+def holds(rows: list[Row], row: int, trace: np.ndarray, k: int) -> bool:
+    """The definition: a formula at sample k of a finite trace, by what it says about samples k, k + 1, …"""
+    op, a, b = rows[row]
+    later = range(k, len(trace))
+
+    def at(operand: int) -> Callable[[int], bool]:
+        return lambda sample: holds(rows, operand, trace, sample)
+
+    return {
+        TemporalOp.ATOM: lambda: abs(trace[k, a]) > 0.0,
+        TemporalOp.NOT: lambda: not at(a)(k),
+        TemporalOp.AND: lambda: at(a)(k) and at(b)(k),
+        TemporalOp.OR: lambda: at(a)(k) or at(b)(k),
+        TemporalOp.IMPLIES: lambda: at(b)(k) if at(a)(k) else True,
+        TemporalOp.NEXT: lambda: k + 1 < len(trace) and at(a)(k + 1),
+        TemporalOp.ALWAYS: lambda: all(map(at(a), later)),
+        TemporalOp.EVENTUALLY: lambda: any(map(at(a), later)),
+        TemporalOp.UNTIL: lambda: any(at(b)(j) and all(map(at(a), range(k, j))) for j in later),
+    }[op]()
+
+
+@st.composite
+def formulas(draw: st.DrawFn) -> list[Row]:
+    """Rows with operands above their operators; the last one is the root."""
+    rows: list[Row] = [(TemporalOp.ATOM, atom, -1) for atom in range(ATOMS)]
+    for _ in range(draw(st.integers(1, 7))):
+        operand = st.integers(0, len(rows) - 1)
+        op = draw(st.sampled_from(UNARY + BINARY))
+        rows.append((op, draw(operand), draw(operand) if op in BINARY else -1))
+    return rows
+
+
+TRACES = st.lists(
+    st.tuples(*(st.sampled_from([0.0, 1.0, -2.5, np.nan]) for _ in range(ATOMS))), min_size=1, max_size=7
+).map(np.array)
+
+
+def judge(rows: list[Row], roots: list[int], trace: np.ndarray) -> tuple[int, int]:
+    truth, decided = np.zeros((2, len(rows)), dtype=np.bool_), np.zeros(len(roots), dtype=np.int64)
+    tables = np.array(rows, dtype=np.int32), np.array(roots, dtype=np.int32)
+    return find_broken(*tables, trace, len(trace) - 1, truth, decided)
+
+
+@compiled
+@given(formulas(), TRACES)
+def test_a_formula_means_what_its_definition_says(rows: list[Row], trace: np.ndarray) -> None:
+    """One backward pass finds the same as asking every sample anew."""
+    broken, _ = judge(rows, [len(rows) - 1], trace)
+    assert (broken < 0) == holds(rows, len(rows) - 1, trace, 0)
+
+
+@compiled
+@given(formulas(), TRACES)
+def test_always_is_decided_where_it_breaks_first_and_all_else_at_the_end(rows: list[Row], trace: np.ndarray) -> None:
+    """The sample that is told is the one at which nothing later could mend it."""
+    root = len(rows) - 1
+    broken, sample = judge(rows, [root], trace)
+    if broken == 0:
+        op, a, _ = rows[root]
+        falls = [k for k in range(len(trace)) if not holds(rows, a, trace, k)] if op == TemporalOp.ALWAYS else []
+        assert sample == (falls[0] if op == TemporalOp.ALWAYS else len(trace) - 1)
+
+
+@compiled
+@given(st.lists(st.integers(0, 12), min_size=1, max_size=4), TRACES)
+def test_of_several_the_one_that_is_decided_first_is_told(breaks: list[int], trace: np.ndarray) -> None:
+    """Each `always` over an atom of its own, false from a sample of its own on; of equals the first."""
+    samples = len(trace)
+    watched = np.array([[float(k < first) for first in breaks] for k in range(samples)])
+    rows: list[Row] = [(TemporalOp.ATOM, i, -1) for i in range(len(breaks))]
+    rows += [(TemporalOp.ALWAYS, i, -1) for i in range(len(breaks))]
+    broken, sample = judge(rows, list(range(len(breaks), 2 * len(breaks))), watched)
+    if min(breaks) >= samples:
+        assert broken == -1
+    else:
+        assert (broken, sample) == (breaks.index(min(breaks)), min(breaks))
+
+
+@pytest.mark.parametrize(
+    ("op", "values", "expected"),
+    [
+        (TemporalOp.NEXT, [0], False),
+        (TemporalOp.NEXT, [0, 1], True),
+        (TemporalOp.ALWAYS, [1], True),
+        (TemporalOp.EVENTUALLY, [0, 0], False),
+    ],
+)
+def test_at_the_last_sample(op: TemporalOp, values: list[float], expected: bool) -> None:
+    """There is no next sample after the last; what always held held."""
+    broken, _ = judge([(TemporalOp.ATOM, 0, -1), (op, 0, -1)], [1], np.array(values, dtype=float).reshape(-1, 1))
+    assert (broken < 0) == expected
