@@ -1,4 +1,6 @@
-"""Do the two hosts agree? `python -m benchmarks.agreement [--scenes 10000] [FILES...]` (default: the six examples).
+"""Do the two hosts agree? `python -m benchmarks.agreement [--scenes 10000] [FILES...]`
+
+By default the six examples and the scenarios of `tests/agreement`, which use every construct of the language.
 
 Random scenes of every file run in the batch host and in the pymunk world. States before first contact must lie within
 1e-9 m, and both must always agree on whether, when and between whom there is contact. Exit code 1 if they do not.
@@ -15,15 +17,19 @@ import numpy as np
 from cortex_dsl.session import Scenario, load
 from engine import batch, world
 from engine.genomes import uniform_genomes
+from engine.records import recorded
 from engine.sampling import sample
 from engine.scenes import Scenes
 from engine.search.assessment import take
 from engine.streams import key_rows
-from engine.vocabulary import Method, State
+from engine.vocabulary import Method, State, Verdict
 
-EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.scn"))
+ROOT = Path(__file__).parent.parent
+EXAMPLES = sorted((ROOT / "examples").glob("*.scn"))
+CONSTRUCTS = sorted((ROOT / "tests" / "agreement").glob("*.scn"))
+"""Scenarios that use everything else that the language has."""
 TOLERANCE = 1e-9
-POSE = [State.X, State.Y, State.HEADING]
+POSE = [State.X, State.Y, State.HEADING, State.PRESENT]
 
 
 class Agreement(NamedTuple):
@@ -31,11 +37,16 @@ class Agreement(NamedTuple):
 
     scenes: int
     collisions: int
+    aborted: int
+    """Runs that a requirement on the run made invalid."""
+    ends: int
+    """In how many ways the runs ended: reason and rule."""
     flags_differ: int
+    """Scenes in which verdict, reason, rule, number of steps or contact are not the same."""
     metrics_differ: float
     """Largest difference of MD, MS, D_MS, TTC_MS [SI]."""
     states_differ: float
-    """Largest difference of a position [m] or heading [rad] before first contact."""
+    """Largest difference of a position [m], heading [rad], presence or recorded value before first contact."""
 
 
 def compare(scenario: Scenario, count: int, seed: int = 0) -> Agreement:
@@ -45,14 +56,23 @@ def compare(scenario: Scenario, count: int, seed: int = 0) -> Agreement:
     scenes = _valid_scenes(scenario, count, seed)
     program, config = scenario.program, scenario.config
     fast, slow = batch.simulate(program, scenes, config.simulation), world.simulate(program, scenes, config)
-    flags = (fast.collided != slow.collided) | (fast.end_reason != slow.end_reason) | (fast.steps != slow.steps)
-    flags |= (fast.contact_actors != slow.contact_actors).any(axis=1)
+    flags = (fast.contact_actors != slow.contact_actors).any(axis=1)
+    for name in ("verdict", "collided", "end_reason", "end_rule", "steps"):
+        flags |= getattr(fast, name) != getattr(slow, name)
     metrics = [
         _largest(getattr(fast, name), getattr(slow, name))
         for name in ("min_distance", "max_closing_speed", "distance_at_ms", "ttc_at_ms", "end_time")
     ]
     states = [_states_apart(scenario, scenes, row) for row in range(len(scenes))]
-    return Agreement(len(scenes), int(fast.collided.sum()), int(flags.sum()), max(metrics), max(states, default=0.0))
+    return Agreement(
+        scenes=len(scenes),
+        collisions=int(fast.collided.sum()),
+        aborted=int((fast.verdict == Verdict.ABORTED).sum()),
+        ends=len(set(zip(fast.end_reason.tolist(), fast.end_rule.tolist(), strict=True))),
+        flags_differ=int(flags.sum()),
+        metrics_differ=max(metrics),
+        states_differ=max(states, default=0.0),
+    )
 
 
 def _valid_scenes(scenario: Scenario, count: int, seed: int) -> Scenes:
@@ -69,16 +89,18 @@ def _largest(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def _states_apart(scenario: Scenario, scenes: Scenes, row: int) -> float:
-    planned = batch.trajectory(scenario.program, scenes, row, scenario.config.simulation).states
-    lived = world.run(scenario.program, scenes, row, scenario.config).trajectory.states
-    samples = min(len(planned), len(lived))
-    return float(np.abs(planned[:samples][..., POSE] - lived[:samples][..., POSE]).max(initial=0.0))
+    planned = batch.trajectory(scenario.program, scenes, row, scenario.config.simulation)
+    lived = world.run(scenario.program, scenes, row, scenario.config)
+    samples = min(len(planned.states), len(lived.trajectory.states))
+    states = planned.states[:samples][..., POSE], lived.trajectory.states[:samples][..., POSE]
+    records = zip(recorded(scenario.program, planned), lived.records, strict=True)
+    return max([_largest(*states), *(_largest(one.values, other.values) for one, other in records)])
 
 
 def main() -> int:
     """Compare, print a line for each file, and fail if any disagrees."""
     parser = argparse.ArgumentParser(description="Compare the batch host with the pymunk world.")
-    parser.add_argument("files", nargs="*", type=Path, default=EXAMPLES)
+    parser.add_argument("files", nargs="*", type=Path, default=[*EXAMPLES, *CONSTRUCTS])
     parser.add_argument("--scenes", type=int, default=10_000, help="in all, shared by the files")
     arguments = parser.parse_args()
     agree = True
@@ -86,8 +108,9 @@ def main() -> int:
         found = compare(load(file), -(-arguments.scenes // len(arguments.files)))
         agree &= found.flags_differ == 0 and found.states_differ <= TOLERANCE
         print(
-            f"{file.stem:26} {found.scenes:6} scenes, {found.collisions:5} collisions; flags differ in "
-            f"{found.flags_differ}, states by at most {found.states_differ:.1e}, metrics by {found.metrics_differ:.1e}"
+            f"{file.stem:26} {found.scenes:6} scenes, {found.collisions:5} collisions, {found.aborted:5} aborted;"
+            f" flags differ in {found.flags_differ}, states by at most {found.states_differ:.1e},"
+            f" metrics by {found.metrics_differ:.1e}"
         )
     return 0 if agree else 1
 

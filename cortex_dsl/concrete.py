@@ -8,9 +8,14 @@ outcome, bit for bit. Comments and layout of the author stay.
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import PurePath
+from typing import Any
 
+from cortex_dsl.semantics.imports import ImportedFile, bound_name, import_statements
 from cortex_dsl.semantics.overrides import override_text
-from cortex_dsl.source import Source, Span
+from cortex_dsl.semantics.scenarios import pinned_scenario
+from cortex_dsl.semantics.tree import everything_in
+from cortex_dsl.source import FileText, Source, Span
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
 from engine.program import ChoiceLabel, DrawSite, Program
@@ -18,7 +23,9 @@ from engine.scenes import Scenes, StreamKey
 from engine.streams import format_key
 from engine.vocabulary import GeneKind
 
+Imports = Mapping[Span, ImportedFile]
 NO_OVERRIDES: Mapping[str, str] = {}
+NO_IMPORTS: Imports = {}
 
 
 @dataclass(frozen=True)
@@ -38,8 +45,27 @@ def concrete_source(
     *,
     overrides: Mapping[str, str] = NO_OVERRIDES,
     remark: str = "",
+    **imports: Any,
 ) -> str:
-    """The scenario that is scene `row` and nothing else.
+    """The scenario that is scene `row` and nothing else: the main text of `concrete_files`."""
+    files = concrete_files(program, module, scenes, row, config, overrides=overrides, remark=remark, **imports)
+    return next(iter(files.values()))
+
+
+def concrete_files(
+    program: Program,
+    module: nodes.Module,
+    scenes: Scenes,
+    row: int,
+    config: SimulationConfig,
+    *,
+    overrides: Mapping[str, str] = NO_OVERRIDES,
+    remark: str = "",
+    imports: Imports = NO_IMPORTS,
+    scenario: str | None = None,
+    name: str = "copy.scn",
+) -> dict[str, str]:
+    """The scenario that is scene `row` and nothing else, by file name: the main text first, then what it imports.
 
     Args:
         program: what the scenes were drawn from.
@@ -49,33 +75,73 @@ def concrete_source(
         config: the settings it was run with; what the file leaves open is pinned in the copy.
         overrides: constants given on the command line (`-p`), which the copy must hold as well.
         remark: text put as a comment at the top.
+        imports: the file behind each import statement of the original.
+        scenario: the scenario that was asked for, if it is not the file's own choice.
+        name: of the copy; what it imports is written beside it, under names that begin with its stem.
     """
     source = Source(program.name, program.source_text)
+    for file in program.imported:
+        source = source.with_import(file.name, file.text)
+    modules = (module, *dict.fromkeys(file.module for file in imports.values()))
+    names = _copied_names(source, name)
     edits = [
-        *_param_edits(program, scenes.genomes[row], overrides, module),
-        *_variant_edits(program, scenes, row),
-        _simulation_edit(config, StreamKey(*scenes.keys[row].tolist()), module, source),
+        *_param_edits(program, scenes.genomes[row], overrides, modules),
+        *_variant_edits(program, scenes, row, source),
+        *_import_edits(imports, source, modules, names),
+        *_mutation_edits(modules, source),
+        _simulation_edit(config, StreamKey(*scenes.keys[row].tolist()), module, source, scenario),
     ]
-    text = _apply(source.text, edits)
-    return "".join(f"# {line}\n" for line in remark.splitlines()) + text
+    texts = {names[file.start]: _apply(file, edits) for file in source.files}
+    texts[name] = "".join(f"# {line}\n" for line in remark.splitlines()) + texts[name]
+    return texts
 
 
-def _apply(text: str, edits: Sequence[Edit]) -> str:
-    """All edits at once; one inside another is dropped, since the outer one replaces its text anyway."""
-    result, position = [], 0
+def _copied_names(source: Source, name: str) -> dict[int, str]:
+    """Names of the copies, by the offset at which their originals begin."""
+    stem = PurePath(name).stem
+    names = {0: name}
+    for file in source.imported:
+        wanted = f"{stem}.{PurePath(file.name).stem}"
+        taken = sum(each.startswith(f"{wanted}.") for each in names.values())
+        names[file.start] = f"{wanted}.{taken + 1}.scn" if taken else f"{wanted}.scn"
+    return names
+
+
+def _apply(file: FileText, edits: Sequence[Edit]) -> str:
+    """All edits of a file at once; one inside another is dropped, since the outer one replaces its text anyway."""
+    result, position, text = [], 0, file.text
     for edit in sorted(edits, key=lambda edit: (edit.span.start, -edit.span.end)):
-        if edit.span.start < position:
+        start, end = edit.span.start - file.start, edit.span.end - file.start
+        if start < position or end > len(text):
             continue
-        result += [text[position : edit.span.start], edit.text]
-        position = edit.span.end
+        result += [text[position:start], edit.text]
+        position = end
     return "".join([*result, text[position:]])
 
 
+def _import_edits(
+    imports: Imports, source: Source, modules: Sequence[nodes.Module], names: Mapping[int, str]
+) -> Iterator[Edit]:
+    """Imports read the copies."""
+    for statement in (s for module in modules for s in import_statements(module)):
+        path = f'"{names[source.file(imports[statement.span].module.span.start).start]}"'
+        if isinstance(statement, nodes.Import):
+            yield Edit(statement.span, f"import {path} as {bound_name(statement)}")
+        else:
+            yield Edit(statement.path_span, path)
+
+
+def _mutation_edits(modules: Sequence[nodes.Module], source: Source) -> Iterator[Edit]:
+    """The noise is in the places already."""
+    for node in (n for module in modules for n in everything_in(module) if isinstance(n, nodes.Mutate)):
+        yield Edit(node.span, f"pass  # {source.slice(node.span)}")
+
+
 def _param_edits(
-    program: Program, genome: Sequence[float], overrides: Mapping[str, str], module: nodes.Module
+    program: Program, genome: Sequence[float], overrides: Mapping[str, str], modules: Sequence[nodes.Module]
 ) -> Iterator[Edit]:
     genes = {name: index for index, name in enumerate(program.space.names)}
-    for statement in module.statements:
+    for statement in (s for module in modules for s in module.statements):
         for entry in statement.entries if isinstance(statement, nodes.Param) else ():
             if entry.name in overrides:
                 yield Edit(entry.value.span, override_text(entry, overrides[entry.name]))
@@ -98,7 +164,7 @@ def _number(value: float, unit: str) -> str:
     return f"{value!r} {unit}".rstrip()
 
 
-def _variant_edits(program: Program, scenes: Scenes, row: int) -> Iterator[Edit]:
+def _variant_edits(program: Program, scenes: Scenes, row: int, source: Source) -> Iterator[Edit]:
     variant = program.variants[int(scenes.variant[row])]
     choices: dict[Span, list[ChoiceLabel]] = defaultdict(list)
     for choice in variant.choices:
@@ -110,7 +176,17 @@ def _variant_edits(program: Program, scenes: Scenes, row: int) -> Iterator[Edit]
         sites[Span(site.start, site.end)].append(site)
     for span, evaluated in sites.items():
         drawn = [scenes.values[row][list(site.values)].tolist() for site in evaluated]
-        yield Edit(span, _site_text(evaluated[0], drawn))
+        text = _site_text(evaluated[0], drawn)
+        if not evaluated[0].kind.endswith(" added"):
+            yield Edit(span, text)
+        else:
+            yield Edit(span, f"{source.slice(span)} {text}{_comma(source, span)}")
+
+
+def _comma(source: Source, span: Span) -> str:
+    """What separates a specifier put behind a class name from those that follow it."""
+    rest = source.whole[span.end :].lstrip(" ")
+    return "" if not rest or rest[0] in "\r\n#,)]}" else ","
 
 
 def _successive(texts: Sequence[str]) -> str:
@@ -121,13 +197,17 @@ def _successive(texts: Sequence[str]) -> str:
 def _site_text(site: DrawSite, drawn: Sequence[Sequence[float]]) -> str:
     if site.kind == "number":
         return _successive([_number(values[0], site.unit) for values in drawn])
+    if site.kind == "heading":
+        return f"facing {_successive([_number(values[0], 'rad') for values in drawn])}"
     place = _successive([f"({values[0]!r} m, {values[1]!r} m)" for values in drawn])
-    if site.kind == "point":
+    if site.kind.startswith("point"):
         return f"at {place}"
     return f"at {place}, facing {_successive([_number(values[2], 'rad') for values in drawn])}"
 
 
-def _simulation_edit(config: SimulationConfig, key: StreamKey, module: nodes.Module, source: Source) -> Edit:
+def _simulation_edit(
+    config: SimulationConfig, key: StreamKey, module: nodes.Module, source: Source, scenario: str | None
+) -> Edit:
     """The `simulation(...)` statement: what the file leaves to the command line is pinned.
 
     The stream is pinned too: coins of soft requirements and random numbers inside behaviours come from it.
@@ -135,6 +215,9 @@ def _simulation_edit(config: SimulationConfig, key: StreamKey, module: nodes.Mod
     settings = [f"time_step={config.time_step!r} s", f"max_attempts={config.max_attempts}"]
     if not any(isinstance(statement, nodes.TerminateAfter) for statement in module.statements):
         settings.append(f"max_time={config.max_time!r} s")
+    scenario = scenario or pinned_scenario(module)
+    if scenario is not None:
+        settings.append(f'scenario="{scenario}"')
     text = f'simulation({", ".join(settings)}, stream="{format_key(key)}")'
     for statement in module.statements:
         if isinstance(statement, nodes.Simulation):

@@ -1,16 +1,22 @@
 """The whole compiler as one function: text in, program out, every stage on the way kept for whoever wants to see it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic
+from cortex_dsl.files import DISK, Files
 from cortex_dsl.lowering import lower
-from cortex_dsl.semantics import elaborate
-from cortex_dsl.source import Source
+from cortex_dsl.semantics import elaborate, link
+from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.nodes import Module
 from engine.program import Program
+
+if TYPE_CHECKING:
+    from cortex_dsl.semantics.context import Observer
+    from cortex_dsl.semantics.imports import ImportedFile
 
 NO_OVERRIDES: Mapping[str, str] = {}
 
@@ -24,15 +30,27 @@ class Compiled:
     scenario: ir.Scenario
     program: Program
     diagnostics: tuple[Diagnostic, ...]
+    imports: "Mapping[Span, ImportedFile]" = field(default_factory=dict)
+    """The file behind each import statement."""
 
 
-def compile_source(source: Source, overrides: Mapping[str, str] = NO_OVERRIDES) -> Compiled:
-    """Compile a text. `overrides` fixes params to constants, as `-p NAME=VALUE` does.
+def compile_source(
+    source: Source,
+    overrides: Mapping[str, str] = NO_OVERRIDES,
+    *,
+    scenario: str | None = None,
+    files: Files = DISK,
+    observe: "Observer | None" = None,
+) -> Compiled:
+    """Compile a text. `overrides` fixes params to constants, as `-p NAME=VALUE` does; `scenario` names the one to run
+    where the file has several, `files` is where imports come from; `observe` is told every value that is worked out.
 
     Raises:
         CompileError: with every error found.
     """
     module = parse(source)
-    scenario, diagnostics = elaborate(module, source, overrides)
-    program = lower(scenario)
-    return Compiled(source, module, scenario, program, diagnostics)
+    linked = link(module, source, files)
+    checked, diagnostics = elaborate(
+        module, linked.source, overrides, imports=linked.files, scenario=scenario, observe=observe
+    )
+    return Compiled(linked.source, module, checked, lower(checked), diagnostics, linked.files)

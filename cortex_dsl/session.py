@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cortex_dsl.concrete import concrete_source
+from cortex_dsl.concrete import concrete_files
+from cortex_dsl.files import DISK, Folder
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source
 from engine.config import Config, SimulationConfig
@@ -35,24 +36,33 @@ if TYPE_CHECKING:
     from engine.world import WorldRun
 
 
-def load(path: str | Path, config: Config | None = None, **params: object) -> "Scenario":
-    """Compile a file. Keywords fix params to constants: `load(path, EGO_SPEED="50 km/h", EGO_BRAKE=0)`.
+def load(path: str | Path, config: Config | None = None, scenario: str | None = None, **params: object) -> "Scenario":
+    """Compile a file. Keywords fix params to constants: `load(path, EGO_SPEED="50 km/h", EGO_BRAKE=0)`; `scenario`
+    names the one to run where the file has several.
 
     Raises:
         CompileError: with every mistake in the file.
         OSError: the file cannot be read.
     """
     text = Path(path).read_text(encoding="utf-8")
-    return compile_text(text, name=str(path), config=config, **params)
+    return compile_text(text, str(path), config, scenario, None, **params)
 
 
-def compile_text(text: str, name: str = "<text>", config: Config | None = None, **params: object) -> "Scenario":
-    """Compile a scenario given as text; `name` is what messages call it."""
+def compile_text(
+    text: str,
+    name: str = "<text>",
+    config: Config | None = None,
+    scenario: str | None = None,
+    folder: str | Path | None = None,
+    **params: object,
+) -> "Scenario":
+    """Compile a scenario given as text; `name` is what messages call it, `folder` is where its imports lie."""
     overrides = {param: str(value) for param, value in params.items()}
-    compiled = compile_source(Source(name, text), overrides)
+    files = DISK if folder is None else Folder(Path(folder))
+    compiled = compile_source(Source(name, text), overrides, scenario=scenario, files=files)
     config = config or Config()
     simulation = in_file(config.simulation, compiled.program.settings)
-    return Scenario(compiled, replace(config, simulation=simulation), overrides)
+    return Scenario(compiled, replace(config, simulation=simulation), overrides, scenario)
 
 
 def in_file(config: SimulationConfig, settings: Settings) -> SimulationConfig:
@@ -68,6 +78,8 @@ class Scenario:
     compiled: Compiled
     config: Config
     overrides: Mapping[str, str]
+    chosen: str | None = None
+    """The scenario of the file that was asked for; None: the file's own choice."""
 
     def __repr__(self) -> str:
         """One line, for notebooks: the whole would be the compiler's every table."""
@@ -101,7 +113,10 @@ class Scenario:
         raise ValueError(f"engine: expected batch or world, got `{engine}`")
 
     def watch(self, scenes: "Scenes", row: int = 0) -> "WorldRun":
-        """Run one scene in the pymunk world, through contact and its aftermath, and keep its states over time."""
+        """Run one scene in the pymunk world, through contact and its aftermath, and keep its states over time.
+
+        `.records` of what comes back holds what the file asks to be recorded, up to contact or the end.
+        """
         from engine import world
 
         return world.run(self.program, scenes, row, self.config)
@@ -151,8 +166,24 @@ class Scenario:
         return sample(self.program, genome[np.newaxis], key[np.newaxis], self.config.simulation)
 
     def concrete(self, scenes: "Scenes", row: int = 0, remark: str = "") -> str:
-        """One scene as a scenario of its own, which runs to the same outcome bit for bit."""
-        program, module = self.program, self.compiled.module
-        return concrete_source(
-            program, module, scenes, row, self.config.simulation, overrides=self.overrides, remark=remark
+        """One scene as a scenario of its own, which runs to the same outcome bit for bit. See `concrete_files` for one
+        with imports.
+        """
+        return next(iter(self.concrete_files(scenes, row, remark).values()))
+
+    def concrete_files(
+        self, scenes: "Scenes", row: int = 0, remark: str = "", name: str = "copy.scn"
+    ) -> dict[str, str]:
+        """The same with the files that it imports, by the names under which they must be written side by side."""
+        return concrete_files(
+            self.program,
+            self.compiled.module,
+            scenes,
+            row,
+            self.config.simulation,
+            overrides=self.overrides,
+            remark=remark,
+            imports=self.compiled.imports,
+            scenario=self.chosen,
+            name=name,
         )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks import limit
-from benchmarks.agreement import TOLERANCE, compare
+from benchmarks.agreement import CONSTRUCTS, TOLERANCE, compare
 from cortex_dsl.session import compile_text, load
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.scn"))
@@ -41,6 +41,25 @@ def test_hosts_agree_on_a_crowd_of_every_kind() -> None:
     """Six actors of six kinds on a grid with left-hand traffic."""
     found = compare(compile_text(CROWD), 60)
     assert found.collisions > 0
+    assert found.flags_differ == 0
+    assert found.states_differ <= TOLERANCE
+    assert found.metrics_differ <= TOLERANCE
+
+
+def test_every_construct_has_a_scenario() -> None:
+    """Nothing is left out of the comparison."""
+    assert {path.stem for path in CONSTRUCTS} >= {
+        "guards", "library", "modular", "monitors", "picks", "signals", "temporal",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("path", CONSTRUCTS, ids=lambda path: path.stem)
+def test_hosts_agree_on_every_construct(path: Path) -> None:
+    """Verdicts, ends and their rules, states, records and metrics; several ends occur."""
+    found = compare(load(path), 60)
+    assert found.scenes == 60
+    assert found.ends > 1
+    assert found.aborted > 0 or path.stem not in ("guards", "modular", "monitors", "picks", "temporal")
     assert found.flags_differ == 0
     assert found.states_differ <= TOLERANCE
     assert found.metrics_differ <= TOLERANCE

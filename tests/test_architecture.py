@@ -24,10 +24,19 @@ def test_import_contracts_hold(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_kernels_import_nothing_but_numbers() -> None:
-    """Kernels import numba, numpy, the standard library, themselves, the vocabulary and the tables."""
+    """Kernels import numba, numpy, the standard library, themselves, the vocabulary, the tables, and where to cache."""
     graph = grimp.build_graph("engine", include_external_packages=True, cache_dir=None)
     kernels = {"engine.kernels", *graph.find_descendants("engine.kernels")}
-    allowed = {"engine", "engine.vocabulary", "engine.tables", "numba", "numpy", *sys.stdlib_module_names, *kernels}
+    allowed = {
+        "engine",
+        "engine.vocabulary",
+        "engine.tables",
+        "engine.user_cache",
+        "numba",
+        "numpy",
+        *sys.stdlib_module_names,
+        *kernels,
+    }
     used = {name for kernel in kernels for name in graph.find_modules_directly_imported_by(kernel)}
     assert used - allowed == set()
 

@@ -43,6 +43,18 @@ def seconds(minimum: float, maximum: float) -> Callable[[str], float]:
     return parse
 
 
+def share(text: str) -> float:
+    """A share of a whole above 0: `50%`, `50 %` or `0.5`."""
+    number = text.strip().removesuffix("%")
+    try:
+        value = float(number) * (0.01 if number != text.strip() else 1.0)
+    except ValueError:
+        raise ArgumentTypeError(f"must be a share such as `50%`, not `{text}`") from None
+    if not 0.0 < value <= 1.0:
+        raise ArgumentTypeError(f"must be above 0% and at most 100%, not {text}")
+    return value
+
+
 def aggregate(text: str) -> str:
     """`mean`, `max` or a quantile `q01` .. `q99`."""
     if text in ("mean", "max") or re.fullmatch(r"q(0[1-9]|[1-9][0-9]?)", text):

@@ -1,16 +1,25 @@
-"""`cortexc FILE --check`: compile, say what was found, run nothing."""
+"""`cortexc FILE --check`: compile, prove what can be proved, say what was found, run nothing."""
 
-from cortex_dsl.cli.compiling import compile_request, diagnostics_document
+from cortex_dsl.cli.compiling import compile_request, diagnostics_document, show
 from cortex_dsl.cli.exits import Exit
+from cortex_dsl.cli.infeasible import no_scene_at_all
 from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.report.feasibility_view import feasibility_view
 from cortex_dsl.report.numbers import counted
+from engine.feasibility import explain
 
 
 def execute(request: Request, terminal: Terminal) -> int:
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
+    found = explain(compiled.program)
+    if found.infeasible:
+        mistake = no_scene_at_all(compiled.program, compiled.source, found)
+        diagnostics = [*compiled.diagnostics, mistake] if request.json else [mistake]
+        show(compiled.source, diagnostics, request, terminal, failed=True)
+        return Exit.DIAGNOSTICS
     if request.json:
         terminal.write(diagnostics_document(compiled.source, compiled.diagnostics))
     elif request.diagnostics_format == "text":
@@ -22,4 +31,6 @@ def execute(request: Request, terminal: Terminal) -> int:
             counted(sum(r.line > 0 for r in program.requirements), "requirement"),
         )
         terminal.out.print(f"{request.file}: fine ({', '.join(sizes)})", soft_wrap=True)
+        if (ranges := feasibility_view(program, found)) is not None:
+            terminal.out.print(ranges)
     return Exit.FINE

@@ -19,6 +19,8 @@ class Subcommand:
 
     module: str
     summary: str
+    arguments: str = ""
+    """As shown there, behind the name."""
 
 
 MODES: dict[Mode, str] = {
@@ -29,7 +31,12 @@ MODES: dict[Mode, str] = {
     Mode.EMIT: "cortex_dsl.cli.emit",
 }
 
-SUBCOMMANDS: dict[str, Subcommand] = {}
+SUBCOMMANDS: dict[str, Subcommand] = {
+    "explain": Subcommand("cortex_dsl.cli.explain", "what a code such as SCN203 means, with an example", "[CODE]"),
+    "paper-check": Subcommand("cortex_dsl.cli.paper_check", "the arithmetic of the CORTEX-AVD paper, done again"),
+    "fmt": Subcommand("cortex_dsl.cli.fmt", "files in the one layout (--check, --diff)", "FILES"),
+    "lsp": Subcommand("cortex_dsl.cli.lsp", "the language server, for editors to start"),
+}
 
 
 def execute(request: Request, terminal: Terminal) -> int:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from cortex_dsl.cli.exits import Exit
 from cortex_dsl.cli.files import read_source
-from cortex_dsl.cli.request import Request
+from cortex_dsl.cli.request import Mode, Request
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
 from cortex_dsl.report import diagnostics as report
@@ -15,6 +15,9 @@ from cortex_dsl.source import Source
 if TYPE_CHECKING:
     from cortex_dsl.pipeline import Compiled
 
+MOST_CODES = 5
+"""Further codes that a listing names at its end."""
+
 
 def compile_request(request: Request, terminal: Terminal) -> "Compiled | Exit":
     """The compiled file, or the exit code once its errors are shown."""
@@ -22,13 +25,19 @@ def compile_request(request: Request, terminal: Terminal) -> "Compiled | Exit":
 
     try:
         source = read_source(request.file)
-        compiled = compile_source(source, request.overrides)
+        compiled = compile_source(source, request.overrides, scenario=request.scenario)
     except CompileError as error:
         show(error.source, error.diagnostics, request, terminal, failed=True)
         return Exit.DIAGNOSTICS
     if not request.json:
-        show(source, compiled.diagnostics, request, terminal)
+        show(compiled.source, _fitting(compiled.diagnostics, request), request, terminal)
     return compiled
+
+
+def _fitting(diagnostics: Sequence[Diagnostic], request: Request) -> list[Diagnostic]:
+    """What is worth saying now: hints belong to `--check`, not to every run."""
+    checking = request.mode is Mode.CHECK
+    return [diagnostic for diagnostic in diagnostics if checking or diagnostic.severity is not Severity.HINT]
 
 
 def show(
@@ -50,7 +59,17 @@ def show(
             terminal.write(line)
     elif diagnostics:
         report.render(source, diagnostics, terminal.err)
+        if terminal.err.is_terminal and (more := _where_to_read_more(diagnostics)):
+            terminal.err.print(f"\nfor more: {more}", style="quiet", soft_wrap=True)
         sys.stderr.flush()
+
+
+def _where_to_read_more(diagnostics: Sequence[Diagnostic]) -> str:
+    """The command that explains the first code, and which others it could; nothing for notes and hints alone."""
+    grave = (d.code for d in diagnostics if d.severity in (Severity.ERROR, Severity.WARNING))
+    first, *others = list(dict.fromkeys(grave)) or [""]
+    more = f" (or {', '.join(others[:MOST_CODES])}{', …' if len(others) > MOST_CODES else ''})" if others else ""
+    return f"cortexc explain {first}{more}" if first else ""
 
 
 def diagnostics_document(source: Source, diagnostics: Sequence[Diagnostic]) -> str:
@@ -67,8 +86,9 @@ def github_annotations(source: Source, diagnostics: Sequence[Diagnostic]) -> lis
     lines = []
     for d in diagnostics:
         start, end = source.position(d.label.span.start), source.position(d.label.span.end)
-        level = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}[d.severity]
-        place = f"file={_property(source.name)},line={start.line},endLine={end.line},col={start.column}"
+        level = d.severity.value if d.severity in (Severity.ERROR, Severity.WARNING) else "notice"
+        file = _property(source.file(d.label.span.start).name)
+        place = f"file={file},line={start.line},endLine={end.line},col={start.column}"
         if start.line == end.line:
             place += f",endColumn={max(end.column, start.column)}"
         text = ". ".join(part for part in (d.message, d.label.text, d.reason, d.cure) if part)

@@ -7,6 +7,7 @@ from cortex_dsl.cli.exits import UsageError
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import reading
+from cortex_dsl.syntax.limits import MAX_BYTES
 
 
 def read_source(path: Path) -> Source:
@@ -16,10 +17,20 @@ def read_source(path: Path) -> Source:
         UsageError: missing, a folder, or unreadable.
         CompileError: what it holds is no scenario: not text, empty, too large.
     """
+    return reading.decode(str(path), read_bytes(path))
+
+
+def read_bytes(path: Path) -> bytes:
+    """The content of a file, or as much of one that is too large as shows that.
+
+    Raises:
+        UsageError: missing, a folder, or unreadable.
+    """
     try:
         if path.is_dir():
             raise UsageError(f"`{path}` is a folder", _scenarios_in(path))
-        return reading.read_source(path)
+        with path.open("rb") as file:
+            return file.read(MAX_BYTES + 1)
     except FileNotFoundError:
         raise UsageError(f"there is no file `{path}`", _similar(path)) from None
     except OSError as error:

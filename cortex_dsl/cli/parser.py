@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from cortex_dsl.cli.arguments import GENERATION_LIMIT, SEED_LIMIT, aggregate, assignment, seconds, whole_number
+from cortex_dsl.cli.arguments import GENERATION_LIMIT, SEED_LIMIT, aggregate, assignment, seconds, share, whole_number
 from cortex_dsl.cli.exits import UsageError
 from cortex_dsl.cli.request import Mode, Request
 from cortex_dsl.spelling import nearest
@@ -40,7 +40,7 @@ exit codes:
 The language of scenarios is explained in grammar/REFERENCE.md, the reports in README.md."""
 
 SEARCH_OPTIONS = ("generations", "population", "preset", "rollouts", "aggregate", "out")
-COMPILE_ONLY = ("seed", "engine", "jobs", "max_attempts", "time_step", "profile")
+COMPILE_ONLY = ("seed", "engine", "jobs", "max_attempts", "time_step", "profile", "prune", "target")
 """Options that say how to draw and run: of no meaning where a file is only compiled."""
 BUDGET_LIMIT = 100_000_000
 
@@ -60,7 +60,7 @@ def build_parser() -> Parser:
     parser = Parser(
         prog="cortexc",
         usage="cortexc FILE [--ga] [--random] [--sample N | --check | --emit STAGE] [options]",
-        description=DESCRIPTION,
+        description=DESCRIPTION + _subcommands(),
         epilog=EXAMPLES,
         formatter_class=_Formatter,
         allow_abbrev=False,
@@ -75,6 +75,14 @@ def build_parser() -> Parser:
     _add_search_options(parser)
     _add_output_options(parser)
     return parser
+
+
+def _subcommands() -> str:
+    """A line for each command that is called by its name."""
+    from cortex_dsl.cli.commands import SUBCOMMANDS
+
+    calls = {name: f"{name} {command.arguments}".rstrip() for name, command in SUBCOMMANDS.items()}
+    return "".join(f"\n  cortexc {calls[name]:<16} {SUBCOMMANDS[name].summary}" for name in calls)
 
 
 def _add_modes(parser: Parser) -> None:
@@ -99,6 +107,7 @@ def _add_scene_options(parser: Parser) -> None:
         type=assignment,
         help="hold a param fixed, in the unit of the file or in one given; may be repeated",
     )
+    group.add_argument("--scenario", metavar="NAME", help="the scenario to run, where the file has several (Main)")
     group.add_argument("--seed", metavar="N", type=whole_number(0, SEED_LIMIT), help="root of all randomness (0)")
     group.add_argument(
         "--engine",
@@ -117,6 +126,15 @@ def _add_scene_options(parser: Parser) -> None:
     )
     group.add_argument(
         "--max-attempts", metavar="N", type=whole_number(1, 10**8), help="attempts to draw one scene (2000)"
+    )
+    group.add_argument(
+        "--prune",
+        action="store_const",
+        const=True,
+        help="jump over attempts that surely fail; the distribution of what is drawn stays the same",
+    )
+    group.add_argument(
+        "--target", metavar="P", type=share, help="with --sample: say what to relax to accept P of all attempts"
     )
     group.add_argument(
         "--jobs", metavar="N", type=whole_number(1, 1024), help=f"threads; results never depend on it ({_cores()})"
@@ -178,6 +196,7 @@ def to_request(options: argparse.Namespace, arguments: Sequence[str]) -> Request
         samples=options.sample or 0,
         stage=options.emit or "",
         overrides=_overrides(options.param or ()),
+        scenario=options.scenario,
         json=options.json,
         colour=False if options.no_colour else None,
         diagnostics_format="json" if options.json else options.format,
@@ -208,7 +227,11 @@ def _mode(options: argparse.Namespace) -> Mode:
 
 def _reject_idle_options(options: argparse.Namespace, mode: Mode) -> None:
     """An option that would do nothing here is said, not ignored."""
-    idle = {Mode.SEARCH: (), Mode.RUN: (*SEARCH_OPTIONS, "jobs"), Mode.SAMPLE: (*SEARCH_OPTIONS, "engine", "profile")}
+    idle = {
+        Mode.SEARCH: ("target",),
+        Mode.RUN: (*SEARCH_OPTIONS, "jobs"),
+        Mode.SAMPLE: (*SEARCH_OPTIONS, "engine", "profile"),
+    }
     for name in idle.get(mode, (*SEARCH_OPTIONS, *COMPILE_ONLY)):
         if getattr(options, name) is not None:
             flag = "--" + name.replace("_", "-")
@@ -221,6 +244,7 @@ def _reject_idle_options(options: argparse.Namespace, mode: Mode) -> None:
 
 
 _WITHOUT_EFFECT = {
+    Mode.SEARCH: "on a search",
     Mode.RUN: "on a single run",
     Mode.SAMPLE: "on --sample",
     Mode.CHECK: "on --check, which runs nothing",

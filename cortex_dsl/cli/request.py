@@ -29,6 +29,8 @@ class Request:
     """Of `--emit`."""
     overrides: Mapping[str, str] = field(default_factory=dict)
     """The `-p NAME=VALUE` pairs; values are read by the rules of the language."""
+    scenario: str | None = None
+    """Which of several scenarios to run; None: the file's own choice."""
     generations: int = 30
     population: int = 100
     seed: int | None = None
@@ -42,6 +44,9 @@ class Request:
     max_attempts: int | None = None
     time_step: float | None = None
     profile: str = "paper"
+    prune: bool = False
+    target: float | None = None
+    """Of `--sample`: the acceptance that a requirement is to be relaxed for."""
     json: bool = False
     colour: bool | None = None
     """False: never; None: the terminal decides."""

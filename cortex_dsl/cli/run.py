@@ -21,11 +21,14 @@ from cortex_dsl.report.run_view import RunReport, run_view
 from cortex_dsl.report.story import Moment, end_of
 from cortex_dsl.report.tally import Tally
 from cortex_dsl.session import Scenario
-from engine.scenes import Outcomes, Scenes, Trajectory
-from engine.vocabulary import EndReason, Method, Verdict
+from engine.records import recorded
+from engine.scenes import Outcomes, Scenes, Trajectory, actor_columns
+from engine.vocabulary import Column, EndReason, Method, Verdict
 
 if TYPE_CHECKING:
+    from engine.metrics import Metric
     from engine.tables import Ints
+    from engine.world.impacts import Impact
 
 DRAWS = 100
 """How many genomes a single run draws until one allows a scene; Scenic, too, draws its params anew at every attempt."""
@@ -38,6 +41,7 @@ class Simulated:
     outcomes: Outcomes
     trajectory: Trajectory
     aftermath: Sequence[Moment]
+    impacts: "Sequence[Impact]" = ()
 
 
 def execute(request: Request, terminal: Terminal) -> int:
@@ -86,7 +90,8 @@ def _keys(scenario: Scenario, request: Request) -> "list[Ints]":
 def _simulate(scenario: Scenario, scenes: Scenes, engine: str) -> Simulated:
     if engine == "world":
         run = scenario.watch(scenes)
-        return Simulated(run.outcomes, run.trajectory, aftermath(scenario.program, run.impacts, run.trajectory))
+        told = aftermath(scenario.program, run.impacts, run.trajectory)
+        return Simulated(run.outcomes, run.trajectory, told, run.impacts)
     from engine import batch
 
     outcomes = scenario.simulate(scenes)
@@ -103,6 +108,8 @@ def _report(request: Request, scenario: Scenario, scenes: Scenes, simulated: Sim
         outcomes=simulated.outcomes,
         trajectory=simulated.trajectory,
         aftermath=simulated.aftermath,
+        metrics=_metrics(scenario, scenes, simulated),
+        records=recorded(scenario.program, simulated.trajectory),
         score=int(risk.score[0]),
         parts=risk.parts[0].tolist(),
         pair=max(0, int(risk.pair[0])),
@@ -113,12 +120,24 @@ def _report(request: Request, scenario: Scenario, scenes: Scenes, simulated: Sim
     )
 
 
+def _metrics(scenario: Scenario, scenes: Scenes, simulated: Simulated) -> "Sequence[Metric]":
+    """All that a valid run can be measured by."""
+    from engine.metrics import measure_impacts, measure_trajectory
+
+    if int(simulated.outcomes.verdict[0]) != Verdict.VALID:
+        return ()
+    behind = actor_columns(scenario.program, scenes.values[0])[:, Column.REAR_TO_CENTER]
+    driven = measure_trajectory(simulated.trajectory, simulated.outcomes, rear_to_center=behind.tolist())
+    return (*driven, *measure_impacts(simulated.impacts))
+
+
 def _reproduce(request: Request, scenario: Scenario) -> str:
     """The command with everything that decides the run."""
     pinned = scenario.program.settings.stream is not None and request.seed is None
     words = [] if pinned else ["--seed", str(request.seed or 0)]
     for flag, value in (("--max-attempts", request.max_attempts), ("--time-step", request.time_step)):
         words += [] if value is None else [flag, f"{value!r}"]
+    words += ["--prune"] if request.prune else []
     words += ["--engine", request.engine] if request.engine else []
     words += ["--profile", request.profile] if request.profile != "paper" else []
     return again(request, *words)
@@ -136,12 +155,18 @@ def _no_scene(request: Request, scenario: Scenario, scenes: Scenes, tally: Tally
     verdict = Verdict(int(scenes.verdict[0]))
     if verdict == Verdict.ERROR:
         return _undefined(request, scenario, scenes, terminal, "a scene held a value that is not a number")
+    from engine.blame import account, weigh
+
+    genome = scenes.genomes[0] if tally.scenes == 1 else None
+    told = account(weigh(scenario.program, seed=request.seed or 0, genome=genome), request.target)
     if request.json:
+        from cortex_dsl.report.blame_view import blame_content
         from cortex_dsl.report.run_document import no_scene_content
 
-        terminal.write(document("run", no_scene_content(scenario.program, tally, verdict, str(request.file))))
+        content = no_scene_content(scenario.program, tally, verdict, str(request.file))
+        terminal.write(document("run", {**content, "blame": blame_content(told)}))
     else:
-        terminal.err.print(exhausted_view(scenario.program, tally, verdict, scenes.genomes[0]))
+        terminal.err.print(exhausted_view(scenario.program, tally, verdict, scenes.genomes[0], told))
     return Exit.NO_SCENE
 
 

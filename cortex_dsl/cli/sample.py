@@ -3,6 +3,7 @@
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from cortex_dsl.cli.simulation import announce_compilation, open_scenario
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.cli.undefined import undefined_value
 from cortex_dsl.diagnostics import Diagnostic
+from cortex_dsl.report.blame_view import blame_content
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.run_document import requirements_content
 from cortex_dsl.report.sample_view import sample_view
@@ -22,6 +24,9 @@ from engine.config import SimulationConfig
 from engine.program import Program
 from engine.scenes import Scenes
 from engine.vocabulary import Method, Verdict
+
+if TYPE_CHECKING:
+    from engine.blame import Account
 
 CHUNK = 20_000
 """Scenes drawn at once: only their counts are kept, so any number fits in memory."""
@@ -45,11 +50,12 @@ def execute(request: Request, terminal: Terminal) -> int:
     except KeyboardInterrupt:
         interrupted = True
     seconds = time.perf_counter() - start
+    told = _account(program, request) if tally.scenes and not tally.always else None
     seed = f"seed {request.seed or 0}" + (f", interrupted before {request.samples:,}" if interrupted else "")
     if request.json:
-        terminal.write(_document(request, program, tally, seconds, interrupted=interrupted))
+        terminal.write(_document(request, program, tally, seconds, told, interrupted=interrupted))
     elif tally.scenes:
-        terminal.out.print(sample_view(program, tally, seconds, seed))
+        terminal.out.print(sample_view(program, tally, seconds, seed, told))
     if interrupted:
         return Exit.INTERRUPTED
     return Exit.FINE if tally.valid else Exit.NO_SCENE
@@ -64,6 +70,13 @@ def _warm_up(program: Program, config: SimulationConfig) -> None:
     sample(program, draw_genomes(program.space, keys), keys, replace(config, max_attempts=1))
 
 
+def _account(program: Program, request: Request) -> "Account":
+    """Who is to blame for what was thrown away."""
+    from engine.blame import account, weigh
+
+    return account(weigh(program, seed=request.seed or 0), request.target)
+
+
 def _undefined(scenario: Scenario, scenes: Scenes) -> Diagnostic | None:
     """What to tell of the first scene that holds a number which does not exist; None if there is none."""
     errors = np.flatnonzero(scenes.verdict == Verdict.ERROR)
@@ -72,16 +85,20 @@ def _undefined(scenario: Scenario, scenes: Scenes) -> Diagnostic | None:
 
 def _chunks(program: Program, request: Request, config: SimulationConfig) -> Iterator[Scenes]:
     """All scenes, some at a time."""
+    from engine.feasibility import pruner
     from engine.sampling import draw_genomes, sample
     from engine.streams import key_rows
 
+    prune = pruner(program) if config.prune else None
     for first in range(0, request.samples, CHUNK):
         indices = np.arange(first, min(first + CHUNK, request.samples))
         keys = key_rows(request.seed or 0, Method.SAMPLE, 0, 0, indices)
-        yield sample(program, draw_genomes(program.space, keys), keys, config, request.jobs)
+        yield sample(program, draw_genomes(program.space, keys), keys, config, request.jobs, prune)
 
 
-def _document(request: Request, program: Program, tally: Tally, seconds: float, *, interrupted: bool) -> str:
+def _document(
+    request: Request, program: Program, tally: Tally, seconds: float, told: "Account | None", *, interrupted: bool
+) -> str:
     culprit = first_culprit(program, tally)
     content = {
         "file": request.file,
@@ -93,6 +110,8 @@ def _document(request: Request, program: Program, tally: Tally, seconds: float, 
         "acceptance": tally.acceptance,
         "requirements": requirements_content(program, tally),
         "first_culprit": None if culprit is None else program.requirements[culprit].name,
+        "blame": told and blame_content(told),
+        "pruned": request.prune,
         "seconds": seconds,
         "interrupted": interrupted,
     }

@@ -131,11 +131,12 @@ def _folder(method: str, request: Request, program: Program) -> Path:
 def _write_case(folder: Path, case: Case, scenario: Scenario, origin: Path) -> Path:
     """One of the worst as a scenario that runs to the same outcome."""
     remark = f"case {case.rank} of a search in {origin}: risk {case.score}"
-    text = scenario.concrete(scenario.scene(case), remark=remark)
     path = folder / WORST / f"{case.rank:02d}.scn"
+    files = scenario.concrete_files(scenario.scene(case), remark=remark, name=path.name)
     with store_errors(path):
         path.parent.mkdir(exist_ok=True)
-        path.write_text(text, encoding="utf-8")
+        for name, text in files.items():
+            path.with_name(name).write_text(text, encoding="utf-8")
     return path
 
 

@@ -31,7 +31,7 @@ def open_scenario(request: Request, compiled: Compiled) -> Scenario:
     )
     ga = replace(GAConfig(), preset=request.preset)
     config = Config(simulation=simulation, search=search, ga=ga)
-    return Scenario(compiled, config, request.overrides)
+    return Scenario(compiled, config, request.overrides, request.scenario)
 
 
 def _simulation_config(request: Request, settings: Settings) -> SimulationConfig:
@@ -39,7 +39,7 @@ def _simulation_config(request: Request, settings: Settings) -> SimulationConfig
 
     flags = {"time_step": request.time_step, "max_attempts": request.max_attempts}
     config = in_file(SimulationConfig(), settings)
-    config = replace(config, **{name: value for name, value in flags.items() if value is not None})
+    config = replace(config, **{name: value for name, value in flags.items() if value is not None}, prune=request.prune)
     if samples_of(config) > MAX_SAMPLES:
         raise UsageError(
             f"{config.max_time:g} s in steps of {config.time_step:g} s are more than {MAX_SAMPLES:,} steps",
@@ -78,4 +78,5 @@ def compile_kernels(scenario: Scenario, terminal: Terminal) -> None:
 def again(request: Request, *arguments: str) -> str:
     """The command that does the same again."""
     params = [word for name, value in request.overrides.items() for word in ("-p", f"{name}={value}")]
-    return shlex.join(["cortexc", str(request.file), *params, *arguments])
+    scenario = ["--scenario", request.scenario] if request.scenario else []
+    return shlex.join(["cortexc", str(request.file), *scenario, *params, *arguments])

@@ -11,9 +11,10 @@ from dataclasses import dataclass, fields, is_dataclass
 import numpy as np
 
 from cortex_dsl import ir
-from cortex_dsl.diagnostics import Diagnostic, Label
+from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.lowering.groups import group_variants
 from cortex_dsl.report.numbers import significant
+from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.algebra import Numbers, closed_value, operands, parts
 from cortex_dsl.session import Scenario
 from cortex_dsl.source import Source, Span
@@ -104,12 +105,11 @@ def _drawn(scenario: Scenario, expression: ir.Expr, scenes: Scenes, row: int) ->
 
 
 def _diagnostic(what: str, culprit: _Culprit, drawn: str) -> Diagnostic:
-    return Diagnostic(
-        "SCN691",
-        f"{what} is not a finite number in this scene",
-        Label(culprit.part.span, culprit.why),
+    return errors.UNDEFINED.at(
+        culprit.part.span,
+        label=culprit.why,
+        what=what,
         reason=f"it happened with {drawn}" if drawn else "it happens with some of the numbers that can be drawn",
-        cure="narrow the ranges, or keep it legal with `max`, `min` or `... if ... else ...`",
     )
 
 

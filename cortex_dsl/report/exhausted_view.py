@@ -1,10 +1,12 @@
 """Why there is no scene: every requirement with its counts, the params that were tried, and what to do."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from rich.console import Group, RenderableType
 from rich.text import Text
 
+from cortex_dsl.report.blame_view import blame_note, blame_view
 from cortex_dsl.report.layout import section
 from cortex_dsl.report.numbers import counted
 from cortex_dsl.report.params import params_view
@@ -13,6 +15,9 @@ from cortex_dsl.report.tally import Tally
 from engine.program import Program
 from engine.vocabulary import Verdict
 
+if TYPE_CHECKING:
+    from engine.blame import Account
+
 REASONS = {
     Verdict.INFEASIBLE: "the requirements contradict each other for these params",
     Verdict.EXHAUSTED: "no attempt met every requirement",
@@ -20,7 +25,13 @@ REASONS = {
 }
 
 
-def exhausted_view(program: Program, tally: Tally, verdict: Verdict, genome: Sequence[float]) -> RenderableType:
+def exhausted_view(
+    program: Program,
+    tally: Tally,
+    verdict: Verdict,
+    genome: Sequence[float],
+    account: "Account | None" = None,
+) -> RenderableType:
     """What exit code 3 says."""
     tried = counted(tally.attempts, "attempt")
     if tally.scenes > 1:
@@ -32,13 +43,18 @@ def exhausted_view(program: Program, tally: Tally, verdict: Verdict, genome: Seq
         parts.append(
             section("Requirements", requirements_view(program, tally), "tested only where the earlier ones held")
         )
+    if account is not None:
+        parts.append(section("Who is to blame", blame_view(account), blame_note(account)))
     if len(program.space) and tally.scenes == 1:
         parts.append(section("Params of this attempt", params_view(program.space, genome)))
-    parts += [Text(), _cure(verdict)]
+    parts += [Text(), _cure(verdict, account)]
     return Group(*parts)
 
 
-def _cure(verdict: Verdict) -> Text:
+def _cure(verdict: Verdict, account: "Account | None") -> Text:
     if verdict == Verdict.ABORTED:
         return Text("help: another --seed may keep the rule")
+    if account is not None and account.conflict is not None and account.conflict.proved:
+        one = len(account.conflict.requirements) == 1
+        return Text("help: relax it" if one else "help: relax one of those that never hold together")
     return Text("help: another --seed, a wider range or window in the file, or more --max-attempts")

@@ -22,7 +22,7 @@ def requirements_table(program: Program, tally: Tally) -> RenderableType:
         rows.append(
             (
                 Text(requirement.name, style),
-                Text(str(requirement.line) if requirement.line else "–", "quiet"),
+                Text(program.place(requirement.line) if requirement.line else "–", "quiet"),
                 Text(whole(tested), style),
                 Text(whole(int(tally.failed[index])), style),
                 Text(percent(rate), style),
@@ -39,7 +39,7 @@ def culprit_line(program: Program, tally: Tally) -> Text:
     if culprit is None:
         return Text("every requirement always held", "quiet")
     requirement, rate = program.requirements[culprit], tally.pass_rate(culprit)
-    where = f" (line {requirement.line})" if requirement.line else " (built in)"
+    where = f" (line {program.place(requirement.line)})" if requirement.line else " (built in)"
     often = "never held" if rate == 0.0 else f"held in {percent(rate)} of its tests"
     return Text.assemble("first culprit: ", (requirement.name, "warn"), where, f" {often}")
 

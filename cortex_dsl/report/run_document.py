@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from cortex_dsl.report.run_view import RunReport
-from cortex_dsl.report.story import in_order, tell
+from cortex_dsl.report.story import RULE_TEXTS, in_order, tell
 from cortex_dsl.report.tally import Tally, first_culprit
 from engine.program import ParamSpace, Program
 from engine.scenes import Outcomes, StreamKey
@@ -31,7 +31,7 @@ def run_content(report: RunReport, file: str) -> dict[str, Any]:
         "actors": program.actors,
         "end": {
             "reason": reason,
-            "rule": program.rules[rule].name if reason == EndReason.RULE and rule >= 0 else None,
+            **_rule(program, reason, rule),
             "time": outcomes.end_time[0],
         },
         "collided": outcomes.collided[0],
@@ -51,8 +51,19 @@ def run_content(report: RunReport, file: str) -> dict[str, Any]:
             }
             for moment in story
         ],
+        "metrics": [
+            {**vars(metric), "actors": [program.actors[actor] for actor in metric.actors]} for metric in report.metrics
+        ],
+        "records": report.records,
         "reproduce": report.reproduce,
     }
+
+
+def _rule(program: Program, reason: EndReason, rule: int) -> dict[str, Any]:
+    """The rule that ended the run, or that it broke, with its place."""
+    if reason not in RULE_TEXTS or rule < 0:
+        return {"rule": None}
+    return {"rule": program.rules[rule].name, **_place(program, program.rules[rule].line)}
 
 
 def no_scene_content(program: Program, tally: Tally, verdict: Verdict, file: str) -> dict[str, Any]:
@@ -84,13 +95,19 @@ def requirements_content(program: Program, tally: Tally) -> list[dict[str, Any]]
     return [
         {
             "name": requirement.name,
-            "line": requirement.line or None,
+            **_place(program, requirement.line),
             "tested": tally.tested[index] if tally.scenes else 0,
             "failed": tally.failed[index] if tally.scenes else 0,
             "pass_rate": tally.pass_rate(index) if tally.scenes else None,
         }
         for index, requirement in enumerate(program.requirements)
     ]
+
+
+def _place(program: Program, line: int) -> dict[str, Any]:
+    """The line, and its file if that is not the main one."""
+    file, _, number = program.place(line).rpartition(":")
+    return {"line": int(number) or None, **({"file": file} if file else {})}
 
 
 def _pairs(program: Program, outcomes: Outcomes) -> list[dict[str, Any]]:

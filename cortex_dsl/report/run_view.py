@@ -8,18 +8,22 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from cortex_dsl.report.layout import columns, heading, left, section
+from cortex_dsl.report.measures_view import measures_view
 from cortex_dsl.report.numbers import counted
 from cortex_dsl.report.params import params_view
+from cortex_dsl.report.records_view import records_view
 from cortex_dsl.report.risk_view import metrics_view, risk_view
 from cortex_dsl.report.sample_view import first_line
 from cortex_dsl.report.scene_view import KeyMoment, scene_view
 from cortex_dsl.report.story import Moment, end_of, in_order, tell
 from cortex_dsl.report.timeline import curves, timeline
+from engine.metrics import Metric
 from engine.program import Program
+from engine.records import Recorded
 from engine.risk import PROFILES
 from engine.road.outline import Outline
 from engine.scenes import Outcomes, Scenes, Trajectory
-from engine.vocabulary import State
+from engine.vocabulary import State, Verdict
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,9 @@ class RunReport:
     trajectory: Trajectory
     aftermath: Sequence[Moment]
     """What the world shows after contact."""
+    metrics: Sequence[Metric]
+    """Of a valid run."""
+    records: Sequence[Recorded]
     score: int
     parts: Sequence[float]
     pair: int
@@ -40,6 +47,11 @@ class RunReport:
     road: Outline
     reproduce: str
     """The command that shows this run again."""
+
+    @property
+    def valid(self) -> bool:
+        """Whether the run counts; one that a requirement on it broke has no metrics and no risk."""
+        return int(self.outcomes.verdict[0]) == Verdict.VALID
 
 
 def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> RenderableType:
@@ -57,17 +69,28 @@ def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> Rend
         section("What happened", timeline(story, program.actors), f"simulated by the {report.engine} engine"),
         section("Over time", curves(report.trajectory, program.actors, end, report.pair, width), _curves_note(report)),
     ]
-    if outcomes.min_distance.shape[1]:
-        names = f"{program.actors[0]} and {program.actors[report.pair + 1]}"
-        parts.append(section("Metrics", metrics_view(outcomes, 0, report.pair), names))
-        risk = risk_view(report.score, report.parts, PROFILES[report.profile], ascii_only=ascii_only)
-        parts.append(section("Risk", risk, f"profile {report.profile}"))
+    if report.records:
+        parts.append(section("Records", records_view(report.records, width), "up to contact or the end"))
+    parts += _judgement(report, ascii_only=ascii_only) if report.valid else []
     if len(program.space):
         parts.append(section("Params", params_view(program.space, report.scenes.genomes[0])))
     if (choices := choices_view(program, int(report.scenes.variant[0]))) is not None:
         parts.append(section("Choices", choices))
     parts.append(section("Again", Text(report.reproduce), "the same run, bit for bit"))
     return Group(*parts)
+
+
+def _judgement(report: RunReport, *, ascii_only: bool) -> list[RenderableType]:
+    """Metrics and risk, of the deciding pair where there is one."""
+    parts: list[RenderableType] = []
+    actors = report.program.actors
+    if report.outcomes.min_distance.shape[1]:
+        names = f"{actors[0]} and {actors[report.pair + 1]}"
+        parts.append(section("Metrics", metrics_view(report.outcomes, 0, report.pair), names))
+        risk = risk_view(report.score, report.parts, PROFILES[report.profile], ascii_only=ascii_only)
+        parts.append(section("Risk", risk, f"profile {report.profile}"))
+    measures = measures_view(report.metrics, actors, report.pair)
+    return [*parts, section("Other measures", measures, "beside the risk; ∞: no such danger")]
 
 
 def choices_view(program: Program, variant: int) -> RenderableType | None:
@@ -97,10 +120,11 @@ def key_moment(report: RunReport) -> KeyMoment | None:
 def _headline(report: RunReport) -> Text:
     """What it came to, in one line."""
     end = end_of(report.program, report.outcomes, 0)
+    judged = report.valid and report.outcomes.min_distance.shape[1]
     return Text.assemble(
-        (end.text, "bad" if end.kind == "contact" else "good"),
+        (end.text, "bad" if end.kind == "contact" else "good" if report.valid else "warn"),
         (f"  after {end.time:.2f} s", "quiet"),
-        (f"  risk {report.score} of 22", "title") if report.outcomes.min_distance.shape[1] else "",
+        (f"  risk {report.score} of 22", "title") if judged else "",
     )
 
 

@@ -1,10 +1,12 @@
 """What came of drawing many scenes: verdicts, attempts, and what each requirement rejected."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from rich.console import Group, RenderableType
 from rich.text import Text
 
+from cortex_dsl.report.blame_view import blame_note, blame_view
 from cortex_dsl.report.layout import columns, heading, left, right, section
 from cortex_dsl.report.numbers import counted, percent, ratio, whole
 from cortex_dsl.report.requirements import requirements_view
@@ -13,6 +15,9 @@ from cortex_dsl.report.tally import Tally
 from engine.program import Program
 from engine.vocabulary import Verdict
 
+if TYPE_CHECKING:
+    from engine.blame import Account
+
 VERDICTS: Sequence[tuple[Verdict, str, str]] = (
     (Verdict.VALID, "good", "a scene was found"),
     (Verdict.EXHAUSTED, "warn", "no attempt passed"),
@@ -20,10 +25,12 @@ VERDICTS: Sequence[tuple[Verdict, str, str]] = (
     (Verdict.ABORTED, "warn", "broke a rule while it ran"),
     (Verdict.ERROR, "bad", "a bug in cortexc"),
 )
-BAR = 24
+BAR = 16
 
 
-def sample_view(program: Program, tally: Tally, seconds: float, reproduce: str) -> RenderableType:
+def sample_view(
+    program: Program, tally: Tally, seconds: float, reproduce: str, account: "Account | None" = None
+) -> RenderableType:
     """The whole report of `--sample N`."""
     rate = tally.attempts / seconds if seconds > 0 else 0.0
     attempts = Text.assemble(
@@ -35,6 +42,7 @@ def sample_view(program: Program, tally: Tally, seconds: float, reproduce: str) 
         heading(program.name, first_line(program.description)),
         section(counted(tally.scenes, "scene"), Group(verdicts_table(tally), Text(), attempts), reproduce),
         section("Requirements", requirements_view(program, tally), "tested only where the earlier ones held"),
+        *([] if account is None else [section("Who is to blame", blame_view(account), blame_note(account))]),
     )
 
 
@@ -54,7 +62,7 @@ def verdicts_table(tally: Tally) -> RenderableType:
                     Text(meaning, "quiet"),
                 )
             )
-    return columns(left(), right(), right(), left(), left(), rows=rows)
+    return columns(left(), right(), right(), left(), left(wrap=True), rows=rows)
 
 
 def first_line(description: str) -> str:

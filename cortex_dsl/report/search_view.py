@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
@@ -155,16 +156,19 @@ def results_view(folder: Path) -> RenderableType:
     return columns(left(), left(wrap=True), rows=rows)
 
 
+END_STYLES = {EndReason.COLLISION: "bad", EndReason.ABORTED: "warn"}
+
+
 def ends_table(program: Program, report: SearchReport) -> RenderableType:
-    """How the valid runs ended, and the share that each rule ended; a repeated elite counts once."""
+    """How the runs ended, and the share that each rule ended or made invalid; a repeated elite counts once."""
     runs, simulated = report.campaign.evaluations.rollouts, report.campaign.evaluations.simulated
-    valid = runs.verdict[simulated] == Verdict.VALID
-    pairs = zip(runs.end_reason[simulated][valid].tolist(), runs.end_rule[simulated][valid].tolist(), strict=True)
+    ran = np.isin(runs.verdict[simulated], (Verdict.VALID, Verdict.ABORTED))
+    pairs = zip(runs.end_reason[simulated][ran].tolist(), runs.end_rule[simulated][ran].tolist(), strict=True)
     ends = Counter(pairs)
     total = sum(ends.values())
     rows = []
     for (reason, rule), count in ends.most_common():
-        style = "bad" if reason == EndReason.COLLISION else ""
+        style = END_STYLES.get(EndReason(reason), "")
         share = ratio(count, total)
         rows.append(
             (
@@ -189,7 +193,7 @@ def _details(program: Program, report: SearchReport, width: int) -> list[Rendera
         parts.append(
             section("What each gene did", genes_view(program.space, campaign, width - 2), effect_note(campaign))
         )
-    if campaign.by_individual.valid:
+    if campaign.by_individual.valid or np.any(campaign.evaluations.rollouts.verdict == Verdict.ABORTED):
         parts.append(section("How runs ended", ends_table(program, report)))
     elif (tally := Tally.of_search(campaign.evaluations)).attempts:
         note = "no scene was valid; tested only where the earlier ones held"

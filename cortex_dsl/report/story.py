@@ -67,11 +67,11 @@ def end_of(program: Program, outcomes: Outcomes, row: int) -> Moment:
 
 def end_text(program: Program, reason: EndReason, rule: int) -> str:
     """The reason of an end in words; a rule with its line."""
-    if reason == EndReason.RULE and 0 <= rule < len(program.rules):
+    if reason in RULE_TEXTS and 0 <= rule < len(program.rules):
         name, line = program.rules[rule].name, program.rules[rule].line
-        return f"ended by {name if '`' in name else f'`{name}`'} (line {line})"
+        return f"{RULE_TEXTS[reason]} {name if '`' in name else f'`{name}`'} (line {program.place(line)})"
     if reason == EndReason.STUCK and 0 <= rule < len(program.step_lines):
-        return f"a behaviour was stuck (line {program.step_lines[rule]})"
+        return f"a behaviour was stuck (line {program.place(int(program.step_lines[rule]))})"
     return END_TEXTS[reason]
 
 
@@ -83,14 +83,20 @@ END_TEXTS = {
     EndReason.ALL_DONE: "every actor is done",
     EndReason.STUCK: "a behaviour was stuck",
     EndReason.BROKEN: "a state became NaN",
+    EndReason.ABORTED: "invalid: a requirement on the run broke",
 }
+RULE_TEXTS = {EndReason.RULE: "ended by", EndReason.ABORTED: "invalid, for it broke"}
 
 
 def _starts(program: Program, trajectory: Trajectory) -> Iterator[Moment]:
+    """Who comes in later is told when it does."""
     for actor in range(len(program.actors)):
-        speed = float(trajectory.states[0, actor, State.SPEED])
-        text = f"starts at {fixed(3.6 * speed, 1)} km/h" if speed > REST else "starts at rest"
-        yield Moment(0.0, actor, "start", text)
+        here = np.flatnonzero(trajectory.states[:, actor, State.PRESENT] > 0.5)
+        if len(here):
+            speed = float(trajectory.states[here[0], actor, State.SPEED])
+            verb = "starts" if here[0] == 0 else "comes in"
+            text = f"{verb} at {fixed(3.6 * speed, 1)} km/h" if speed > REST else f"{verb} at rest"
+            yield Moment(float(trajectory.time[here[0]]), actor, "start", text)
 
 
 def _of_actor(trajectory: Trajectory, actor: int, end: float) -> Iterator[Moment]:

@@ -55,6 +55,11 @@ class Tally:
         return int(self.verdicts[Verdict.VALID])
 
     @property
+    def always(self) -> bool:
+        """Whether every attempt was accepted."""
+        return self.valid == self.attempts
+
+    @property
     def acceptance(self) -> float:
         """Accepted attempts of all attempts; NaN without any."""
         return ratio(self.valid, self.attempts)

@@ -1,17 +1,18 @@
 """The statements of behaviours as acts of the IR."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors, numbers
-from cortex_dsl.semantics.behaviours import ACTS, Act, Body
+from cortex_dsl.semantics import errors, guards, numbers
+from cortex_dsl.semantics.bodies import ACTS, Act, Body
 from cortex_dsl.semantics.builtins import Kind, names_of
 from cortex_dsl.semantics.operators import combine, unpack
+from cortex_dsl.semantics.picks import pick
 from cortex_dsl.semantics.problems import Mistake
+from cortex_dsl.semantics.statements import check_called, soft_probability
 from cortex_dsl.semantics.units import TIME
-from cortex_dsl.semantics.values import ActionCall, BehaviourCall, BehaviourValue, BuiltinValue, Value, kind_name
+from cortex_dsl.semantics.values import ActionCall, BuiltinValue, Effect, Value, kind_name
 from cortex_dsl.semantics.yielding import check_handler, check_loop
-from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
@@ -39,9 +40,9 @@ def _augmented(body: Body, node: nodes.AugmentedAssign) -> ir.Block:
 
 def _expression(body: Body, node: nodes.ExpressionStatement) -> ir.Block:
     value = body.ev.evaluate(node.value)
-    if isinstance(value, BehaviourCall | BehaviourValue):
-        name = value.name if isinstance(value, BehaviourCall) else value.node.name
-        raise errors.CALLED_BEHAVIOUR.mistake(node.span, name=name)
+    check_called(value, node.span)
+    if isinstance(value, Effect):
+        return value.acts
     if not isinstance(value, str):
         body.ev.report(errors.BARE_EXPRESSION.at(node.span))
     return ()
@@ -49,22 +50,33 @@ def _expression(body: Body, node: nodes.ExpressionStatement) -> ir.Block:
 
 def _do(body: Body, node: nodes.Do) -> ir.Block:
     if node.until is not None:
-        condition = body.condition(node.until, repeated=True)
-        return _until(body.run(node.invocations[0]), condition, node.span)
+        until = node.until
+        return _until(body, node, lambda: body.condition(until, repeated=True))
     if node.duration is None:
-        return body.run(node.invocations[0])
+        return _run(body, node)
     ev = body.ev
     start = ev.run.new_local()
     elapsed = ev.algebra.sub(ev.algebra.apply(Op.TIME), ev.algebra.local(start))
     over = ev.algebra.apply(Op.LE, _duration(body, node, node.duration), elapsed)
     return (
         ir.SetLocal(node.span, start, ev.algebra.apply(Op.TIME)),
-        *_until(body.run(node.invocations[0]), over, node.span),
+        *_until(body, node, lambda: over),
     )
 
 
-def _until(block: ir.Block, condition: ir.Expr, span: Span) -> ir.Block:
-    return (ir.TryInterrupt(span, block, ((condition, (ir.Abort(span),)),)),)
+def _run(body: Body, node: nodes.Do) -> ir.Block:
+    if node.mode:
+        return pick(body, node)
+    first, *others = node.invocations
+    return body.inliner.together(body, node.invocations) if others else body.invocation(first).block(node.span)
+
+
+def _until(body: Body, node: nodes.Do, condition: Callable[[], ir.Expr]) -> ir.Block:
+    """The condition may speak of the scenario that is started."""
+    mark, span = body.inliner.mark(), node.span
+    block = _run(body, node)
+    left = (*body.returned(span), *body.inliner.stopped(mark, span), ir.Abort(span))
+    return (ir.TryInterrupt(span, block, ((condition(), left),)),)
 
 
 def _duration(body: Body, node: nodes.Do, duration: nodes.Expression) -> ir.Expr:
@@ -108,23 +120,29 @@ def _wait(_body: Body, node: nodes.Wait) -> ir.Block:
 
 
 def _try(body: Body, node: nodes.Try) -> ir.Block:
+    body.marks.append(body.inliner.mark())
     inner = body.nested(node.body, repeated=body.moment.repeated)
     handlers = []
     for handler in node.handlers:
         condition = body.condition(handler.condition, repeated=True)
         acts = body.nested(handler.body, repeated=True)
         check_handler(body.ev, condition, acts, handler.condition.span)
-        handlers.append((condition, acts))
+        handlers.append((condition, (*body.returned(handler.span), *acts)))
+    body.marks.pop()
     return (ir.TryInterrupt(node.span, inner, tuple(handlers)),)
 
 
-def _abort(_body: Body, node: nodes.Abort) -> ir.Block:
-    return (ir.Abort(node.span),)
+def _abort(body: Body, node: nodes.Abort) -> ir.Block:
+    return (*body.inliner.stopped(body.marks[-1] if body.marks else 0, node.span), ir.Abort(node.span))
 
 
 def _terminate(body: Body, node: nodes.Terminate) -> ir.Block:
-    name = f"`terminate` in {body.inliner.stack[-1].node.name}"
-    return (ir.Terminate(node.span, body.ev.file.rule(node.span, name)),)
+    return body.inliner.over(body, node)
+
+
+def _require(body: Body, node: nodes.Require) -> ir.Block:
+    probability = soft_probability(body.ev, node.probability)
+    return guards.demand(body.ev, node, body.condition(node.condition), probability, body.inliner.owner)
 
 
 def _if(body: Body, node: nodes.If) -> ir.Block:
@@ -152,7 +170,7 @@ def _while(body: Body, node: nodes.While) -> ir.Block:
     condition = body.condition(node.condition, repeated=True)
     if isinstance(condition, ir.Literal) and not condition.value:
         return ()
-    acts = body.nested(node.body, repeated=True)
+    acts = body.nested(node.body, repeated=True, looping=True)
     check_loop(body.ev, condition, acts, node.condition.span)
     return (ir.Loop(node.span, condition, acts),)
 
@@ -190,16 +208,20 @@ ACTS.update(
         nodes.Continue: _leave("continue"),
         nodes.Return: _leave("return"),
         nodes.Pass: _nothing,
+        nodes.Require: _require,
         **dict.fromkeys(
             (
                 nodes.Map,
                 nodes.Simulation,
+                nodes.Signals,
                 nodes.Model,
                 nodes.Param,
-                nodes.Require,
+                nodes.RequireMonitor,
                 nodes.TerminateWhen,
                 nodes.TerminateAfter,
+                nodes.Record,
                 nodes.BehaviorDefinition,
+                nodes.MonitorDefinition,
             ),
             _misplaced,
         ),

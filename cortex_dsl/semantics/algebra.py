@@ -16,10 +16,10 @@ from engine.vocabulary import Op
 NOWHERE = Span(0, 0)
 DEPTH_LIMIT = 150
 """Longest chain of operations, each on the result of the one before."""
-DYNAMIC_OPS = frozenset({Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN})
+DYNAMIC_OPS = frozenset({Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING})
 
 
-def _quotient(a: float, b: float) -> float:
+def safe_quotient(a: float, b: float) -> float:
     if b == 0.0:
         return math.nan if a == 0.0 or math.isnan(a) else math.copysign(math.inf, a) * math.copysign(1.0, b)
     return a / b
@@ -39,7 +39,7 @@ EXACT: Mapping[Op, Callable[..., float]] = {
     Op.ADD: lambda a, b: a + b,
     Op.SUB: lambda a, b: a - b,
     Op.MUL: lambda a, b: a * b,
-    Op.DIV: _quotient,
+    Op.DIV: safe_quotient,
     Op.NEG: lambda a: -a,
     Op.ABS: lambda a: abs(a),  # noqa: PLW0108 - the builtin's own type is too wide
     Op.MIN: lambda a, b: b if b < a else a,
@@ -102,6 +102,9 @@ class Algebra:
 
     def local(self, index: int) -> ir.Expr:
         return self._interned(("local", index), lambda: ir.Local(self.span, index))
+
+    def running(self, monitor: int) -> ir.Expr:
+        return self._interned(("running", monitor), lambda: ir.Running(self.span, monitor))
 
     def random(self) -> ir.Expr:
         """A fresh number of the behaviour stream: never shared with another."""
@@ -196,7 +199,7 @@ def leaves(expression: ir.Expr) -> list[ir.Expr]:
 def is_dynamic(expression: ir.Expr) -> bool:
     """Whether the value may change during a run."""
     return any(
-        isinstance(part, ir.Local) or (isinstance(part, ir.Apply) and part.op in DYNAMIC_OPS)
+        isinstance(part, ir.Local | ir.Running) or (isinstance(part, ir.Apply) and part.op in DYNAMIC_OPS)
         for part in parts(expression)
     )
 
@@ -204,7 +207,7 @@ def is_dynamic(expression: ir.Expr) -> bool:
 Result = TypeVar("Result")
 
 
-def _folded(expression: ir.Expr, worth: Callable[[ir.Expr, list[Result]], Result]) -> Result:
+def folded(expression: ir.Expr, worth: Callable[[ir.Expr, list[Result]], Result]) -> Result:
     """What an expression is worth, from what its operands are worth; shared parts are asked once."""
     known: dict[int, Result] = {}
     for part in parts(expression):
@@ -243,58 +246,4 @@ def closed_value(
                     return math.nan
         return None
 
-    return expression.value if isinstance(expression, ir.Literal) else _folded(expression, worth)
-
-
-Interval = tuple[float, float]
-EVERYTHING: Interval = (-math.inf, math.inf)
-
-
-def interval(expression: ir.Expr, genes: Mapping[int, Interval]) -> Interval:
-    """Numbers between which the value surely lies; `genes` are the SI bounds by index."""
-
-    def worth(part: ir.Expr, within: list[Interval]) -> Interval:
-        match part:
-            case ir.Literal(value=value):
-                return (value, value)
-            case ir.Gene(index=index):
-                return genes.get(index, EVERYTHING)
-            case ir.Draw():
-                return (0.0, 1.0)
-            case ir.Apply(op=Op.RANDOM):
-                return (0.0, 1.0)
-            case ir.Apply(op=op) if op in _INTERVALS:
-                result = _INTERVALS[op](*within)
-                return EVERYTHING if math.isnan(result[0] + result[1]) else result
-        return EVERYTHING
-
-    return _folded(expression, worth)
-
-
-def _hull(*values: float) -> Interval:
-    return (min(values), max(values))
-
-
-def _quotients(a: Interval, b: Interval) -> Interval:
-    return EVERYTHING if b[0] <= 0.0 <= b[1] else _hull(*(_quotient(x, y) for x in a for y in b))
-
-
-def _roots(a: Interval) -> Interval:
-    return EVERYTHING if a[0] < 0.0 else (math.sqrt(a[0]), math.sqrt(a[1]))
-
-
-_INTERVALS: Mapping[Op, Callable[..., Interval]] = {
-    Op.ADD: lambda a, b: (a[0] + b[0], a[1] + b[1]),
-    Op.SUB: lambda a, b: (a[0] - b[1], a[1] - b[0]),
-    Op.MUL: lambda a, b: _hull(*(x * y for x in a for y in b)),
-    Op.DIV: _quotients,
-    Op.SQRT: _roots,
-    Op.SIN: lambda _: (-1.0, 1.0),
-    Op.COS: lambda _: (-1.0, 1.0),
-    Op.NEG: lambda a: (-a[1], -a[0]),
-    Op.ABS: lambda a: (0.0 if a[0] <= 0.0 <= a[1] else min(map(abs, a)), max(map(abs, a))),
-    Op.MIN: lambda a, b: (min(a[0], b[0]), min(a[1], b[1])),
-    Op.MAX: lambda a, b: (max(a[0], b[0]), max(a[1], b[1])),
-    Op.FLOOR: lambda a: a if math.inf in map(abs, a) else (math.floor(a[0]), math.floor(a[1])),
-    Op.SELECT: lambda _, b, c: _hull(*b, *c),
-}
+    return expression.value if isinstance(expression, ir.Literal) else folded(expression, worth)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from cortex_dsl.ir import PURE, Dimension
-from cortex_dsl.semantics.units import ACCELERATION, ANGLE, LENGTH, SPEED
+from cortex_dsl.semantics.units import ACCELERATION, ANGLE, LENGTH, SPEED, TIME
 from engine.vocabulary import Command
 
 
@@ -76,10 +76,19 @@ def _behaviour(name: str, doc: str, *parameters: Parameter) -> Builtin:
     return Builtin(name, Kind.BEHAVIOUR, doc, parameters)
 
 
+def _near(name: str, doc: str, who: str) -> Builtin:
+    distance = Parameter("thresholdDistance", LENGTH, low=0.0, aliases=("threshold_distance",))
+    return Builtin(name, Kind.FUNCTION, doc, (Parameter(who), distance))
+
+
 TOP_SPEED = 200.0
 """Above this no vehicle on a road goes [m/s]: a number beyond it is a slip."""
 _SPEED = Parameter("target_speed", SPEED, "10 m/s", low=0.0, high=TOP_SPEED, aliases=("speed",))
 _LATERAL = Parameter("max_lateral", ACCELERATION, "3 m/s^2", low=0.0)
+_OBEY = Parameter("obey_signals", default="False")
+_OPPOSITE = Parameter("is_oppositeTraffic", default="False")
+_LANE = Parameter("laneToFollow", default="the lane it is on")
+_REACH = Parameter("distance", LENGTH, "100 m", low=0.0)
 
 _ROWS = (
     # -- distributions
@@ -128,6 +137,25 @@ _ROWS = (
         "Whether an object sees another whose centre is nearer than a distance.",
         (Parameter("vehicle"), Parameter("thresholdDistance", LENGTH, low=0.0, aliases=("threshold_distance",))),
     ),
+    _near("withinDistanceToAnyCars", "Whether another vehicle, seen or not, is nearer than a distance.", "car"),
+    _near("withinDistanceToAnyPedestrians", "Whether a person whom a vehicle sees is near its front.", "vehicle"),
+    _near("withinDistanceToObjsInLane", "Whether a vehicle sees another near it in its lane, or in its intersection.",
+          "vehicle"),
+    Builtin("timeToCollision", Kind.FUNCTION, "Time until an object touches another (or any) if all keep their speed.",
+            (Parameter("object"), Parameter("other", default="any"))),
+    # -- traffic lights
+    _near("withinDistanceToTrafficLight", "Whether the light at the end of its lane is near a vehicle.", "vehicle"),
+    _near("withinDistanceToRedYellowTrafficLight", "Whether that light is near and red or yellow.", "vehicle"),
+    Builtin("getClosestTrafficLightStatus", Kind.FUNCTION,
+            'What the light at the end of its lane shows: "green", "yellow", "red", or "None" without one.',
+            (Parameter("vehicle"), _REACH)),
+    Builtin("setClosestTrafficLightStatus", Kind.FUNCTION, "Set the light at the end of a vehicle's lane.",
+            (Parameter("vehicle"), Parameter("color"), _REACH)),
+    _function("getTrafficLightStatus", "What a light shows.", "signal"),
+    _function("setTrafficLightStatus", "Set a light; it goes on when its plan changes it next.", "signal", "color"),
+    _function("setAllIntersectionTrafficLightsStatus", "Set all lights of an intersection.", "intersection", "color"),
+    _function("freezeTrafficLights", "Stop the clock of all lights; they can still be set."),
+    _function("unfreezeTrafficLights", "Let the clock of all lights go on."),
     _function("localPath", "A file beside this one; only there so that Scenic's scripts run.", "path"),
     # -- actions
     _action("SetThrottleAction", "Throttle, 0 to 1, for one step.", Parameter("throttle", PURE, low=0.0, high=1.0),
@@ -140,9 +168,37 @@ _ROWS = (
             Command.SPEED),
     # -- library behaviours
     _behaviour("FollowTrajectoryBehavior", "Follow a list of connected lanes to its end, slower in turns.", _SPEED,
-               Parameter("trajectory"), _LATERAL),
+               Parameter("trajectory"), _LATERAL, _OBEY),
     _behaviour("FollowLaneBehavior", "Follow the lane and whatever comes after it, straight on where that can be.",
-               _SPEED, Parameter("laneToFollow", default="the lane it is on"), _LATERAL),
+               _SPEED, _LANE, _LATERAL, _OBEY, _OPPOSITE),
+    _behaviour("CarFollowingBehavior", "Follow a lane or trajectory behind whoever is ahead on it (IDM).",
+               _SPEED, Parameter("trajectory", default="the lane it is on"),
+               Parameter("time_headway", TIME, "1.6 s", low=0.0),
+               Parameter("min_gap", LENGTH, "2 m", low=0.0),
+               Parameter("max_acceleration", ACCELERATION, "0.73 m/s^2", low=0.01),
+               Parameter("comfortable_deceleration", ACCELERATION, "1.67 m/s^2", low=0.01),
+               Parameter("exponent", PURE, "4", low=0.1), _LATERAL, _OBEY),
+    _behaviour("GapAcceptanceBehavior", "Follow a trajectory; give way at intersections until the gap is long enough.",
+               _SPEED, Parameter("trajectory"), Parameter("critical_gap", TIME, "4.1 to 6.5 s by maneuver", low=0.0),
+               _LATERAL, _OBEY),
+    _behaviour("LaneChangeBehavior", "Move over to another lane; ends when settled in it.",
+               Parameter("laneSectionToSwitch"), _OPPOSITE, _SPEED, Parameter("duration", TIME, "3.5 s", low=0.5)),
+    _behaviour("EmergencyBrakeBehavior", "Run another behavior; brake fully while a collision is close.",
+               Parameter("behavior"), Parameter("threshold", TIME, "as UN R157", low=0.0),
+               Parameter("brake", PURE, "1", 0.0, 1.0),
+               Parameter("reference_deceleration", ACCELERATION, "6 m/s^2", 0.1),
+               Parameter("delay", TIME, "0.35 s", low=0.0)),
+    _behaviour("DriveAvoidingCollisions", "Follow the lane; brake fully while another vehicle is near.",
+               Parameter("target_speed", SPEED, "25 m/s", 0.0, TOP_SPEED, ("speed",)),
+               Parameter("avoidance_threshold", LENGTH, "10 m", low=0.0)),
+    _behaviour("ConstantThrottleBehavior", "Press the throttle for ever, without steering.",
+               Parameter("x", PURE, low=0.0, high=1.0)),
+    _behaviour("WalkForwardBehavior", "Walk straight ahead, for ever.",
+               Parameter("speed", SPEED, "0.5 m/s", 0.0, TOP_SPEED)),
+    _behaviour("CrossingBehavior", "Wait for another to come near, then cross its way as it arrives.",
+               Parameter("reference_actor"), Parameter("min_speed", SPEED, "1 m/s", 0.0, TOP_SPEED),
+               Parameter("threshold", LENGTH, "10 m", low=0.0),
+               Parameter("final_speed", SPEED, "min_speed", 0.0, TOP_SPEED)),
     _behaviour("ConstantSpeedBehavior", "Hold a speed without steering, for ever.",
                Parameter("speed", SPEED, low=0.0, high=TOP_SPEED, aliases=("target_speed",))),
     _behaviour("BrakeBehavior", "Press the brake for ever.", Parameter("pedal", PURE, "1", 0.0, 1.0, ("brake",))),
@@ -157,6 +213,7 @@ _ROWS = (
     _class("Bicycle", "A bicycle with its rider."),
     _class("Pedestrian", "A person on foot."),
     _class("Obstacle", "A thing in the way that never moves by itself."),
+    _class("Object", "What classes without a base are made of: an `Obstacle`."),
     # -- constants
     _constant("network", "All roads: `network.intersections`, `network.lanes`."),
     _constant("intersection", "The intersection, when the map has just one."),

@@ -11,6 +11,14 @@ from cortex_dsl.semantics.values import Quantity, Value
 from engine.vocabulary import ActorKind, Column
 
 PLACES = ("Point", "OrientedPoint")
+PLACED = ("position", "heading")
+"""What a class may say about the place of its objects, beside their properties."""
+
+PROPS = (
+    "Trash", "Cone", "Debris", "VendingMachine", "Chair", "BusStop", "Garbage", "Container", "Table", "Barrier",
+    "PlantPot", "Mailbox", "Box", "Bench", "Barrel", "Kiosk", "IronPlate", "TrafficWarning",
+)  # fmt: skip
+"""Things of Scenic's CARLA model: obstacles here, all of one size."""
 
 ACTOR_KINDS: Mapping[str, ActorKind] = {
     "Car": ActorKind.CAR,
@@ -20,6 +28,8 @@ ACTOR_KINDS: Mapping[str, ActorKind] = {
     "Bicycle": ActorKind.BICYCLE,
     "Pedestrian": ActorKind.PEDESTRIAN,
     "Obstacle": ActorKind.OBSTACLE,
+    **dict.fromkeys(PROPS, ActorKind.OBSTACLE),
+    "Object": ActorKind.OBSTACLE,
 }
 
 CLASSES = (*PLACES, *ACTOR_KINDS)

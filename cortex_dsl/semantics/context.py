@@ -12,13 +12,17 @@ from dataclasses import dataclass, field, replace
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.algebra import CLOSED, Algebra, Interval, closed_value, interval, leaves
+from cortex_dsl.semantics.algebra import CLOSED, Algebra, closed_value, leaves
 from cortex_dsl.semantics.builtins import BUILTINS
+from cortex_dsl.semantics.certainty import Weight
 from cortex_dsl.semantics.choices import Oracle
 from cortex_dsl.semantics.findings import Findings, Pool
+from cortex_dsl.semantics.imports import ImportedFile
+from cortex_dsl.semantics.intervals import Interval, interval
 from cortex_dsl.semantics.problems import Mistake, NeedsExpansion
+from cortex_dsl.semantics.signal_plan import SignalPlan
 from cortex_dsl.semantics.units import dimension_name
-from cortex_dsl.semantics.values import POISON, Actor, Poison, Quantity, Value
+from cortex_dsl.semantics.values import POISON, Actor, Instance, MonitorCall, Poison, Quantity, Value
 from cortex_dsl.source import Source, Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -40,6 +44,8 @@ class FileContext:
     source: Source
     overrides: Mapping[str, nodes.Expression]
     """`-p` values by param name; their spans are those of the params that they replace."""
+    imports: Mapping[Span, ImportedFile] = field(default_factory=dict)
+    """The file behind each import statement."""
     default_road: RoadSpec = field(default_factory=RoadSpec)
     """The road where the file has no `map`."""
     expanded: frozenset[Span] = frozenset()
@@ -49,11 +55,23 @@ class FileContext:
     genes: dict[str, ir.GeneInfo] = field(default_factory=dict)
     networks: dict[RoadSpec, Network] = field(default_factory=dict)
     settings: Settings = field(default_factory=Settings)
+    entry: nodes.ScenarioDefinition | None = None
+    """The scenario that the run is; None: the top level is all."""
     evaluations: int = 0
     max_steps: int | None = None
     """From `terminate after N steps`."""
-    require_holds: dict[Span, bool] = field(default_factory=dict)
-    """Whether each `require` could hold in some variant."""
+    default_signals: Span | None = None
+    """The line of a Scenic script that names a map with traffic lights."""
+    from_scenic: bool = False
+    """Whether the file has Scenic's `model` line: absolute headings then count from north, as there."""
+    weights: dict[Span, Weight] = field(default_factory=dict)
+    """What is certain of each `require`, by the place of its condition."""
+    observe: "Observer | None" = None
+    """Told every value as it is worked out; an editor looks over the shoulder of the compiler."""
+    temporals: dict[Span, nodes.Require] = field(default_factory=dict)
+    """The temporal requirements, in the order of the file."""
+    records: dict[str, tuple[Span, ir.Record]] = field(default_factory=dict)
+    """What is recorded, and where that is said, by name."""
     rules: dict[RuleKey, str] = field(default_factory=dict)
     """Name of every rule, by its place and kind, in the order met; all variants number them alike."""
 
@@ -74,7 +92,8 @@ class FileContext:
         return list(self.rules).index((span, kind))
 
     def line(self, span: Span) -> int:
-        return self.source.position(span.start).line
+        """Counted through all files."""
+        return self.source.row(span.start)
 
 
 @dataclass
@@ -86,13 +105,32 @@ class Variant:
     algebra: Algebra = field(default_factory=Algebra)
     names: dict[str, Value] = field(default_factory=dict)
     """The module's variables."""
+    imported: dict[str, dict[str, Value]] = field(default_factory=dict)
+    """Variables of the imported files, by file name."""
+    root: Instance = field(default_factory=Instance)
+    """The scenario that the run is, with the top level of the file."""
+    mutations: dict[int, list[nodes.Mutate]] = field(default_factory=dict)
+    """The `mutate` statements of every scope, by the identity of its variables."""
+    mutated: set[tuple[int, str]] = field(default_factory=set)
+    """Scopes and names of what carries noise."""
+    first_ego: Actor | None = None
+    """The ego of the first scenario started, where the one that starts it has none."""
+    numbered: int = 1
+    """The next number of an object; 0 is the ego's."""
+    monitors: list[ir.Monitor | None] = field(default_factory=list)
+    """Coroutines of nobody, by number; None while its body is being worked out."""
     params: dict[str, Value] = field(default_factory=dict)
     network: Network | None = None
+    signals: SignalPlan | None = None
     actors: list[Actor] = field(default_factory=list)
     requirements: list[ir.Requirement] = field(default_factory=list)
     rule_conditions: dict[RuleKey, ir.Expr] = field(default_factory=dict)
+    required_monitors: list[tuple[str | None, MonitorCall, Span]] = field(default_factory=list)
+    """Their names, where they have one, and where they are required."""
     choices: list[ir.Choice] = field(default_factory=list)
     draw_sites: list[ir.DrawSite] = field(default_factory=list)
+    compared: dict[int, ir.Dimension | None] = field(default_factory=dict)
+    """Dimension of what each comparison compares, by the identity of its expression."""
     finite_draws: dict[int, Span] = field(default_factory=dict)
     """Sites of the draws that pick one of finitely many numbers."""
     calls: int = 0
@@ -119,8 +157,9 @@ class Variant:
 
     @property
     def ego(self) -> Actor | None:
+        """The vehicle under test: of the top level, of the scenario that runs, or of the first that it starts."""
         ego = self.names.get("ego")
-        return ego if isinstance(ego, Actor) else None
+        return ego if isinstance(ego, Actor) else self.root.ego or self.first_ego
 
 
 @dataclass(frozen=True)
@@ -132,10 +171,17 @@ class Moment:
     """The actor whose behaviour this is (`self`)."""
     repeated: bool = False
     """Inside a loop or handler, which may be entered again."""
+    scenario: Instance | None = None
+    """The scenario whose setup or compose this is; None for the top level."""
+    later: bool = False
+    """Known with the scene, but used when objects may have moved."""
+    looping: bool = False
+    """Inside a loop, which may be entered any number of times."""
 
 
 SCENE = Moment()
 Handler = Callable[["Evaluator", nodes.Expression], Value]
+Observer = Callable[["Evaluator", nodes.Expression, Value], None]
 
 
 @dataclass(frozen=True)
@@ -146,6 +192,8 @@ class Evaluator:
     handlers: Mapping[type, Handler]
     scopes: tuple[Mapping[str, Value], ...] = ()
     moment: Moment = SCENE
+    home: dict[str, Value] | None = None
+    """Variables of the imported file in which the place lies; None in the main file."""
 
     @property
     def algebra(self) -> Algebra:
@@ -154,6 +202,36 @@ class Evaluator:
     @property
     def file(self) -> FileContext:
         return self.run.file
+
+    @property
+    def names(self) -> dict[str, Value]:
+        """Variables of the file's top level."""
+        return self.run.names if self.home is None else self.home
+
+    @property
+    def ego(self) -> Actor | None:
+        """The ego as this place sees it: a scenario may have its own."""
+        scenario = self.moment.scenario or (self.moment.actor.scenario if self.moment.actor else None)
+        while scenario is not None and scenario.ego is None:
+            scenario = scenario.parent
+        return self.run.ego if scenario is None else scenario.ego
+
+    @property
+    def scope(self) -> dict[str, Value]:
+        """Where an assignment at this place goes: a scenario has variables of its own."""
+        return self.names if self.moment.scenario is None else self.moment.scenario.names
+
+    def within(self, scopes: tuple[Mapping[str, Value], ...]) -> "Evaluator":
+        """The same place with these scopes alone."""
+        return replace(self, scopes=scopes)
+
+    def find(self, name: str) -> Value:
+        """The value of a variable; None where there is none."""
+        return next((scope[name] for scope in (*self.scopes, self.names) if name in scope), None)
+
+    def at_home(self, home: dict[str, Value] | None) -> "Evaluator":
+        """A place at the top level of a file."""
+        return replace(self, home=home, scopes=())
 
     def inside(self, names: Mapping[str, Value]) -> "Evaluator":
         """The same place with more names."""
@@ -172,9 +250,12 @@ class Evaluator:
         algebra.span = node.span
         self._spend(node.span)
         try:
-            return self.handlers[type(node)](self, node)
+            value = self.handlers[type(node)](self, node)
         finally:
             algebra.span = before
+        if self.file.observe is not None:
+            self.file.observe(self, node, value)
+        return value
 
     def _spend(self, span: Span) -> None:
         self.file.evaluations += 1
@@ -205,9 +286,11 @@ class Evaluator:
 
     def lookup(self, name: str, span: Span) -> Value:
         """The value of a variable."""
-        for scope in (*self.scopes, self.run.names):
+        for scope in (*self.scopes, self.names):
             if name in scope:
                 return self.usable(scope[name])
+        if name == "ego" and self.ego is not None:
+            return self.ego
         raise errors.UNKNOWN_NAME.mistake(span, name=name, suggestion=did_you_mean(name, self.known_names()))
 
     def usable(self, value: Value) -> Value:
@@ -217,10 +300,10 @@ class Evaluator:
         return value
 
     def has(self, name: str) -> bool:
-        return any(name in scope for scope in (*self.scopes, self.run.names))
+        return any(name in scope for scope in (*self.scopes, self.names))
 
     def known_names(self) -> set[str]:
-        return {name for scope in (*self.scopes, self.run.names, BUILTINS) for name in scope}
+        return {name for scope in (*self.scopes, self.names, BUILTINS) for name in scope}
 
     # -- concrete values ---------------------------------------------------------------------------------------------
 

@@ -5,39 +5,44 @@ rules of its variant as expressions over what is still unknown: genes, draws, an
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import PurePath
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import CompileError, Diagnostic
 from cortex_dsl.semantics import acts as _acts  # noqa: F401 - fills the table of statements
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.behaviours import actor_behaviour, warn_if_idle
-from cortex_dsl.semantics.choices import VARIANT_LIMIT, Oracle, TooManyVariants, enumerate_variants
-from cortex_dsl.semantics.classes import OFF_ROAD, PROPERTIES
-from cortex_dsl.semantics.context import Evaluator, FileContext, Moment, RuleKey, Variant
-from cortex_dsl.semantics.expressions import evaluator
+from cortex_dsl.semantics import errors, scenarios
+from cortex_dsl.semantics.advice import advised
+from cortex_dsl.semantics.choices import VARIANT_LIMIT, TooManyVariants, enumerate_variants
+from cortex_dsl.semantics.context import FileContext, Observer
+from cortex_dsl.semantics.default_map import default_road, map_with_lights, reasons, spelled
 from cortex_dsl.semantics.findings import Findings
+from cortex_dsl.semantics.imports import NO_FILES, ImportedFile
 from cortex_dsl.semantics.overrides import param_entries, read_overrides
-from cortex_dsl.semantics.problems import Mistake, NeedsExpansion, Rejection
-from cortex_dsl.semantics.roads import network_of
-from cortex_dsl.semantics.scope import check_names, everything_in
-from cortex_dsl.semantics.statements import run_statement, terminate_when
-from cortex_dsl.semantics.values import Actor, BehaviourValue
-from cortex_dsl.semantics.yielding import everything
+from cortex_dsl.semantics.problems import NeedsExpansion
+from cortex_dsl.semantics.scope import check_names
+from cortex_dsl.semantics.temporal import judged
+from cortex_dsl.semantics.tree import everything_in
+from cortex_dsl.semantics.variants import Draft, elaborate_variant
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
 from engine.program import RoadSpec, Settings
-from engine.vocabulary import Column
 
 NO_OVERRIDES: Mapping[str, str] = {}
 
 
 def elaborate(
-    module: nodes.Module, source: Source, overrides: Mapping[str, str] = NO_OVERRIDES
+    module: nodes.Module,
+    source: Source,
+    overrides: Mapping[str, str] = NO_OVERRIDES,
+    *,
+    imports: Mapping[Span, ImportedFile] = NO_FILES,
+    scenario: str | None = None,
+    observe: Observer | None = None,
 ) -> tuple[ir.Scenario, tuple[Diagnostic, ...]]:
-    """The checked scenario, and the warnings and notes about it. `overrides` are the `-p NAME=VALUE` of the command.
+    """The checked scenario, and the warnings and notes about it. `overrides` are the `-p NAME=VALUE` of the command,
+    `imports` the file behind each import statement, `scenario` the one to run; `observe` is told every value.
 
     Raises:
         CompileError: with every error found.
@@ -45,18 +50,37 @@ def elaborate(
     findings = Findings()
     if not module.statements:
         raise CompileError(source, [errors.EMPTY_FILE.at(Span(0, 0))])
-    values = read_overrides(module, overrides)
-    check_names(module, findings)
-    default_road = _default_road(module, findings)
+    whole = _whole(module, imports)
+    values = read_overrides(whole, overrides)
+    check_names(module, findings, imports)
+    default_road = _default_road(whole, findings)
+    entry = scenarios.entry(module, scenario, findings)
     expanded: frozenset[Span] = frozenset()
     while True:
-        file = FileContext(source, values, default_road, expanded, findings.copy())
+        file = FileContext(
+            source,
+            values,
+            imports,
+            default_road,
+            expanded,
+            findings.copy(),
+            observe=observe,
+            entry=entry,
+            default_signals=map_with_lights(whole),
+            from_scenic=any(isinstance(statement, nodes.Model) for statement in whole.statements),
+        )
         try:
             drafts = _enumerate(module, file)
         except NeedsExpansion as need:
             expanded = _expanded(expanded, need.sites)
         else:
-            return _scenario(module, file, drafts), tuple(file.findings)
+            return advised(module, file, _scenario(module, file, drafts))
+
+
+def _whole(module: nodes.Module, imports: Mapping[Span, ImportedFile]) -> nodes.Module:
+    """All files as one, for what must be known of all."""
+    modules = dict.fromkeys(file.module for file in imports.values())
+    return replace(module, statements=(*(s for each in modules for s in each.statements), *module.statements))
 
 
 def _expanded(known: frozenset[Span], needed: frozenset[Span]) -> frozenset[Span]:
@@ -65,30 +89,22 @@ def _expanded(known: frozenset[Span], needed: frozenset[Span]) -> frozenset[Span
 
 
 def _default_road(module: nodes.Module, findings: Findings) -> RoadSpec:
-    """The road of a file without `map`: a T-junction where the file asks for one."""
-    asked = {node.name for node in everything_in(module) if isinstance(node, nodes.Attribute)}
-    road = RoadSpec(ways=3 if "is3Way" in asked and "is4Way" not in asked else 4)
+    """The road of a file without `map`."""
+    road = default_road(module)
     has_map = any(isinstance(statement, nodes.Map) for statement in module.statements)
     if not has_map and "map" not in param_entries(module):
-        findings.add(errors.DEFAULT_MAP.at(Span(0, 0), ways=road.ways))
+        lanes = "one lane" if road.lanes == 1 else f"{road.lanes} lanes"
+        findings.add(
+            errors.DEFAULT_MAP.at(Span(0, 0), ways=road.ways, lanes=lanes, reason=reasons(road), road=spelled(road))
+        )
     return road
-
-
-@dataclass(frozen=True)
-class Draft:
-    """A variant before the rules of all variants are known."""
-
-    variant: ir.Variant
-    conditions: Mapping[RuleKey, ir.Expr]
-    span: Span
-    """Where it was rejected, or its first object."""
 
 
 def _enumerate(module: nodes.Module, file: FileContext) -> list[Draft]:
     """Every variant; stops at the first one with errors, since the others would repeat them."""
     drafts: list[Draft] = []
     try:
-        for _, draft in enumerate_variants(lambda oracle: _elaborate_variant(module, file, oracle)):
+        for _, draft in enumerate_variants(lambda oracle: elaborate_variant(module, file, oracle)):
             if draft is not None:
                 drafts.append(draft)
             if file.findings.has_errors:
@@ -104,115 +120,6 @@ def _too_many(too_many: TooManyVariants) -> Diagnostic:
     return errors.TOO_MANY_VARIANTS.at(largest.span, limit=VARIANT_LIMIT, sizes=sizes)
 
 
-def _elaborate_variant(module: nodes.Module, file: FileContext, oracle: Oracle) -> Draft | None:
-    """One variant; None when it has errors."""
-    run = Variant(file, oracle)
-    ev = evaluator(run)
-    run.names.update({s.name: BehaviourValue(s) for s in module.statements if isinstance(s, nodes.BehaviorDefinition)})
-    try:
-        for statement in module.statements:
-            run_statement(ev, statement)
-        actors = _finished_actors(ev)
-        rules = ev.at_moment(Moment(running=True))
-        for statement in module.statements:
-            if isinstance(statement, nodes.TerminateWhen):
-                _tolerate_rule(rules, statement)
-        behaviours = [_behaviour(ev, actor) for actor in actors]
-    except Rejection as rejection:
-        return Draft(_rejected(run, rejection), {}, rejection.span)
-    if file.findings.has_errors:
-        return None
-    network_of(ev)
-    variant = ir.Variant(
-        probability=oracle.probability,
-        choices=tuple(run.choices),
-        gene_options=oracle.gene_options,
-        rejection=None,
-        actors=tuple(_ir_actor(a, b) for a, b in zip(actors, behaviours, strict=True)),
-        requirements=tuple(run.requirements),
-        draw_count=run.draw_count,
-        local_count=run.local_count,
-        draw_sites=tuple(run.draw_sites),
-    )
-    return Draft(variant, run.rule_conditions, actors[0].span)
-
-
-def _tolerate_rule(ev: Evaluator, statement: nodes.TerminateWhen) -> None:
-    try:
-        terminate_when(ev, statement)
-    except Mistake as mistake:
-        ev.report(mistake)
-
-
-def _rejected(run: Variant, rejection: Rejection) -> ir.Variant:
-    return ir.Variant(
-        probability=run.oracle.probability,
-        choices=tuple(run.choices),
-        gene_options=run.oracle.gene_options,
-        rejection=rejection.reason,
-        rejection_line=run.file.line(rejection.span),
-    )
-
-
-def _finished_actors(ev: Evaluator) -> list[Actor]:
-    """All objects, the ego first; their numbers are final from now on."""
-    ego = ev.run.ego
-    if ego is None:
-        if "ego" not in ev.run.names:
-            ev.report(errors.NO_EGO.at(Span(0, 0)))
-        return ev.run.actors
-    actors = [ego, *(actor for actor in ev.run.actors if actor is not ego)]
-    for index, actor in enumerate(actors):
-        actor.index = index
-    return actors
-
-
-def _behaviour(ev: Evaluator, actor: Actor) -> ir.Block | None:
-    try:
-        block = actor_behaviour(ev, actor)
-    except Mistake as mistake:
-        ev.report(mistake)
-        return None
-    if block is not None:
-        warn_if_idle(ev, actor, block)
-    return block
-
-
-def _ir_actor(actor: Actor, behaviour: ir.Block | None) -> ir.Actor:
-    return ir.Actor(
-        name=actor.name,
-        kind=actor.kind,
-        columns=_columns(actor),
-        behaviour=behaviour,
-        route=_route(behaviour),
-        inside_road=actor.kind not in OFF_ROAD and actor.properties.get("regionContainedIn", actor) is not None,
-        no_overlap=not actor.properties.get("allowCollisions", False),
-        span=actor.span,
-    )
-
-
-def _columns(actor: Actor) -> tuple[ir.Expr, ...]:
-    """One expression per `vocabulary.Column`."""
-    by_column: dict[Column, ir.Expr] = {
-        Column.X: actor.pose.x,
-        Column.Y: actor.pose.y,
-        Column.HEADING: actor.pose.heading,
-    }
-    for name, spec in PROPERTIES.items():
-        value = actor.properties[name]
-        assert isinstance(value, ir.Expr)
-        by_column[spec.column] = value
-    return tuple(by_column[column] for column in Column)
-
-
-def _route(behaviour: ir.Block | None) -> int:
-    """The first path that a behaviour is known to follow; -1 without one."""
-    for act in everything(behaviour or ()):
-        if isinstance(act, ir.Follow) and isinstance(act.path, ir.Literal):
-            return int(act.path.value)
-    return -1
-
-
 # -- all variants together --------------------------------------------------------------------------------------------
 
 
@@ -223,8 +130,10 @@ def _scenario(module: nodes.Module, file: FileContext, drafts: Sequence[Draft]) 
         CompileError: with every error found.
     """
     possible = [draft for draft in drafts if draft.variant.rejection is None]
+    temporals: tuple[ir.Temporal, ...] = ()
     if not file.findings.has_errors:
         _check_together(file, drafts, possible)
+        temporals = judged(file, [draft.conditions for draft in possible], has_end=_has_end(module, file))
     if file.findings.has_errors:
         raise CompileError(file.source, file.findings)
     (network,) = file.networks.values()
@@ -239,7 +148,15 @@ def _scenario(module: nodes.Module, file: FileContext, drafts: Sequence[Draft]) 
         variants=tuple(_completed(file, draft, requirements) for draft in drafts),
         network=network,
         pool=tuple(file.pool.values),
+        temporals=temporals,
+        records=tuple(record for _, record in file.records.values()),
     )
+
+
+def _has_end(module: nodes.Module, file: FileContext) -> bool:
+    """Whether the file says how long a run may last."""
+    ends = any(isinstance(statement, nodes.TerminateAfter) for statement in everything_in(module))
+    return ends or file.settings.max_time is not None
 
 
 def _check_together(file: FileContext, drafts: Sequence[Draft], possible: Sequence[Draft]) -> None:
@@ -247,9 +164,9 @@ def _check_together(file: FileContext, drafts: Sequence[Draft], possible: Sequen
         first = drafts[0]
         file.findings.add(errors.NO_OPTIONS.at(first.span, reason=first.variant.rejection))
         return
-    for span, holds in file.require_holds.items():
-        if not holds:
-            file.findings.add(errors.ALWAYS_FALSE.at(span))
+    for span, weight in file.weights.items():
+        if not weight.possible:
+            file.findings.add(errors.ALWAYS_FALSE.at(span, secondary=weight.labels(file.genes)))
     objects = [[(a.name, a.kind) for a in draft.variant.actors] for draft in possible]
     for draft, here in zip(possible, objects, strict=True):
         if here != objects[0]:
@@ -291,7 +208,7 @@ def _completed(file: FileContext, draft: Draft, requirements: Mapping[Key, ir.Re
     always = ir.Literal(draft.span, 1.0)
     return replace(
         draft.variant,
-        requirements=tuple(own.get(key, replace(r, condition=always)) for key, r in requirements.items()),
+        requirements=tuple(own.get(key, replace(r, condition=always, margin=None)) for key, r in requirements.items()),
         rules=tuple(
             ir.Rule(draft.conditions.get(key), name, file.line(key[0]), key[1]) for key, name in file.rules.items()
         ),

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from cortex_dsl.semantics import calls, geometry, objects, operators
+from cortex_dsl.semantics import calls, geometry, objects, operators, temporal
 from cortex_dsl.semantics.context import Evaluator, Handler, Variant
 from cortex_dsl.syntax import nodes
 
@@ -34,6 +34,7 @@ HANDLERS: Mapping[type, Handler] = {
     nodes.OffsetBy: geometry.offset_by,
     nodes.OffsetAlong: geometry.offset_along,
     nodes.New: objects.new,
+    nodes.Temporal: temporal.implication,
 }  # type: ignore[dict-item]
 
 

@@ -12,21 +12,26 @@ class Findings:
     """Diagnostics, each once whatever variants it comes from."""
 
     _found: dict[tuple[Severity, Span], dict[str, Diagnostic]] = field(default_factory=dict)
+    _settled: frozenset[Span] = frozenset()
+    """Places where an earlier stage found errors: further ones there are consequences."""
 
     def add(self, diagnostic: Diagnostic) -> None:
-        """Keep one finding; a place has at most one error, the first."""
+        """Keep one finding; a place has each code at most once, the first."""
+        if diagnostic.severity is Severity.ERROR and diagnostic.label.span in self._settled:
+            return
         here = self._found.setdefault((diagnostic.severity, diagnostic.label.span), {})
-        if not here or diagnostic.severity is not Severity.ERROR:
-            here.setdefault(diagnostic.code, diagnostic)
+        here.setdefault(diagnostic.code, diagnostic)
 
     def __iter__(self) -> Iterator[Diagnostic]:
         """In the order of the file."""
         return iter(sorted((d for here in self._found.values() for d in here.values()), key=lambda d: d.label.span))
 
     def copy(self) -> "Findings":
+        """The same, for the next stage."""
         copied = Findings()
         for finding in self:
             copied.add(finding)
+        copied._settled = frozenset(span for severity, span in self._found if severity is Severity.ERROR)
         return copied
 
     @property

@@ -32,7 +32,7 @@ def function(name: str) -> Callable[[Callable[..., Value]], Callable[..., Value]
                 no_names(name, given)
                 return meaning(ev, list(given), span)
             bound = bind_builtin(row, given, span)
-            return meaning(ev, *(bound[p.name] for p in row.parameters), span)
+            return meaning(ev, *(bound.get(p.name) for p in row.parameters), span)
 
         FUNCTIONS[name] = call
         return meaning

@@ -193,12 +193,38 @@ def _overridden(ev: Evaluator, entry: nodes.ParamEntry, node: nodes.Expression) 
     if isinstance(value, Quantity) and closed_value(value.expr) is None:
         raise errors.NOT_CONSTANT.mistake(entry.value.span, purpose=f"`-p {entry.name}`")
     unit = UNITS.get(unit_word(entry.value) or "")
-    if not isinstance(value, Quantity) or unit is None:
-        return value
-    if value.dimension is None:
-        return Quantity(ev.algebra.mul(value.expr, ev.algebra.literal(unit.factor)), unit.dimension)
-    numbers.adopt(ev, value, unit.dimension, entry.value.span, f"`-p {entry.name}`")
+    if isinstance(value, Quantity) and unit is not None:
+        if value.dimension is None:
+            value = Quantity(ev.algebra.mul(value.expr, ev.algebra.literal(unit.factor)), unit.dimension)
+        else:
+            numbers.adopt(ev, value, unit.dimension, entry.value.span, f"`-p {entry.name}`")
+    if isinstance(value, Quantity):
+        _warn_if_outside(ev, entry, value)
     return value
+
+
+BOUNDED = ("Range", "VerifaiRange", "TruncatedNormal", "DiscreteRange", "VerifaiDiscreteRange")
+"""Distributions whose last two arguments are their bounds."""
+
+
+def _warn_if_outside(ev: Evaluator, entry: nodes.ParamEntry, value: Quantity) -> None:
+    """A constant of the command line that the file could never draw."""
+    call = distributions.distribution_call(ev, entry.value)
+    if call is None or not isinstance(call.function, nodes.Name) or call.function.id not in BOUNDED:
+        return
+    arguments = draws.bound_arguments(call.function.id, evaluate_arguments(ev, call.arguments), entry.value.span)
+    low, high = (closed_value(draws.scaled(ev, argument, unit_behind(entry.value)).expr) for argument in arguments[-2:])
+    known = closed_value(value.expr)
+    if low is None or high is None or known is None:
+        return
+    slack = numbers.ROUNDING * max(abs(low), abs(high))
+    if not low - slack <= known <= high + slack:
+        word = unit_word(entry.value) or ""
+        shown, *ends = (
+            f"{number / (UNITS[word].factor if word else 1.0):g} {word}".rstrip() for number in (known, low, high)
+        )
+        span = entry.value.span
+        ev.report(errors.OVERRIDE_OUTSIDE.at(span, name=entry.name, value=shown, low=ends[0], high=ends[1]))
 
 
 def _from_command_line(mistake: Mistake, name: str) -> Mistake:

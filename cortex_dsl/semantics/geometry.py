@@ -7,8 +7,8 @@ import math
 
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.attributes import current_pose
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.motion import as_meant, current_pose
 from cortex_dsl.semantics.numbers import adopt
 from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.units import ANGLE, LENGTH
@@ -27,6 +27,7 @@ from cortex_dsl.semantics.values import (
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.road.network import Intersection, Lane
+from engine.road.sections import LaneSection
 from engine.vehicles import VIEW_DISTANCE
 from engine.vocabulary import Op
 
@@ -81,14 +82,23 @@ def oriented(ev: Evaluator, value: Value, span: Span, what: str = "this") -> Pos
 
 def ego_of(ev: Evaluator, span: Span, what: str) -> Actor:
     """What elided operands mean."""
-    if ev.run.ego is not None:
-        return ev.run.ego
-    if "ego" in ev.run.names or ev.moment.running:
+    if ev.ego is not None:
+        return ev.ego
+    if ev.has("ego") or ev.moment.running:
         raise Mistake
     raise errors.EGO_NEEDED.mistake(span, what=what)
 
 
+def ends(ev: Evaluator, line: Centerline) -> tuple[Value, ...]:
+    """Where a centre line begins and ends: its points, as far as scripts ask for them by index."""
+    paths, path = line.lane.network.paths, line.lane.path
+    places = (paths.pose(path, s) for s in (0.0, line.lane.length))
+    return tuple(Vector(ev.algebra.literal(place.x), ev.algebra.literal(place.y)) for place in places)
+
+
 def region_of(value: Value) -> Region | None:
+    if isinstance(value, LaneSection):
+        value = value.lane
     if isinstance(value, Lane | Intersection):
         return Region(value.region, value.name)
     return value if isinstance(value, Region) else None
@@ -113,7 +123,7 @@ def heading_at(ev: Evaluator, value: Value, point: Vector, span: Span) -> ir.Exp
         return road_heading(ev, point)
     if (pose := pose_of(ev, value)) is not None:
         return pose.heading
-    return adopt(ev, value, ANGLE, span, "a heading")
+    return as_meant(ev, adopt(ev, value, ANGLE, span, "a heading"))
 
 
 def bearing(ev: Evaluator, origin: Vector, target: Vector) -> ir.Expr:
@@ -201,7 +211,7 @@ def relative_heading(ev: Evaluator, node: nodes.RelativeHeading) -> Value:
 
 def _heading(ev: Evaluator, value: Value, span: Span) -> ir.Expr:
     pose = pose_of(ev, value)
-    return adopt(ev, value, ANGLE, span, "a heading") if pose is None else pose.heading
+    return as_meant(ev, adopt(ev, value, ANGLE, span, "a heading")) if pose is None else pose.heading
 
 
 def can_see(ev: Evaluator, node: nodes.CanSee) -> Value:

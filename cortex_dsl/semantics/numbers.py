@@ -5,16 +5,25 @@ in products and quotients it is pure. What is computed from bare numbers alone s
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 
 from cortex_dsl import ir
+from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.algebra import closed_value
+from cortex_dsl.semantics.certainty import range_labels
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.units import (
+    ACCELERATION,
     ANGLE,
+    LENGTH,
     PURE,
     SPEED,
+    TIME,
+    UNITS,
     dimension_name,
     power,
     product,
@@ -30,6 +39,12 @@ from engine.vocabulary import Op
 Dimension = ir.Dimension
 SUSPICIOUS_SPEED = 40.0
 """A bare speed above this [m/s] was probably meant in km/h."""
+SUSPICIOUS_LENGTH = 500.0
+"""A bare length above this [m] was probably meant in centimetres: no road of a usual map is that long."""
+SUSPICIOUS_TIME = 600.0
+"""A bare time above this [s] was probably meant in milliseconds."""
+SUSPICIOUS_ACCELERATION = 20.0
+"""A bare acceleration above this [m/s^2] is no car's: tyres on a dry road give 10."""
 ROUNDING = 1e-9
 """Relative slack of an interval's ends: `low + u (high - low)` may round past `high`."""
 
@@ -96,16 +111,22 @@ def _unit_cure(dimension: Dimension) -> str:
 
 
 def _warn_of_slip(ev: Evaluator, number: Quantity, dimension: Dimension, span: Span) -> None:
-    if dimension not in (ANGLE, SPEED):
-        return
+    """Say what a bare number was understood as, where its size suggests that another unit was meant."""
     low, high = ev.interval(number.expr)
     value = high if abs(high) >= abs(low) else low
     if not math.isfinite(value):
         return
-    if dimension == ANGLE and abs(value) > math.tau + 1e-6:
-        ev.report(errors.SUSPICIOUS_ANGLE.at(span, value=value, turns=abs(value) / math.tau))
+    size = abs(value)
+    if dimension == ANGLE and size > math.tau + 1e-6:
+        ev.report(errors.SUSPICIOUS_ANGLE.at(span, value=value, turns=size / math.tau))
     elif dimension == SPEED and value > SUSPICIOUS_SPEED:
         ev.report(errors.SUSPICIOUS_SPEED.at(span, value=value, kmh=value * 3.6))
+    elif dimension == LENGTH and size > SUSPICIOUS_LENGTH:
+        ev.report(errors.SUSPICIOUS_LENGTH.at(span, value=value, kilometres=value / 1000.0))
+    elif dimension == TIME and size > SUSPICIOUS_TIME:
+        ev.report(errors.SUSPICIOUS_TIME.at(span, value=value, minutes=value / 60.0))
+    elif dimension == ACCELERATION and size > SUSPICIOUS_ACCELERATION:
+        ev.report(errors.SUSPICIOUS_ACCELERATION.at(span, value=value, gravities=value / UNITS["g"].factor))
 
 
 def in_range(
@@ -135,6 +156,7 @@ def in_range(
         what=what,
         actual=shown(least if too_low else greatest, dimension),
         expected=_range_text(low, high, dimension, above),
+        secondary=range_labels(expr, ev.file.genes) if value is None else (),
         cure="write a number in that range",
     )
 
@@ -171,6 +193,18 @@ def common(left: Dimension | None, right: Dimension | None, span: Span, joined: 
             cure="write " + "; ".join(units) if units else "",
         )
     return left
+
+
+@contextmanager
+def sides(left: tuple[Span, Value], right: tuple[Span, Value]) -> Iterator[None]:
+    """Operands that do not fit together are shown each with what it measures."""
+    try:
+        yield
+    except Mistake as mistake:
+        if mistake.diagnostic is None or mistake.diagnostic.code != errors.UNLIKE_OPERANDS.code:
+            raise
+        first, second = (Label(span, kind_name(value)) for span, value in (left, right))
+        raise Mistake(replace(mistake.diagnostic, label=second, secondary=(first,))) from None
 
 
 def add(ev: Evaluator, left: Quantity, right: Quantity, span: Span) -> Quantity:
@@ -266,11 +300,13 @@ _ORDER = {"<": (Op.LT, False), "<=": (Op.LE, False), ">": (Op.LT, True), ">=": (
 
 def compare(ev: Evaluator, operator: str, left: Quantity, right: Quantity, span: Span) -> ir.Expr:
     dimension = common(left.dimension, right.dimension, span, "compared")
-    if dimension in (ANGLE, SPEED) and None in (left.dimension, right.dimension):
+    if dimension is not None and None in (left.dimension, right.dimension):
         _warn_of_slip(ev, left if left.dimension is None else right, dimension, span)
     op, swapped = _ORDER[operator]
     operands = (right.expr, left.expr) if swapped else (left.expr, right.expr)
-    return ev.algebra.apply(op, *operands)
+    result = ev.algebra.apply(op, *operands)
+    ev.run.compared[id(result)] = dimension or ev.run.compared.get(id(result))
+    return result
 
 
 def select(ev: Evaluator, condition: ir.Expr, then: Quantity, otherwise: Quantity, span: Span) -> Quantity:

@@ -1,32 +1,21 @@
 """`new`: points, and the objects of the scene with all their properties."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics import errors, geometry, numbers
-from cortex_dsl.semantics.calls import as_behaviour
-from cortex_dsl.semantics.classes import (
-    ACTOR_KINDS,
-    CLASSES,
-    FLAGS,
-    IGNORED,
-    MODEL_FIELDS,
-    OFF_ROAD,
-    PROPERTIES,
-    all_properties,
-)
+from cortex_dsl.semantics import errors, geometry, mutation
+from cortex_dsl.semantics.classes import ACTOR_KINDS, CLASSES, OFF_ROAD
 from cortex_dsl.semantics.context import Evaluator
-from cortex_dsl.semantics.functions import known_truth
-from cortex_dsl.semantics.problems import Mistake, Problem
+from cortex_dsl.semantics.making import Making, own_class
+from cortex_dsl.semantics.motion import as_meant, as_written
+from cortex_dsl.semantics.problems import Problem
 from cortex_dsl.semantics.specifiers import Extent, Placement, place
-from cortex_dsl.semantics.values import POISON, Actor, Pose, Value, Vector, kind_name
+from cortex_dsl.semantics.values import Actor, Pose, Value, Vector
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
-from engine.vehicles import MODELS, ActorModel
-from engine.vocabulary import ActorKind, Op
 
 
 @dataclass
@@ -39,23 +28,32 @@ class Sorted:
 
 
 def new(ev: Evaluator, node: nodes.New) -> Value:
-    if node.class_name not in CLASSES:
+    own = own_class(ev, node.class_name)
+    if own is None and node.class_name not in CLASSES:
+        known = {*CLASSES, *(name for name in ev.known_names() if own_class(ev, name) is not None)}
         raise errors.UNKNOWN_CLASS.mistake(
-            node.class_span, name=node.class_name, suggestion=did_you_mean(node.class_name, CLASSES)
+            node.class_span, name=node.class_name, suggestion=did_you_mean(node.class_name, known)
         )
-    if ev.moment.running:
+    if ev.moment.running or ev.moment.later:
         raise errors.NOT_SUPPORTED.mistake(
-            node.span, what="objects cannot be made during the run", reason="", cure="make it outside the behavior"
+            node.span,
+            what="objects cannot be made during the run",
+            reason="",
+            cure="make it outside the behavior, at the top level or in a `setup`",
         )
     sorted_ = _sorted(node)
-    kind = ACTOR_KINDS.get(node.class_name)
-    return _new_place(ev, node, sorted_) if kind is None else _new_actor(ev, node, kind, sorted_)
+    kind = ACTOR_KINDS.get(node.class_name) if own is None else own.kind
+    if kind is None:
+        return _new_place(ev, node, sorted_)
+    return _new_actor(ev, node, sorted_, Making(ev, kind, own, sorted_.properties))
 
 
 def _sorted(node: nodes.New) -> Sorted:
     result = Sorted()
     for specifier in node.specifiers:
-        if isinstance(specifier, nodes.With):
+        if isinstance(specifier, nodes.With) and specifier.property == "heading":
+            result.facings.append(nodes.Facing(span=specifier.span, heading=specifier.value, mode=""))
+        elif isinstance(specifier, nodes.With):
             result.properties.append(specifier)
         elif isinstance(specifier, nodes.Facing):
             result.facings.append(specifier)
@@ -88,20 +86,33 @@ def _new_place(ev: Evaluator, node: nodes.New, found: Sorted) -> Value:
             raise errors.NOT_SUPPORTED.mistake(
                 found.facings[0].span, what="a Point has no heading", reason="", cure="make it an `OrientedPoint`"
             )
+        pose = Pose(placement.point.x, placement.point.y, zero)
+        moved = mutation.mutated(ev, ev.run.assigning, node, pose)
+        if moved is not None:
+            pose, placement = moved, replace(placement, drawn=True, point=Vector(moved.x, moved.y))
         _record(ev, found.places[0].span, placement, None)
         return placement.point
-    return _posed(ev, found, placement, zero)
+    return _posed(ev, node, found, placement, zero, ev.run.assigning)
 
 
-def _posed(ev: Evaluator, found: Sorted, placement: Placement, default: ir.Expr) -> Pose:
-    """Place and heading together."""
-    if found.facings:
-        heading = _faced(ev, found.facings[0], placement.point)
-        _record(ev, found.places[0].span, placement, None)
-        return Pose(placement.point.x, placement.point.y, heading)
-    heading = placement.heading or default
-    _record(ev, found.places[0].span, placement, heading)
-    return Pose(placement.point.x, placement.point.y, heading, placement.lane)
+def _posed(ev: Evaluator, node: nodes.New, found: Sorted, placement: Placement, default: ir.Expr, name: str) -> Pose:
+    """Place and heading together, with the noise that `mutate` puts on what is called `name`."""
+    heading = _faced(ev, found.facings[0], placement.point) if found.facings else placement.heading or default
+    lane = None if found.facings else placement.lane
+    pose = Pose(placement.point.x, placement.point.y, heading, lane)
+    moved = mutation.mutated(ev, name, node, pose)
+    if moved is not None:
+        written = as_written(ev, moved.heading)
+        mutation.record(ev, node, found.places, found.facings, replace(moved, heading=written))
+        return replace(moved, heading=as_meant(ev, written))
+    if not found.places or found.facings or not placement.drawn:
+        if found.places:
+            _record(ev, found.places[0].span, placement, None)
+        return pose
+    # The copy of a case gives the heading as its file counts it, so it must be made of that number here too.
+    written = as_written(ev, heading)
+    _record(ev, found.places[0].span, placement, written)
+    return replace(pose, heading=as_meant(ev, written))
 
 
 def _record(ev: Evaluator, span: Span, placement: Placement, heading: ir.Expr | None) -> None:
@@ -123,20 +134,28 @@ def _faced(ev: Evaluator, node: nodes.Facing, point: Vector) -> ir.Expr:
 # -- objects ----------------------------------------------------------------------------------------------------------
 
 
-def _new_actor(ev: Evaluator, node: nodes.New, kind: ActorKind, found: Sorted) -> Value:
-    own_name = ev.run.assigning
-    if not found.places:
+def _new_actor(ev: Evaluator, node: nodes.New, found: Sorted, making: Making) -> Value:
+    own_name, kind = ev.run.assigning, making.kind
+    if not found.places and not making.declares("position"):
         raise errors.NO_PLACE.mistake(node.span, name=node.class_name)
+    making.posed = lambda: _actor_pose(making, node, found, own_name)
     with ev.naming(""):
-        properties = _properties(ev, kind, found.properties)
-        placement = _actor_placement(ev, found, properties)
-        default = ev.algebra.literal(0.0) if kind in OFF_ROAD else geometry.road_heading(ev, placement.point)
-        pose = _posed(ev, found, placement, default)
+        properties, pose = making.properties(), making.pose(node.span)
     named = properties.get("name")
     name = named if isinstance(named, str) else own_name or f"{kind.name.lower()}{len(ev.run.actors) + 1}"
-    actor = Actor(len(ev.run.actors), _unique(ev, name), kind, node.span, pose, properties)
+    actor = Actor(-1, _unique(ev, name), kind, node.span, pose, properties, ev.moment.scenario)
     ev.run.actors.append(actor)
     return actor
+
+
+def _actor_pose(making: Making, node: nodes.New, found: Sorted, name: str) -> Pose:
+    ev = making.ev
+    placement = _actor_placement(making, found)
+    if (heading := making.default_heading(placement.point)) is not None:
+        placement = replace(placement, heading=heading, lane=None)
+    off_road = making.kind in OFF_ROAD
+    default = ev.algebra.literal(0.0) if off_road else geometry.road_heading(ev, placement.point)
+    return _posed(ev, node, found, placement, default, name)
 
 
 def _unique(ev: Evaluator, name: str) -> str:
@@ -148,86 +167,10 @@ def _unique(ev: Evaluator, name: str) -> str:
     return unique
 
 
-def _actor_placement(ev: Evaluator, found: Sorted, properties: dict[str, Value]) -> Placement:
-    length, width = properties["length"], properties["width"]
+def _actor_placement(making: Making, found: Sorted) -> Placement:
+    if not found.places:
+        return making.default_place()
+    length, width = making.get("length"), making.get("width")
     assert isinstance(length, ir.Expr)
     assert isinstance(width, ir.Expr)
-    return place(ev, found.places[0], Extent(length, width))
-
-
-def _properties(ev: Evaluator, kind: ActorKind, given: Sequence[nodes.With]) -> dict[str, Value]:
-    """Every property of an object: those given, then the defaults of its kind."""
-    properties: dict[str, Value] = {}
-    seen: dict[str, Span] = {}
-    broken = False
-    for with_ in given:
-        if with_.property in seen:
-            first = Label(seen[with_.property], "first here")
-            raise errors.PROPERTY_TWICE.mistake(with_.property_span, name=with_.property, secondary=(first,))
-        seen[with_.property] = with_.property_span
-        value = ev.tolerate(lambda with_=with_: _property(ev, kind, with_))
-        broken = broken or value is POISON
-        properties[with_.property] = value
-    if broken:
-        raise Mistake
-    return _with_defaults(ev, MODELS[kind], properties)
-
-
-def _property(ev: Evaluator, kind: ActorKind, node: nodes.With) -> Value:
-    name, span = node.property, node.value.span
-    if name in IGNORED:
-        ev.evaluate(node.value)
-        return None
-    if name not in PROPERTIES and name not in FLAGS:
-        raise errors.UNKNOWN_PROPERTY.mistake(
-            node.property_span,
-            kind=f"a {kind.name.capitalize()}",
-            name=name,
-            suggestion=did_you_mean(name, all_properties()),
-        )
-    with ev.naming(f"{name}"):
-        value = ev.evaluate(node.value)
-    if name in FLAGS:
-        return _flag(ev, kind, name, value, span)
-    spec = PROPERTIES[name]
-    expr = numbers.adopt(ev, value, spec.dimension, span, f"`{name}`")
-    return numbers.in_range(ev, expr, spec.low, spec.high, spec.dimension, span, f"`{name}`", above=spec.above)
-
-
-def _flag(ev: Evaluator, kind: ActorKind, name: str, value: Value, span: Span) -> Value:
-    if name == "behavior":
-        return _behaviour(kind, value, span)
-    if name == "allowCollisions":
-        return known_truth(ev, value, span, "`allowCollisions`")
-    if name == "name" and not isinstance(value, str):
-        raise errors.WRONG_KIND.mistake(span, what="`name`", expected="text", actual=kind_name(value), cure="")
-    return value
-
-
-def _behaviour(kind: ActorKind, value: Value, span: Span) -> Value:
-    if value is None:
-        return None
-    behaviour = as_behaviour(value, span)
-    if behaviour is None:
-        raise errors.WRONG_KIND.mistake(
-            span, what="`behavior`", expected="a behavior", actual=kind_name(value), cure="as in `FollowLaneBehavior()`"
-        )
-    if kind == ActorKind.OBSTACLE:
-        raise errors.OBSTACLE_BEHAVIOUR.mistake(span)
-    return behaviour
-
-
-def _with_defaults(ev: Evaluator, model: ActorModel, given: dict[str, Value]) -> dict[str, Value]:
-    """Fill in what was not given; a longer car has its axles further apart."""
-    result = dict(given)
-    algebra = ev.algebra
-    result.setdefault("speed", algebra.literal(0.0))
-    for name, column in MODEL_FIELDS.items():
-        default: ir.Expr = algebra.literal(float(getattr(model, column)))
-        if name in ("wheelbase", "rearToCenter") and "length" in given:
-            length = result["length"]
-            assert isinstance(length, ir.Expr)
-            scale = algebra.apply(Op.DIV, length, algebra.literal(model.length))
-            default = algebra.mul(default, scale)
-        result.setdefault(name, default)
-    return result
+    return place(making.ev, found.places[0], Extent(length, width))

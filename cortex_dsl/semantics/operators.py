@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import attributes, distributions, errors, geometry, numbers
+from cortex_dsl.semantics import attributes, distributions, errors, geometry, lanes, numbers, signals
 from cortex_dsl.semantics.arguments import Given, items_of
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.draws import Site, scaled
@@ -14,6 +14,7 @@ from cortex_dsl.semantics.roads import named_constant
 from cortex_dsl.semantics.units import UNITS, Unit
 from cortex_dsl.semantics.values import (
     POISON,
+    Centerline,
     Closure,
     Pose,
     Quantity,
@@ -149,11 +150,18 @@ def unpack(targets: Sequence[str], value: Value, span: Span) -> dict[str, Value]
 
 def index(ev: Evaluator, node: nodes.Index) -> Value:
     value, at = ev.evaluate_all((node.value, node.index))
+    if isinstance(value, Centerline):
+        value = geometry.ends(ev, value)
     items = items_of(value, node.value.span, "what is indexed")
     position = whole_number(ev, at, node.index.span, "an index")
     if not -len(items) <= position < len(items):
-        raise errors.BAD_INDEX.mistake(node.index.span, index=position, count=len(items))
+        raise errors.BAD_INDEX.mistake(node.index.span, index=position, count=len(items), cure=_indices(len(items)))
     return items[position]
+
+
+def _indices(count: int) -> str:
+    """Which items a list has."""
+    return f"items count from 0: `[0]` to `[{count - 1}]`; `[-1]` is the last" if count else "the list is empty"
 
 
 # -- arithmetic -------------------------------------------------------------------------------------------------------
@@ -186,7 +194,8 @@ def combine(ev: Evaluator, operator: str, left: Value, right: Value, node: nodes
     if operator == "@":
         return geometry.vector(ev, (left, right), node.span)
     if isinstance(left, Quantity) and isinstance(right, Quantity):
-        return _ARITHMETIC[operator](ev, left, right, node.span)
+        with numbers.sides((node.left.span, left), (node.right.span, right)):
+            return _ARITHMETIC[operator](ev, left, right, node.span)
     if isinstance(left, tuple) and isinstance(right, tuple) and operator == "+":
         if len(left) + len(right) > RANGE_LIMIT:
             raise errors.LIST_TOO_LONG.mistake(node.span, limit=RANGE_LIMIT)
@@ -207,7 +216,8 @@ def compare(ev: Evaluator, node: nodes.Compare) -> Value:
     result: ir.Expr = ev.algebra.truth(True)
     for i, (operator, operand) in enumerate(node.rest):
         span = operands[i].span.to(operand.span)
-        result = ev.algebra.apply(Op.AND, result, _link(ev, operator, values[i], values[i + 1], span))
+        with numbers.sides((operands[i].span, values[i]), (operand.span, values[i + 1])):
+            result = ev.algebra.apply(Op.AND, result, _link(ev, operator, values[i], values[i + 1], span))
     return Truth(result)
 
 
@@ -227,6 +237,10 @@ def _link(ev: Evaluator, operator: str, left: Value, right: Value, span: Span) -
 
 def _same(ev: Evaluator, left: Value, right: Value) -> ir.Expr:
     """Identity of objects, equality of text and lists."""
+    if (lane := lanes.same(ev, left, right)) is not None:
+        return lane
+    if (colour := signals.same_colour(ev, left, right, ev.algebra.span)) is not None:
+        return colour
     if isinstance(left, Truth) and isinstance(right, Truth):
         return ev.algebra.apply(Op.EQ, left.expr, right.expr)
     if isinstance(left, Quantity) and isinstance(right, Quantity):
@@ -267,7 +281,8 @@ def conditional(ev: Evaluator, node: nodes.Conditional) -> Value:
         return ev.evaluate(node.then if condition.value else node.otherwise)
     then, otherwise = ev.evaluate_all((node.then, node.otherwise))
     if isinstance(then, Quantity) and isinstance(otherwise, Quantity):
-        return numbers.select(ev, condition, then, otherwise, node.span)
+        with numbers.sides((node.then.span, then), (node.otherwise.span, otherwise)):
+            return numbers.select(ev, condition, then, otherwise, node.span)
     if isinstance(then, Truth) and isinstance(otherwise, Truth):
         return Truth(ev.algebra.apply(Op.SELECT, condition, then.expr, otherwise.expr))
     known = known_truth(ev, Truth(condition), node.condition.span, "a condition that chooses between objects")

@@ -130,7 +130,7 @@ def choose(ev: Evaluator, options: Sequence[Option], site: Site, gene: int | Non
 
 def _name_of(ev: Evaluator, value: Value) -> str:
     """A module variable that holds the value, for want of a text of its own."""
-    return next((name for name, known in ev.run.names.items() if known is value), "")
+    return next((name for name, known in ev.names.items() if known is value), "")
 
 
 def all_constant(options: Sequence[Option]) -> bool:

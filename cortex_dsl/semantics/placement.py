@@ -10,13 +10,35 @@ from cortex_dsl.syntax import nodes
 TOP_LEVEL: dict[type, str] = {
     nodes.Map: "map",
     nodes.Simulation: "simulation",
+    nodes.Signals: "signals",
     nodes.Model: "model",
     nodes.Param: "param",
-    nodes.Require: "require",
     nodes.TerminateWhen: "terminate when",
     nodes.TerminateAfter: "terminate after",
+    nodes.RequireMonitor: "require monitor",
+    nodes.Record: "record",
     nodes.BehaviorDefinition: "behavior",
+    nodes.MonitorDefinition: "monitor",
+    nodes.ScenarioDefinition: "scenario",
+    nodes.ClassDefinition: "class",
+    nodes.Import: "import",
+    nodes.ImportFrom: "from",
+    nodes.Mutate: "mutate",
 }
+
+NOT_IN_SETUP: dict[type, str] = {
+    nodes.Map: "all objects share one road",
+    nodes.Simulation: "it says how the whole file is run",
+    nodes.Signals: "the traffic lights belong to the road",
+    nodes.Model: "it is the same for the whole file",
+    nodes.Param: "a search needs the params before anything runs",
+    nodes.Import: "imports are read before anything runs",
+    nodes.ImportFrom: "imports are read before anything runs",
+    nodes.BehaviorDefinition: "behaviors are shared by all scenarios",
+    nodes.MonitorDefinition: "monitors are shared by all scenarios",
+    nodes.ScenarioDefinition: "scenarios are shared by all scenarios",
+}
+"""Statements that a scenario's setup cannot have, and why."""
 
 INSIDE: dict[type, str] = {
     nodes.Do: "do",
@@ -38,8 +60,11 @@ class _Around:
     """What a statement stands in."""
 
     behaviour: bool = False
+    monitor: bool = False
     loop: bool = False
     attempt: bool = False
+    setup: bool = False
+    compose: bool = False
 
 
 def check_placement(module: nodes.Module, findings: Findings) -> None:
@@ -49,8 +74,22 @@ def check_placement(module: nodes.Module, findings: Findings) -> None:
 
 def _check(statement: nodes.Statement, around: _Around, findings: Findings) -> None:
     kind = type(statement)
-    if around.behaviour and kind in TOP_LEVEL:
-        _report(findings, statement, TOP_LEVEL[kind], "in a behavior", "at the top level")
+    if kind is nodes.Override and not around.setup:
+        here = "in a `compose`" if around.compose else "in a behavior" if around.behaviour else "at the top level"
+        _report(findings, statement, "override", here, "in the setup of a scenario")
+    elif around.setup and kind in NOT_IN_SETUP:
+        _refuse(findings, statement, TOP_LEVEL[kind], NOT_IN_SETUP[kind])
+    elif around.setup and kind in INSIDE:
+        _report(findings, statement, INSIDE[kind], "in a setup", "in a behavior or a `compose`")
+    elif around.compose and kind in TOP_LEVEL:
+        _report(findings, statement, TOP_LEVEL[kind], "in a `compose`", "in the `setup` of a scenario")
+    elif around.compose and kind is nodes.Take:
+        _report(findings, statement, "take", "in a `compose`", "in a behavior: a scenario drives no object")
+    elif around.behaviour and kind in TOP_LEVEL:
+        here = "in a monitor" if around.monitor else "in a behavior"
+        _report(findings, statement, TOP_LEVEL[kind], here, "at the top level")
+    elif around.monitor and isinstance(statement, nodes.Do | nodes.Take):
+        findings.add(errors.MONITOR_ACTS.at(statement.span, statement=INSIDE[kind]))
     elif not around.behaviour and kind in INSIDE:
         _report(findings, statement, INSIDE[kind], "at the top level", "in a behavior")
     elif kind in (nodes.Break, nodes.Continue) and not around.loop:
@@ -65,6 +104,11 @@ def _check_inside(statement: nodes.Statement, around: _Around, findings: Finding
     match statement:
         case nodes.BehaviorDefinition(body=body):
             _check_all(body, _Around(behaviour=True), findings)
+        case nodes.MonitorDefinition(body=body):
+            _check_all(body, _Around(behaviour=True, monitor=True), findings)
+        case nodes.ScenarioDefinition(setup=setup, compose=compose):
+            _check_all(setup, _Around(setup=True), findings)
+            _check_all(compose, _Around(behaviour=True, compose=True), findings)
         case nodes.While(body=body):
             _check_all(body, replace(around, loop=True), findings)
         case nodes.If(branches=branches, otherwise=otherwise):
@@ -79,6 +123,11 @@ def _check_inside(statement: nodes.Statement, around: _Around, findings: Finding
 def _check_all(statements: tuple[nodes.Statement, ...], around: _Around, findings: Findings) -> None:
     for statement in statements:
         _check(statement, around, findings)
+
+
+def _refuse(findings: Findings, statement: nodes.Statement, word: str, reason: str) -> None:
+    span = Span(statement.span.start, statement.span.start + len(word))
+    findings.add(errors.SETTING_IN_SCENARIO.at(span, statement=word, reason=reason))
 
 
 def _report(findings: Findings, statement: nodes.Statement, word: str, here: str, there: str) -> None:

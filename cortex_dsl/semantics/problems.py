@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from cortex_dsl.diagnostics import Diagnostic, Label, Severity
+from cortex_dsl.diagnostics import Diagnostic, Label, Page, Severity
 from cortex_dsl.source import Span
 
 
@@ -15,6 +15,7 @@ class Problem:
     reason: str = ""
     cure: str = ""
     severity: Severity = Severity.ERROR
+    page: Page | None = None
 
     def at(self, span: Span, *, secondary: tuple[Label, ...] = (), label: str = "", **fields: object) -> Diagnostic:
         """The problem at a place, its texts filled in."""
@@ -58,9 +59,13 @@ class NeedsExpansion(Exception):  # noqa: N818 - control flow
         self.sites = sites
 
 
-def warning(code: str, message: str, reason: str = "", cure: str = "") -> Problem:
-    return Problem(code, message, reason, cure, Severity.WARNING)
+def warning(code: str, message: str, reason: str = "", cure: str = "", page: Page | None = None) -> Problem:
+    return Problem(code, message, reason, cure, Severity.WARNING, page)
 
 
-def note(code: str, message: str, reason: str = "", cure: str = "") -> Problem:
-    return Problem(code, message, reason, cure, Severity.NOTE)
+def note(code: str, message: str, reason: str = "", cure: str = "", page: Page | None = None) -> Problem:
+    return Problem(code, message, reason, cure, Severity.NOTE, page)
+
+
+def hint(code: str, message: str, reason: str = "", cure: str = "", page: Page | None = None) -> Problem:
+    return Problem(code, message, reason, cure, Severity.HINT, page)

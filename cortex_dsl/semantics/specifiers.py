@@ -24,6 +24,7 @@ from cortex_dsl.semantics.values import (
 )
 from cortex_dsl.syntax import nodes
 from engine.road.network import Intersection, Lane, Network
+from engine.road.sections import LaneSection
 from engine.vocabulary import Op
 
 CONTACT_TOLERANCE = 1e-4
@@ -70,6 +71,8 @@ def _in_region(ev: Evaluator, node: nodes.InRegion, _extent: Extent) -> Placemen
     value = ev.evaluate(node.region)
     if isinstance(value, Network):
         value = ROAD
+    if isinstance(value, LaneSection):
+        value = value.lane
     if isinstance(value, Centerline):
         return on_centerline(ev, value.lane)
     if (region := geometry.region_of(value)) is not None:

@@ -4,16 +4,33 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors, numbers, roads
+from cortex_dsl.semantics import errors, numbers, roads, signals, temporal
 from cortex_dsl.semantics.algebra import closed_value
 from cortex_dsl.semantics.arguments import Given, evaluate_arguments
+from cortex_dsl.semantics.certainty import weigh
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.default_map import reasons, spelled
 from cortex_dsl.semantics.functions import whole_number
 from cortex_dsl.semantics.genes import param_value
+from cortex_dsl.semantics.imports import bound_name
+from cortex_dsl.semantics.margins import margin_of
+from cortex_dsl.semantics.monitors import require_monitor
 from cortex_dsl.semantics.operators import combine, unpack
 from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.units import PURE, TIME, Dimension
-from cortex_dsl.semantics.values import POISON, Actor, BehaviourCall, BehaviourValue, Quantity, Value, kind_name
+from cortex_dsl.semantics.values import (
+    POISON,
+    Actor,
+    BehaviourCall,
+    BehaviourValue,
+    MonitorCall,
+    MonitorValue,
+    Quantity,
+    ScenarioCall,
+    ScenarioValue,
+    Value,
+    kind_name,
+)
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -24,16 +41,16 @@ MAP_PARAMS = frozenset({"map", "carla_map", "lgsvl_map", "use2DMap"})
 """Params by which Scenic's scripts name a map file."""
 IDLE_PARAMS = frozenset({"weather", "time_step", "timestep", "render", "record", "address", "port", "timeout", "time"})
 """Params that Scenic's simulators read and nothing here does."""
-SETTINGS = ("time_step", "max_time", "max_attempts", "stream")
+SETTINGS = ("time_step", "max_time", "max_attempts", "stream", "scenario")
 
 
 def run_statement(ev: Evaluator, statement: nodes.Statement) -> None:
     """Run one statement; after a mistake its names are poisoned, so that they cause no further complaints."""
     try:
-        _STATEMENTS[type(statement)](ev, statement)
+        STATEMENTS[type(statement)](ev, statement)
     except Mistake as mistake:
         ev.report(mistake)
-        ev.run.names.update(dict.fromkeys(_targets(statement), POISON))
+        ev.scope.update(dict.fromkeys(_targets(statement), POISON))
 
 
 def _targets(statement: nodes.Statement) -> tuple[str, ...]:
@@ -42,6 +59,12 @@ def _targets(statement: nodes.Statement) -> tuple[str, ...]:
             return targets
         case nodes.AugmentedAssign(target=target):
             return (target,)
+        case nodes.ClassDefinition(name=name):
+            return (name,)
+        case nodes.Import() if (name := bound_name(statement)) is not None:
+            return (name,)
+        case nodes.ImportFrom(names=names):
+            return tuple(each.alias or each.name for each in names)
     return ()
 
 
@@ -58,7 +81,7 @@ def _assign(ev: Evaluator, node: nodes.Assign) -> None:
 def _bind(ev: Evaluator, name: str, value: Value, span: Span) -> None:
     if name == "ego" and not isinstance(value, Actor):
         raise errors.EGO_NOT_OBJECT.mistake(span, actual=kind_name(value))
-    ev.run.names[name] = value
+    ev.scope[name] = value
 
 
 def _augmented(ev: Evaluator, node: nodes.AugmentedAssign) -> None:
@@ -70,11 +93,22 @@ def _augmented(ev: Evaluator, node: nodes.AugmentedAssign) -> None:
 
 def _expression(ev: Evaluator, node: nodes.ExpressionStatement) -> None:
     value = ev.evaluate(node.value)
-    if isinstance(value, BehaviourCall | BehaviourValue):
-        name = value.name if isinstance(value, BehaviourCall) else value.node.name
-        raise errors.CALLED_BEHAVIOUR.mistake(node.span, name=name)
+    check_called(value, node.span)
     if not isinstance(value, Actor | str):
         ev.report(errors.BARE_EXPRESSION.at(node.span))
+
+
+def check_called(value: Value, span: Span) -> None:
+    """What only runs by `do` or `require monitor` does nothing when it is called."""
+    if isinstance(value, BehaviourCall | BehaviourValue):
+        name = value.name if isinstance(value, BehaviourCall) else value.node.name
+        raise errors.CALLED_BEHAVIOUR.mistake(span, name=name)
+    if isinstance(value, MonitorCall | MonitorValue):
+        name = value.name if isinstance(value, MonitorCall) else value.node.name
+        raise errors.MONITOR_USED.mistake(span, name=name)
+    if isinstance(value, ScenarioCall | ScenarioValue):
+        name = value.name if isinstance(value, ScenarioCall) else value.node.name
+        raise errors.SCENARIO_USED.mistake(span, name=name)
 
 
 def _param(ev: Evaluator, node: nodes.Param) -> None:
@@ -83,13 +117,16 @@ def _param(ev: Evaluator, node: nodes.Param) -> None:
             value = ev.tolerate(lambda entry=entry: param_value(ev, entry))
         ev.run.params[entry.name] = value
         if entry.name != "map":
-            ev.run.names[entry.name] = value
+            ev.scope[entry.name] = value
         _note_idle_param(ev, entry)
 
 
 def _note_idle_param(ev: Evaluator, entry: nodes.ParamEntry) -> None:
     if entry.name == "map":
-        ev.report(errors.SCENIC_MAP.at(entry.span, ways=ev.file.default_road.ways))
+        road = ev.file.default_road
+        ev.report(errors.SCENIC_MAP.at(entry.span, reason=reasons(road), road=spelled(road)))
+    elif entry.name in MAP_PARAMS and "map" in ev.run.params:
+        return  # said of the map itself
     elif entry.name in MAP_PARAMS or entry.name in IDLE_PARAMS:
         reason = (
             "the map is a grid of intersections" if entry.name in MAP_PARAMS else "no part of the simulation reads it"
@@ -116,21 +153,30 @@ def _simulation(ev: Evaluator, node: nodes.Simulation) -> None:
             raise errors.UNKNOWN_ARGUMENT.mistake(
                 argument.place, function="simulation", name=name, suggestion=suggestion
             )
+        if name == "scenario":
+            _check_text(name, argument)
+            continue
         ev.file.settings = replace(ev.file.settings, **{name: _setting(ev, name, argument)})
 
 
 def _setting(ev: Evaluator, name: str, argument: Given) -> float | int | str:
     value, span = argument.value, argument.span
     if name == "stream":
-        if not isinstance(value, str):
-            raise errors.BAD_SETTING.mistake(span, name=name, expected="text", actual=kind_name(value), reason="")
-        return _stream(value, span)
+        return _stream(_check_text(name, argument), span)
     if name == "max_attempts":
         attempts = whole_number(ev, value, span, "`max_attempts`")
         numbers.in_range(ev, ev.algebra.literal(float(attempts)), 1.0, 1e9, PURE, span, "`max_attempts`")
         return attempts
     low, high = (1e-4, 1.0) if name == "time_step" else (1e-4, 1e5)
     return known_number(ev, argument, TIME, f"`{name}`", low, high)
+
+
+def _check_text(name: str, argument: Given) -> str:
+    """The text of a setting; the scenario to run was read before anything else."""
+    if not isinstance(argument.value, str):
+        actual = kind_name(argument.value)
+        raise errors.BAD_SETTING.mistake(argument.span, name=name, expected="text", actual=actual, reason="")
+    return argument.value
 
 
 def _stream(text: str, span: Span) -> str:
@@ -153,16 +199,19 @@ def known_number(ev: Evaluator, argument: Given, dimension: Dimension, what: str
 
 
 def _require(ev: Evaluator, node: nodes.Require) -> None:
-    probability = _probability(ev, node.probability)
+    if temporal.is_timed(node.condition):
+        return  # it speaks of the run
+    probability = soft_probability(ev, node.probability)
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
     name = node.name or " ".join(ev.file.source.slice(node.condition.span).split())
-    ev.run.requirements.append(ir.Requirement(condition, probability, name, ev.file.line(node.span)))
-    never = isinstance(condition, ir.Literal) and condition.value == 0.0
-    holds = ev.file.require_holds
-    holds[node.condition.span] = holds.get(node.condition.span, False) or not never or probability < 1.0
+    margin = margin_of(ev.algebra, condition, ev.run.compared)
+    ev.run.requirements.append(ir.Requirement(condition, probability, name, ev.file.line(node.span), *margin))
+    weight = weigh(condition, ev.interval(condition), certain=probability == 1.0)
+    ev.file.weights[node.condition.span] = weight.joined(ev.file.weights.get(node.condition.span))
 
 
-def _probability(ev: Evaluator, node: nodes.Expression | None) -> float:
+def soft_probability(ev: Evaluator, node: nodes.Expression | None) -> float:
+    """The number in `require[p]`; 1 without."""
     if node is None:
         return 1.0
     expr = numbers.adopt(ev, ev.evaluate(node), PURE, node.span, "a probability")
@@ -198,11 +247,15 @@ def _nothing(_ev: Evaluator, _node: nodes.Statement) -> None:
 
 Run = Callable[[Evaluator, nodes.Statement], None]
 
-_STATEMENTS: dict[type, Run] = {
+STATEMENTS: dict[type, Run] = {
     **dict.fromkeys(
         (
             nodes.BehaviorDefinition,
+            nodes.MonitorDefinition,
+            nodes.ScenarioDefinition,
+            nodes.Override,
             nodes.TerminateWhen,
+            nodes.Record,
             nodes.Do,
             nodes.Take,
             nodes.Wait,
@@ -225,6 +278,8 @@ _STATEMENTS: dict[type, Run] = {
     nodes.Map: _map,
     nodes.Model: _model,
     nodes.Simulation: _simulation,
+    nodes.Signals: signals.set_up,
     nodes.Require: _require,
+    nodes.RequireMonitor: require_monitor,
     nodes.TerminateAfter: _terminate_after,
 }  # type: ignore[dict-item]

@@ -13,6 +13,7 @@ from cortex_dsl.semantics.units import dimension_name, si_word
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.road.network import Intersection, Lane, Maneuver, Network
+from engine.road.sections import LaneGroup, LaneSection, Road
 from engine.vocabulary import ActorKind, Command, ManeuverType
 
 Value = object
@@ -64,6 +65,43 @@ class Centerline:
 
 
 @dataclass(frozen=True, slots=True)
+class LaneNow:
+    """A lane, or its section, that only the place of an object tells."""
+
+    id: ir.Expr
+    """Index in `network.lanes`; -1 where there is no such lane."""
+    section: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """The traffic light of one arm of an intersection."""
+
+    intersection: Intersection
+    arm: int
+    """Index in `intersection.legs`."""
+
+    @property
+    def name(self) -> str:
+        return f"light {self.intersection.legs[self.arm].name} of {self.intersection.name}"
+
+
+@dataclass(frozen=True, slots=True)
+class Colour:
+    """What a traffic light shows at a moment."""
+
+    index: ir.Expr
+    """Index in `signals.COLOURS`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """What calling a function changes during the run."""
+
+    acts: ir.Block
+
+
+@dataclass(frozen=True, slots=True)
 class DirectionField:
     """`roadDirection`: at every point the direction of the lane there."""
 
@@ -78,6 +116,10 @@ class Actor:
     span: Span
     pose: Pose
     properties: dict[str, Value] = field(default_factory=dict)
+    scenario: "Instance | None" = None
+    """What made it: a scenario that another one starts; None for the top level and the scenario that the run is."""
+    overrides: "list[tuple[int, BehaviourCall | None]]" = field(default_factory=list)
+    """(monitor, behaviour): what it does while that scenario runs; of several the last one decides."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +142,8 @@ class BehaviourValue:
     """A behaviour that the file defines."""
 
     node: nodes.BehaviorDefinition
+    home: dict[str, Value] | None = None
+    """Variables of the imported file that defines it; None: the main file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +158,110 @@ class BehaviourCall:
     @property
     def name(self) -> str:
         return self.behaviour.node.name if isinstance(self.behaviour, BehaviourValue) else self.behaviour.name
+
+
+@dataclass(frozen=True, eq=False)
+class MonitorValue:
+    """A monitor that the file defines."""
+
+    node: nodes.MonitorDefinition
+    home: dict[str, Value] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class MonitorCall:
+    """A monitor with its arguments, ready to be required."""
+
+    monitor: MonitorValue
+    arguments: Mapping[str, Value]
+    spans: Mapping[str, Span]
+    span: Span
+
+    @property
+    def name(self) -> str:
+        return self.monitor.node.name
+
+
+@dataclass(frozen=True, eq=False)
+class ClassValue:
+    """A class that a file defines, ready to be made objects of."""
+
+    node: nodes.ClassDefinition
+    kind: ActorKind
+    bases: "tuple[ClassValue, ...]"
+    """The classes that it is made of, nearest first."""
+    scopes: tuple[Mapping[str, Value], ...] = ()
+    home: dict[str, Value] | None = None
+    """Where its defaults look names up."""
+
+
+@dataclass(frozen=True, eq=False)
+class Unfinished:
+    """`self` in the default of a property: the object while it is made."""
+
+    attribute: Callable[[str, Span], Value]
+
+
+@dataclass(frozen=True, eq=False)
+class Namespace:
+    """An imported file."""
+
+    file: str
+    names: Mapping[str, Value]
+
+
+@dataclass(frozen=True, eq=False)
+class ScenarioValue:
+    """A scenario that a file defines."""
+
+    node: nodes.ScenarioDefinition
+    home: dict[str, Value] | None = None
+
+
+@dataclass(eq=False)
+class Instance:
+    """A scenario that is to run: its variables, what it made, and the monitor that runs it."""
+
+    name: str = ""
+    names: dict[str, Value] = field(default_factory=dict)
+    actors: list[Actor] = field(default_factory=list)
+    monitor: int = -1
+    watchers: list[int] = field(default_factory=list)
+    """The monitors that it requires."""
+    children: "list[Instance]" = field(default_factory=list)
+    """What its `compose` starts, in the order of the file."""
+    parent: "Instance | None" = None
+    span: Span | None = None
+    """Where it is started."""
+    present: bool = True
+    """Whether it surely starts with the run, its objects with it."""
+    rules: list[nodes.Statement] = field(default_factory=list)
+    """Statements of its setup that speak of the run."""
+
+    @property
+    def ego(self) -> Actor | None:
+        ego = self.names.get("ego")
+        return ego if isinstance(ego, Actor) else None
+
+    @property
+    def family(self) -> "tuple[Instance, ...]":
+        """Itself and all that it starts, directly or not."""
+        return (self, *(each for child in self.children for each in child.family))
+
+
+@dataclass(eq=False)
+class ScenarioCall:
+    """A scenario with its arguments, ready to be started; `instance` once it has been."""
+
+    scenario: ScenarioValue
+    arguments: Mapping[str, Value]
+    spans: Mapping[str, Span]
+    span: Span
+    instance: Instance | None = None
+
+    @property
+    def name(self) -> str:
+        return self.scenario.node.name
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,10 +306,23 @@ _KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
     (Pose, "an oriented point"),
     (Region, "a region"),
     (Centerline, "a centre line"),
+    (LaneNow, "a lane"),
+    (LaneSection, "a lane section"),
+    (LaneGroup, "a lane group"),
+    (Road, "a road"),
+    (Signal, "a traffic light"),
+    (Colour, "the colour of a traffic light"),
+    (Effect, "nothing"),
     (DirectionField, "a direction field"),
     (Closure, "a lambda"),
     (BehaviourValue, "a behavior"),
     (BehaviourCall, "a behavior"),
+    (ClassValue, "a class"),
+    (Namespace, "an imported file"),
+    (ScenarioValue, "a scenario"),
+    (ScenarioCall, "a scenario"),
+    (MonitorValue, "a monitor"),
+    (MonitorCall, "a monitor"),
     (ActionCall, "an action"),
     (Weights, "a dictionary"),
     (EnumValue, "an enumeration"),
@@ -191,7 +352,7 @@ def kind_name(value: Value) -> str:
 
 def option_name(value: Value) -> str:
     """How one option of a choice is shown to people."""
-    if isinstance(value, Lane | Maneuver | Intersection | Actor | Region):
+    if isinstance(value, Lane | Maneuver | Intersection | Actor | Region | LaneSection | LaneGroup | Road | Signal):
         return value.name
     if isinstance(value, ManeuverType):
         return value.name
@@ -214,7 +375,7 @@ def source_text(value: Value) -> str | None:
     match value:
         case None:
             return "None"
-        case Lane() | Maneuver() | Intersection():
+        case Lane() | Maneuver() | Intersection() | LaneSection() | Road():
             return value.source
         case ManeuverType():
             return f"ManeuverType.{value.name}"

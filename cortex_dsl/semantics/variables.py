@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from cortex_dsl import ir
 from cortex_dsl.semantics.algebra import is_dynamic
 from cortex_dsl.semantics.context import Evaluator
-from cortex_dsl.semantics.values import Pose, Quantity, Truth, Value, Vector
+from cortex_dsl.semantics.values import Colour, LaneNow, Pose, Quantity, Truth, Value, Vector
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 
@@ -29,6 +29,10 @@ def snapshot(ev: Evaluator, value: Value, span: Span, acts: list[ir.Act]) -> Val
             return Vector(kept(x), kept(y))
         case Pose(x, y, heading):
             return Pose(kept(x), kept(y), kept(heading))
+        case LaneNow(id, section):
+            return LaneNow(kept(id), section)
+        case Colour(index):
+            return Colour(kept(index))
         case tuple():
             return tuple(snapshot(ev, item, span, acts) for item in value)
     return value

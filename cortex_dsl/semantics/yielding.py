@@ -10,6 +10,7 @@ from cortex_dsl.source import Span
 from engine.vocabulary import Op
 
 TURN_ENDS = (ir.Take, ir.Wait, ir.Follow, ir.HoldSpeed, ir.Terminate)
+"""A `Demand` is none: it ends the run only where it fails."""
 WAYS_OUT = (ir.Leave, ir.Abort)
 
 
@@ -23,6 +24,9 @@ def everything(block: ir.Block) -> Iterator[ir.Act]:
                 yield from everything(otherwise)
             case ir.Loop(body=body) | ir.Scope(body=body):
                 yield from everything(body)
+            case ir.Pick(options=options):
+                for option in options:
+                    yield from everything(option.body)
             case ir.TryInterrupt(body=body, handlers=handlers):
                 yield from everything(body)
                 for _, acts in handlers:
@@ -37,13 +41,18 @@ def ever_acts(block: ir.Block) -> bool:
 def check_loop(ev: Evaluator, condition: ir.Expr, body: ir.Block, span: Span) -> None:
     """A loop must act, have a way out, or change what its condition looks at."""
     if not _goes_on(condition, body):
-        ev.report(errors.NEVER_ACTS.at(span, what="loop"))
+        ev.report(errors.NEVER_ACTS.at(span, what="loop", words=_words(ev)))
 
 
 def check_handler(ev: Evaluator, condition: ir.Expr, body: ir.Block, span: Span) -> None:
     """A handler that ends without acting is asked for again at once."""
     if not _goes_on(condition, body):
-        ev.report(errors.NEVER_ACTS.at(span, what="handler"))
+        ev.report(errors.NEVER_ACTS.at(span, what="handler", words=_words(ev)))
+
+
+def _words(ev: Evaluator) -> str:
+    """Statements that end a turn; a monitor has fewer."""
+    return "`wait`" if ev.moment.actor is None else "`take`, `wait` or `do`"
 
 
 def _goes_on(condition: ir.Expr, body: ir.Block) -> bool:

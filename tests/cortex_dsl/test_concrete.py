@@ -77,3 +77,72 @@ def test_comments_of_the_author_stay() -> None:
     text = scenario.concrete(scenes, int(np.flatnonzero(scenes.valid)[0]))
     assert "# mind this" in text
     assert "# here" in text
+
+
+LIBRARY = {
+    "cars.scn": """
+from lib.gaps import GAP
+param LIMIT = Range(5, 30) km/h
+
+class Taxi(Car):
+    width: Range(1.6, 1.9) m
+    speed: LIMIT
+""",
+    "lib/gaps.scn": "GAP = Range(12, 18) m\n",
+}
+WITH_IMPORTS = """
+map intersection(lanes=2, approach=80 m)
+from cars import Taxi, GAP
+import "lib/gaps.scn" as more
+import cars
+
+way = Uniform(*intersection.incomingLanes)
+ego = new Taxi in way.centerline, with behavior FollowLaneBehavior(target_speed=cars.LIMIT)
+other = new Taxi ahead of ego by more.GAP
+mutate other by 0.2
+post = new Obstacle at (60 m, 60 m), facing Range(0, 90) deg, with regionContainedIn None
+mutate post, ego by 0.1
+
+scenario Crossing(gap):
+    setup:
+        walker = new Pedestrian on road, with behavior ConstantSpeedBehavior(gap / 10 s)
+
+scenario Main():
+    setup:
+        override ego with behavior FollowLaneBehavior(target_speed=Range(3, 9) m/s)
+    compose:
+        do Crossing(Range(9, 12) m) for 1 s
+        do choose Crossing(GAP), Crossing(GAP)
+"""
+
+
+def test_imports_mutations_and_scenarios_are_reproduced_bit_for_bit(tmp_path: Path) -> None:
+    """What imported files drew is pinned in copies of them, which lie beside the copy and which it reads."""
+    for name, text in LIBRARY.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    scenario = compile_text(WITH_IMPORTS, folder=tmp_path)
+    scenes = scenario.sample(12, seed=5)
+    outcomes = scenario.simulate(scenes)
+    for row in np.flatnonzero(scenes.valid):
+        files = scenario.concrete_files(scenes, int(row), name="case.scn")
+        assert list(files) == ["case.scn", "case.cars.scn", "case.gaps.scn"]
+        assert not any(word in text for text in files.values() for word in ("Range(", "Uniform("))
+        for name, text in files.items():
+            (tmp_path / "copies").mkdir(exist_ok=True)
+            (tmp_path / "copies" / name).write_text(text)
+        again = _outcome(load(tmp_path / "copies" / "case.scn"), np.zeros((1, 0)), scenes.keys[row : row + 1])
+        for field in fields(Outcomes):
+            np.testing.assert_array_equal(
+                getattr(outcomes, field.name)[row : row + 1], getattr(again, field.name), err_msg=field.name
+            )
+
+
+def test_copy_runs_the_scenario_that_was_asked_for() -> None:
+    """A name given with `--scenario` is written into the copy."""
+    text = "map intersection()\nego = new Car on road\n"
+    text += "".join(f"scenario {name}():\n    setup:\n        D = {i} m\n" for i, name in enumerate(("Main", "Other")))
+    scenario = compile_text(text, scenario="Other")
+    copy = scenario.concrete(scenario.sample(1))
+    assert 'scenario="Other"' in copy
+    assert 'scenario="Other"' in compile_text(copy).concrete(compile_text(copy).sample(1))

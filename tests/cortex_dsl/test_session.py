@@ -99,3 +99,16 @@ def test_mistakes_are_raised_with_all_their_places() -> None:
     with pytest.raises(CompileError) as caught:
         compile_text("ego = new Car at (0, 0), with sped 5\nrequire ego.sped > 3\n")
     assert len(caught.value.diagnostics) == 2
+
+
+def test_records_come_with_the_run() -> None:
+    """Over time and at the end, by the names that the file gives them."""
+    text = EXAMPLE.read_text() + 'record ego.speed as "pace"\nrecord final (distance from ego to adversary) as "gap"\n'
+    scenario = compile_text(text)
+    scenes = scenario.sample(8, seed=6)
+    run = scenario.watch(scenes, int(np.flatnonzero(scenes.valid)[0]))
+    pace, gap = run.records
+    assert (pace.name, pace.unit, gap.name, gap.unit) == ("pace", "m/s", "gap", "m")
+    assert len(pace.values) == len(pace.time) > 1
+    assert len(gap.values) == 1
+    assert gap.time[0] == pace.time[-1]

@@ -69,3 +69,25 @@ def test_a_param_held_fixed(cortexc: Command, left_turn: Path) -> None:
         result = cortexc(left_turn, "--check", "-p", wrong)
         assert result.code == 1, wrong
         assert "error[SCN" in result.err
+
+
+def test_the_scenario_to_run_can_be_named(cortexc: Command, tmp_path: Path) -> None:
+    """`--scenario` picks one of several; one that is not there is an error with the nearest."""
+    path = tmp_path / "two.scn"
+    text = "map intersection()\nego = new Car on road\n"
+    path.write_text(text + "scenario A():\n    setup:\n        b = new Obstacle on road\nscenario Main():\n    pass\n")
+    assert "1 actor," in cortexc(path, "--check").out
+    assert "2 actors" in cortexc(path, "--check", "--scenario", "A").out
+    assert "error[SCN241]" in cortexc(path, "--check", "--scenario", "B").err
+
+
+def test_mistakes_in_imported_files_name_them(cortexc: Command, tmp_path: Path) -> None:
+    """In the text, in the document and for GitHub."""
+    (tmp_path / "cars.scn").write_text("# a library\nx = y\n")
+    path = tmp_path / "main.scn"
+    path.write_text("map intersection()\nimport cars\nego = new Car on road\n")
+    library = tmp_path / "cars.scn"
+    assert f"{library}:2:5: error[SCN201]" in cortexc(path, "--check").err
+    assert f"file={library},line=2" in cortexc(path, "--check", "--format", "github").out
+    found = [d for d in cortexc(path, "--check", "--json").document["diagnostics"] if d["code"] == "SCN201"]
+    assert [(d["file"], d["start"]["line"]) for d in found] == [(str(library), 2)]

@@ -33,6 +33,33 @@ def test_run_repeats_itself(cortexc: Command, left_turn: Path) -> None:
     assert first["params"] != other["params"]
 
 
+def test_an_aborted_run_is_no_scene(cortexc: Command, scenario: Scenario) -> None:
+    """Exit code 3; the rule, its line and the time are told by both engines, and so is what was recorded."""
+    rule = 'require always (distance from ego to adversary) > 60 m as "far apart"'
+    path = scenario("terminate after", f'{rule}\nrecord ego.speed as "pace"\nterminate after')
+    line = path.read_text()[: path.read_text().index(rule)].count("\n") + 1
+    for engine in ("batch", "world"):
+        result = cortexc(path, "--seed", "6", "--engine", engine)
+        assert result.code == 3
+        assert f"invalid, for it broke `far apart` (line {line})" in " ".join(result.out.split())
+        assert "Records" in result.out
+        told = cortexc(path, "--seed", "6", "--engine", engine, "--json").document
+        assert (told["verdict"], told["end"]["reason"]) == ("aborted", "aborted")
+        assert (told["end"]["rule"], told["end"]["line"]) == ("far apart", line)
+        (record,) = told["records"]
+        assert (record["name"], record["unit"]) == ("pace", "m/s")
+        assert record["time"][-1] == pytest.approx(told["end"]["time"])
+
+
+def test_measures_beside_the_risk_are_in_the_document(cortexc: Command, left_turn: Path) -> None:
+    """Each with its actors, its unit and its meaning."""
+    metrics = cortexc(left_turn, "--json", "--seed", "4").document["metrics"]
+    names = [metric["name"] for metric in metrics]
+    assert {"TTC", "PET", "DRAC", "THW", "delta-V", "steering oscillation"} <= set(names)
+    assert all(metric["unit"] and metric["meaning"] for metric in metrics)
+    assert [metric["actors"] for metric in metrics if metric["name"] == "delta-V"] == [["ego"], ["adversary"]]
+
+
 def test_both_engines_agree(cortexc: Command, left_turn: Path) -> None:
     """The scored part of a run is the same in the batch host and in the world."""
     batch, world = (cortexc(left_turn, "--json", "--engine", engine).document for engine in ("batch", "world"))

@@ -10,19 +10,37 @@ from rich.console import Console, RenderableType
 
 from cortex_dsl.report.exhausted_view import exhausted_view
 from cortex_dsl.report.progress import SearchProgress, progress_view
+from cortex_dsl.report.run_document import run_content
 from cortex_dsl.report.run_view import RunReport, run_view
 from cortex_dsl.report.sample_view import sample_view
 from cortex_dsl.report.search_report import SearchReport
 from cortex_dsl.report.search_view import comparison_view, search_view
 from cortex_dsl.report.tally import Tally
 from cortex_dsl.report.theme import THEME
-from engine.program import Program, RoadSpec
+from engine.metrics import Metric
+from engine.program import Program, RoadSpec, Rule
+from engine.records import Recorded
 from engine.road import build_network, outline
 from engine.scenes import Outcomes, Scenes, Trajectory
-from engine.vocabulary import Method, Verdict
+from engine.vocabulary import EndReason, Method, RuleKind, State, Verdict
 
 WIDTHS = (60, 80, 100, 120)
 ROAD = outline(build_network(RoadSpec()))
+
+
+METRICS = (
+    Metric("MD", (0, 1), 2.31, "m", "least distance between the outlines"),
+    Metric("DRAC", (0, 1), 3.4567, "m/s^2", "largest deceleration needed"),
+    Metric("THW", (0, 1), np.inf, "s", "least headway behind a leader"),
+    Metric("pedal oscillation", (0,), 0.25, "1/s", "switches between throttle and brake"),
+    Metric("pedal oscillation", (1,), np.nan, "1/s", "switches between throttle and brake"),
+)
+TICKS = np.arange(5) * 0.05
+RECORDS = (
+    Recorded("gap", "series", "m", 51, TICKS, np.array([5.0, 4.0, np.nan, 2.5, 2.31])),
+    Recorded("entry speed", "initial", "m/s", 52, TICKS[:1], np.array([12.0])),
+    Recorded("never a number", "final", "", 53, TICKS[-1:], np.array([np.nan])),
+)
 
 
 def render(view: RenderableType, width: int, *, encoding: str = "utf-8", colour: bool = False) -> str:
@@ -53,6 +71,8 @@ def run(program: Program, scenes: Scenes, outcomes: Outcomes, trajectory: Trajec
         profile="paper",
         engine="world",
         road=ROAD,
+        metrics=METRICS,
+        records=RECORDS,
         reproduce="cortexc examples/left_turn.scn --seed 0",
     )
 
@@ -66,6 +86,50 @@ def test_run(run: RunReport, width: int) -> None:
         assert word in " ".join(text.split())
     assert "cortexc examples/left_turn.scn --seed 0" in " ".join(text.split())
     assert any(0x2800 < ord(character) < 0x2900 for character in text)
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_run_tells_records_and_other_measures(run: RunReport, width: int) -> None:
+    """A record over time as its range, one at an end with its moment; measures of the pair and of its actors."""
+    text = render(run_view(run, width), width)
+    assert_fits(text, width)
+    told = " ".join(text.split())
+    for phrase in ("2.31 .. 5 m", "at the start 12 m/s", "never a number at the end –", "DRAC 3.46 m/s^2", "THW ∞ s"):
+        assert phrase in told
+    assert "pedal oscillation ego 0.25, adversary – 1/s" in told
+    assert "least distance between the outlines" not in told.split("Other measures")[1]
+
+
+def test_an_aborted_run_says_what_it_broke_and_has_no_risk(run: RunReport, program: Program) -> None:
+    """The rule, its line and the time stand in the headline; nothing is measured."""
+    rules = (Rule("always distance from ego to adversary > 3 m", 17, RuleKind.ABORT),)
+    unknown = np.full((1, 1), np.nan)
+    broken = replace(
+        run.outcomes,
+        verdict=np.array([Verdict.ABORTED], dtype=np.int32),
+        end_reason=np.array([EndReason.ABORTED], dtype=np.int32),
+        min_distance=unknown,
+        min_distance_time=unknown,
+        max_closing_speed=unknown,
+        max_closing_time=unknown,
+    )
+    report = replace(run, program=replace(program, rules=rules), outcomes=broken, score=-1, metrics=())
+    text = render(run_view(report, 100), 100)
+    assert text.splitlines()[1] == (
+        "invalid, for it broke `always distance from ego to adversary > 3 m` (line 17)  after 4.45 s"
+    )
+    assert not any(title in text for title in ("Metrics", "Risk", "Other measures", "closest"))
+    content = run_content(report, "f.scn")
+    assert content["verdict"] == Verdict.ABORTED
+    assert (content["end"]["rule"], content["end"]["line"]) == (rules[0].name, 17)
+
+
+def test_who_comes_in_later_is_told_then(run: RunReport, trajectory: Trajectory) -> None:
+    """Not at the start."""
+    states = trajectory.states.copy()
+    states[:20, 1, State.PRESENT] = 0.0
+    text = render(run_view(replace(run, trajectory=replace(trajectory, states=states)), 80), 80)
+    assert "1.00 s adversary comes in at 28.8 km/h" in " ".join(text.split())
 
 
 def test_run_with_contact(run: RunReport, collision: Outcomes) -> None:
@@ -106,9 +170,11 @@ def test_run_of_a_lonely_actor(run: RunReport, program: Program, outcomes: Outco
         left_road_time=np.array([[np.nan]]),
     )
     single = replace(trajectory, states=trajectory.states[:, :1], outlines=trajectory.outlines[:1])
-    view = run_view(replace(run, program=replace(program, actors=("ego",)), outcomes=alone, trajectory=single), 80)
-    text = render(view, 80)
+    alone_program = replace(program, actors=("ego",))
+    lonely = replace(run, program=alone_program, outcomes=alone, trajectory=single, metrics=METRICS[3:4])
+    text = render(run_view(lonely, 80), 80)
     assert "Risk" not in text
+    assert "pedal oscillation ego 0.25 1/s" in " ".join(text.split())
     assert "ended by" in text
 
 
@@ -212,6 +278,25 @@ def test_a_search_with_one_actor_says_that_it_finds_nothing(program: Program, re
     alone = replace(program, actors=("ego",))
     assert "no actor but the ego" in render(search_view(alone, report, "", 80), 80)
     assert "no actor but" not in render(search_view(program, report, "", 80), 80)
+
+
+def test_aborted_runs_are_told_with_what_they_broke(program: Program, report: SearchReport) -> None:
+    """Among the ends, also where no run was valid."""
+    rules = (*program.rules, Rule("keeps clear", 17, RuleKind.ABORT))
+    evaluations = report.campaign.evaluations
+    runs = evaluations.rollouts
+    aborted = runs.verdict != Verdict.VALID
+    broken = replace(
+        runs,
+        verdict=np.where(aborted, int(Verdict.ABORTED), runs.verdict),
+        end_reason=np.where(aborted, int(EndReason.ABORTED), runs.end_reason),
+        end_rule=np.where(aborted, 1, runs.end_rule),
+    )
+    campaign = replace(report.campaign, evaluations=replace(evaluations, rollouts=broken))
+    view = search_view(replace(program, rules=rules), replace(report, campaign=campaign), "", 100)
+    text = render(view, 100)
+    assert aborted.any()
+    assert "invalid, for it broke `keeps clear` (line 17)" in " ".join(text.split())
 
 
 def test_search_without_a_single_valid_run(program: Program, nothing_valid: SearchReport) -> None:

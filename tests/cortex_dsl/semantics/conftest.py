@@ -46,3 +46,9 @@ def alone() -> Callable[..., ir.Scenario]:
 def said() -> Callable[..., list[str]]:
     """Codes of all findings about lines that follow a map, a `lane` and an `ego`."""
     return lambda text, overrides=NO_OVERRIDES: [d.code for d in findings(HEADER + EGO + text, overrides)]
+
+
+@pytest.fixture
+def answered() -> Callable[..., list[tuple[str, str]]]:
+    """Codes and cures of all findings about lines that follow a map, a `lane`, an `ego` and what comes before."""
+    return lambda text, before="": [(d.code, d.cure) for d in findings(HEADER + EGO + before + text)]

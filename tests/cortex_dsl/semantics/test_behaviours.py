@@ -96,9 +96,10 @@ def test_positions_are_remembered(acts: Acts) -> None:
 def test_arguments_are_evaluated_at_the_do(acts: Acts) -> None:
     """A speed passed on is the speed at that moment."""
     text = "behavior A(v):\n    do ConstantSpeedBehavior(v)\nbehavior B():\n    wait\n    do A(self.speed / 2)\n"
-    _, scope = body(acts(text))
+    _, argument, scope = body(acts(text))
+    assert isinstance(argument, ir.SetLocal)
     assert isinstance(scope, ir.Scope)
-    assert kinds(scope.body) == ["SetLocal", "SetLocal", "HoldSpeed"]
+    assert kinds(scope.body) == ["SetLocal", "HoldSpeed"]
 
 
 def test_static_arguments_stay_expressions(acts: Acts) -> None:

@@ -20,10 +20,8 @@ GOLDEN = Path(__file__).parent / "golden"
 BAD = sorted((GOLDEN / "bad").glob("*.scn"))
 GOOD = sorted((GOLDEN / "good").glob("*.scn"))
 PROBLEMS = [value for value in vars(errors).values() if isinstance(value, Problem)]
-OVERRIDE_CODES = {errors.UNKNOWN_OVERRIDE.code, errors.BAD_OVERRIDE.code}
-"""Said about the command line, not about a file; see test_overrides."""
-UNIT_CODES = {errors.UNKNOWN_UNIT.code}
-"""Said by the parser for files; kept for trees made otherwise."""
+ELSEWHERE = {p.code for p in PROBLEMS if p.page is not None and (p.page.shown or p.page.options[0])}
+"""Said about the command line, or when something is run: see test_overrides, test_undefined and test_explain."""
 
 
 @pytest.fixture(autouse=True)
@@ -67,7 +65,7 @@ def test_good_program_compiles_in_silence(path: Path) -> None:
 
 def test_every_diagnostic_has_a_golden_program() -> None:
     """No code without an example."""
-    codes = {problem.code for problem in PROBLEMS} - OVERRIDE_CODES - UNIT_CODES
+    codes = {problem.code for problem in PROBLEMS} - ELSEWHERE
     assert codes == {path.stem.split("_")[0] for path in BAD}
 
 

@@ -68,7 +68,7 @@ def test_constant_params_can_be_set() -> None:
         ({"SPEED": "5 m"}, "SCN301", "units of speed: `m/s`, `km/h`, `mph`"),
         ({"KIND": "clam"}, "SCN303", "did you mean `calm`?"),
         ({"SPEED": "Range(1, 2)"}, "SCN506", "use a constant, or a finite choice such as `DiscreteRange`"),
-        ({"N": "99"}, "SCN424", "count from 0"),
+        ({"N": "99"}, "SCN424", "items count from 0: `[0]` to `[19]`; `[-1]` is the last"),
         ({"SPEED": "unknown"}, "SCN201", ""),
     ],
 )

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 
-import cortex_dsl.semantics
+import cortex_dsl
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.problems import Problem
 
-MODULES = sorted(Path(cortex_dsl.semantics.__file__).parent.glob("*.py"))
+HOME = Path(cortex_dsl.__file__).parent
+MODULES = sorted((*(HOME / "semantics").rglob("*.py"), *(HOME / "cli").glob("*.py")))
 PROBLEMS = {name: value for name, value in vars(errors).items() if isinstance(value, Problem)}
 
 

@@ -92,4 +92,5 @@ def test_other_dimensions_are_refused(text: str, said: Callable[..., list[str]])
 
 def test_bare_numbers_adopt_what_is_around_them(said: Callable[..., list[str]]) -> None:
     """A number without unit takes the dimension of the other side, of its place, or is pure in a product."""
-    assert said("x = 3 m + 2\nrequire x < 7\nother = new Car at (1, 2), with speed 2 * 4, facing 0.5\n") == []
+    text = "x = 3 m + 2\nrequire (distance from ego to intersection) - x < 7\n"
+    assert said(text + "other = new Car at (1, 2), with speed 2 * 4, facing 0.5\n") == []

@@ -1,0 +1,34 @@
+"""A file of which it is proved that nothing can be drawn from it: its own mistake, told like any other."""
+
+from cortex_dsl.diagnostics import Diagnostic, Label
+from cortex_dsl.semantics import errors
+from cortex_dsl.source import Source, Span
+from engine.feasibility import Feasibility
+from engine.program import Program
+
+
+def no_scene_at_all(program: Program, source: Source, found: Feasibility) -> Diagnostic:
+    """The diagnostic for an infeasible file."""
+    named = [r for r in found.conflict if program.requirements[r].line] or list(found.conflict)
+    spans = [line_span(source, program.requirements[r].line) for r in named if program.requirements[r].line]
+    names = [f"`{program.requirements[r].name}`" for r in found.conflict]
+    return errors.INFEASIBLE.at(
+        spans[0] if spans else Span(0, 0),
+        label="cannot hold" if len(names) == 1 else "cannot hold together with the rest",
+        secondary=tuple(Label(span, "and this") for span in spans[1:]),
+        reason=_reason(names),
+    )
+
+
+def _reason(names: list[str]) -> str:
+    if not names:
+        return "each way of making the file's choices is ruled out by some requirement"
+    if len(names) == 1:
+        return f"{names[0]} fails for everything that can be drawn"
+    return f"{', '.join(names[:-1])} and {names[-1]} exclude each other for everything that can be drawn"
+
+
+def line_span(source: Source, line: int) -> Span:
+    """A line without its indentation."""
+    text, start = source.line(line), source.line_starts[line - 1]
+    return Span(start + len(text) - len(text.lstrip()), start + len(text.rstrip()))

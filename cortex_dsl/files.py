@@ -1,0 +1,80 @@
+"""Where imported files come from. The pipeline is handed one of these; tests and editors have their own."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from cortex_dsl.source import Source
+from cortex_dsl.syntax.reading import read_source
+
+SUFFIXES = (".scn", ".scenic")
+
+
+class Files(Protocol):
+    """Answers for the files beside a file. Names are those that messages show."""
+
+    def find(self, importer: str, paths: Sequence[str]) -> str | None:
+        """Name of the first of these paths that is a file, seen from the importing one."""
+        ...
+
+    def read(self, name: str) -> Source:
+        """Its text.
+
+        Raises:
+            CompileError: what it holds is no scenario.
+            OSError: it cannot be read.
+        """
+        ...
+
+    def identity(self, name: str) -> str:
+        """The same for two names of one file."""
+        ...
+
+    def beside(self, importer: str, path: str) -> list[str]:
+        """Files in the folder in which `path` would lie, relative to the importing file."""
+        ...
+
+
+@dataclass(frozen=True)
+class Folder:
+    """The files of this computer. `root` is where a text that came from no file is at home."""
+
+    root: Path | None = None
+
+    def find(self, importer: str, paths: Sequence[str]) -> str | None:
+        for path in paths:
+            place = self._home(importer) / path
+            if _is_file(place):
+                return os.path.normpath(place)
+        return None
+
+    def read(self, name: str) -> Source:
+        return read_source(name)
+
+    def identity(self, name: str) -> str:
+        return os.path.realpath(name)
+
+    def beside(self, importer: str, path: str) -> list[str]:
+        folder = Path(path).parent
+        try:
+            names = sorted(p.name for p in (self._home(importer) / folder).iterdir() if p.suffix in SUFFIXES)
+        except OSError:
+            return []
+        return [str(folder / name) for name in names]
+
+    def _home(self, importer: str) -> Path:
+        if self.root is not None and not Path(importer).is_file():
+            return self.root
+        return Path(importer).parent
+
+
+def _is_file(place: Path) -> bool:
+    try:
+        return place.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+DISK = Folder()

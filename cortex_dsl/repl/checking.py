@@ -1,0 +1,81 @@
+"""A draft, compiled: what is wrong with it, and what is merely still to come."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
+from cortex_dsl.pipeline import Compiled, compile_source
+from cortex_dsl.repl.draft import Draft
+from cortex_dsl.semantics import errors
+from cortex_dsl.source import Source
+from cortex_dsl.syntax.reading import decode
+from engine.program import Program
+
+STILL_TO_COME = (errors.NO_EGO.code, errors.EMPTY_FILE.code)
+OF_THE_WHOLE = (
+    errors.DEFAULT_MAP.code,
+    errors.UNUSED_BEHAVIOUR.code,
+    errors.UNUSED_MONITOR.code,
+    errors.UNUSED_GENE.code,
+    errors.DEAD_GENE.code,
+    errors.UNUSED_NAME.code,
+)
+"""Remarks that make sense when a scenario is complete."""
+STAND_IN = "\nego = new Car on road, with regionContainedIn None\n"
+"""Takes the place of an ego that is still to come, so that requirements on params alone can be weighed."""
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What the compiler says of a draft."""
+
+    draft: Draft
+    source: Source
+    compiled: Compiled | None = None
+    errors: tuple[Diagnostic, ...] = ()
+    remarks: tuple[Diagnostic, ...] = ()
+    """Warnings and notes."""
+    missing: bool = False
+    """Whether there is no ego yet."""
+    weighable: Program | None = None
+    """What requirements can be weighed with."""
+
+
+def check(draft: Draft, name: str, overrides: Mapping[str, str]) -> Checked:
+    """Compile a draft; `overrides` are params that are held. Mistakes of the overrides are errors, too."""
+    if not draft.text.strip():
+        return Checked(draft, Source(name, ""), missing=True)
+    try:
+        source = decode(name, draft.text.encode("utf-8", errors="replace"))
+        compiled = compile_source(source, overrides)
+    except CompileError as error:
+        return _failed(draft, error, overrides)
+    return Checked(draft, compiled.source, compiled, (), compiled.diagnostics, weighable=compiled.program)
+
+
+def _failed(draft: Draft, error: CompileError, overrides: Mapping[str, str]) -> Checked:
+    grave = tuple(d for d in error.diagnostics if d.severity is Severity.ERROR)
+    remarks = tuple(d for d in error.diagnostics if d.severity is not Severity.ERROR)
+    wrong = tuple(d for d in grave if d.code not in STILL_TO_COME)
+    weighable = None if wrong else _with_stand_in(error.source, overrides)
+    return Checked(draft, error.source, None, wrong, remarks, len(wrong) < len(grave), weighable)
+
+
+def _with_stand_in(source: Source, overrides: Mapping[str, str]) -> Program | None:
+    try:
+        return compile_source(Source(source.name, source.text + STAND_IN), overrides).program
+    except CompileError:
+        return None
+
+
+def new_errors(before: Checked, after: Checked) -> tuple[Diagnostic, ...]:
+    """The errors that a draft had not before: a file that is loaded with some can be mended one by one."""
+    known = {(d.code, d.message) for d in before.errors}
+    return tuple(d for d in after.errors if (d.code, d.message) not in known)
+
+
+def remarks_on(checked: Checked, index: int) -> list[Diagnostic]:
+    """What is to be said of one entry at once: warnings and notes about its lines."""
+    first, last = checked.draft.first_lines[index : index + 2]
+    fitting = (d for d in checked.remarks if d.severity is not Severity.HINT and d.code not in OF_THE_WHOLE)
+    return [d for d in fitting if first <= checked.source.row(d.label.span.start) < last]

@@ -1,0 +1,40 @@
+"""What `--check` says of a file's ranges: which part of each can hold at all, and why."""
+
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from cortex_dsl.report.layout import indented
+from cortex_dsl.report.numbers import counted
+from cortex_dsl.report.params import format_gene
+from engine.feasibility import Cut, Feasibility
+from engine.program import Program
+
+
+def feasibility_view(program: Program, found: Feasibility) -> RenderableType | None:
+    """A line for each end of a range that cannot hold, and one for impossible variants; None where there are none."""
+    lines = [
+        Text.assemble(_range(program, cut), " cannot hold: ", (_reason(program, cut), "quiet")) for cut in found.cuts
+    ]
+    rejected = int((program.code.variant_template < 0).sum())
+    impossible = int((found.impossible >= 0).sum()) - rejected
+    if impossible:
+        who = Text.assemble(counted(impossible, "variant"), " cannot be: ", (_ruled_out(program, found), "quiet"))
+        lines.append(who)
+    return indented(Group(*lines)) if lines else None
+
+
+def _range(program: Program, cut: Cut) -> Text:
+    side = "above" if cut.above else "below"
+    value = format_gene(program.space, cut.gene, cut.value)
+    return Text.assemble(
+        (program.space.names[cut.gene], "warn"), f" {side} {value}", (f" {program.space.units[cut.gene]}", "unit")
+    )
+
+
+def _reason(program: Program, cut: Cut) -> str:
+    return ", ".join(program.requirements[r].name for r in cut.requirements) or "whatever else is drawn"
+
+
+def _ruled_out(program: Program, found: Feasibility) -> str:
+    ours = program.code.variant_template >= 0
+    return ", ".join(program.requirements[r].name for r in sorted(set(found.impossible[ours].tolist()) - {-1}))

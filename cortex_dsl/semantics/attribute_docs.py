@@ -1,0 +1,71 @@
+"""One sentence about everything that may follow a dot; a name means the same after whatever has it."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
+    {
+        # -- places and objects
+        "x": "East of the centre of the map.",
+        "y": "North of the centre of the map.",
+        "position": "The point alone.",
+        "heading": "Anticlockwise from north.",
+        "steer": "Steering angle, positive to the left; only during the run.",
+        "throttle": "Throttle pedal, 0 to 1; only during the run.",
+        "brake": "Brake pedal, 0 to 1; only during the run.",
+        "distanceToClosest": "Distance to the nearest object of a class.",
+        # -- the network
+        "intersections": "All intersections of the map.",
+        "lanes": "All its lanes.",
+        "maneuvers": "The ways through the intersection: from here, or all of them.",
+        "roads": "All its roads.",
+        "drivableRegion": "Everything that lanes and intersections cover.",
+        "roadDirection": "At every point the direction of the lane there.",
+        "laneGroups": "Lanes side by side that go the same way.",
+        "laneSections": "All lane sections; here a lane has one section.",
+        "laneAt": "The lane at a point or under an object.",
+        "laneSectionAt": "The lane section at a point or under an object.",
+        # -- intersections and maneuvers
+        "incomingLanes": "Lanes that end at the intersection.",
+        "outgoingLanes": "Lanes that begin at the intersection.",
+        "is3Way": "Whether three roads meet.",
+        "is4Way": "Whether four roads meet.",
+        "center": "The middle of the intersection.",
+        "type": "`ManeuverType.STRAIGHT`, `LEFT_TURN`, `RIGHT_TURN` or `U_TURN`.",
+        "startLane": "The lane that leads into the intersection.",
+        "connectingLane": "The lane inside the intersection.",
+        "endLane": "The lane that leads out of the intersection.",
+        "conflictingManeuvers": "Maneuvers whose ways cross this one.",
+        "reverseManeuvers": "Maneuvers that come from the lane across, against this one.",
+        "signals": "Its traffic lights, one for each incoming lane.",
+        "signal": "The traffic light at its end.",
+        "isSignalized": "Whether it has traffic lights.",
+        "isTrafficLight": "Whether it is a traffic light.",
+        # -- lanes
+        "centerline": "The line in the middle of the lane: places on it head along it.",
+        "width": "Width.",
+        "length": "Length.",
+        "name": "Its name in reports.",
+        "intersection": "The intersection that it belongs to or leads to.",
+        "successors": "Lanes that go on from it.",
+        "predecessors": "Lanes that lead into it.",
+        "lane": "The lane.",
+        "laneSection": "The lane section.",
+        "laneGroup": "The lanes side by side with it that go the same way.",
+        "oppositeLaneGroup": "The lanes that come the other way.",
+        "sections": "Its sections; here it has one.",
+        "sectionAt": "The section at a point.",
+        "group": "The lanes side by side with it that go the same way.",
+        "road": "Its road: the lanes of both directions.",
+        "isForward": "Whether it goes the way in which its road is drawn.",
+        "adjacentLanes": "Lanes beside it that go the same way.",
+        "laneToLeft": "The lane to its left.",
+        "laneToRight": "The lane to its right.",
+        "fasterLane": "The lane beside it that is further from the edge.",
+        "slowerLane": "The lane beside it that is nearer to the edge.",
+        "opposite": "The lanes that come the other way.",
+        "forwardLanes": "Lanes that go the way in which the road is drawn.",
+        "backwardLanes": "Lanes that go against it.",
+        "is1Way": "Whether all lanes go the same way.",
+    }
+)

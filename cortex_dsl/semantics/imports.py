@@ -1,0 +1,155 @@
+"""Imports, read before anything is evaluated: every file once, all their texts in one space of offsets."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
+from pathlib import PurePath
+from typing import TypeVar, cast
+
+from cortex_dsl.diagnostics import CompileError, Diagnostic, Label
+from cortex_dsl.files import SUFFIXES, Files
+from cortex_dsl.semantics import errors
+from cortex_dsl.source import Source, Span
+from cortex_dsl.spelling import did_you_mean
+from cortex_dsl.syntax import nodes, parse
+
+FILE_LIMIT = 100
+"""Most files that a scenario may import, directly or not."""
+
+Tree = TypeVar("Tree")
+
+
+@dataclass(frozen=True)
+class ImportedFile:
+    """A file that was read: its spans lie in the space of all files."""
+
+    name: str
+    module: nodes.Module
+
+
+@dataclass(frozen=True)
+class Linked:
+    """The source with all that it imports, and the file behind each import statement."""
+
+    source: Source
+    files: Mapping[Span, ImportedFile]
+
+
+NO_FILES: Mapping[Span, ImportedFile] = {}
+
+
+def link(module: nodes.Module, source: Source, files: Files) -> Linked:
+    """Read what a file imports, and what that imports.
+
+    Raises:
+        CompileError: with every error found in the imported files.
+    """
+    if not any(import_statements(module)):
+        return Linked(source, NO_FILES)
+    linker = _Linker(files, source)
+    linker.follow(module, (source.name,))
+    if linker.diagnostics:
+        raise CompileError(linker.source, sorted(linker.diagnostics, key=lambda each: each.label.span))
+    return Linked(linker.source, linker.found)
+
+
+def import_statements(module: nodes.Module) -> Iterator[nodes.Import | nodes.ImportFrom]:
+    return (s for s in module.statements if isinstance(s, nodes.Import | nodes.ImportFrom))
+
+
+def bound_name(node: nodes.Import) -> str | None:
+    """The name that an import gives a value to; None where its path has none to offer."""
+    name = node.alias or (PurePath(node.path).stem if node.quoted else node.path)
+    return name if name.isidentifier() else None
+
+
+@dataclass
+class _Linker:
+    files: Files
+    source: Source
+    found: dict[Span, ImportedFile] = field(default_factory=dict)
+    read: dict[str, ImportedFile | None] = field(default_factory=dict)
+    """By identity; None what could not be read."""
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+
+    def follow(self, module: nodes.Module, stack: tuple[str, ...]) -> None:
+        """Read everything that a module imports; `stack` holds the names of the files that led here."""
+        for statement in import_statements(module):
+            file = self._file(statement, stack)
+            if file is not None:
+                self.found[statement.span] = file
+
+    def _file(self, node: nodes.Import | nodes.ImportFrom, stack: tuple[str, ...]) -> ImportedFile | None:
+        name = self.files.find(stack[-1], _candidates(node))
+        if name is None:
+            self.diagnostics.append(_missing(node, self.files.beside(stack[-1], _candidates(node)[0]), stack[-1]))
+            return None
+        identity = self.files.identity(name)
+        running = [self.files.identity(each) for each in stack]
+        if identity in running:
+            cycle = " -> ".join((*stack[running.index(identity) :], name))
+            self.diagnostics.append(errors.IMPORT_CYCLE.at(node.path_span, cycle=cycle))
+            return None
+        if identity not in self.read:
+            if len(self.read) == FILE_LIMIT:
+                self.diagnostics.append(errors.TOO_MANY_IMPORTS.at(node.path_span, limit=FILE_LIMIT))
+                return None
+            self.read[identity] = None
+            self._read(identity, name, node, stack)
+        return self.read[identity]
+
+    def _read(self, identity: str, name: str, node: nodes.Import | nodes.ImportFrom, stack: tuple[str, ...]) -> None:
+        start = len(self.source.whole) + 1
+        try:
+            text = self.files.read(name)
+            module = parse(text)
+        except CompileError as error:
+            self.source = self.source.with_import(name, error.source.text)
+            self.diagnostics += [_moved(diagnostic, start) for diagnostic in error.diagnostics]
+            return
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            self.diagnostics.append(errors.UNREADABLE_IMPORT.at(node.path_span, name=name, reason=reason))
+            return
+        self.source = self.source.with_import(name, text.text)
+        file = self.read[identity] = ImportedFile(name, shifted(module, start))
+        self.follow(file.module, (*stack, name))
+
+
+def _candidates(node: nodes.Import | nodes.ImportFrom) -> list[str]:
+    """Paths at which an imported file may lie."""
+    if node.quoted:
+        return [node.path, *(node.path + suffix for suffix in SUFFIXES if not PurePath(node.path).suffix)]
+    return [node.path.replace(".", "/") + suffix for suffix in SUFFIXES]
+
+
+def _missing(node: nodes.Import | nodes.ImportFrom, there: list[str], importer: str) -> Diagnostic:
+    spelled = there if node.quoted else [_dotted(path) for path in there if path != PurePath(importer).name]
+    suggestion = did_you_mean(node.path, spelled) or "there is no scenario file in that folder"
+    return errors.MISSING_IMPORT.at(
+        node.path_span, path=" or ".join(f"`{path}`" for path in _candidates(node)), suggestion=suggestion
+    )
+
+
+def _dotted(path: str) -> str:
+    return ".".join(PurePath(path).with_suffix("").parts)
+
+
+# -- one space of offsets ---------------------------------------------------------------------------------------------
+
+
+def shifted(tree: Tree, by: int) -> Tree:
+    """The same tree, `by` characters further on."""
+    if isinstance(tree, Span):
+        return cast("Tree", Span(tree.start + by, tree.end + by))
+    if isinstance(tree, tuple):
+        return cast("Tree", tuple(shifted(item, by) for item in tree))
+    if not isinstance(tree, nodes.Node):
+        return tree
+    return cast("Tree", replace(tree, **{f.name: shifted(getattr(tree, f.name), by) for f in fields(tree)}))
+
+
+def _moved(diagnostic: Diagnostic, by: int) -> Diagnostic:
+    def label(each: Label) -> Label:
+        return Label(shifted(each.span, by), each.text)
+
+    return replace(diagnostic, label=label(diagnostic.label), secondary=tuple(map(label, diagnostic.secondary)))

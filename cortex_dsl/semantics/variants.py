@@ -1,0 +1,159 @@
+"""One variant: the file run once, with one way of making its finite choices.
+
+It leaves behind the actors, requirements, rules and coroutines as expressions over what is still unknown: genes, draws,
+and the state of the simulation.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from cortex_dsl import ir
+from cortex_dsl.semantics import errors, monitors
+from cortex_dsl.semantics.behaviours import actor_behaviour, warn_if_idle
+from cortex_dsl.semantics.choices import Oracle
+from cortex_dsl.semantics.classes import OFF_ROAD, PROPERTIES
+from cortex_dsl.semantics.composing import Composer, run_by, set_up_run
+from cortex_dsl.semantics.context import Evaluator, FileContext, Moment, RuleKey, Variant
+from cortex_dsl.semantics.expressions import evaluator
+from cortex_dsl.semantics.modules import OF_THE_RUN, run_module
+from cortex_dsl.semantics.problems import Mistake, Rejection
+from cortex_dsl.semantics.roads import network_of
+from cortex_dsl.semantics.rules import rules_of_run
+from cortex_dsl.semantics.values import Actor, Value
+from cortex_dsl.semantics.yielding import everything
+from cortex_dsl.source import Span
+from cortex_dsl.syntax import nodes
+from engine.vocabulary import Column
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A variant before the rules of all variants are known."""
+
+    variant: ir.Variant
+    conditions: Mapping[RuleKey, ir.Expr]
+    span: Span
+    """Where it was rejected, or its first object."""
+
+
+def elaborate_variant(module: nodes.Module, file: FileContext, oracle: Oracle) -> Draft | None:
+    """One variant; None when it has errors."""
+    run = Variant(file, oracle)
+    ev = evaluator(run)
+    try:
+        run_module(ev, module.statements)
+        composer = set_up_run(ev)
+        _compose(ev, composer)
+        actors = _finished_actors(ev)
+        _rules(ev, module.statements, composer)
+        behaviours = [_behaviour(ev, actor) for actor in actors]
+    except Rejection as rejection:
+        return Draft(_rejected(run, rejection), {}, rejection.span)
+    if file.findings.has_errors:
+        return None
+    network_of(ev)
+    variant = ir.Variant(
+        probability=oracle.probability,
+        choices=tuple(run.choices),
+        gene_options=oracle.gene_options,
+        rejection=None,
+        actors=tuple(_ir_actor(a, b) for a, b in zip(actors, behaviours, strict=True)),
+        requirements=tuple(run.requirements),
+        draw_count=run.draw_count,
+        local_count=run.local_count,
+        draw_sites=tuple(run.draw_sites),
+        monitors=tuple(monitor for monitor in run.monitors if monitor is not None),
+    )
+    return Draft(variant, run.rule_conditions, actors[0].span)
+
+
+def _rejected(run: Variant, rejection: Rejection) -> ir.Variant:
+    return ir.Variant(
+        probability=run.oracle.probability,
+        choices=tuple(run.choices),
+        gene_options=run.oracle.gene_options,
+        rejection=rejection.reason,
+        rejection_line=run.file.line(rejection.span),
+    )
+
+
+def _finished_actors(ev: Evaluator) -> list[Actor]:
+    """All objects by number, the ego first."""
+    ego = ev.run.ego
+    if (ego is None or ego.index != 0) and "ego" not in ev.run.names:
+        ev.report(errors.NO_EGO.at(Span(0, 0)))
+    return sorted(ev.run.actors, key=lambda actor: actor.index)
+
+
+def _compose(ev: Evaluator, composer: Composer | None) -> None:
+    """Work out the coroutine of the scenario that the run is, and the monitors that are required, which come first."""
+    run = ev.run
+    run.monitors[:] = [None] * len(run.required_monitors)
+    if composer is not None:
+        run_by(composer)
+
+
+def _rules(ev: Evaluator, statements: Sequence[nodes.Statement], composer: Composer | None) -> None:
+    """What speaks of the run, once all objects are there."""
+    running = Moment(running=True)
+    for names, own in _imported(ev):
+        rules_of_run(ev.at_home(names).at_moment(running), own)
+    rules_of_run(ev.at_moment(running), statements)
+    if composer is not None:
+        rules_of_run(composer.ev.at_moment(Moment(running=True, scenario=ev.run.root)), ev.run.root.rules)
+    required = list(monitors.started(ev))
+    ev.run.monitors[: len(required)] = required
+
+
+def _imported(ev: Evaluator) -> Iterator[tuple[dict[str, Value], Sequence[nodes.Statement]]]:
+    """Variables and statements of the imported files; how a run ends is not up to them."""
+    modules = {file.name: file.module for file in ev.file.imports.values()}
+    for name, names in ev.run.imported.items():
+        yield names, [s for s in modules[name].statements if type(s) not in OF_THE_RUN]
+
+
+def _behaviour(ev: Evaluator, actor: Actor) -> ir.Block | None:
+    try:
+        block = actor_behaviour(ev, actor)
+    except Mistake as mistake:
+        ev.report(mistake)
+        return None
+    if block is not None:
+        warn_if_idle(ev, actor, block)
+    return block
+
+
+def _ir_actor(actor: Actor, behaviour: ir.Block | None) -> ir.Actor:
+    return ir.Actor(
+        name=actor.name,
+        kind=actor.kind,
+        columns=_columns(actor),
+        behaviour=behaviour,
+        route=_route(behaviour),
+        inside_road=actor.kind not in OFF_ROAD and actor.properties.get("regionContainedIn", actor) is not None,
+        no_overlap=not actor.properties.get("allowCollisions", False),
+        span=actor.span,
+        present=actor.scenario is None or actor.scenario.present,
+    )
+
+
+def _columns(actor: Actor) -> tuple[ir.Expr, ...]:
+    """One expression per `vocabulary.Column`."""
+    by_column: dict[Column, ir.Expr] = {
+        Column.X: actor.pose.x,
+        Column.Y: actor.pose.y,
+        Column.HEADING: actor.pose.heading,
+    }
+    for name, spec in PROPERTIES.items():
+        value = actor.properties[name]
+        assert isinstance(value, ir.Expr)
+        by_column[spec.column] = value
+    return tuple(by_column[column] for column in Column)
+
+
+def _route(behaviour: ir.Block | None) -> int:
+    """The first path that a behaviour is known to follow; -1 without one."""
+    for act in everything(behaviour or ()):
+        if isinstance(act, ir.Follow) and isinstance(act.path, ir.Literal):
+            return int(act.path.value)
+    return -1

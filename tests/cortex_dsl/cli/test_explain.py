@@ -1,0 +1,85 @@
+"""`cortexc explain`: the page of a code, the list of all, and what the unknown is answered with."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cortex_dsl import catalogue
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.problems import Problem
+
+Command = Callable[..., Any]
+
+
+def test_a_page(cortexc: Command) -> None:
+    """Why, the example, what the compiler says about it, and the example mended, in this order."""
+    result = cortexc("explain", "scn203")
+    assert result.code == 0
+    parts = ["SCN203 (error): unknown attribute", "ego.sped < 3 m/s", "error[SCN203]", "did you mean `speed`?"]
+    places = [result.out.index(part) for part in parts]
+    assert places == sorted(places)
+    assert "    require ego.speed < 3 m/s" in result.out.split("Mended")[1]
+
+
+@pytest.mark.parametrize("entry", catalogue.entries(), ids=lambda entry: entry.code)
+def test_every_page_can_be_shown(entry: catalogue.Entry, cortexc: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Within the width, with the diagnostic wherever compiling shows it, and without a character that acts."""
+    monkeypatch.setattr("cortex_dsl.semantics.context.EVALUATION_LIMIT", 20_000)
+    result = cortexc("explain", entry.code)
+    assert result.code == 0
+    assert entry.title in result.out
+    assert f"[{entry.code}]" in result.out or (entry.page and entry.page.shown)
+    assert all(character == "\n" or character.isprintable() for character in result.out)
+
+
+def test_the_list(cortexc: Command) -> None:
+    """All codes, by family."""
+    out = cortexc("explain").out
+    assert all(f"{entry.code}  {entry.title}" in out for entry in catalogue.entries())
+    assert "SCN3xx  units and types" in out
+
+
+def test_documents(cortexc: Command) -> None:
+    """The same as data."""
+    page = cortexc("explain", "302", "--json").document
+    assert (page["schema"], page["code"], page["severity"]) == ("cortexc/code", "SCN302", "error")
+    assert page["says"][0]["code"] == "SCN302"
+    codes = cortexc("explain", "--json").document["codes"]
+    assert [each["code"] for each in codes] == [entry.code for entry in catalogue.entries()]
+
+
+def test_an_unknown_code(cortexc: Command) -> None:
+    """A slip of the user, with the nearest codes."""
+    result = cortexc("explain", "SCN299")
+    assert result.code == 2
+    assert "there is no code `SCN299`" in result.err
+    assert "SCN301" in result.err
+
+
+def test_help_names_the_command(cortexc: Command) -> None:
+    """In the help of `cortexc` and in its own."""
+    assert "cortexc explain [CODE]" in cortexc("--help").out
+    assert "such as SCN203" in cortexc("explain", "--help").out
+
+
+@pytest.mark.parametrize("problem", [errors.STUCK, errors.UNDEFINED], ids=lambda problem: problem.code)
+def test_what_only_a_run_shows(problem: Problem, cortexc: Command, tmp_path: Path) -> None:
+    """The examples of these pages are run: one is told, the other ends well."""
+    assert problem.page
+    wrong, right = tmp_path / "wrong.scn", tmp_path / "right.scn"
+    wrong.write_text(problem.page.wrong)
+    right.write_text(problem.page.right)
+    assert f"error[{problem.code}]" in cortexc(wrong).err
+    assert cortexc(right).code == 0
+
+
+def test_nothing_slow_is_loaded() -> None:
+    """A page answers at once."""
+    program = "import sys; from cortex_dsl.cli import main; main(['explain', '203']); "
+    program += "sys.exit(str({'numba', 'scipy', 'pymunk'} & set(sys.modules) or 0))"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    assert done.stderr.strip() in ("", "0"), done.stderr

@@ -1,0 +1,93 @@
+"""`--check` on what cannot be, `--prune`, and who is to blame."""
+
+import json
+import sqlite3
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+Command = Callable[..., Any]
+Scenario = Callable[..., Path]
+
+NEVER = ("terminate after", 'require EGO_INIT_DIST > 57 m as "far off"\nterminate after')
+
+
+def test_check_names_what_can_hold(cortexc: Command, left_turn: Path) -> None:
+    """The part of a range that no scene can have, and why."""
+    result = cortexc(left_turn, "--check")
+    assert result.code == 0
+    assert "EGO_INIT_DIST above 50.25 m cannot hold: ego starts where it should, outlines inside the road" in " ".join(
+        result.out.split()
+    )
+
+
+def test_check_of_an_infeasible_file(cortexc: Command, scenario: Scenario) -> None:
+    """Exit code 1, and a diagnostic at the requirements that exclude each other."""
+    path = scenario(*NEVER)
+    result = cortexc(path, "--check")
+    assert result.code == 1
+    assert "error[SCN530]" in result.err
+    assert "`ego starts where it should` and `far off` exclude each other" in " ".join(result.err.split())
+    document = cortexc(path, "--check", "--json").document
+    assert document["errors"] == 1
+    assert document["diagnostics"][-1]["code"] == "SCN530"
+
+
+def test_an_infeasible_run_is_told_who_is_to_blame(cortexc: Command, scenario: Scenario) -> None:
+    """Exit code 3; the smallest conflict, proved."""
+    path = scenario(*NEVER)
+    result = cortexc(path, "--max-attempts", "200")
+    assert result.code == 3
+    assert "never together: `ego starts where it should` (line 41) and `far off` (line 44); proved" in " ".join(
+        result.err.split()
+    )
+    conflict = cortexc(path, "--max-attempts", "200", "--json").document["blame"]["conflict"]
+    assert conflict == {"requirements": ["ego starts where it should", "far off"], "proved": True}
+
+
+def test_sample_says_what_to_relax(cortexc: Command, left_turn: Path) -> None:
+    """To reach the acceptance that was asked for."""
+    assert "to accept 5.00 %: relax `" in cortexc(left_turn, "--sample", "50", "--target", "5%").out
+    relaxed = cortexc(left_turn, "--sample", "50", "--target", "5%", "--json").document["blame"]["relax"]
+    assert [entry["name"] for entry in relaxed] == ["ego starts where it should", "adversary starts where it should"]
+    assert all(10 < entry["amount"] < 30 for entry in relaxed)
+
+
+@pytest.mark.parametrize("target", ["0", "101%", "-5%", "much", "nan"])
+def test_a_target_is_a_share(cortexc: Command, left_turn: Path, target: str) -> None:
+    """Anything else is a slip of the user."""
+    assert cortexc(left_turn, "--sample", "5", f"--target={target}").code == 2
+
+
+def test_a_target_needs_a_sample(cortexc: Command, left_turn: Path) -> None:
+    """It would do nothing in a search."""
+    result = cortexc(left_turn, "--ga", "--target", "5%")
+    assert result.code == 2
+    assert "--target has no effect" in result.err
+
+
+def test_pruned_sample(cortexc: Command, left_turn: Path) -> None:
+    """Fewer attempts, other verdicts for what cannot be, nothing else."""
+    plain, pruned = (cortexc(left_turn, "--sample", "2000", "--json", *flag).document for flag in ((), ("--prune",)))
+    assert pruned["attempts"] < 0.05 * plain["attempts"]
+    assert pruned["verdicts"]["valid"] == pytest.approx(plain["verdicts"]["valid"], rel=0.1)
+    assert pruned["verdicts"]["infeasible"] > 0
+    assert (plain["pruned"], pruned["pruned"]) == (False, True)
+
+
+def test_pruned_search(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+    """Recorded in the manifest, independent of jobs, and its worst cases replay."""
+    small = ("--random", "--generations", "2", "--population", "20", "--prune")
+    for jobs in (1, 2):
+        assert cortexc(left_turn, *small, "--jobs", jobs, "--out", tmp_path / str(jobs)).code == 0
+    with closing(sqlite3.connect(tmp_path / "1" / "journal.sqlite")) as journal:
+        ((settings,),) = journal.execute("SELECT value FROM manifest WHERE field = 'settings'").fetchall()
+    assert json.loads(settings)["simulation"]["prune"] is True
+    first, second = ((tmp_path / str(jobs) / "worst" / "01.scn").read_text() for jobs in (1, 2))
+    assert first == second
+    case = tmp_path / "1" / "worst" / "01.scn"
+    told = int(case.read_text().split("risk ")[1].split()[0].rstrip('."'))
+    assert cortexc(case, "--json", "--engine", "batch").document["risk"]["score"] == told

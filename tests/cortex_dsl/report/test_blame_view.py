@@ -1,0 +1,96 @@
+"""Blame and feasibility as people see them, at every width."""
+
+import io
+
+import pytest
+from rich.console import Console, RenderableType
+
+from cortex_dsl.report.blame_view import blame_content, blame_note, blame_view
+from cortex_dsl.report.feasibility_view import feasibility_view
+from cortex_dsl.report.json_documents import document
+from cortex_dsl.report.theme import THEME
+from cortex_dsl.session import compile_text
+from engine.blame import Account, account, weigh
+from engine.feasibility import explain
+from engine.program import Program
+
+WIDTHS = (60, 80, 120)
+TEXT = """
+map intersection(ways=4, lanes=1)
+param A = Range(0, 10) m
+param B = Range(0, 10) m
+ego = new Car on road
+require B > 1 m
+require A >= 7 m as "far enough"
+require A * 2 <= 10 m as "near enough"
+"""
+
+
+def render(view: RenderableType, width: int) -> str:
+    stream = io.StringIO()
+    Console(file=stream, theme=THEME, width=width, highlight=False, markup=False).print(view)
+    return stream.getvalue()
+
+
+def told(text: str, target: float | None = None) -> Account:
+    return account(weigh(compile_text(text).program, 3000), target)
+
+
+@pytest.fixture
+def program() -> Program:
+    return compile_text(TEXT.replace("* 2 <= 10 m", "* 2 <= 16 m")).program
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_what_contradicts_what(width: int) -> None:
+    """Both requirements with their lines, that it is proved, the nearest miss with its params, and what to relax."""
+    text = render(blame_view(told(TEXT)), width)
+    assert max(map(len, text.splitlines())) <= width
+    flat = " ".join(text.split())
+    assert "never together: `far enough` (line 7) and `near enough` (line 8); proved" in flat
+    assert "nearest miss: `far enough` by" in flat
+    assert " m, the only one that failed A = " in flat
+    assert "to accept 1.00 %: relax `far enough` by" in flat
+
+
+def test_what_never_failed_is_left_out() -> None:
+    """A table of what did something only."""
+    text = render(blame_view(told(TEXT.replace("B > 1 m", "B >= 0 m"))), 80)
+    assert "B >= 0 m" not in text
+    assert "far enough" in text
+
+
+def test_the_note_says_what_of() -> None:
+    """Shares are of single attempts."""
+    assert blame_note(told(TEXT)) == "3,000 single attempts, each tested on everything; 0.00 % met all"
+
+
+def test_document() -> None:
+    """JSON has the same, unrounded."""
+    content = blame_content(told(TEXT, target=0.2))
+    assert content["conflict"] == {"requirements": ["far enough", "near enough"], "proved": True}
+    assert content["target"] == 0.2
+    assert {entry["unit"] for entry in content["relax"]} == {"m"}
+    miss = content["requirements"][1]["nearest_miss"]
+    assert miss["margin"] < 0
+    assert set(miss["params"]) == {"A", "B"}
+    assert document("sample", {"blame": content})
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_ranges_that_cannot_hold(program: Program, width: int) -> None:
+    """Each end that is cut off, with its unit and its reason."""
+    view = feasibility_view(program, explain(program))
+    assert view is not None
+    text = render(view, width)
+    assert max(map(len, text.splitlines())) <= width
+    flat = " ".join(text.split())
+    assert "A below 7.00 m cannot hold: far enough" in flat
+    assert "A above 8.00 m cannot hold: near enough" in flat
+    assert "B below 1.00 m cannot hold: B > 1 m" in flat
+
+
+def test_nothing_is_said_of_what_is_whole() -> None:
+    """A file without a cut is told in one line."""
+    free = compile_text("map intersection(ways=4, lanes=1)\nparam A = Range(0, 10) m\nego = new Car on road\n").program
+    assert feasibility_view(free, explain(free)) is None
