@@ -21,9 +21,64 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
         "simulation": "there is no clock: count steps in a variable, or write `do … for 5 s`, `terminate after 5 s`",
         "print": "`cortexc FILE --emit ir` shows what was computed",
         "Vector": "write `(x, y)`",
+        "distance": "write `distance from a to b`, without the brackets of a call",
+        "math": "functions such as `sqrt`, `sin` and `abs` are built in: write them without `math.`",
+        "np": "functions such as `sqrt`, `sin` and `abs` are built in",
+        "random": "write a distribution, such as `Range(low, high)` or `Uniform(a, b)`",
+        "sleep": "write `do IdleBehavior() for 3 s`",
+        "collision": "contact is always looked for, and ends the run",
     }
 )
 """Names of Scenic and Python that are not here, and what to write instead."""
+
+SYNONYMS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "velocity": ("speed", "target_speed"),
+        "initialspeed": ("speed",),
+        "maxspeed": ("target_speed",),
+        "speedlimit": ("target_speed",),
+        "orientation": ("heading",),
+        "rotation": ("heading",),
+        "angle": ("heading",),
+        "yaw": ("heading",),
+        "direction": ("heading",),
+        "location": ("position",),
+        "pos": ("position",),
+        "controller": ("behavior",),
+        "behaviour": ("behavior",),
+        "route": ("trajectory",),
+        "path": ("trajectory",),
+        "waypoints": ("trajectory",),
+        "arms": ("ways",),
+        "legs": ("ways",),
+        "roads": ("ways",),
+        "radius": ("corner_radius",),
+        "numlanes": ("lanes",),
+        "leftlane": ("laneToLeft", "adjacentLanes"),
+        "rightlane": ("laneToRight", "adjacentLanes"),
+        "next": ("successors",),
+        "previous": ("predecessors",),
+        "light": ("signals", "signal"),
+        "trafficlight": ("signals", "signal"),
+        "trafficlights": ("signals", "signal"),
+        "brake": ("SetBrakeAction",),
+        "accelerate": ("SetThrottleAction",),
+        "throttle": ("SetThrottleAction",),
+        "steer": ("SetSteerAction",),
+        "vehicle": ("Car",),
+        "van": ("Truck",),
+        "cyclist": ("Bicycle",),
+        "person": ("Pedestrian",),
+        "walker": ("Pedestrian",),
+        "npccar": ("Car",),
+        "idle": ("IdleBehavior",),
+        "drive": ("FollowLaneBehavior",),
+    }
+)
+"""What people call things that have another name here; small letters, no underscores."""
+
+MOST_CHOICES = 24
+"""Names that an answer lists; of more, none would be read."""
 
 
 def did_you_mean(word: str, candidates: Iterable[str]) -> str:
@@ -31,8 +86,9 @@ def did_you_mean(word: str, candidates: Iterable[str]) -> str:
     choices = sorted(set(candidates))
     if word in ELSEWHERE and word not in choices:
         return ELSEWHERE[word]
-    if (match := nearest(word, choices)) is not None:
+    meant = next((name for name in SYNONYMS.get(word.lower().replace("_", ""), ()) if name in choices), None)
+    if (match := meant or nearest(word, choices)) is not None:
         return f"did you mean `{match}`?"
-    if 0 < len(choices) <= 12:
+    if 0 < len(choices) <= MOST_CHOICES:
         return "valid here: " + ", ".join(f"`{choice}`" for choice in choices)
     return ""

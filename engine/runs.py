@@ -116,6 +116,11 @@ def empty_results(actors: int, scenes: Requested) -> Results:
         max_closing_time=_unknown(rows, pairs),
         distance_at_ms=_unknown(rows, pairs),
         ttc_at_ms=_unknown(rows, pairs),
+        ego_speed=_unknown(rows, pairs),
+        other_speed=_unknown(rows, pairs),
+        approach_angle=_unknown(rows, pairs),
+        closing_speed=_unknown(rows, pairs),
+        side=_absent(rows, pairs),
         left_road_time=_unknown(rows, actors),
         contact_actors=_absent(rows, 2),
     )

@@ -89,6 +89,14 @@ class Outcomes:
     """(n, pairs) D_MS [m]"""
     ttc_at_ms: Floats
     """(n, pairs) TTC_MS [s]"""
+    ego_speed: Floats
+    """(n, pairs) at the instant of MD, or of contact [m/s]; as the next four."""
+    other_speed: Floats
+    approach_angle: Floats
+    """(n, pairs) the other's heading seen from the ego's, -pi .. pi [rad]."""
+    closing_speed: Floats
+    side: Ints
+    """(n, pairs) `Side` of the ego on which the other is, -1 where the two never meet."""
     left_road_time: Floats
     """(n, actors) when an actor's centre first left the road, NaN if never [s]."""
     contact_actors: Ints

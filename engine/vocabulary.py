@@ -71,6 +71,15 @@ class EndReason(IntEnum):
     """A requirement on the run broke: the run is invalid."""
 
 
+class Side(IntEnum):
+    """Where another is on an actor's outline, seen by its driver."""
+
+    FRONT = 0
+    LEFT = 1
+    REAR = 2
+    RIGHT = 3
+
+
 class RuleKind(IntEnum):
     """What is done with a rule that is looked at in every sample."""
 
@@ -110,12 +119,25 @@ class Purpose(IntEnum):
 
 
 class Method(IntEnum):
-    """Who asked for an evaluation; part of a stream's key."""
+    """Who asked for an evaluation; part of a stream's key, which has four bits for it."""
 
     SINGLE = 0
     SAMPLE = 1
     RANDOM = 2
     GA = 3
+    SOBOL = 4
+    HALTON = 5
+    LHS = 6
+    CROSS_ENTROPY = 7
+    ANNEALING = 8
+    DIFFERENTIAL_EVOLUTION = 9
+    CMAES = 10
+    NSGA2 = 11
+    MAP_ELITES = 12
+    CMA_ME = 13
+    NICHING = 14
+    CUSTOM = 15
+    """Every searcher that comes from another package."""
 
 
 class Column(IntEnum):

@@ -32,6 +32,7 @@ MODES: dict[Mode, str] = {
 }
 
 SUBCOMMANDS: dict[str, Subcommand] = {
+    "repl": Subcommand("cortex_dsl.cli.repl", "write a scenario interactively, each entry checked and weighed", "[FILE]"),
     "explain": Subcommand("cortex_dsl.cli.explain", "what a code such as SCN203 means, with an example", "[CODE]"),
     "paper-check": Subcommand("cortex_dsl.cli.paper_check", "the arithmetic of the CORTEX-AVD paper, done again"),
     "fmt": Subcommand("cortex_dsl.cli.fmt", "files in the one layout (--check, --diff)", "FILES"),

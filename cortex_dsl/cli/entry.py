@@ -1,6 +1,7 @@
 """`cortexc`: from a command line to an exit code, whatever happens on the way."""
 
 import contextlib
+import gc
 import os
 import sys
 from collections.abc import Sequence
@@ -15,6 +16,7 @@ from cortex_dsl.cli.terminal import Terminal
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code; never raises, except under CORTEXC_DEBUG=1."""
     _open_streams()
+    _start_light()
     arguments = list(sys.argv[1:] if argv is None else argv)
     terminal = Terminal(colour=False if {"--no-colour", "--no-color"} & set(arguments) else None)
     _tolerate_encodings()
@@ -84,6 +86,14 @@ def _insist_on_own_engine() -> None:
                 f"its package `{name}` should be at {home / name} but was found {found}",
                 f"another package or folder called `{name}` hides it; install cortexc in an environment of its own",
             )
+
+
+def _start_light() -> None:
+    """What nobody here needs costs a third of a short command: threads for matrices, which only spin, and looking for
+    garbage again and again while the compiler makes what lives until the end.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    gc.set_threshold(200_000)
 
 
 def _open_streams() -> None:

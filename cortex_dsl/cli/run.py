@@ -1,7 +1,7 @@
 """`cortexc FILE`: draw one scene, run it, and tell what happened."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -50,6 +50,11 @@ def execute(request: Request, terminal: Terminal) -> int:
         return compiled
     scenario = open_scenario(request, compiled)
     announce_compilation(terminal)
+    return perform(request, scenario, terminal)
+
+
+def perform(request: Request, scenario: Scenario, terminal: Terminal, reproduce: str = "") -> Exit:
+    """Draw, run and tell. `reproduce`: how to see the run again, where that is not the command line of the request."""
     scenes, tally = draw(scenario, request)
     if not scenes.valid[0]:
         return _no_scene(request, scenario, scenes, tally, terminal)
@@ -58,7 +63,8 @@ def execute(request: Request, terminal: Terminal) -> int:
     verdict = Verdict(int(simulated.outcomes.verdict[0]))
     if verdict == Verdict.ERROR:
         return _failed(request, scenario, scenes, simulated.outcomes, terminal)
-    _show(_report(request, scenario, scenes, simulated, engine), request, terminal)
+    report = _report(request, scenario, scenes, simulated, engine)
+    _show(replace(report, reproduce=reproduce or report.reproduce), request, terminal)
     return Exit.NO_SCENE if verdict == Verdict.ABORTED else Exit.FINE
 
 

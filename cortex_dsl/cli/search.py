@@ -19,6 +19,7 @@ from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.progress import SearchProgress
 from cortex_dsl.report.search_report import SearchReport
 from cortex_dsl.report.search_view import comparison_view, failures_line, search_view
+from cortex_dsl.runs import origin_of
 from cortex_dsl.session import Scenario
 from engine.program import Program
 from engine.search.campaign import Campaign, Progress
@@ -101,7 +102,9 @@ def _search(method: str, request: Request, scenario: Scenario, terminal: Termina
     """One whole search with its run directory."""
     program = scenario.program
     folder = _folder(method, request, program)
-    manifest = make_manifest(program, scenario.config, method, request.profile, str(request.file), request.command_line)
+    manifest = make_manifest(
+        program, scenario.config, method, request.profile, str(request.file), request.command_line, origin_of(scenario)
+    )
     with closing(Journal.create(folder / JOURNAL, manifest)) as journal:
         with SearchProgress(terminal.err, method, request.generations) as progress:
 

@@ -16,12 +16,17 @@ terminate after 1 s
 """A scenario that needs every kernel."""
 
 
+PATIENCE = 0.6
+"""Seconds of waiting after which a word is due."""
+
+
 @dataclass
 class Kernels:
     """Kernels that are compiled in the background from `start` on, or by whoever needs them first."""
 
     thread: threading.Thread | None = None
-    announced: bool = False
+    cold: bool = False
+    """Whether they have to be compiled, not only loaded."""
     failed: list[BaseException] = field(default_factory=list)
 
     def start(self) -> None:
@@ -35,15 +40,27 @@ class Kernels:
 
     def wait(self, terminal: "Terminal") -> None:
         """Until they are there; Ctrl-C ends the waiting, not the work."""
+        if self.thread is None:
+            self._announce(terminal)
+            return
+        self.thread.join(PATIENCE)
+        if self.thread.is_alive():
+            what = "compiling kernels (once, about half a minute)" if self.cold else "loading kernels"
+            terminal.err.print(f"{what} …", style="quiet")
+        while self.thread.is_alive():
+            self.thread.join(0.1)
+
+    def _announce(self, terminal: "Terminal") -> None:
+        """Nothing was begun: whoever waits will compile, which is said once."""
         from cortex_dsl.cli.simulation import announce_compilation
 
-        if not self.announced and not (self.thread is not None and self.ready):
-            self.announced = announce_compilation(terminal) or self.thread is None
-        while self.thread is not None and self.thread.is_alive():
-            self.thread.join(0.1)
+        self.cold = self.cold or announce_compilation(terminal)
 
     def _work(self) -> None:
         try:
+            from engine.kernels.jit import kernels_are_cached
+
+            self.cold = not kernels_are_cached()
             warm_up()
         except BaseException as error:  # whoever needs a kernel meets the same error and tells it
             self.failed.append(error)

@@ -90,6 +90,11 @@ def _keys(statement: nodes.Statement, source: Source) -> Iterator[Key]:
 
 def called(key: Key) -> str:
     """A key as people know it."""
-    words = {"Map": "`map`", "TerminateAfter": "`terminate after`", "Simulation": "`simulation`", "Signals": "`signals`"}
+    words = {
+        "Map": "`map`",
+        "TerminateAfter": "`terminate after`",
+        "Simulation": "`simulation`",
+        "Signals": "`signals`",
+    }
     kind, name = key
     return f"`{name}`" if name else words.get(kind, f"the {kind}")

@@ -29,7 +29,7 @@ def tell_change(desk: Desk, before: Checked, after: Checked) -> None:
     from cortex_dsl.report.weighing_view import weighing_view
 
     console = desk.terminal.out
-    view = weighing_view(old, account(new), fresh, console.width, ascii_only=console.options.ascii_only)
+    view = weighing_view(old, account(new), fresh, ascii_only=console.options.ascii_only)
     console.print(view)
 
 

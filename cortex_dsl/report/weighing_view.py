@@ -8,8 +8,7 @@ from rich.text import Text
 
 from cortex_dsl.report.blame_view import blame_view
 from cortex_dsl.report.layout import columns, indented, left, right
-from cortex_dsl.report.numbers import percent
-from cortex_dsl.report.params import format_gene
+from cortex_dsl.report.numbers import column_decimals, fixed, percent
 from cortex_dsl.report.sparkline import bar
 from engine.vocabulary import GeneKind
 
@@ -26,7 +25,7 @@ MOST_ROWS = 8
 
 
 def weighing_view(
-    before: "Weighing | None", account: "Account", fresh: Collection[int], width: int, *, ascii_only: bool = False
+    before: "Weighing | None", account: "Account", fresh: Collection[int], *, ascii_only: bool = False
 ) -> RenderableType:
     """`fresh`: the requirements that were entered just now."""
     after = account.weighing
@@ -36,7 +35,7 @@ def weighing_view(
     failing = [b for b in account.blames if b.alone < 1.0 or b.requirement in fresh]
     shown = [b for b in failing if b.requirement in fresh] + [b for b in failing if b.requirement not in fresh]
     if shown:
-        kept = sorted(shown[:MOST_ROWS], key=lambda b: failing.index(b))
+        kept = sorted(shown[:MOST_ROWS], key=failing.index)
         parts.append(indented(_table(account, kept, fresh, ascii_only=ascii_only)))
     if remains := list(_remains(before, after)):
         parts.append(indented(Text.assemble(("left of ", "quiet"), Text(", ").join(remains))))
@@ -52,35 +51,22 @@ def _headline(before: "Weighing | None", after: "Weighing") -> Text:
     return Text.assemble((f"{old} → ", "quiet"), (new, style), " of draws accepted")
 
 
-def _table(
-    account: "Account", blames: "list[Blame]", fresh: Collection[int], *, ascii_only: bool
-) -> RenderableType:
+def _table(account: "Account", blames: "list[Blame]", fresh: Collection[int], *, ascii_only: bool) -> RenderableType:
     rows = []
     for blame in blames:
         style = "title" if blame.requirement in fresh else ""
         filled = "#" * round(blame.alone * BAR) if ascii_only else bar(blame.alone, 1.0, BAR)
         name = account.weighing.program.requirements[blame.requirement].name
-        miss = _miss(account, blame)
         rows.append(
             (
                 Text(name, style),
                 Text(filled, "bar"),
                 Text(percent(blame.alone)),
                 Text(percent(blame.given_earlier)),
-                Text(miss, "quiet"),
             )
         )
-    head = (left("", wrap=True), left("holds"), right("alone"), right("after earlier"), right("nearest miss"))
+    head = (left("", wrap=True), left("holds"), right("alone"), right("after earlier"))
     return columns(*head, rows=rows, header=True)
-
-
-def _miss(account: "Account", blame: "Blame") -> str:
-    if blame.nearest < 0:
-        return ""
-    from cortex_dsl.report.numbers import significant
-
-    margin = -float(account.weighing.margins[blame.nearest, blame.requirement])
-    return f"{significant(margin, 2)} {account.weighing.program.requirements[blame.requirement].unit}".rstrip()
 
 
 def _remains(before: "Weighing | None", after: "Weighing") -> Iterator[Text]:
@@ -97,7 +83,8 @@ def _remains(before: "Weighing | None", after: "Weighing") -> Iterator[Text]:
             continue
         (low, high), (old_low, old_high) = _range(rows[:, gene]), _range(old[:, gene])
         if (old_high - old_low) - (high - low) > least * float(space.high[gene] - space.low[gene]):
-            ends = " .. ".join(format_gene(space, gene, value) for value in (low, high))
+            decimals = max(0, column_decimals(float(space.low[gene]), float(space.high[gene])) - 1)
+            ends = " .. ".join(fixed(value, decimals) for value in (low, high))
             yield Text.assemble((name, "title"), f" {ends}", (f" {space.units[gene]}".rstrip(), "unit"))
 
 

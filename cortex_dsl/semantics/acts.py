@@ -44,8 +44,15 @@ def _expression(body: Body, node: nodes.ExpressionStatement) -> ir.Block:
     if isinstance(value, Effect):
         return value.acts
     if not isinstance(value, str):
-        body.ev.report(errors.BARE_EXPRESSION.at(node.span))
+        body.ev.report(errors.BARE_EXPRESSION.at(node.span, cure=_use_of(body, value, node.span)))
     return ()
+
+
+def _use_of(body: Body, value: Value, span: Span) -> str:
+    """What a line should do with its value."""
+    if isinstance(value, ActionCall):
+        return f"an action is taken: write `take {body.ev.file.source.slice(span)}`"
+    return "assign it, or remove the line"
 
 
 def _do(body: Body, node: nodes.Do) -> ir.Block:

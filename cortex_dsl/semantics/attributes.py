@@ -195,7 +195,8 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
         if isinstance(value, kind):
             getter: Callable[..., Value] = _of(name, span, kind_name(value), table)
             return getter(ev, value)
-    raise errors.UNKNOWN_ATTRIBUTE.mistake(span, kind=kind_name(value), name=name, suggestion="")
+    cure = "take one of its items, such as the first: `[0]`" if isinstance(value, tuple) else ""
+    raise errors.UNKNOWN_ATTRIBUTE.mistake(span, kind=kind_name(value), name=name, suggestion=cure)
 
 
 def _of(name: str, span: Span, kind: str, table: Mapping[str, Entry]) -> Entry:

@@ -162,7 +162,10 @@ def _has_end(module: nodes.Module, file: FileContext) -> bool:
 def _check_together(file: FileContext, drafts: Sequence[Draft], possible: Sequence[Draft]) -> None:
     if not possible:
         first = drafts[0]
-        file.findings.add(errors.NO_OPTIONS.at(first.span, reason=first.variant.rejection))
+        cure = "widen the filter, or choose another map"
+        if "U_TURN" in file.source.slice(first.span):
+            cure = "gridded intersections have no U-turns: choose `STRAIGHT`, `LEFT_TURN` or `RIGHT_TURN`"
+        file.findings.add(errors.NO_OPTIONS.at(first.span, reason=first.variant.rejection, cure=cure))
         return
     for span, weight in file.weights.items():
         if not weight.possible:

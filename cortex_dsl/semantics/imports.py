@@ -122,9 +122,18 @@ def _candidates(node: nodes.Import | nodes.ImportFrom) -> list[str]:
     return [node.path.replace(".", "/") + suffix for suffix in SUFFIXES]
 
 
+PYTHON = frozenset({"math", "random", "numpy", "time", "os", "sys", "carla", "scenic", "verifai"})
+INSTEAD_OF_PYTHON = (
+    "scenarios import no Python: `sqrt`, `sin` and `abs` are built in, and chance is written `Range(low, high)`, "
+    "`Normal(mean, deviation)` or `Uniform(a, b)`"
+)
+
+
 def _missing(node: nodes.Import | nodes.ImportFrom, there: list[str], importer: str) -> Diagnostic:
     spelled = there if node.quoted else [_dotted(path) for path in there if path != PurePath(importer).name]
     suggestion = did_you_mean(node.path, spelled) or "there is no scenario file in that folder"
+    if not node.quoted and node.path.split(".")[0] in PYTHON:
+        suggestion = INSTEAD_OF_PYTHON
     return errors.MISSING_IMPORT.at(
         node.path_span, path=" or ".join(f"`{path}`" for path in _candidates(node)), suggestion=suggestion
     )

@@ -60,6 +60,12 @@ def quantity(value: Value, span: Span, what: str = "this") -> Quantity:
     raise errors.WRONG_KIND.mistake(span, what=what, expected="a number", actual=kind_name(value), cure="")
 
 
+def _as_condition(value: Value) -> str:
+    if isinstance(value, BehaviourCall | BuiltinValue):
+        return "`and` and `or` join conditions; list things with commas, as in `do choose A(), B()`"
+    return "compare it with something, as in `x < 3`"
+
+
 def truth(ev: Evaluator, value: Value, span: Span) -> ir.Expr:
     """The value as a condition; as in Python, lists and None have a truth of their own."""
     match value:
@@ -70,7 +76,7 @@ def truth(ev: Evaluator, value: Value, span: Span) -> ir.Expr:
         case None | str() | tuple():
             return ev.algebra.truth(bool(value))
     raise errors.WRONG_KIND.mistake(
-        span, what="a condition", expected="a truth value", actual=kind_name(value), cure="compare it with something"
+        span, what="a condition", expected="a truth value", actual=kind_name(value), cure=_as_condition(value)
     )
 
 

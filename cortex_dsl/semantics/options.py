@@ -29,6 +29,8 @@ class Option:
 
 def uniform_options(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> list[Option]:
     no_names(name, given)
+    if len(given) == 1 and given[0].node is not None and isinstance(given[0].value, tuple):
+        raise errors.LIST_AS_OPTION.mistake(given[0].span, text=shortened(ev, given[0].span))
     return [_option(ev, g.value, g.span, 1.0, site, starred=g.node is None) for g in given]
 
 

@@ -95,7 +95,8 @@ def _expression(ev: Evaluator, node: nodes.ExpressionStatement) -> None:
     value = ev.evaluate(node.value)
     check_called(value, node.span)
     if not isinstance(value, Actor | str):
-        ev.report(errors.BARE_EXPRESSION.at(node.span))
+        cure = "write `require` in front of it, assign it, or remove the line"
+        ev.report(errors.BARE_EXPRESSION.at(node.span, cure=cure))
 
 
 def check_called(value: Value, span: Span) -> None:

@@ -63,5 +63,10 @@ def _lanes(value: Value, span: Span) -> tuple[Lane, ...]:
         what="a trajectory",
         expected="a list of lanes",
         actual=kind_name(value),
-        cure="as in `[maneuver.startLane, maneuver.connectingLane, maneuver.endLane]`",
+        cure=(
+            "are the arguments in the wrong order? `FollowTrajectoryBehavior(target_speed, trajectory)` takes the speed "
+            "first"
+            if isinstance(value, Quantity)
+            else "as in `[maneuver.startLane, maneuver.connectingLane, maneuver.endLane]`"
+        ),
     )

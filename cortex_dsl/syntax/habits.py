@@ -3,6 +3,8 @@
 Rules as in `mistakes`: from the surroundings of an error to its explanation, or None if it is another one.
 """
 
+from itertools import pairwise
+
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.syntax import errors, later
 from cortex_dsl.syntax.trouble import Trouble, Word
@@ -70,7 +72,7 @@ def foreign_spelling(trouble: Trouble) -> Diagnostic | None:
     if before is not None and before.text in ("++", "--") and found.kind == "end":
         return _foreign(before, _FOREIGN[before.text])
     if found.kind == "sign" and found.text in _FOREIGN:
-        return _foreign(found, _FOREIGN[found.text])
+        return _foreign(found, _FOREIGN[found.text], _further(trouble))
     if trouble.first.text in ("elseif", "elsif") and trouble.first.kind == "name":
         return _foreign(trouble.first, "elif")
     if trouble.first.text in ("function", "fn", "func", "behaviour") and trouble.before is trouble.first:
@@ -92,10 +94,16 @@ def foreign_spelling(trouble: Trouble) -> Diagnostic | None:
     return None
 
 
-def _foreign(word: Word, ours: str) -> Diagnostic:
+def _foreign(word: Word, ours: str, further: str = "") -> Diagnostic:
     return errors.FOREIGN_SPELLING.at(
-        word.span, f"`{word.text}` is written `{ours}`", f"write `{ours}`", cure=f"write `{ours}`"
+        word.span, f"`{word.text}` is written `{ours}`", f"write `{ours}`", cure=f"write `{ours}`{further}"
     )
+
+
+def _further(trouble: Trouble) -> str:
+    """The other foreign signs of the line, so that it can be mended at once."""
+    rest = {word.text for word in trouble.words[trouble.place + 1 :] if word.kind == "sign" and word.text in _FOREIGN}
+    return "".join(f", and `{_FOREIGN[sign]}` for `{sign}`" for sign in sorted(rest - {trouble.found.text}))
 
 
 def text_prefix(trouble: Trouble) -> Diagnostic | None:
@@ -110,16 +118,18 @@ def text_prefix(trouble: Trouble) -> Diagnostic | None:
 
 
 def missing_new(trouble: Trouble) -> Diagnostic | None:
-    before = trouble.before
-    if trouble.found.text not in SPECIFIER_WORDS or before is None or before.kind != "name":
+    """`ego = Car at p`, and `ego = Car in lane, with speed 5`, whose `in` was read as a comparison."""
+    after, goes_on = trouble.after, trouble.found.text == "," and trouble.bracket is None
+    place = after.text if goes_on and after is not None else trouble.found.text
+    if place not in SPECIFIER_WORDS or any(word.text == "new" for word in trouble.words[: trouble.place]):
         return None
-    if not before.text[0].isupper() or before.text.isupper() or not trouble.wants_operator:
-        return None
-    if any(word.text == "new" for word in trouble.words[: trouble.place]):
-        return None
-    return errors.MISSING_NEW.at(
-        before.span,
-        f"missing `new` before `{before.text}`",
-        reason=errors.MISSING_NEW.why,
-        cure=f"write `new {before.text} {trouble.found.text} …`",
-    )
+    for name, specifier in pairwise(trouble.words[: trouble.place + 1]):
+        is_class = name.kind == "name" and name.text[0].isupper() and not name.text.isupper()
+        if is_class and specifier.text in SPECIFIER_WORDS:
+            return errors.MISSING_NEW.at(
+                name.span,
+                f"missing `new` before `{name.text}`",
+                reason=errors.MISSING_NEW.why,
+                cure=f"write `new {name.text} {specifier.text} …`",
+            )
+    return None

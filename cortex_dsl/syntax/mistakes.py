@@ -9,7 +9,7 @@ from collections.abc import Callable
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import nearest
-from cortex_dsl.syntax import errors, slips
+from cortex_dsl.syntax import errors, phrases, slips
 from cortex_dsl.syntax.habits import foreign_spelling, missing_new, not_supported, text_prefix
 from cortex_dsl.syntax.trouble import Trouble, Word
 from cortex_dsl.syntax.units import UNIT_WORDS, unit_list
@@ -281,6 +281,7 @@ def unknown_unit(trouble: Trouble) -> Diagnostic | None:
 MISTAKES: tuple[Mistake, ...] = (
     continued_line,
     slips.side_without_of,
+    phrases.function_in_a_class,
     not_supported,
     slips.misspelt_second_word,
     slips.misspelt_joint,
@@ -290,13 +291,24 @@ MISTAKES: tuple[Mistake, ...] = (
     slips.class_line,
     slips.wrong_import,
     text_prefix,
+    phrases.braces,
+    phrases.percent,
     foreign_spelling,
+    phrases.assignment_in_lambda,
     assignment_in_condition,
+    phrases.equals_after_with,
     second_assignment,
     missing_colon,
     missing_brackets,
     orphan,
     missing_new,
+    phrases.forgotten_do,
+    phrases.wait_for_a_time,
+    phrases.name_of_a_requirement,
+    phrases.place_without_brackets,
+    phrases.param_without_equals,
+    phrases.terminate_if,
+    phrases.distance_without_from,
     misplaced_unit,
     missing_comma,
     word_read_as_unit,

@@ -9,6 +9,7 @@ With p the way from the ego's centre to the other's and v its rate of change:
     TTC_MS          D_MS / MS; where MS is no more than rounding noise the two never approach, and D_MS and TTC_MS are
                     infinite
     MD              least distance between the outlines over continuous time; 0 on contact
+    approach        speeds, angle, c and side at the instant of MD, or of contact
 
 Two who are never in the scene together have an infinite MD, at no time, and an MS of minus infinity.
 """
@@ -21,13 +22,29 @@ from engine.kernels.geometry import Box, box_distance, centers_apart, half_diago
 from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
 from engine.tables import Floats
-from engine.vocabulary import State
+from engine.vocabulary import Side, State
 
 CLOSING_SPEED_TOLERANCE = 0.01
 """How far below the maximum a closing speed may lie and still mark the instant of MS [m/s]."""
 NOISE_FLOOR = 1e-9
 """Only what closes faster approaches [m/s]: two who keep their distance have a closing speed of some 1e-15 either way,
 and whether D_MS is a number must not hang on its sign."""
+FRONT, LEFT, REAR, RIGHT = map(int, Side)
+
+
+class Approach(NamedTuple):
+    """One pair at the instant of MD, or of contact: how the two met. NaN and -1 where they never do."""
+
+    ego_speed: float
+    """Of the rear axle, along its heading [m/s]."""
+    other_speed: float
+    """[m/s]"""
+    angle: float
+    """The other's heading seen from the ego's, -pi .. pi [rad]: 0 the same way, +-pi head-on, positive to the left."""
+    closing_speed: float
+    """Of the centres [m/s]."""
+    side: int
+    """`Side` of the ego's outline on which the other is."""
 
 
 class PairMetrics(NamedTuple):
@@ -43,6 +60,7 @@ class PairMetrics(NamedTuple):
     """D_MS [m]"""
     ttc_at_ms: float
     """TTC_MS [s]"""
+    approach: Approach
 
 
 class Rate(NamedTuple):
@@ -71,7 +89,8 @@ def measure_pair(
     """
     first = _first_together(states, samples, other)
     if first == samples:
-        return PairMetrics(math.inf, math.nan, -math.inf, math.nan, math.inf, math.inf)
+        nothing = Approach(math.nan, math.nan, math.nan, math.nan, -1)
+        return PairMetrics(math.inf, math.nan, -math.inf, math.nan, math.inf, math.inf, nothing)
     states, samples = states[first:], samples - first
     together = _samples_together(states, samples, other)
     seed, fastest = _survey(states, together, time_step, other, outlines)
@@ -80,14 +99,16 @@ def measure_pair(
     if fastest > NOISE_FLOOR:
         distance_at_ms = box_distance(_box(states, at, 0, outlines), _box(states, at, other, outlines))
         ttc_at_ms = distance_at_ms / fastest
+    beyond = together == samples and ending > 0.0 and states[samples, other, State.PRESENT] != 0.0
     if contacted:
         least, least_at = 0.0, together - 1 + ending
     else:
         least, least_at = _least_distance(states, together, other, outlines, seed)
-        if together == samples and ending > 0.0 and states[samples, other, State.PRESENT] != 0.0:
+        if beyond:
             least, least_at = _least_in_ending(states, samples - 1, other, outlines, ending, least, least_at)
     least_time, fastest_time = (first + least_at) * time_step, (first + at) * time_step
-    return PairMetrics(least, least_time, fastest, fastest_time, distance_at_ms, ttc_at_ms)
+    approach = _approach(states, together + (1 if beyond else 0), least_at, time_step, other, outlines)
+    return PairMetrics(least, least_time, fastest, fastest_time, distance_at_ms, ttc_at_ms, approach)
 
 
 @inlined
@@ -142,6 +163,44 @@ def closing_speed(states: Floats, samples: int, k: int, time_step: float, other:
     if distance == 0.0:
         return 0.0
     return -(x * (theirs.x - mine.x) + y * (theirs.y - mine.y)) / distance
+
+
+@kernel
+def _approach(states: Floats, samples: int, at: float, time_step: float, other: int, outlines: Floats) -> Approach:
+    """The pair `at` steps after the first of `samples` samples, in between linearly."""
+    k = min(int(at), samples - 1)
+    after, part = min(k + 1, samples - 1), at - k
+    ego = _between(_box(states, k, 0, outlines), _box(states, after, 0, outlines), part)
+    them = _between(_box(states, k, other, outlines), _box(states, after, other, outlines), part)
+    start = closing_speed(states, samples, k, time_step, other, outlines)
+    end = closing_speed(states, samples, after, time_step, other, outlines)
+    return Approach(
+        _mix(states[k, 0, State.SPEED], states[after, 0, State.SPEED], part),
+        _mix(states[k, other, State.SPEED], states[after, other, State.SPEED], part),
+        shortest_turn(ego.heading, them.heading),
+        _mix(start, end, part),
+        _side(ego, them),
+    )
+
+
+@inlined
+def _mix(start: float, end: float, part: float) -> float:
+    return start + part * (end - start)
+
+
+@inlined
+def _side(ego: Box, other: Box) -> int:
+    """The `Side` beyond which the other lies farthest; where the outlines overlap, that which it has passed least."""
+    cos, sin = math.cos(ego.heading), math.sin(ego.heading)
+    x, y = other.x - ego.x, other.y - ego.y
+    ahead, aside = cos * x + sin * y, cos * y - sin * x
+    turned_cos = abs(math.cos(other.heading - ego.heading))
+    turned_sin = abs(math.sin(other.heading - ego.heading))
+    along = 0.5 * (ego.length + other.length * turned_cos + other.width * turned_sin)
+    across = 0.5 * (ego.width + other.length * turned_sin + other.width * turned_cos)
+    if abs(ahead) - along >= abs(aside) - across:
+        return FRONT if ahead >= 0.0 else REAR
+    return LEFT if aside > 0.0 else RIGHT
 
 
 @inlined

@@ -37,6 +37,11 @@ class Results(NamedTuple):
     max_closing_time: Floats
     distance_at_ms: Floats
     ttc_at_ms: Floats
+    ego_speed: Floats
+    other_speed: Floats
+    approach_angle: Floats
+    closing_speed: Floats
+    side: Ints
     left_road_time: Floats
     contact_actors: Ints
 
@@ -95,3 +100,8 @@ def measure_run(plan: Plan, run: Run, values: Floats, row: int, outlines: Floats
         out.max_closing_time[row, pair] = metrics.max_closing_time
         out.distance_at_ms[row, pair] = metrics.distance_at_ms
         out.ttc_at_ms[row, pair] = metrics.ttc_at_ms
+        out.ego_speed[row, pair] = metrics.approach.ego_speed
+        out.other_speed[row, pair] = metrics.approach.other_speed
+        out.approach_angle[row, pair] = metrics.approach.angle
+        out.closing_speed[row, pair] = metrics.approach.closing_speed
+        out.side[row, pair] = metrics.approach.side

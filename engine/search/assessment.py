@@ -60,6 +60,16 @@ class Assessment:
     """(n,) D_MS of the deciding pair [m]."""
     ttc_at_ms: Floats
     """(n,) TTC_MS of the deciding pair [s]."""
+    ego_speed: Floats
+    """(n,) at the deciding pair's instant of MD, or of contact [m/s]; as the next four."""
+    other_speed: Floats
+    """(n,) [m/s]"""
+    approach_angle: Floats
+    """(n,) the other's heading seen from the ego's, -pi .. pi [rad]."""
+    closing_speed: Floats
+    """(n,) of the centres [m/s]."""
+    side: Ints
+    """(n,) `Side` of the ego on which the other is, -1 where there is none."""
     left_road_time: Floats
     """(n,) when the first actor left the road, NaN if none did [s]."""
 

@@ -7,7 +7,7 @@ import numpy as np
 from engine.search.assessment import RISK_PARTS, Assessment
 from engine.tables import Ints
 
-INTEGERS = ("verdict", "variant", "attempts", "score", "pair", "collided", "end_reason", "end_rule")
+INTEGERS = ("verdict", "variant", "attempts", "score", "pair", "collided", "end_reason", "end_rule", "side")
 FLOATS = (
     "continuous",
     "end_time",
@@ -17,6 +17,10 @@ FLOATS = (
     "max_closing_time",
     "distance_at_ms",
     "ttc_at_ms",
+    "ego_speed",
+    "other_speed",
+    "approach_angle",
+    "closing_speed",
     "left_road_time",
 )
 PARTS = tuple(f"risk_{part}" for part in RISK_PARTS)

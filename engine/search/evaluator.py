@@ -79,6 +79,11 @@ def assessment(scenes: Scenes, outcomes: Outcomes, risk: Risk) -> Assessment:
         max_closing_time=known(outcomes.max_closing_time, pair),
         distance_at_ms=known(outcomes.distance_at_ms, pair),
         ttc_at_ms=known(outcomes.ttc_at_ms, pair),
+        ego_speed=known(outcomes.ego_speed, pair),
+        other_speed=known(outcomes.other_speed, pair),
+        approach_angle=known(outcomes.approach_angle, pair),
+        closing_speed=known(outcomes.closing_speed, pair),
+        side=np.full(len(rows), -1, np.int32) if alone else np.where(valid, outcomes.side[rows, pair], -1),
         left_road_time=_earliest(outcomes.left_road_time),
     )
 

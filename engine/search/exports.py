@@ -34,7 +34,7 @@ from engine.search.ranking import Case
 from engine.search.store import store_errors
 from engine.streams import format_key
 from engine.tables import Ints
-from engine.vocabulary import EndReason, Verdict
+from engine.vocabulary import EndReason, Side, Verdict
 
 CRITICAL_RISK = 14
 """The least score of a collision under the paper's bands."""
@@ -43,9 +43,10 @@ LAST = 10
 
 _VERDICTS = {int(verdict): verdict.name.lower() for verdict in Verdict}
 _REASONS = {-1: "", **{int(reason): reason.name.lower() for reason in EndReason}}
+_SIDES = {-1: "", **{int(side): side.name.lower() for side in Side}}
 _OPERATORS = {int(operator): operator.name.lower() for operator in Operator}
 
-WORDS = ("operator", "key", "verdict", "end_reason")
+WORDS = ("operator", "key", "verdict", "end_reason", "side")
 """Columns that JSON puts in quotes."""
 
 Column = Sequence[str]
@@ -78,6 +79,7 @@ def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
     """What a person wants to know first; numbers that do not exist are NaN."""
     head = asdict(manifest)
     del head["file_text"]
+    del head["origin"]["imports"]
     return {
         "manifest": head,
         "stopped": campaign.stopped,
@@ -124,6 +126,7 @@ def _table(evaluations: Evaluations, genes: Sequence[str]) -> dict[str, Column]:
         **{name: _texts(values) for name, values in runs.items()},
         "verdict": _words(runs["verdict"], _VERDICTS),
         "end_reason": _words(runs["end_reason"], _REASONS),
+        "side": _words(runs["side"], _SIDES),
     }
 
 

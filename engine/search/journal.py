@@ -38,7 +38,7 @@ from engine.search.store import StoreError, store_errors
 
 APPLICATION_ID = 0x43525458
 """Marks the file as ours ("CRTX")."""
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 """Rises with every change of the tables."""
 
 _SIMULATION = ",\n    ".join(f"{name} {'REAL' if name in FLOATS else 'INTEGER NOT NULL'}" for name in SCALARS)

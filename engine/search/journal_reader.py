@@ -15,7 +15,7 @@ from engine.search.columns import SCALARS, from_columns
 from engine.search.evaluations import Evaluations
 from engine.search.figures import Figures, GenerationFigures
 from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION
-from engine.search.manifest import Manifest, Parameter
+from engine.search.manifest import Link, Manifest, Origin, Parameter, Text
 from engine.search.searchers import SEARCHERS
 from engine.search.store import StoreError, store_errors
 from engine.tables import Ints
@@ -87,7 +87,14 @@ def _manifest(connection: sqlite3.Connection) -> Manifest:
     for name in ("command_line", "requirements", "rules", "actors"):
         values[name] = tuple(values[name])
     values["parameters"] = tuple(Parameter(**{**row, "options": tuple(row["options"])}) for row in values["parameters"])
+    values["origin"] = _origin(values["origin"])
     return Manifest(**{field.name: values[field.name] for field in fields(Manifest)})
+
+
+def _origin(value: dict[str, Any]) -> Origin:
+    imports = tuple(Text(**row) for row in value["imports"])
+    links = tuple(Link(**row) for row in value["links"])
+    return Origin(imports, links, value["overrides"], value["scenario"])
 
 
 def _figures(generation: int, text: str) -> GenerationFigures:

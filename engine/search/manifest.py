@@ -1,14 +1,16 @@
-"""What a run directory says about how it came to be: enough to repeat the run, and to refuse what does not belong."""
+"""What a run directory says about how it came to be: enough to compile and repeat the run, and to refuse what does not
+belong.
+"""
 
 import platform
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from engine.config import Config
+from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
 from engine.program import Program
 
 DISTRIBUTIONS = ("cortexc", "numpy", "numba", "pymunk")
@@ -25,6 +27,41 @@ class Parameter:
     low: float
     high: float
     options: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Text:
+    """An imported file, as it was."""
+
+    name: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Link:
+    """Which file an import statement meant."""
+
+    importer: str
+    """Name of the file with the statement."""
+    path: str
+    """The first path at which the statement looks for a file."""
+    name: str
+    """The file that was found."""
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a compiler needs beside the main text to make the same program again."""
+
+    imports: tuple[Text, ...] = ()
+    links: tuple[Link, ...] = ()
+    overrides: dict[str, str] = field(default_factory=dict)
+    """Params held fixed, as `-p` was given."""
+    scenario: str | None = None
+    """The one of several that was asked for."""
+
+
+NO_ORIGIN = Origin()
 
 
 @dataclass(frozen=True)
@@ -54,6 +91,17 @@ class Manifest:
     """Names, in the order of the counts of each evaluation."""
     rules: tuple[str, ...]
     actors: tuple[str, ...]
+    origin: Origin = NO_ORIGIN
+
+    @property
+    def config(self) -> Config:
+        """The settings as they were; what is newer than the manifest has its default."""
+        return Config(
+            simulation=SimulationConfig(**self.settings["simulation"]),
+            contact=ContactConfig(**self.settings["contact"]),
+            search=SearchConfig(**self.settings["search"]),
+            ga=GAConfig(**self.settings["ga"]),
+        )
 
 
 def make_manifest(
@@ -63,6 +111,7 @@ def make_manifest(
     profile: str = "paper",
     file: str = "",
     command_line: Sequence[str] = (),
+    origin: Origin = NO_ORIGIN,
 ) -> Manifest:
     """The manifest of a search that is about to start; `method` is a row of `searchers.SEARCHERS`."""
     return Manifest(
@@ -84,6 +133,7 @@ def make_manifest(
         requirements=tuple(requirement.name for requirement in program.requirements),
         rules=tuple(rule.name for rule in program.rules),
         actors=program.actors,
+        origin=origin,
     )
 
 

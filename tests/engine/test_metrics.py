@@ -48,6 +48,11 @@ def outcomes(distance: float, time: float, collided: bool = False) -> Outcomes:
         max_closing_time=unknown,
         distance_at_ms=unknown,
         ttc_at_ms=unknown,
+        ego_speed=unknown,
+        other_speed=unknown,
+        approach_angle=unknown,
+        closing_speed=unknown,
+        side=np.full((1, 1), -1, np.int32),
         left_road_time=np.full((1, 2), np.nan),
         contact_actors=np.array([[0, 1] if collided else [-1, -1]], np.int32),
     )

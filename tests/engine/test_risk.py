@@ -54,6 +54,11 @@ def outcomes(*runs: tuple[Pair, ...], contact: dict[int, tuple[int, int]] | None
         max_closing_time=nothing,
         distance_at_ms=values[..., 1],
         ttc_at_ms=values[..., 2],
+        ego_speed=nothing,
+        other_speed=nothing,
+        approach_angle=nothing,
+        closing_speed=nothing,
+        side=np.full((n, pairs), -1, np.int32),
         left_road_time=np.full((n, pairs + 1), np.nan),
         contact_actors=touching.astype(np.int32),
     )

@@ -41,7 +41,7 @@ NO_OPTIONS = Problem(
     "SCN504",
     "there is nothing to choose from in any variant",
     "{reason}",
-    "widen the filter, or choose another map",
+    "{cure}",
     page=Page(
         "nothing to choose from",
         "The list to choose from is empty, whatever was chosen before.",
@@ -49,6 +49,18 @@ NO_OPTIONS = Problem(
         "ego = new Car in m.startLane.centerline\n",
         "m = Uniform(*filter(lambda m: m.type is ManeuverType.STRAIGHT, network.lanes[0].maneuvers))\n"
         "ego = new Car in m.startLane.centerline\n",
+    ),
+)
+LIST_AS_OPTION = Problem(
+    "SCN514",
+    "`Uniform` chooses among its arguments, and this is only one: a list",
+    "it would always choose the whole list",
+    "write a `*` in front of it: `Uniform(*{text})`",
+    page=Page(
+        "list where its items are meant",
+        "`Uniform(a, b)` chooses between a and b. A list is unpacked into its items with `*`.",
+        "lane = Uniform(network.lanes)\nego = new Car in lane.centerline\n",
+        "lane = Uniform(*network.lanes)\nego = new Car in lane.centerline\n",
     ),
 )
 TOO_MANY_VARIANTS = Problem(

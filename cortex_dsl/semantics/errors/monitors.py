@@ -41,7 +41,7 @@ MONITOR_USED = Problem(
         f"{_SLOW}{_CAR}require monitor Slow()\n",
     ),
 )
-UNUSED_MONITOR = note(
+UNUSED_MONITOR = warning(
     "SCN623",
     "the monitor `{name}` is never required",
     cure="write `require monitor {name}(...)`, or remove it",

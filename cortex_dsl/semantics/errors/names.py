@@ -118,7 +118,7 @@ DUPLICATE = Problem(
         "param V = Range(1, 9) m/s\nparam W = 5 m/s\nego = new Car on road, with speed max(V, W)\n",
     ),
 )
-UNUSED_BEHAVIOUR = note(
+UNUSED_BEHAVIOUR = warning(
     "SCN220",
     "the behavior `{name}` is never used",
     cure="remove it, or give it to an object",

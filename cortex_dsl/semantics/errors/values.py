@@ -134,7 +134,7 @@ LIST_TOO_LONG = Problem(
 BARE_EXPRESSION = warning(
     "SCN440",
     "this value is not used",
-    cure="assign it, or remove the line",
+    cure="{cure}",
     page=Page(
         "value that is not used",
         "A line that only works out a value changes nothing. Perhaps `require` is missing in front of it.",

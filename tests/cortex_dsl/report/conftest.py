@@ -117,6 +117,11 @@ def outcomes() -> Outcomes:
         max_closing_time=np.full(fill_value=0.4, **pair),
         distance_at_ms=np.full(fill_value=38.2, **pair),
         ttc_at_ms=np.full(fill_value=1.925, **pair),
+        ego_speed=np.full(fill_value=9.5, **pair),
+        other_speed=np.full(fill_value=11.0, **pair),
+        approach_angle=np.full(fill_value=1.5, **pair),
+        closing_speed=np.full(fill_value=4.0, **pair),
+        side=np.ones((1, 1), dtype=np.int32),
         left_road_time=np.array([[np.nan, 4.2]]),
         contact_actors=np.full((1, 2), -1, dtype=np.int32),
     )
@@ -199,6 +204,11 @@ def _assessment(genomes: np.ndarray, valid: np.ndarray) -> Assessment:
         max_closing_time=numbers(1.0),
         distance_at_ms=numbers(30.0),
         ttc_at_ms=numbers(2.5),
+        ego_speed=numbers(8.0),
+        other_speed=numbers(12.0),
+        approach_angle=numbers(1.5),
+        closing_speed=numbers(9.0),
+        side=np.where(valid, 0, -1).reshape(shape),
         left_road_time=numbers(np.nan),
     )
 

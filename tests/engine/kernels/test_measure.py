@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from engine.kernels.geometry import Box, box_distance
 from engine.kernels.measure import NOISE_FLOOR, PairMetrics, measure_pair
 from engine.tables import Floats
-from engine.vocabulary import State
+from engine.vocabulary import Side, State
 
 compiled = settings(deadline=None)
 STEP = 0.05
@@ -198,3 +198,79 @@ def test_no_instant_is_nearer_than_md(pair: tuple[Floats, Floats]) -> None:
 
 def boxes(states: Floats) -> list[Box]:
     return [Box(*row, *CAR[:2].tolist()) for row in states[:, :3].tolist()]
+
+
+def test_how_two_meet_is_told_at_contact() -> None:
+    """An ego at 10 m/s drives its front into the left flank of one that crosses at 6 m/s to its right."""
+    states = np.stack([line(0, 0, 0, 10, 21), line(8.0, 1.8, -math.pi / 2, 6.0, 21)], axis=1)
+    approach = measure_pair(states, 10, STEP, 1, OUTLINES, True, 0.5).approach
+    apart = np.array([8.0 - 4.75, 1.8 - 2.85])
+    closing = -float(apart @ np.array([-10.0, -6.0])) / float(np.hypot(*apart))
+    assert (approach.ego_speed, approach.other_speed) == (10.0, 6.0)
+    assert approach.angle == pytest.approx(-math.pi / 2)
+    assert approach.closing_speed == pytest.approx(closing, abs=0.05)
+    assert approach.side == Side.FRONT
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "heading", "side"),
+    [
+        (5.0, 0.0, 0.0, Side.FRONT),
+        (3.0, 2.4, math.pi / 2, Side.FRONT),
+        (0.5, 2.2, 0.0, Side.LEFT),
+        (0.5, -3.2, math.pi / 2, Side.RIGHT),
+        (-4.2, 0.8, 0.0, Side.REAR),
+        (-2.9, 0.9, math.pi / 2, Side.REAR),
+    ],
+)
+def test_the_side_is_that_of_the_outline(x: float, y: float, heading: float, side: Side) -> None:
+    """Where outlines lie beside each other decides, not where their centres do: a tail across the bonnet is in front."""
+    ego, other = line(0, 0, 0, 0.0, 2), line(x, y, heading, 0.0, 2)
+    assert measure(ego, other).approach.side == side
+
+
+def test_who_never_meets_has_no_approach() -> None:
+    """Nothing is known about an instant that never comes."""
+    ego, other = line(0, 0, 0, 10), line(40, 0, 0, 10)
+    other[:, State.PRESENT] = 0.0
+    approach = measure(ego, other).approach
+    assert np.isnan(approach[:4]).all()
+    assert approach.side == -1
+
+
+@compiled
+@given(encounters(), st.floats(-3.0, 3.0), st.floats(-50, 50))
+def test_how_two_meet_does_not_depend_on_the_axes(pair: tuple[Floats, Floats], turn: float, shift: float) -> None:
+    """Turning and shifting change nothing; a mirror turns the angle round and exchanges left and right.
+
+    Left out is what rounding alone decides: which of two equally near instants is the first, the direction between
+    centres that nearly coincide, a side at a corner.
+    """
+    outlines = np.stack([CAR, CAR])
+    expected = measure(*pair, outlines)
+    turned = measure(*(rotated(s, turn, shift, -shift) for s in pair), outlines)
+    reflected = measure(*map(mirrored, pair), outlines)
+    for metrics, sign, sides in ((turned, 1.0, (0, 1, 2, 3)), (reflected, -1.0, (0, 3, 2, 1))):
+        assume(abs(metrics.min_distance_time - expected.min_distance_time) < 1e-7)
+        found, wanted = metrics.approach, expected.approach
+        assert found.ego_speed == pytest.approx(wanted.ego_speed, abs=1e-6)
+        assert found.other_speed == pytest.approx(wanted.other_speed, abs=1e-6)
+        assert math.cos(found.angle - sign * wanted.angle) == pytest.approx(1.0)
+        if abs(found.closing_speed - wanted.closing_speed) > 1e-4:
+            assert metrics.min_distance == 0.0
+        if expected.min_distance > 0.01:
+            assert found.side == sides[wanted.side] or _at_a_corner(pair, expected)
+
+
+def _at_a_corner(pair: tuple[Floats, Floats], metrics: PairMetrics) -> bool:
+    """Whether the other is beyond two sides of the ego by nearly as much, so that rounding may take either."""
+    steps = metrics.min_distance_time / STEP
+    k, part = int(steps), steps - int(steps)
+    ego, other = (s[k, :3] + part * (s[min(k + 1, len(s) - 1), :3] - s[k, :3]) for s in pair)
+    cos, sin = math.cos(ego[2]), math.sin(ego[2])
+    x, y = other[:2] - ego[:2]
+    c, s = abs(math.cos(other[2] - ego[2])), abs(math.sin(other[2] - ego[2]))
+    length, width = CAR[:2]
+    ahead = abs(cos * x + sin * y) - 0.5 * (length + length * c + width * s)
+    aside = abs(cos * y - sin * x) - 0.5 * (width + length * s + width * c)
+    return abs(ahead - aside) < 1e-5

@@ -94,6 +94,11 @@ def assessed(verdict: Ints, distance: Floats) -> Assessment:
         max_closing_time=md + 3.0,
         distance_at_ms=md + 4.0,
         ttc_at_ms=md + 5.0,
+        ego_speed=md + 6.0,
+        other_speed=md + 7.0,
+        approach_angle=np.where(valid, 1.0, np.nan),
+        closing_speed=md + 8.0,
+        side=np.where(valid, 0, -1).astype(np.int32),
         left_road_time=np.full(count, np.nan),
     )
 

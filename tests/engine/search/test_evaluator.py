@@ -49,6 +49,11 @@ def rows_of(pairs: int) -> Assessment:
         max_closing_time=grid + 0.3,
         distance_at_ms=grid + 0.4,
         ttc_at_ms=grid + 0.5,
+        ego_speed=grid + 0.6,
+        other_speed=grid + 0.7,
+        approach_angle=grid + 0.8,
+        closing_speed=grid + 0.9,
+        side=np.zeros((3, pairs), dtype=np.int32),
         left_road_time=np.array([[np.nan, np.nan], [3.0, 2.0], [np.nan, np.nan]]),
         contact_actors=np.zeros((3, 2), dtype=np.int32),
     )
