@@ -4,7 +4,7 @@
 
 Every input is compiled as `cortexc FILE --check` compiles it. It must end within the time limit in a program or in
 diagnostics with places inside the text: no other exception, no hang, no memory blow-up. Exit code 1 if one does not;
-`--keep` writes those texts down.
+`--keep` writes those texts down, and the slowest.
 """
 
 import argparse
@@ -79,7 +79,9 @@ def corpus() -> list[str]:
     texts = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "examples").glob("*.scn"))]
     for page in sorted((ROOT / "grammar").glob("*.md")):
         texts += [block.split("```")[0] for block in page.read_text(encoding="utf-8").split("```scn\n")[1:]]
-    return texts + [path.read_text(encoding="utf-8") for path in sorted((ROOT / "tests").rglob("*.scn"))]
+    return texts + [
+        path.read_text(encoding="utf-8", errors="replace") for path in sorted((ROOT / "tests").rglob("*.scn"))
+    ]
 
 
 def mutated_bytes(rng: random.Random, texts: list[str]) -> bytes:
@@ -205,13 +207,15 @@ class Part:
     outcomes: Counter[str]
     broken: list[Broken]
     slowest: float
+    slowest_text: bytes
     memory: float
 
 
 def run_chunk(seed: int, count: int) -> Part:
     """`count` texts of one stream of random numbers."""
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY_LIMIT, MEMORY_LIMIT))
-    rng, outcomes, broken, slowest = random.Random(seed), Counter[str](), list[Broken](), 0.0
+    rng, outcomes, broken = random.Random(seed), Counter[str](), list[Broken]()
+    slowest, slowest_text = 0.0, b""
     stream = sources(rng, corpus())
     for _ in range(count):
         kind, text = next(stream)
@@ -224,10 +228,10 @@ def run_chunk(seed: int, count: int) -> Part:
         except BaseException as error:
             outcome = "broken"
             broken.append(Broken(type(error).__name__, text, traceback.format_exc()))
-        slowest = max(slowest, time.perf_counter() - start)
+        slowest, slowest_text = max((slowest, slowest_text), (time.perf_counter() - start, text))
         outcomes[f"{kind} {outcome}"] += 1
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-    return Part(outcomes, broken, slowest, memory)
+    return Part(outcomes, broken, slowest, slowest_text, memory)
 
 
 def fuzz(inputs: int, seed: int = 0, jobs: int = 1, keep: Path | None = None) -> Fuzzed:
@@ -246,6 +250,7 @@ def fuzz(inputs: int, seed: int = 0, jobs: int = 1, keep: Path | None = None) ->
         for number, each in enumerate(broken):
             (keep / f"{number:04d}-{each.kind}.scn").write_bytes(each.text)
             (keep / f"{number:04d}-{each.kind}.txt").write_text(each.trace, encoding="utf-8")
+        (keep / "slowest.scn").write_bytes(max((part.slowest, part.slowest_text) for part in parts)[1])
     return Fuzzed(
         inputs=inputs,
         outcomes=dict(sorted(sum((part.outcomes for part in parts), Counter[str]()).items())),

@@ -62,7 +62,7 @@ def find(text: str) -> Entry | None:
 def near(text: str) -> list[Entry]:
     """Codes that may be meant: those of nearly the same number, or with nearly that title."""
     known = {entry.code: entry for entry in entries()}
-    digits = "".join(character for character in text if character.isdigit())
+    digits = "".join(character for character in text if character in "0123456789")
     if digits:
         distances = sorted(known, key=lambda code: abs(int(code[3:]) - int(digits[:6])))
         return [known[code] for code in distances[:3]]

@@ -413,6 +413,8 @@ class Scenario:
     """The road as built; literal path and region ids refer to its books, joined trajectories among them."""
     pool: tuple[float, ...]
     """Numeric options of discrete choices, for Op.TABLE."""
+    system: tuple[str, ...] = ()
+    """Names of the params that belong to the system under test, genes or fixed."""
     temporals: tuple[Temporal, ...] = ()
     """The same in all variants; the conditions of their atoms are rules of each."""
     records: tuple[Record, ...] = ()

@@ -8,6 +8,9 @@
     >>> campaign = scenario.search("ga", generations=30, population=100)
     >>> print(scenario.concrete(scenario.scene(campaign.worst[0])))
 
+A search that keeps everything on disk, and can be gone on with: `search(…, out="runs/mine")`, `cortex_dsl.hunting`,
+`cortex_dsl.runs`. A searcher of your own: `engine.search.plugins`.
+
 Arrays are row-aligned and in SI units, genomes in the file's own; their shapes stand at `engine.scenes.Scenes`,
 `engine.scenes.Outcomes` and `engine.search.evaluations.Evaluations`.
 """
@@ -32,6 +35,7 @@ if TYPE_CHECKING:
     from engine.scenes import Outcomes, Scenes
     from engine.search.campaign import Campaign, OnGeneration
     from engine.search.ranking import Case
+    from engine.search.workers import Workers
     from engine.tables import Floats, Ints
     from engine.world import WorldRun
 
@@ -139,12 +143,17 @@ class Scenario:
         profile: str = "paper",
         preset: str = "cortex",
         on_generation: "OnGeneration | None" = None,
+        workers: "Workers | None" = None,
+        out: str | Path | None = None,
         **settings: Any,
     ) -> "Campaign":
-        """Hunt for the worst: `method` is `ga` or `random`, `preset` is `cortex` or `cortex-literal`.
+        """Hunt for the worst by `method`, a name of `engine.search.searchers.known_searchers()` such as `ga`, `random`,
+        `niching`, `cmaes`; `preset` of the genetic algorithm is `cortex` or `cortex-literal`.
 
         Settings are fields of `engine.config.SearchConfig`: generations, population, seed, rollouts, aggregate, jobs,
-        engine. `on_generation` is called with a `Progress` after each generation.
+        engine. `on_generation` is called with a `Progress` after each generation; `workers` run the simulations (see
+        `engine.search.workers`; processes need a main module that can be imported). `out` is a new folder for journal,
+        tables and worst cases; `cortex_dsl.runs.open_run` opens it, `cortex_dsl.hunting.resume` goes on with it.
         """
         from engine.search.study import search
 
@@ -153,7 +162,19 @@ class Scenario:
             search=replace(self.config.search, **settings),
             ga=replace(self.config.ga, preset=preset),
         )
-        return search(self.program, method, config, profile, on_generation)
+        if out is None:
+            return search(self.program, method, config, profile, on_generation, workers=workers)
+        return self._kept(method, Path(out), config, profile=profile, on_generation=on_generation, workers=workers)
+
+    def _kept(self, method: str, out: Path, config: Config, **how: Any) -> "Campaign":
+        """A search in a run directory of its own."""
+        from cortex_dsl.hunting import hunt
+        from engine.search.store import new_directory
+
+        found = hunt(replace(self, config=config), method, new_directory(out), **how)
+        if found.trouble is not None:
+            raise found.trouble
+        return found.campaign
 
     def scene(self, case: "Case") -> "Scenes":
         """The one scene of a campaign's case, drawn again from its genome and stream key."""

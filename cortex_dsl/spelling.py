@@ -19,13 +19,14 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
         "everywhere": "write `None`, as in `with regionContainedIn None`",
         "nowhere": "there is no empty region here",
         "simulation": "there is no clock: count steps in a variable, or write `do … for 5 s`, `terminate after 5 s`",
-        "print": "`cortexc FILE --emit ir` shows what was computed",
+        "print": "write `record ego.speed` to have a value told when a run is over",
         "Vector": "write `(x, y)`",
         "distance": "write `distance from a to b`, without the brackets of a call",
         "math": "functions such as `sqrt`, `sin` and `abs` are built in: write them without `math.`",
         "np": "functions such as `sqrt`, `sin` and `abs` are built in",
         "random": "write a distribution, such as `Range(low, high)` or `Uniform(a, b)`",
         "sleep": "write `do IdleBehavior() for 3 s`",
+        "light": "write `signals()` to have lights; `FollowLaneBehavior(5 m/s, obey_signals=True)` stops at red ones",
         "collision": "contact is always looked for, and ends the run",
     }
 )
@@ -58,7 +59,6 @@ SYNONYMS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "rightlane": ("laneToRight", "adjacentLanes"),
         "next": ("successors",),
         "previous": ("predecessors",),
-        "light": ("signals", "signal"),
         "trafficlight": ("signals", "signal"),
         "trafficlights": ("signals", "signal"),
         "brake": ("SetBrakeAction",),
@@ -72,7 +72,6 @@ SYNONYMS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "walker": ("Pedestrian",),
         "npccar": ("Car",),
         "idle": ("IdleBehavior",),
-        "drive": ("FollowLaneBehavior",),
     }
 )
 """What people call things that have another name here; small letters, no underscores."""

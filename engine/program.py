@@ -32,6 +32,8 @@ class ParamSpace:
     """Printable options of an INDEX gene; () otherwise."""
     weights: tuple[tuple[float, ...], ...]
     """Probabilities of a DISCRETE gene's options; () otherwise."""
+    system: tuple[str, ...] = ()
+    """Names of the params that belong to the system under test; one that is held fixed is no gene."""
 
     def __len__(self) -> int:
         return len(self.names)

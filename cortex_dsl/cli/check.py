@@ -3,6 +3,7 @@
 from cortex_dsl.cli.compiling import compile_request, diagnostics_document, show
 from cortex_dsl.cli.exits import Exit
 from cortex_dsl.cli.infeasible import no_scene_at_all
+from cortex_dsl.cli.misplaced import misplaced
 from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.report.feasibility_view import feasibility_view
@@ -15,9 +16,10 @@ def execute(request: Request, terminal: Terminal) -> int:
     if isinstance(compiled, Exit):
         return compiled
     found = explain(compiled.program)
-    if found.infeasible:
-        mistake = no_scene_at_all(compiled.program, compiled.source, found)
-        diagnostics = [*compiled.diagnostics, mistake] if request.json else [mistake]
+    mistakes = misplaced(compiled, infeasible=found.infeasible)
+    if found.infeasible or mistakes:
+        mistakes = mistakes or [no_scene_at_all(compiled.program, compiled.source, found)]
+        diagnostics = [*compiled.diagnostics, *mistakes] if request.json else mistakes
         show(compiled.source, diagnostics, request, terminal, failed=True)
         return Exit.DIAGNOSTICS
     if request.json:

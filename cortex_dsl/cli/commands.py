@@ -32,8 +32,12 @@ MODES: dict[Mode, str] = {
 }
 
 SUBCOMMANDS: dict[str, Subcommand] = {
-    "repl": Subcommand("cortex_dsl.cli.repl", "write a scenario interactively, each entry checked and weighed", "[FILE]"),
+    "repl": Subcommand("cortex_dsl.cli.repl", "write a scenario interactively, weighed as you type", "[FILE]"),
     "explain": Subcommand("cortex_dsl.cli.explain", "what a code such as SCN203 means, with an example", "[CODE]"),
+    "study": Subcommand("cortex_dsl.cli.study", "many runs of several methods, compared run by run", "[FILES]"),
+    "resume": Subcommand("cortex_dsl.cli.resume", "go on with a search that was stopped or killed", "RUN"),
+    "report": Subcommand("cortex_dsl.cli.report", "a run as one page: what was found, and the worst cases to watch", "RUN"),
+    "replay": Subcommand("cortex_dsl.cli.replay", "one case again: in the terminal, as a page, as a film", "RUN|FILE"),
     "paper-check": Subcommand("cortex_dsl.cli.paper_check", "the arithmetic of the CORTEX-AVD paper, done again"),
     "fmt": Subcommand("cortex_dsl.cli.fmt", "files in the one layout (--check, --diff)", "FILES"),
     "lsp": Subcommand("cortex_dsl.cli.lsp", "the language server, for editors to start"),
@@ -42,6 +46,8 @@ SUBCOMMANDS: dict[str, Subcommand] = {
 
 def execute(request: Request, terminal: Terminal) -> int:
     """Run what `cortexc FILE` was asked for."""
+    if request.freeze is not None:
+        request = import_module("cortex_dsl.cli.freezing").frozen(request)
     command: Callable[[Request, Terminal], int] = import_module(MODES[request.mode]).execute
     return command(request, terminal)
 

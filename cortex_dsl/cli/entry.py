@@ -71,6 +71,11 @@ def _dispatch(arguments: Sequence[str], terminal: Terminal) -> int:
 
         terminal.write(f"cortexc {VERSION}")
         return Exit.FINE
+    if options.method == ("list",):
+        from cortex_dsl.cli.methods import method_list
+
+        terminal.write(method_list())
+        return Exit.FINE
     return commands.execute(to_request(options, arguments), terminal)
 
 

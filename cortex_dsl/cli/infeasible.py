@@ -17,7 +17,20 @@ def no_scene_at_all(program: Program, source: Source, found: Feasibility) -> Dia
         label="cannot hold" if len(names) == 1 else "cannot hold together with the rest",
         secondary=tuple(Label(span, "and this") for span in spans[1:]),
         reason=_reason(names),
+        cure=_cure(len(names), built_in=not spans),
     )
+
+
+def _cure(requirements: int, *, built_in: bool) -> str:
+    if built_in:
+        return "place the objects elsewhere, or widen the range of a param that their places depend on"
+    if requirements > 1:
+        return "relax one of them, or widen the range of a param that it reads"
+    return (
+        "relax it (without `--check` you are told by how much); or, as a `require` speaks of the start, write "
+        "`require always …` of the whole run, `require eventually …` of some moment in it"
+    )
+
 
 
 def _reason(names: list[str]) -> str:

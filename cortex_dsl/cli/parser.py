@@ -9,7 +9,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from cortex_dsl.cli.arguments import GENERATION_LIMIT, SEED_LIMIT, aggregate, assignment, seconds, share, whole_number
+from cortex_dsl.cli.arguments import (
+    GENERATION_LIMIT,
+    SEED_LIMIT,
+    aggregate,
+    assignment,
+    methods,
+    param_names,
+    seconds,
+    share,
+    whole_number,
+)
 from cortex_dsl.cli.exits import UsageError
 from cortex_dsl.cli.request import Mode, Request
 from cortex_dsl.spelling import nearest
@@ -25,6 +35,7 @@ examples:
   cortexc examples/left_turn.scn                          one run, drawn in the terminal
   cortexc examples/left_turn.scn --ga                     3,000 simulations, the ten worst kept
   cortexc examples/left_turn.scn --ga --random --seed 7   the search beside its baseline
+  cortexc examples/left_turn.scn --method niching         failures that differ from one another
   cortexc examples/left_turn.scn -p "EGO_SPEED=50 km/h"   one run with a param held fixed
   cortexc examples/left_turn.scn --sample 10000           how many scenes are valid, and why not
   cortexc examples/left_turn.scn --check                  diagnostics only
@@ -39,7 +50,7 @@ exit codes:
 
 The language of scenarios is explained in grammar/REFERENCE.md, the reports in README.md."""
 
-SEARCH_OPTIONS = ("generations", "population", "preset", "rollouts", "aggregate", "out")
+SEARCH_OPTIONS = ("generations", "population", "preset", "rollouts", "aggregate", "dask", "out")
 COMPILE_ONLY = ("seed", "engine", "jobs", "max_attempts", "time_step", "profile", "prune", "target")
 """Options that say how to draw and run: of no meaning where a file is only compiled."""
 BUDGET_LIMIT = 100_000_000
@@ -59,7 +70,7 @@ def build_parser() -> Parser:
     """The parser of `cortexc FILE`; options that were not given stay None."""
     parser = Parser(
         prog="cortexc",
-        usage="cortexc FILE [--ga] [--random] [--sample N | --check | --emit STAGE] [options]",
+        usage="cortexc FILE [--ga] [--random] [--method NAME] [--sample N | --check | --emit STAGE] [options]",
         description=DESCRIPTION + _subcommands(),
         epilog=EXAMPLES,
         formatter_class=_Formatter,
@@ -90,6 +101,12 @@ def _add_modes(parser: Parser) -> None:
     group.add_argument("--ga", action="store_true", help="search with the genetic algorithm")
     group.add_argument("--random", action="store_true", help="draw at random; with --ga: both, side by side")
     group.add_argument(
+        "--method",
+        metavar="NAME",
+        type=methods,
+        help="search by another method, or by several: niching,cmaes; `--method list` tells them all",
+    )
+    group.add_argument(
         "--sample", metavar="N", type=whole_number(1, 10**9), help="draw N scenes and count what was rejected, and why"
     )
     group.add_argument("--check", action="store_true", help="compile only, and show the diagnostics")
@@ -106,6 +123,14 @@ def _add_scene_options(parser: Parser) -> None:
         action="append",
         type=assignment,
         help="hold a param fixed, in the unit of the file or in one given; may be repeated",
+    )
+    group.add_argument(
+        "--freeze",
+        metavar="NAMES",
+        nargs="?",
+        const=(),
+        type=param_names,
+        help="hold the params of the system under test at the middle of their range, or at what -p says",
     )
     group.add_argument("--scenario", metavar="NAME", help="the scenario to run, where the file has several (Main)")
     group.add_argument("--seed", metavar="N", type=whole_number(0, SEED_LIMIT), help="root of all randomness (0)")
@@ -137,12 +162,12 @@ def _add_scene_options(parser: Parser) -> None:
         "--target", metavar="P", type=share, help="with --sample: say what to relax to accept P of all attempts"
     )
     group.add_argument(
-        "--jobs", metavar="N", type=whole_number(1, 1024), help=f"threads; results never depend on it ({_cores()})"
+        "--jobs", metavar="N", type=whole_number(1, 1024), help=f"workers; results never depend on it ({cores()})"
     )
 
 
 def _add_search_options(parser: Parser) -> None:
-    group = parser.add_argument_group("search (with --ga or --random)")
+    group = parser.add_argument_group("search (with --ga, --random or --method)")
     group.add_argument("--generations", metavar="N", type=whole_number(1, GENERATION_LIMIT), help="generations (30)")
     group.add_argument(
         "--population",
@@ -159,6 +184,9 @@ def _add_search_options(parser: Parser) -> None:
     group.add_argument("--rollouts", metavar="K", type=whole_number(1, 10_000), help="scenes for each individual (1)")
     group.add_argument(
         "--aggregate", metavar="HOW", type=aggregate, help="K scores to one: mean, max or a quantile as q90 (mean)"
+    )
+    group.add_argument(
+        "--dask", metavar="ADDRESS", help="run on a Dask cluster; `local` starts one of --jobs processes"
     )
     group.add_argument("--out", metavar="DIR", type=Path, help="new folder for the results (one under runs/)")
 
@@ -192,16 +220,17 @@ def to_request(options: argparse.Namespace, arguments: Sequence[str]) -> Request
     request = Request(
         file=options.file,
         mode=mode,
-        methods=tuple(method for method in ("ga", "random") if getattr(options, method)),
+        methods=_methods(options),
         samples=options.sample or 0,
         stage=options.emit or "",
         overrides=_overrides(options.param or ()),
+        freeze=options.freeze,
         scenario=options.scenario,
         json=options.json,
         colour=False if options.no_colour else None,
         diagnostics_format="json" if options.json else options.format,
         command_line=tuple(arguments),
-        **{"jobs": _cores(), **given},
+        **{"jobs": cores(), **given},
     )
     if request.generations * request.population * request.rollouts > BUDGET_LIMIT:
         raise UsageError(
@@ -211,10 +240,16 @@ def to_request(options: argparse.Namespace, arguments: Sequence[str]) -> Request
     return request
 
 
+def _methods(options: argparse.Namespace) -> tuple[str, ...]:
+    """Each method once, in the order of the flags."""
+    flags = [method for method in ("ga", "random") if getattr(options, method)]
+    return tuple(dict.fromkeys((*flags, *(options.method or ()))))
+
+
 def _mode(options: argparse.Namespace) -> Mode:
     """The one thing to do; two at once are a slip."""
     asked = {
-        Mode.SEARCH: "--ga" if options.ga else "--random" if options.random else "",
+        Mode.SEARCH: _search_flag(options),
         Mode.SAMPLE: "--sample" if options.sample is not None else "",
         Mode.CHECK: "--check" if options.check else "",
         Mode.EMIT: "--emit" if options.emit is not None else "",
@@ -223,6 +258,10 @@ def _mode(options: argparse.Namespace) -> Mode:
     if len(chosen) > 1:
         raise UsageError(" and ".join(asked[mode] for mode in chosen) + " ask for different things", "give one of them")
     return chosen[0] if chosen else Mode.RUN
+
+
+def _search_flag(options: argparse.Namespace) -> str:
+    return "--ga" if options.ga else "--random" if options.random else "--method" if options.method else ""
 
 
 def _reject_idle_options(options: argparse.Namespace, mode: Mode) -> None:
@@ -235,11 +274,11 @@ def _reject_idle_options(options: argparse.Namespace, mode: Mode) -> None:
     for name in idle.get(mode, (*SEARCH_OPTIONS, *COMPILE_ONLY)):
         if getattr(options, name) is not None:
             flag = "--" + name.replace("_", "-")
-            cure = "add --ga or --random to search" if name in SEARCH_OPTIONS else f"leave {flag} out"
+            cure = "add --ga, --random or --method NAME to search" if name in SEARCH_OPTIONS else f"leave {flag} out"
             raise UsageError(f"{flag} has no effect {_WITHOUT_EFFECT[mode]}", cure)
     if options.aggregate is not None and options.rollouts is None:
         raise UsageError("--aggregate has no effect with one scene for each individual", "add --rollouts K")
-    if options.preset is not None and not options.ga:
+    if options.preset is not None and "ga" not in _methods(options):
         raise UsageError("--preset has no effect without the genetic algorithm", "add --ga")
 
 
@@ -299,7 +338,7 @@ def _coloured(text: str) -> str:
     return re.sub(r"^(  (?:-\S+(?:, -\S+)*|\d+ ))", "\x1b[36m\\1\x1b[0m", text, flags=re.MULTILINE)
 
 
-def _cores() -> int:
+def cores() -> int:
     """Cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0)) or 1

@@ -23,12 +23,14 @@ class Request:
     file: Path
     mode: Mode
     methods: tuple[str, ...] = ()
-    """Of a search: "ga", "random" or both."""
+    """Of a search: names of `engine.search.searchers`, each once."""
     samples: int = 0
     stage: str = ""
     """Of `--emit`."""
     overrides: Mapping[str, str] = field(default_factory=dict)
     """The `-p NAME=VALUE` pairs; values are read by the rules of the language."""
+    freeze: tuple[str, ...] | None = None
+    """Params to hold fixed; (): those that the file calls the system's."""
     scenario: str | None = None
     """Which of several scenarios to run; None: the file's own choice."""
     generations: int = 30
@@ -40,6 +42,8 @@ class Request:
     rollouts: int = 1
     aggregate: str = "mean"
     jobs: int = 1
+    dask: str | None = None
+    """Address of a scheduler, or `local`."""
     out: Path | None = None
     max_attempts: int | None = None
     time_step: float | None = None

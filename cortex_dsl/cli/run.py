@@ -172,7 +172,13 @@ def _no_scene(request: Request, scenario: Scenario, scenes: Scenes, tally: Tally
         content = no_scene_content(scenario.program, tally, verdict, str(request.file))
         terminal.write(document("run", {**content, "blame": blame_content(told)}))
     else:
+        from cortex_dsl.cli.misplaced import misplaced
+
         terminal.err.print(exhausted_view(scenario.program, tally, verdict, scenes.genomes[0], told))
+        proved = told.conflict is not None and told.conflict.proved
+        if mistakes := misplaced(scenario.compiled, infeasible=proved):
+            terminal.err.print()
+            show(scenario.compiled.source, mistakes, request, terminal)
     return Exit.NO_SCENE
 
 

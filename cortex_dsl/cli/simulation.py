@@ -72,7 +72,7 @@ def announce_compilation(terminal: Terminal) -> bool:
 def compile_kernels(scenario: Scenario, terminal: Terminal) -> None:
     """Compile now what a search will need, so that its pace and the time it has left are told without that."""
     if announce_compilation(terminal):
-        scenario.simulate(scenario.sample())
+        scenario.simulate(scenario.sample(), scenario.config.search.engine)
 
 
 def again(request: Request, *arguments: str) -> str:

@@ -42,7 +42,7 @@ def lower(scenario: ir.Scenario) -> Program:
         *(Requirement(reason, line) for line, reason in rejections),
         *BUILT_IN_REQUIREMENTS,
     )
-    space = _param_space(scenario.genes)
+    space = _param_space(scenario.genes, scenario.system)
     code, step_offsets = code_tables(scenario, grouping, codes, rejections)
     road = road_tables(scenario.network)
     return Program(
@@ -92,7 +92,7 @@ def _label(variant: ir.Variant, code: VariantCode | None) -> VariantLabel:
     return VariantLabel(variant.probability, choices, sites)
 
 
-def _param_space(genes: Sequence[ir.GeneInfo]) -> ParamSpace:
+def _param_space(genes: Sequence[ir.GeneInfo], system: tuple[str, ...]) -> ParamSpace:
     return ParamSpace(
         names=tuple(g.name for g in genes),
         units=tuple(g.unit for g in genes),
@@ -104,4 +104,5 @@ def _param_space(genes: Sequence[ir.GeneInfo]) -> ParamSpace:
         scale=floats([g.scale for g in genes]),
         options=tuple(g.options for g in genes),
         weights=tuple(g.weights for g in genes),
+        system=system,
     )

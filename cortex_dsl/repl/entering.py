@@ -17,7 +17,14 @@ from cortex_dsl.syntax import nodes, parse
 
 def enter(desk: Desk, chunk: str) -> None:
     """Add a chunk to the draft; a refused one leaves everything as it was."""
-    index, desk.editing = desk.editing, None
+    index, refused = desk.editing, desk.mistakes
+    desk.editing = None
+    _enter(desk, chunk, index)
+    if desk.interactive and desk.mistakes > refused:
+        desk.editing = index
+
+
+def _enter(desk: Desk, chunk: str, index: int | None) -> None:
     source = _below(desk, chunk)
     try:
         module = parse(source)
@@ -30,7 +37,9 @@ def enter(desk: Desk, chunk: str) -> None:
         return
     own = Source(desk.name, chunk + "\n")
     if index is not None:
-        _adopt(desk, [Placed(desk.draft.replaced(index, chunk.rstrip()), index)])
+        old = desk.draft.entries[index]
+        blank = old[: len(old) - len(old.lstrip("\n"))]
+        _adopt(desk, [Placed(desk.draft.replaced(index, blank + chunk.strip("\n").rstrip()), index)])
         return
     _adopt(desk, _placed(desk.draft, split(own, parse(own))))
 

@@ -10,8 +10,9 @@ BARE_COMMANDS = ("help", "quit", "exit")
 CONTINUING = re.compile(r"(?:elif|else|interrupt|except|finally)\b")
 """Words that go on with a block at its own depth."""
 _PIECE = re.compile(
-    r"""(?P<open_text>\"\"\"(?:[^\\]|\\[\s\S])*?\Z|'''(?:[^\\]|\\[\s\S])*?\Z)"""
-    r"""|(?P<text>\"\"\"(?:[^\\]|\\[\s\S])*?\"\"\"|'''(?:[^\\]|\\[\s\S])*?'''|"(?:[^"\\\n]|\\.)*"?|'(?:[^'\\\n]|\\.)*'?)"""
+    r"""(?P<long>\"\"\"(?:[^\\]|\\[\s\S])*?\"\"\"|'''(?:[^\\]|\\[\s\S])*?''')"""
+    r"""|(?P<unclosed>(?:\"\"\"|''')[\s\S]*)"""
+    r"""|(?P<text>"(?:[^"\\\n]|\\.)*"?|'(?:[^'\\\n]|\\.)*'?)"""
     r"""|(?P<comment>\#[^\n]*)|(?P<bracket>[()\[\]{}])|(?P<line>\n)|(?P<blank>[ \t\r]+)|(?P<other>[^\s"'#()\[\]{}]+)"""
 )
 
@@ -31,7 +32,7 @@ def openness(text: str) -> Open:
     depth, block, last = 0, False, ""
     for piece in _PIECE.finditer(text):
         kind, value = piece.lastgroup, piece.group()
-        if kind == "open_text":
+        if kind == "unclosed":
             return Open.LINE
         if kind == "bracket":
             depth = max(0, depth + (1 if value in "([{" else -1))

@@ -13,6 +13,7 @@ from cortex_dsl.report.layout import columns, left, right
 from cortex_dsl.report.numbers import duration, fixed, whole
 from cortex_dsl.report.risk_view import HIGHEST
 from cortex_dsl.report.sparkline import sparkline
+from cortex_dsl.report.theme import method_style
 from engine.search.figures import Figures
 
 BAR = 20
@@ -28,6 +29,9 @@ class SearchProgress:
     total: int
     """Generations to come in all."""
     figures: list[Figures] = field(default_factory=list)
+    """Of the generations so far; of a run that goes on, those that it had too."""
+    spent: float = 0.0
+    """What they took [s]."""
     simulations: int = 0
     best: float = math.nan
     started: float = field(default_factory=time.monotonic)
@@ -52,7 +56,7 @@ class SearchProgress:
         self.best = best
 
     def _render(self) -> RenderableType:
-        seconds = time.monotonic() - self.started
+        seconds = self.spent + time.monotonic() - self.started
         return progress_view(self.method, self.figures, self.total, self.simulations, seconds, self.best)
 
 
@@ -65,7 +69,7 @@ def progress_view(
     left_over = seconds / done * (total - done) if done else math.nan
     filled = BAR * done // total
     top = Text.assemble(
-        (f"{method:<6}", f"method.{method}"),
+        (f"{method:<6}", method_style(method)),
         f" generation {done} of {total}  ",
         ("━" * filled, "bar"),
         ("─" * (BAR - filled), "quiet"),
@@ -85,7 +89,7 @@ def progress_view(
     )
     head = (right("RL"), right("NC"), right("MDG m"), right("MDEC m"), right("NIS"), right("best"))
     table = columns(*head, rows=[[Text(cell) for cell in cells]], header=True)
-    course = columns(left(), left(), rows=[(Text("RL", "quiet"), Text(_course(figures), f"method.{method}"))])
+    course = columns(left(), left(), rows=[(Text("RL", "quiet"), Text(_course(figures), method_style(method)))])
     return Group(top, table, course)
 
 

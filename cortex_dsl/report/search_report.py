@@ -16,6 +16,9 @@ class SearchReport:
     worst_files: Sequence[Path] = ()
     """Concrete scenarios of the worst cases, in their order; fewer where some could not be written."""
 
+    name: str = ""
+    """Of the method, where it is not one of ours."""
+
     @property
     def method(self) -> str:
-        return self.campaign.method.name.lower()
+        return self.name or self.campaign.method.name.lower()

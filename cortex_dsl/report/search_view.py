@@ -18,6 +18,7 @@ from cortex_dsl.report.search_report import SearchReport
 from cortex_dsl.report.sparkline import bar, sparkline
 from cortex_dsl.report.story import end_text
 from cortex_dsl.report.tally import Tally
+from cortex_dsl.report.theme import method_style
 from cortex_dsl.report.worst_table import common_line, worst_files, worst_table
 from engine.program import Program
 from engine.search.figures import Figures
@@ -31,6 +32,8 @@ METRICS: Sequence[tuple[str, str, str, int, str]] = (
     ("NIS", "invalid runs", "nis", 0, ""),
 )
 """Name, meaning, field of `Figures`, decimals, unit."""
+APART = "worst first, but each differs in a third of its params by a tenth of their range, where there are so many"
+"""How the worst are chosen; see `engine.search.ranking`."""
 CURVE = 30
 """Widest course of a metric over the generations."""
 BESIDE_CURVE = 60
@@ -60,7 +63,7 @@ def comparison_view(program: Program, reports: Sequence[SearchReport], settings:
         section("Side by side", comparison_table(reports, width), settings),
     ]
     for report in reports:
-        parts += [Text(), Text(f"── {METHOD_NAMES[report.method]} ", f"method.{report.method}")]
+        parts += [Text(), Text(f"── {method_name(report.method)} ", method_style(report.method))]
         parts += _details(program, report, width)
     return Group(*parts)
 
@@ -72,7 +75,25 @@ def _loneliness(program: Program) -> list[RenderableType]:
     return [Text("  no actor but the ego: there is nothing to come near, and every risk is 0", "warn")]
 
 
-METHOD_NAMES = {"ga": "genetic algorithm", "random": "random"}
+METHOD_NAMES = {
+    "ga": "genetic algorithm",
+    "niching": "niching genetic algorithm",
+    "sobol": "Sobol points",
+    "halton": "Halton points",
+    "lhs": "Latin hypercubes",
+    "cross_entropy": "cross-entropy method",
+    "annealing": "simulated annealing",
+    "differential_evolution": "differential evolution",
+    "cmaes": "CMA-ES",
+    "nsga2": "NSGA-II",
+    "map_elites": "MAP-Elites",
+    "cma_me": "CMA-ME",
+}
+
+
+def method_name(method: str) -> str:
+    """A method as a person calls it."""
+    return METHOD_NAMES.get(method, method)
 
 
 def headline(report: SearchReport) -> Text:
@@ -83,7 +104,7 @@ def headline(report: SearchReport) -> Text:
     work = f"{counted(runs, 'simulation')} in {duration(campaign.elapsed)}, {whole(rate)} a second"
     distinct = f"{campaign.distinct_collisions:,} of them distinct"
     return Text.assemble(
-        (f"{METHOD_NAMES[report.method]}: ", f"method.{report.method}"),
+        (f"{method_name(report.method)}: ", method_style(report.method)),
         (counted(found.nc, "collision"), "bad" if found.nc else "good"),
         f" among {counted(found.individuals, 'individual')}",
         ("  interrupted" if campaign.stopped else "", "warn"),
@@ -102,7 +123,7 @@ def generations_table(report: SearchReport, width: int) -> RenderableType:
             Text(name, "title"),
             _meaning(meaning, unit),
             *(_value(f, name_, decimals) for f in (first, last, report.campaign.by_individual)),
-            Text(_course(report, name_, curve), f"method.{report.method}"),
+            Text(_course(report, name_, curve), method_style(report.method)),
         )
         for name, meaning, name_, decimals, unit in METRICS
     ]
@@ -112,6 +133,8 @@ def generations_table(report: SearchReport, width: int) -> RenderableType:
 
 def comparison_table(reports: Sequence[SearchReport], width: int) -> RenderableType:
     """Each metric over the whole run, one column a method, with its course; the courses of a row share one scale."""
+    if len(reports) > 2:
+        return methods_table(reports)
     rows = []
     curve = max(6, min(16, (width - BESIDE_TWO_CURVES) // 2))
     for name, meaning, field, decimals, unit in METRICS:
@@ -120,7 +143,7 @@ def comparison_table(reports: Sequence[SearchReport], width: int) -> RenderableT
         for report in reports:
             cells += [
                 _value(report.campaign.by_individual, field, decimals),
-                Text(_course(report, field, curve, highest), f"method.{report.method}"),
+                Text(_course(report, field, curve, highest), method_style(report.method)),
             ]
         rows.append(tuple(cells))
     for title, meaning, value in (
@@ -133,8 +156,20 @@ def comparison_table(reports: Sequence[SearchReport], width: int) -> RenderableT
         rows.append(tuple(cells))
     head = [left(), left(wrap=True)]
     for report in reports:
-        head += [right(report.method, f"method.{report.method}"), left()]
+        head += [right(report.method, method_style(report.method)), left()]
     return columns(*head, rows=rows, header=True)
+
+
+def methods_table(reports: Sequence[SearchReport]) -> RenderableType:
+    """One row a method, for more of them than stand side by side."""
+    rows = []
+    for report in reports:
+        campaign = report.campaign
+        numbers = [_value(campaign.by_individual, field, decimals) for _, _, field, decimals, _ in METRICS]
+        distinct = [Text(whole(campaign.distinct_collisions)), Text(whole(campaign.by_simulation.runs), "quiet")]
+        rows.append((Text(method_name(report.method), method_style(report.method)), *numbers, *distinct))
+    head = [right(f"{name} {unit}".strip()) for name, _, _, _, unit in METRICS]
+    return columns(left("method"), *head, right("distinct"), right("simulated"), rows=rows, header=True)
 
 
 RESULTS: Sequence[tuple[str, str]] = (
@@ -187,7 +222,8 @@ def _details(program: Program, report: SearchReport, width: int) -> list[Rendera
     if campaign.worst:
         title = "The ten worst" if len(campaign.worst) == 10 else f"The {len(campaign.worst)} worst"
         below = [line for line in (common_line(program.space, campaign), worst_files(report)) if line is not None]
-        body = Group(worst_table(program.space, campaign, width - 2), *([Text()] if below else []), *below)
+        table = worst_table(program.space, campaign, width - 2)
+        body = Group(table, Text(), Text(APART, "quiet"), *below)
         parts.append(section(title, body, "parts of the risk: C + MD + D_MS + TTC_MS"))
     if campaign.worst and len(program.space):
         parts.append(

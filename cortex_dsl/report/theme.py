@@ -18,6 +18,18 @@ THEME = Theme(
         "part.TTC_MS": "blue",
         "method.ga": "cyan",
         "method.random": "yellow",
+        "method.niching": "green",
+        "method.sobol": "bright_yellow",
+        "method.halton": "bright_yellow",
+        "method.lhs": "bright_yellow",
+        "method.cross_entropy": "magenta",
+        "method.annealing": "red",
+        "method.differential_evolution": "bright_cyan",
+        "method.cmaes": "bright_magenta",
+        "method.nsga2": "blue",
+        "method.map_elites": "bright_green",
+        "method.cma_me": "bright_green",
+        "method.custom": "bright_blue",
         "actor.0": "bold cyan",
         "actor.1": "bold magenta",
         "actor.2": "bold yellow",
@@ -37,3 +49,9 @@ ACTOR_STYLES = 6
 def actor_style(actor: int) -> str:
     """The style of an actor: the ego is always the same, many actors share the rest."""
     return f"actor.{actor if actor == 0 else 1 + (actor - 1) % (ACTOR_STYLES - 1)}"
+
+
+def method_style(name: str) -> str:
+    """The style of a method; those of other packages share one."""
+    style = f"method.{name}"
+    return style if style in THEME.styles else "method.custom"

@@ -29,7 +29,7 @@ def weighing_view(
 ) -> RenderableType:
     """`fresh`: the requirements that were entered just now."""
     after = account.weighing
-    parts: list[RenderableType] = [_headline(before, after)]
+    parts: list[RenderableType] = [_headline(before, after, ascii_only=ascii_only)]
     if not after.accepted.any():
         return Group(*parts, indented(blame_view(account)))
     failing = [b for b in account.blames if b.alone < 1.0 or b.requirement in fresh]
@@ -42,13 +42,14 @@ def weighing_view(
     return Group(*parts)
 
 
-def _headline(before: "Weighing | None", after: "Weighing") -> Text:
+def _headline(before: "Weighing | None", after: "Weighing", *, ascii_only: bool) -> Text:
     new = percent(after.acceptance, 2 if after.acceptance < 0.1 else 1)
     style = "bad" if after.acceptance == 0 else "warn" if after.acceptance < 0.01 else "good"
     if before is None or before.acceptance == after.acceptance:
         return Text.assemble((new, style), " of draws accepted", ("" if before is None else ", as before", "quiet"))
     old = percent(before.acceptance, 2 if before.acceptance < 0.1 else 1)
-    return Text.assemble((f"{old} → ", "quiet"), (new, style), " of draws accepted")
+    arrow = "->" if ascii_only else "→"
+    return Text.assemble((f"{old} {arrow} ", "quiet"), (new, style), " of draws accepted")
 
 
 def _table(account: "Account", blames: "list[Blame]", fresh: Collection[int], *, ascii_only: bool) -> RenderableType:

@@ -13,6 +13,7 @@ from cortex_dsl.semantics.statements import check_called, soft_probability
 from cortex_dsl.semantics.units import TIME
 from cortex_dsl.semantics.values import ActionCall, BuiltinValue, Effect, Value, kind_name
 from cortex_dsl.semantics.yielding import check_handler, check_loop
+from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig

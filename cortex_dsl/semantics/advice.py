@@ -14,7 +14,7 @@ from cortex_dsl.semantics.context import FileContext
 from cortex_dsl.semantics.liveness import live_genes
 from cortex_dsl.semantics.overrides import param_entries
 from cortex_dsl.semantics.tree import everything_in
-from cortex_dsl.semantics.unused import shadowing_names, unused_names
+from cortex_dsl.semantics.unused import shadowing_names, unused_definitions, unused_names
 from cortex_dsl.semantics.windows import windows
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
@@ -40,6 +40,7 @@ def _advice(module: nodes.Module, file: FileContext, scenario: ir.Scenario) -> I
     yield from _certain(file)
     yield from windows(module, file.source)
     yield from unused_names(module)
+    yield from unused_definitions(module, file.entry)
     yield from shadowing_names(module)
 
 

@@ -30,7 +30,7 @@ from engine.program import RoadSpec, Settings
 from engine.road.network import Network
 from engine.vocabulary import GeneKind, Op, RuleKind
 
-EVALUATION_LIMIT = 2_000_000
+EVALUATION_LIMIT = 1_000_000
 """How many expressions a file may evaluate, all variants together."""
 
 

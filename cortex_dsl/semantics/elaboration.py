@@ -21,6 +21,7 @@ from cortex_dsl.semantics.imports import NO_FILES, ImportedFile
 from cortex_dsl.semantics.overrides import param_entries, read_overrides
 from cortex_dsl.semantics.problems import NeedsExpansion
 from cortex_dsl.semantics.scope import check_names
+from cortex_dsl.semantics.system import system_params
 from cortex_dsl.semantics.temporal import judged
 from cortex_dsl.semantics.tree import everything_in
 from cortex_dsl.semantics.variants import Draft, elaborate_variant
@@ -53,6 +54,7 @@ def elaborate(
     whole = _whole(module, imports)
     values = read_overrides(whole, overrides)
     check_names(module, findings, imports)
+    system = system_params(module, param_entries(whole), findings)
     default_road = _default_road(whole, findings)
     entry = scenarios.entry(module, scenario, findings)
     expanded: frozenset[Span] = frozenset()
@@ -74,7 +76,7 @@ def elaborate(
         except NeedsExpansion as need:
             expanded = _expanded(expanded, need.sites)
         else:
-            return advised(module, file, _scenario(module, file, drafts))
+            return advised(module, file, replace(_scenario(module, file, drafts), system=system))
 
 
 def _whole(module: nodes.Module, imports: Mapping[Span, ImportedFile]) -> nodes.Module:
@@ -159,12 +161,18 @@ def _has_end(module: nodes.Module, file: FileContext) -> bool:
     return ends or file.settings.max_time is not None
 
 
+def _how_to_have_options(file: FileContext, span: Span) -> str:
+    if any(d.code == errors.NEVER_EQUAL.code and span.start <= d.label.span.start < span.end for d in file.findings):
+        return "mend the comparison in it, which never holds"
+    if "U_TURN" in file.source.slice(span):
+        return "gridded intersections have no U-turns: choose `STRAIGHT`, `LEFT_TURN` or `RIGHT_TURN`"
+    return "widen the filter, or choose another map"
+
+
 def _check_together(file: FileContext, drafts: Sequence[Draft], possible: Sequence[Draft]) -> None:
     if not possible:
         first = drafts[0]
-        cure = "widen the filter, or choose another map"
-        if "U_TURN" in file.source.slice(first.span):
-            cure = "gridded intersections have no U-turns: choose `STRAIGHT`, `LEFT_TURN` or `RIGHT_TURN`"
+        cure = _how_to_have_options(file, first.span)
         file.findings.add(errors.NO_OPTIONS.at(first.span, reason=first.variant.rejection, cure=cure))
         return
     for span, weight in file.weights.items():

@@ -32,7 +32,7 @@ from cortex_dsl.semantics.units import (
     si_word,
     unit_examples,
 )
-from cortex_dsl.semantics.values import Quantity, Truth, Value, kind_name
+from cortex_dsl.semantics.values import BehaviourCall, BuiltinValue, Quantity, Truth, Value, kind_name
 from cortex_dsl.source import Span
 from engine.vocabulary import Op
 
@@ -163,7 +163,11 @@ def in_range(
         actual=shown(least if too_low else greatest, dimension),
         expected=_range_text(low, high, dimension, above),
         secondary=range_labels(expr, ev.file.genes) if value is None else (),
-        cure="write a number in that range",
+        cure=(
+            "turn the object with `facing` to have it drive the other way"
+            if too_low and dimension == SPEED
+            else "write a number in that range"
+        ),
     )
 
 

@@ -25,9 +25,9 @@ from cortex_dsl.semantics.values import (
     kind_name,
 )
 from cortex_dsl.source import Span
-from cortex_dsl.spelling import did_you_mean
+from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
-from engine.vocabulary import Op
+from engine.vocabulary import ManeuverType, Op
 
 CALL_LIMIT = 30
 """How deep lambdas may call one another."""
@@ -250,7 +250,19 @@ def _same(ev: Evaluator, left: Value, right: Value) -> ir.Expr:
         for one, other in zip(left, right, strict=True):
             result = ev.algebra.apply(Op.AND, result, _same(ev, one, other))
         return result
+    if isinstance(left, str) != isinstance(right, str) and None not in (left, right):
+        cure = _instead_of_text(left, right)
+        finding = errors.NEVER_EQUAL.at(ev.algebra.span, left=kind_name(left), right=kind_name(right), cure=cure)
+        ev.report(finding)
     return ev.algebra.truth(type(left) is type(right) and left == right)
+
+
+def _instead_of_text(left: Value, right: Value) -> str:
+    text, other = (left, right) if isinstance(left, str) else (right, left)
+    if not isinstance(other, ManeuverType):
+        return "compare it with a thing of its own kind"
+    meant = nearest(str(text), [member.name for member in ManeuverType]) or ManeuverType.STRAIGHT.name
+    return f"write a maneuver type, without quotes: `ManeuverType.{meant}`"
 
 
 def _contains(ev: Evaluator, container: Value, item: Value, span: Span) -> ir.Expr:

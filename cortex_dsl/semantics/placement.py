@@ -55,6 +55,15 @@ INSIDE: dict[type, str] = {
 }
 
 
+CURES = {
+    "in a behavior": "write `behavior NAME():` with this line indented below it, and give it to an object: `with "
+    "behavior NAME()`",
+    "in the `compose` of a scenario": "write `scenario Main():`, below it, indented, `compose:`, and below that, "
+    "indented again, this line",
+}
+"""What to write, by where a statement belongs."""
+
+
 @dataclass(frozen=True)
 class _Around:
     """What a statement stands in."""
@@ -68,8 +77,17 @@ class _Around:
 
 
 def check_placement(module: nodes.Module, findings: Findings) -> None:
+    scenarios = {s.name for s in module.statements if isinstance(s, nodes.ScenarioDefinition)}
     for statement in module.statements:
+        if isinstance(statement, nodes.Do) and _names(statement) & scenarios:
+            _report(findings, statement, "do", "at the top level", "in the `compose` of a scenario")
+            continue
         _check(statement, _Around(), findings)
+
+
+def _names(statement: nodes.Do) -> set[str]:
+    calls = [each.function if isinstance(each, nodes.Call) else each for each in statement.invocations]
+    return {each.id for each in calls if isinstance(each, nodes.Name)}
 
 
 def _check(statement: nodes.Statement, around: _Around, findings: Findings) -> None:
@@ -132,4 +150,5 @@ def _refuse(findings: Findings, statement: nodes.Statement, word: str, reason: s
 
 def _report(findings: Findings, statement: nodes.Statement, word: str, here: str, there: str) -> None:
     span = Span(statement.span.start, statement.span.start + len(word))
-    findings.add(errors.STATEMENT_PLACE.at(span, statement=word, here=here, there=there))
+    cure = CURES.get(there, "move it there, or remove it")
+    findings.add(errors.STATEMENT_PLACE.at(span, statement=word, here=here, there=there, cure=cure))

@@ -1,7 +1,7 @@
 """The road network: the `map` statement, and the names that lead into the network."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from dataclasses import dataclass
 
 from cortex_dsl.semantics import errors
@@ -10,6 +10,7 @@ from cortex_dsl.semantics.builtins import BUILTINS, Kind
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.functions import known_truth, whole_number
 from cortex_dsl.semantics.numbers import adopt
+from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.units import LENGTH
 from cortex_dsl.semantics.values import (
     BuiltinValue,
@@ -50,25 +51,38 @@ def lay_out(ev: Evaluator, node: nodes.Map) -> None:
 
 
 def _spec(ev: Evaluator, given: list[Given]) -> tuple[RoadSpec, dict[str, Span]]:
+    """The road that is asked for, and where each number of it stands; tells what is wrong with all arguments."""
     values: dict[str, float | bool] = {}
     spans: dict[str, Span] = {}
+    mistaken = False
     for argument in given:
-        if argument.name is None:
-            raise errors.NOT_SUPPORTED.mistake(
-                argument.span, what="`map` takes its arguments by name", reason="", cure="as in `ways=4, lanes=1`"
-            )
-        if argument.name not in MAP_ARGUMENTS:
-            raise errors.UNKNOWN_ARGUMENT.mistake(
-                argument.place,
-                function="map intersection",
-                name=argument.name,
-                suggestion=did_you_mean(argument.name, MAP_ARGUMENTS),
-            )
-        if argument.name in values:
-            raise errors.DUPLICATE.mistake(argument.place, what="the argument", name=argument.name)
-        values[argument.name] = _map_value(ev, argument, argument.name)
-        spans[argument.name] = argument.span
+        try:
+            name = _map_argument(argument, values)
+            values[name] = _map_value(ev, argument, name)
+            spans[name] = argument.span
+        except Mistake as mistake:
+            ev.report(mistake)
+            mistaken = True
+    if mistaken:
+        raise Mistake
     return RoadSpec(**values), spans  # type: ignore[arg-type]
+
+
+def _map_argument(argument: Given, known: Container[str]) -> str:
+    if argument.name is None:
+        raise errors.NOT_SUPPORTED.mistake(
+            argument.span, what="`map` takes its arguments by name", reason="", cure="as in `ways=4, lanes=1`"
+        )
+    if argument.name not in MAP_ARGUMENTS:
+        raise errors.UNKNOWN_ARGUMENT.mistake(
+            argument.place,
+            function="map intersection",
+            name=argument.name,
+            suggestion=did_you_mean(argument.name, MAP_ARGUMENTS),
+        )
+    if argument.name in known:
+        raise errors.DUPLICATE.mistake(argument.place, what="the argument", name=argument.name)
+    return argument.name
 
 
 def _map_value(ev: Evaluator, argument: Given, name: str) -> float | bool:

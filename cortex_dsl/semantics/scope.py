@@ -18,10 +18,11 @@ from cortex_dsl.semantics.imports import NO_FILES, ImportedFile, bound_name
 from cortex_dsl.semantics.overrides import param_entries
 from cortex_dsl.semantics.placement import check_placement
 from cortex_dsl.semantics.rules import speaks_of_run
+from cortex_dsl.semantics.system import lists_names
 from cortex_dsl.semantics.temporal import TIMED, atoms
 from cortex_dsl.semantics.tree import parts
 from cortex_dsl.source import Span
-from cortex_dsl.spelling import did_you_mean
+from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
 
 Definition = nodes.BehaviorDefinition | nodes.MonitorDefinition | nodes.ScenarioDefinition
@@ -96,7 +97,8 @@ class _Resolver:
         if isinstance(statement, nodes.AugmentedAssign):
             names.use(statement.target, statement.span)
         for part in parts(statement):
-            names.visit(part)
+            if not lists_names(statement, part):
+                names.visit(part)
         for name in self.bound(statement):
             self.check_assignable(name, statement.span)
 
@@ -262,6 +264,7 @@ class _Names:
             return
         candidates = {*self.inner, *self.visible, *BUILTINS, *SPECIAL_NAMES} - ({"self"} - {*self.inner})
         suggestion = did_you_mean(name, candidates)
+        self.resolver.used.add(nearest(name, candidates) or name)  # what was meant is used, for all that is known
         if not suggestion and name.endswith("Behavior"):
             suggestion = "library behaviors: " + ", ".join(f"`{n}`" for n in names_of(Kind.BEHAVIOUR))
         self.resolver.findings.add(errors.UNKNOWN_NAME.at(span, name=name, suggestion=suggestion))

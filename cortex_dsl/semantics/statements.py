@@ -17,6 +17,7 @@ from cortex_dsl.semantics.margins import margin_of
 from cortex_dsl.semantics.monitors import require_monitor
 from cortex_dsl.semantics.operators import combine, unpack
 from cortex_dsl.semantics.problems import Mistake
+from cortex_dsl.semantics.system import SYSTEM
 from cortex_dsl.semantics.units import PURE, TIME, Dimension
 from cortex_dsl.semantics.values import (
     POISON,
@@ -41,7 +42,7 @@ MAP_PARAMS = frozenset({"map", "carla_map", "lgsvl_map", "use2DMap"})
 """Params by which Scenic's scripts name a map file."""
 IDLE_PARAMS = frozenset({"weather", "time_step", "timestep", "render", "record", "address", "port", "timeout", "time"})
 """Params that Scenic's simulators read and nothing here does."""
-SETTINGS = ("time_step", "max_time", "max_attempts", "stream", "scenario")
+SETTINGS = ("time_step", "max_time", "max_attempts", "stream", "scenario", SYSTEM)
 
 
 def run_statement(ev: Evaluator, statement: nodes.Statement) -> None:
@@ -147,7 +148,7 @@ def _model(ev: Evaluator, node: nodes.Model) -> None:
 
 
 def _simulation(ev: Evaluator, node: nodes.Simulation) -> None:
-    for argument in evaluate_arguments(ev, node.arguments):
+    for argument in evaluate_arguments(ev, [given for given in node.arguments if given.name != SYSTEM]):
         name = argument.name or ""
         if name not in SETTINGS:
             suggestion = did_you_mean(name, SETTINGS)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.values import Centerline, Value, kind_name
+from cortex_dsl.semantics.values import Centerline, Quantity, Value, kind_name
 from cortex_dsl.source import Span
 from engine.road.network import Intersection, Lane, Maneuver
 
@@ -48,6 +48,10 @@ def trajectory(value: Value, span: Span) -> Trajectory:
     return Trajectory(lanes, paths.join([lane.path for lane in lanes]))
 
 
+_AS_IN = "as in `[maneuver.startLane, maneuver.connectingLane, maneuver.endLane]`"
+_SPEED_FIRST = "are the arguments in the wrong order? As in `FollowTrajectoryBehavior(target_speed, trajectory)`"
+
+
 def _lanes(value: Value, span: Span) -> tuple[Lane, ...]:
     match value:
         case Lane():
@@ -63,10 +67,5 @@ def _lanes(value: Value, span: Span) -> tuple[Lane, ...]:
         what="a trajectory",
         expected="a list of lanes",
         actual=kind_name(value),
-        cure=(
-            "are the arguments in the wrong order? `FollowTrajectoryBehavior(target_speed, trajectory)` takes the speed "
-            "first"
-            if isinstance(value, Quantity)
-            else "as in `[maneuver.startLane, maneuver.connectingLane, maneuver.endLane]`"
-        ),
+        cure=_SPEED_FIRST if isinstance(value, Quantity) else _AS_IN,
     )

@@ -24,6 +24,18 @@ def unused_names(module: nodes.Module) -> Iterator[Diagnostic]:
             yield from _unread((*_arguments(behaviour), *_assigned(everything_in(behaviour))), _read(behaviour))
 
 
+def unused_definitions(module: nodes.Module, entry: nodes.ScenarioDefinition | None) -> Iterator[Diagnostic]:
+    """Classes without objects, and scenarios that the one that runs does not start."""
+    read = _read(module) | {node.class_name for node in everything_in(module) if isinstance(node, nodes.New)}
+    bases = {s.base for s in module.statements if isinstance(s, nodes.ClassDefinition)}
+    for statement in module.statements:
+        match statement:
+            case nodes.ClassDefinition(name=name) if name not in read | bases:
+                yield errors.UNUSED_CLASS.at(statement.name_span, name=name)
+            case nodes.ScenarioDefinition(name=name) if entry is not None and name not in read | {entry.name}:
+                yield errors.UNUSED_SCENARIO.at(statement.name_span, name=name, entry=entry.name)
+
+
 def _unread(bindings: Iterable[Binding], read: set[str]) -> Iterator[Diagnostic]:
     for what, name, span in bindings:
         if name not in read and name != "ego" and not name.startswith("_"):

@@ -19,7 +19,7 @@ from cortex_dsl.semantics.modules import OF_THE_RUN, run_module
 from cortex_dsl.semantics.problems import Mistake, Rejection
 from cortex_dsl.semantics.roads import network_of
 from cortex_dsl.semantics.rules import rules_of_run
-from cortex_dsl.semantics.values import Actor, Value
+from cortex_dsl.semantics.values import POISON, Actor, Value
 from cortex_dsl.semantics.yielding import everything
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
@@ -80,7 +80,9 @@ def _rejected(run: Variant, rejection: Rejection) -> ir.Variant:
 def _finished_actors(ev: Evaluator) -> list[Actor]:
     """All objects by number, the ego first."""
     ego = ev.run.ego
-    if (ego is None or ego.index != 0) and "ego" not in ev.run.names:
+    undecided = any(finding.code == errors.WHICH_SCENARIO.code for finding in ev.file.findings)
+    taken = ev.run.names.get("ego") is POISON
+    if (ego is None or ego.index != 0) and not taken and not undecided:
         ev.report(errors.NO_EGO.at(Span(0, 0)))
     return sorted(ev.run.actors, key=lambda actor: actor.index)
 

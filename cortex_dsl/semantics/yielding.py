@@ -42,6 +42,30 @@ def check_loop(ev: Evaluator, condition: ir.Expr, body: ir.Block, span: Span) ->
     """A loop must act, have a way out, or change what its condition looks at."""
     if not _goes_on(condition, body):
         ev.report(errors.NEVER_ACTS.at(span, what="loop", words=_words(ev)))
+    elif not _changes(condition, body) and _passes(body):
+        ev.report(errors.MAY_NOT_ACT.at(span))
+
+
+def _changes(condition: ir.Expr, body: ir.Block) -> bool:
+    """Whether going round may change what is asked for: a variable is set, or there is chance in it."""
+    acts = list(everything(body))
+    asked = [condition, *(act.condition for act in acts if isinstance(act, ir.Branch | ir.Loop))]
+    chance = any(isinstance(leaf, ir.Apply) and leaf.op == Op.RANDOM for each in asked for leaf in leaves(each))
+    return chance or any(isinstance(act, ir.SetLocal) for act in acts)
+
+
+def _passes(block: ir.Block) -> bool:
+    """Whether there is surely a way to the end of the block without an action. What is not sure is not."""
+    for act in block:
+        match act:
+            case ir.Branch(then=then, otherwise=otherwise):
+                if not _passes(then) and not _passes(otherwise):
+                    return False
+            case ir.Demand():
+                pass
+            case _:
+                return False
+    return True
 
 
 def check_handler(ev: Evaluator, condition: ir.Expr, body: ir.Block, span: Span) -> None:

@@ -28,8 +28,8 @@ BLOCKS = frozenset(STATEMENTS)
 
 INSTEAD: Mapping[str, str] = MappingProxyType(
     {
-        "for": "write a comprehension `[f(x) for x in xs]`, or `while` in a behavior",
-        "def": "write a `lambda`, or a `behavior` for what an actor does",
+        "for": "write a comprehension, as in `[new Car in lane.centerline for lane in lanes]`, or `while` in a behavior",
+        "def": "write `NAME = lambda x: ...` for what computes a value, or a `behavior` for what an actor does",
         "assert": "write `require`",
         "except": "write `interrupt when` with a condition",
         "relative": "add the headings, as in `facing ego.heading + 90 deg`; for places write `offset by`",

@@ -182,6 +182,9 @@ class _Arrangement:
         line = self.lines[-1]
         if line.word not in BLOCK_WORDS:
             return  # no block was meant; the grammar says what is wrong
+        if self.mixed:
+            self.hollow.add(len(self.lines) - 1)
+            return  # how deep the next line is, only its author knows
         self.hollow.add(len(self.lines) - 1)
         self.diagnostics.append(
             errors.MISSING_BODY.at(

@@ -58,7 +58,8 @@ def stop_distance(spec: RoadSpec) -> float:
 def _check_choice(argument: str, value: int, choices: Sequence[int]) -> None:
     if value not in choices:
         names = " or ".join(map(str, choices)) if len(choices) < 3 else f"{choices[0]} to {choices[-1]}"
-        raise RoadError(f"`{argument}` is {value:g}, but must be {names}", argument, f"write `{argument}={choices[0]}`")
+        nearest = min(choices, key=lambda choice: abs(choice - value))
+        raise RoadError(f"`{argument}` is {value:g}, but must be {names}", argument, f"write `{argument}={nearest}`")
 
 
 def _check_count(spec: RoadSpec) -> None:

@@ -81,7 +81,7 @@ class Campaign:
     distinct_collisions: int
     """Different genomes that collided."""
     worst: tuple[Case, ...]
-    """Up to ten, worst first: by risk, equal ones by continuous risk."""
+    """Up to ten that lie apart, worst first: by risk, equal ones by continuous risk (see `ranking`)."""
     genes: tuple[GeneEffect, ...]
     elapsed: float
     """[s]"""
@@ -110,11 +110,13 @@ def run_campaign(
     on_generation: OnGeneration | None = None,
     should_stop: Callable[[], bool] = lambda: False,
     past: Sequence[Evaluations] = (),
+    spent: float = 0.0,
 ) -> Campaign:
     """Run all generations, or as many as there is time for.
 
     `past` holds the first generations of the same campaign, from a journal: the searcher is told their results again
-    instead of simulating them, and goes on where it was. `on_generation` hears of what is new.
+    instead of simulating them, and goes on where it was. `on_generation` hears of what is new. `spent` is the time that
+    the past took [s].
 
     Ctrl-C, or `should_stop` after a generation, ends the campaign with what is finished; Ctrl-C before the end of the
     first generation is passed on. What `on_generation` raises is passed on too.
@@ -123,7 +125,7 @@ def run_campaign(
         ForeignPast: the searcher would not have proposed what `past` holds.
     """
     quantile_level(config.aggregate)
-    start = perf_counter()
+    start = perf_counter() - spent
     done: list[tuple[Evaluations, GenerationFigures]] = []
     best: Case | None = None
     simulations = 0
@@ -247,7 +249,7 @@ def _finish(
         by_individual=figures(evaluations, np.ones(len(evaluations), dtype=bool)),
         by_simulation=figures(evaluations, evaluations.simulated),
         distinct_collisions=distinct_collisions(evaluations),
-        worst=worst_cases(evaluations),
+        worst=worst_cases(evaluations, box=box),
         genes=gene_effects(box, evaluations, probes),
         elapsed=perf_counter() - start,
         stopped=len(done) < config.generations,

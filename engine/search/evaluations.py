@@ -9,7 +9,7 @@ import numpy as np
 from engine.scenes import Bools
 from engine.search.aggregate import aggregate
 from engine.search.assessment import Assessment, map_arrays
-from engine.search.protocol import Birth, Proposal, Result, Status
+from engine.search.protocol import MEASURES, Birth, Proposal, Result, Status
 from engine.tables import Floats, Ints
 from engine.vocabulary import Verdict
 
@@ -105,11 +105,17 @@ def judge(rollouts: Assessment, how: str) -> tuple[Ints, Floats]:
 def results(evaluations: Evaluations) -> list[Result]:
     """What a searcher is told, one result a row."""
     columns = evaluations.verdict, evaluations.fitness, evaluations.reused, evaluations.continuous, evaluations.collided
-    rows = zip(*(column.tolist() for column in columns), strict=True)
+    rows = zip(*(column.tolist() for column in columns), _measures(evaluations), strict=True)
     return [
-        Result(_status(verdict, reused), fitness, Verdict(verdict), continuous, collided)
-        for verdict, fitness, reused, continuous, collided in rows
+        Result(_status(verdict, reused), fitness, Verdict(verdict), continuous, collided, tuple(measures))
+        for verdict, fitness, reused, continuous, collided, measures in rows
     ]
+
+
+def _measures(evaluations: Evaluations) -> list[list[float]]:
+    """One row of `MEASURES` an individual."""
+    place = np.arange(len(evaluations)), evaluations.worst_rollout
+    return np.stack([getattr(evaluations.rollouts, name)[place] for name in MEASURES], axis=1).tolist()
 
 
 def _status(verdict: int, reused: bool) -> Status:

@@ -47,7 +47,7 @@ An empty cell is a number that does not exist. Times count from the start of the
 | `distance_at_ms` | D_MS, their distance then [m] |
 | `ttc_at_ms` | TTC_MS = D_MS / MS [s] |
 | `ego_speed`, `other_speed` | of that pair at its closest approach, or at contact [m/s] |
-| `approach_angle` | the other's heading then, seen from the ego's [rad]: 0 the same way, +-3.14 head-on, positive to the left |
+| `approach_angle` | heading of the other then, seen from the ego [rad]: 0 the same way, +-3.14 head-on, positive left |
 | `closing_speed` | of their centres then [m/s] |
 | `side` | of the ego on which the other is then: `front`, `left`, `rear`, `right` |
 | `left_road_time` | when the first actor left the road [s] |

@@ -20,7 +20,7 @@ blobs (float64; int32, tested then failed); NaN is NULL.
 import json
 import sqlite3
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import asdict, fields
 from math import isfinite
 from pathlib import Path
@@ -34,7 +34,7 @@ from engine.search.columns import FLOATS, SCALARS, to_columns
 from engine.search.evaluations import Evaluations, flat_rollouts
 from engine.search.figures import GenerationFigures
 from engine.search.manifest import Manifest
-from engine.search.store import StoreError, store_errors
+from engine.search.store import UNBORN, StoreError, store_errors
 
 APPLICATION_ID = 0x43525458
 """Marks the file as ours ("CRTX")."""
@@ -84,44 +84,51 @@ class Journal:
         Raises:
             StoreError: there is a file already, or it cannot be written.
         """
-        if path.exists():
-            raise StoreError(f"`{path}` exists already", "name another --out; a run is never overwritten")
         with store_errors(path):
-            connection = sqlite3.connect(path, isolation_level=None)
-            connection.execute("PRAGMA journal_mode = WAL")
-            connection.execute("PRAGMA synchronous = NORMAL")
-            connection.executescript(f"BEGIN; {SCHEMA} COMMIT;")
-            values = [(field.name, _to_json(getattr(manifest, field.name))) for field in fields(manifest)]
-            with _transaction(connection):
-                connection.executemany("INSERT INTO manifest VALUES (?, ?)", values)
-        return cls(path, connection)
+            if path.exists():
+                raise StoreError(f"`{path}` exists already", "name another --out; a run is never overwritten")
+            # A journal has its name only when it is one: whatever ends the process, no half of one is left under it.
+            unborn = path.with_name(path.name + UNBORN)
+            for stale in path.parent.glob(f"{unborn.name}*"):
+                stale.unlink()
+            with closing(sqlite3.connect(unborn, isolation_level=None)) as connection:
+                connection.executescript(f"BEGIN; {SCHEMA}")
+                connection.executemany("INSERT INTO manifest VALUES (?, ?)", _manifest_rows(manifest))
+                connection.execute("COMMIT")
+            unborn.rename(path)
+        return cls(path, _open(path))
 
     @classmethod
-    def reopen(cls, path: Path) -> "Journal":
+    def reopen(cls, path: Path, manifest: Manifest | None = None) -> "Journal":
         """Go on with the journal of a run that was stopped or killed; `journal_reader` has checked that it is one.
+        `manifest` replaces its own, for a run that is to become longer.
 
         Raises:
             StoreError: it cannot be written.
         """
         with store_errors(path):
-            connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode=rw", uri=True, isolation_level=None)
-            connection.execute("PRAGMA journal_mode = WAL")
-            connection.execute("PRAGMA synchronous = NORMAL")
+            connection = _open(path)
             with _transaction(connection):
                 connection.execute("UPDATE status SET status = 'running', seconds = NULL")
+                if manifest is not None:
+                    connection.executemany("REPLACE INTO manifest VALUES (?, ?)", _manifest_rows(manifest))
         return cls(path, connection)
 
     def write(self, progress: Progress) -> None:
         """Add one generation: all of it or, if anything goes wrong, nothing."""
         self._write(progress.evaluations, progress.figures, progress.elapsed)
 
-    def finish(self, campaign: Campaign) -> None:
-        """Add what Ctrl-C kept from being written, say how the run ended, and leave one plain file behind."""
+    def complete(self, campaign: Campaign) -> None:
+        """Add what Ctrl-C kept from being written."""
         with store_errors(self.path):
             written = self._connection.execute("SELECT count(*) FROM generation").fetchone()[0]
         for figures in campaign.generations[written:]:
             rows = campaign.evaluations.places[:, 0] == figures.generation
             self._write(take(campaign.evaluations, rows), figures, campaign.elapsed)
+
+    def finish(self, campaign: Campaign) -> None:
+        """Say how the run ended, once everything of it is in place, and leave one plain file behind."""
+        self.complete(campaign)
         with store_errors(self.path):
             with _transaction(self._connection) as connection:
                 status = "stopped" if campaign.stopped else "finished"
@@ -140,6 +147,19 @@ class Journal:
             connection.executemany(_ADD_INDIVIDUAL, _individual_rows(evaluations))
             connection.executemany(_ADD_SIMULATION, _simulation_rows(evaluations))
             connection.execute("INSERT INTO pace VALUES (?, ?)", (figures.generation, seconds))
+
+
+def _open(path: Path) -> sqlite3.Connection:
+    """A journal that is there, in the mode in which no reader waits for its writer."""
+    with store_errors(path):
+        connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode=rw", uri=True, isolation_level=None)
+        connection.execute("PRAGMA journal_mode = WAL")
+        connection.execute("PRAGMA synchronous = NORMAL")
+        return connection
+
+
+def _manifest_rows(manifest: Manifest) -> list[tuple[str, str]]:
+    return [(field.name, _to_json(getattr(manifest, field.name))) for field in fields(manifest)]
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from engine.search.evaluations import Evaluations
 from engine.search.figures import Figures, GenerationFigures
 from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION
 from engine.search.manifest import Link, Manifest, Origin, Parameter, Text
-from engine.search.searchers import SEARCHERS
+from engine.search.searchers import method_of
 from engine.search.store import StoreError, store_errors
 from engine.tables import Ints
 
@@ -32,6 +32,8 @@ class Record:
     """`running` (or killed), `stopped`, `finished`."""
     seconds: float
     """NaN unless stopped or finished."""
+    spent: float
+    """Until the last generation was written [s]."""
 
     def past(self) -> list[Evaluations]:
         """The evaluations of each generation, as `run_campaign` takes them."""
@@ -68,7 +70,15 @@ def _record(connection: sqlite3.Connection) -> Record:
         generations=tuple(_figures(generation, text) for generation, text in figures),
         status=status,
         seconds=float("nan") if seconds is None else seconds,
+        spent=_spent(connection),
     )
+
+
+def _spent(connection: sqlite3.Connection) -> float:
+    """What a run took is told beside its results, which are whole without."""
+    if not connection.execute("SELECT count(*) FROM sqlite_master WHERE name = 'pace'").fetchone()[0]:
+        return 0.0
+    return connection.execute("SELECT coalesce(max(seconds), 0.0) FROM pace").fetchone()[0]
 
 
 def _check(path: Path, connection: sqlite3.Connection) -> None:
@@ -145,7 +155,7 @@ def _simulations(connection: sqlite3.Connection, requirements: int) -> tuple[dic
 def _keys(births: Ints, rollouts: int, manifest: Manifest) -> Ints:
     """(n, k, 6) stream keys."""
     keys = np.empty((len(births), rollouts, 6), dtype=np.int64)
-    keys[:] = (manifest.seed, int(SEARCHERS[manifest.method].method), manifest.run, 0, 0, 0)
+    keys[:] = (manifest.seed, int(method_of(manifest.method)), manifest.run, 0, 0, 0)
     keys[:, :, 3:5] = births[:, np.newaxis]
     keys[:, :, 5] = np.arange(rollouts)
     return keys

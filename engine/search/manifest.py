@@ -12,9 +12,12 @@ from typing import Any
 
 from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
 from engine.program import Program
+from engine.search.methods.table import SEARCHERS
+from engine.search.plugins import distribution_of
 
 DISTRIBUTIONS = ("cortexc", "numpy", "numba", "pymunk")
 """Whose versions may decide a result."""
+PYTHON = ".".join(map(str, sys.version_info[:3]))
 
 
 @dataclass(frozen=True)
@@ -126,7 +129,7 @@ def make_manifest(
         seed=config.search.seed,
         run=config.search.run,
         settings=asdict(config),
-        versions={"python": ".".join(map(str, sys.version_info[:3])), **_versions()},
+        versions={"python": PYTHON, **_versions(method)},
         platform=f"{platform.system()} {platform.machine()}",
         command_line=tuple(command_line),
         parameters=_parameters(program),
@@ -144,11 +147,18 @@ def _parameters(program: Program) -> tuple[Parameter, ...]:
     return tuple(Parameter(*row) for row in rows)
 
 
-def _versions() -> dict[str, str]:
-    versions = {}
-    for name in DISTRIBUTIONS:
+def _versions(method: str) -> dict[str, str]:
+    entry, plugin = SEARCHERS.get(method), distribution_of(method)
+    versions = dict([plugin] if plugin else ())
+    for name in (*DISTRIBUTIONS, *([entry.package] if entry and entry.package else ())):
         try:
             versions[name] = version(name)
         except PackageNotFoundError:
             versions[name] = "unknown"
     return versions
+
+
+def changed_versions(manifest: Manifest) -> list[str]:
+    """What a run was started with and is installed differently now, such as `numba 0.68.1`."""
+    now = {"python": PYTHON, **_versions(manifest.method)}
+    return [f"{name} {then}" for name, then in manifest.versions.items() if now.get(name) != then]

@@ -21,6 +21,10 @@ StreamAt = Callable[[int, int], Generator]
 """(generation, slot) -> the stream of the operator that fills that slot; no two addresses share numbers."""
 
 
+MEASURES = ("min_distance", "closing_speed", "ego_speed", "other_speed", "approach_angle")
+"""What a result tells beside the risk, of an individual's worst rollout: columns of `engine.search.assessment`."""
+
+
 class Operator(IntEnum):
     """How an individual came to be."""
 
@@ -89,6 +93,8 @@ class Result:
     """The continuous risk, by which a search may climb inside a band of the integer one; NaN as `fitness`."""
     failure: bool = False
     """Whether it is what the search is for: the ego collided."""
+    measures: tuple[float, ...] = ()
+    """What else is known of the run, in the order of `MEASURES`; each NaN, or none at all, unless valid or reused."""
 
     @property
     def selectable(self) -> bool:
@@ -99,6 +105,11 @@ class Result:
     def judged(self) -> bool:
         """Whether something is known of the genome: it was simulated, or shown to be invalid."""
         return self.status is not Status.ERROR
+
+
+def measure(result: Result, name: str) -> float:
+    """One of `MEASURES`; NaN where the result has none."""
+    return result.measures[MEASURES.index(name)] if result.measures else float("nan")
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,12 +1,19 @@
-"""The worst cases of a campaign: distinct genomes, by risk, then continuous risk, then age."""
+"""The worst cases of a campaign: by risk, then continuous risk, then age, and no two of them nearly the same.
+
+Of the collisions in that order (of all valid simulations, where there are fewer than asked for), a case is taken when
+at least a third of its genes differ by more than a tenth of their range from those of every case taken before, which is
+the rule of `diversity`. Where fewer than asked for lie so far apart, the worst of what was passed over fill the list.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from engine.scenes import StreamKey
+from engine.search.diversity import first_apart
 from engine.search.evaluations import Evaluations
-from engine.tables import Floats, Ints
+from engine.search.protocol import Box
+from engine.tables import Ints
 from engine.vocabulary import Verdict
 
 
@@ -34,18 +41,28 @@ def order_of_risk(evaluations: Evaluations) -> Ints:
     return rows[np.lexsort((rows, -evaluations.continuous[rows], -evaluations.score[rows]))]
 
 
-def worst_cases(evaluations: Evaluations, count: int = 10) -> tuple[Case, ...]:
-    """The worst rollouts of up to `count` different genomes."""
-    chosen: list[Case] = []
+def worst_cases(evaluations: Evaluations, count: int = 10, box: Box | None = None) -> tuple[Case, ...]:
+    """The worst rollouts of up to `count` different genomes, worst first; with a box, of such as lie apart."""
+    rows = _different(evaluations, order_of_risk(evaluations))
+    if box is not None:
+        rows = _apart(evaluations, rows, count, box)
+    return tuple(_case(evaluations, row, rank) for rank, row in enumerate(rows[:count].tolist(), start=1))
+
+
+def _apart(evaluations: Evaluations, rows: Ints, count: int, box: Box) -> Ints:
+    """The first `count` of the rows that lie apart, filled up with the first of the others, in the rows' order."""
+    collisions = rows[evaluations.collided[rows]]
+    pool = collisions if len(collisions) >= count else rows
+    apart = pool[first_apart(evaluations.genomes[pool], box, most=count)]
+    others = pool[~np.isin(pool, apart)][: count - len(apart)]
+    return rows[np.isin(rows, np.concatenate([apart, others]))]
+
+
+def _different(evaluations: Evaluations, rows: Ints) -> Ints:
+    """The rows without those whose genome came before."""
     seen: set[bytes] = set()
-    for row in order_of_risk(evaluations).tolist():
-        if len(chosen) == count:
-            break
-        genome: Floats = evaluations.genomes[row]
-        if genome.tobytes() not in seen:
-            seen.add(genome.tobytes())
-            chosen.append(_case(evaluations, row, len(chosen) + 1))
-    return tuple(chosen)
+    new = [genome not in seen and not seen.add(genome) for genome in map(bytes, evaluations.genomes[rows])]
+    return rows[np.array(new, dtype=bool)]
 
 
 def _case(evaluations: Evaluations, row: int, rank: int) -> Case:

@@ -1,47 +1,71 @@
-"""The table of searchers. A new one is a class with `ask` and `tell`, a `Method`, and a row here."""
+"""Searchers by name: our own (`engine.search.methods.table`), and those that other packages offer."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 
 from engine.config import Config
-from engine.search.methods.ga import GeneticAlgorithm
-from engine.search.methods.random_search import RandomSearch
-from engine.search.protocol import Box, Searcher, StreamAt
+from engine.search.methods.table import SEARCHERS, SearcherEntry
+from engine.search.plugins import plugins
+from engine.search.protocol import Box, Searcher
 from engine.streams import FIELD_BITS, operator_generator
 from engine.vocabulary import Method
 
-
-@dataclass(frozen=True)
-class SearcherEntry:
-    """One way to search."""
-
-    method: Method
-    """Part of every stream key, so that no two methods share numbers."""
-    build: Callable[[Box, Config, StreamAt], Searcher]
-    preset: Callable[[Config], str]
-    """What a report must name beside the method; "" when there is nothing to name."""
+__all__ = ["SEARCHERS", "UnknownMethod", "build_searcher", "canonical", "find_searcher", "known_searchers", "method_of"]
 
 
-def _build_ga(box: Box, config: Config, streams: StreamAt) -> Searcher:
-    return GeneticAlgorithm(box, config.search.population, streams, config.ga)
+class UnknownMethod(ValueError):  # noqa: N818 - says what is unknown
+    """No searcher has this name."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        super().__init__(f"method: `{name}` is none of {', '.join(known_searchers())}")
 
 
-def _build_random(box: Box, config: Config, streams: StreamAt) -> Searcher:
-    return RandomSearch(box, config.search.population, streams)
+def known_searchers() -> dict[str, SearcherEntry]:
+    """Our own searchers, then those of other packages."""
+    return {**SEARCHERS, **plugins()}
 
 
-SEARCHERS: dict[str, SearcherEntry] = {
-    "ga": SearcherEntry(Method.GA, _build_ga, lambda config: config.ga.preset),
-    "random": SearcherEntry(Method.RANDOM, _build_random, lambda _: ""),
-}
+def canonical(name: str) -> str:
+    """The one name of a method, from an alias or from a spelling with hyphens or capitals.
+
+    Raises:
+        UnknownMethod: there is none.
+    """
+    word = name.strip().lower().replace("-", "_")
+    if word in SEARCHERS:
+        return word
+    for method, entry in SEARCHERS.items():
+        if entry.alias == word:
+            return method
+    if name.strip() in plugins():
+        return name.strip()
+    raise UnknownMethod(name)
+
+
+def find_searcher(name: str) -> SearcherEntry:
+    """The row of a method.
+
+    Raises:
+        UnknownMethod: there is none.
+    """
+    return known_searchers()[canonical(name)]
+
+
+def method_of(name: str) -> Method:
+    """The part of every stream key that a method's name stands for, be its package installed or not."""
+    entry = SEARCHERS.get(name)
+    return Method.CUSTOM if entry is None else entry.method
 
 
 def build_searcher(name: str, box: Box, config: Config) -> Searcher:
-    """The searcher of a row, its operators drawing from the streams of this seed, method and run."""
-    entry = SEARCHERS.get(name)
-    if entry is None:
-        raise ValueError(f"method: `{name}` is none of {', '.join(SEARCHERS)}")
+    """The searcher of a row, its operators drawing from the streams of this seed, method and run.
+
+    Raises:
+        UnknownMethod: there is none of this name.
+        MissingExtra: its package is not installed.
+        PluginError: it is of another package, which is broken.
+    """
+    entry = find_searcher(name)
     search = config.search
     if search.generations < 1 or search.population < 1 or search.rollouts < 1:
         raise ValueError("generations, population and rollouts must be at least 1")

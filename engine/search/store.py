@@ -11,6 +11,8 @@ from filelock import FileLock, Timeout
 
 JOURNAL = "journal.sqlite"
 """The one file that holds everything; the others beside it are exports of it."""
+UNBORN = ".new"
+"""Ends the name of a journal that is being made."""
 LOCK = ".lock"
 """Held by the process that writes a run; whatever ends the process lets go of it."""
 
@@ -46,7 +48,7 @@ def new_directory(directory: Path) -> Path:
         directory.mkdir(parents=True, exist_ok=True)
         if (directory / JOURNAL).exists():
             raise StoreError(f"`{directory}` already holds a run", "name another --out; a run is never overwritten")
-        if any(path.name != LOCK for path in directory.iterdir()):
+        if any(path.name != LOCK and not path.name.startswith(JOURNAL + UNBORN) for path in directory.iterdir()):
             raise StoreError(f"`{directory}` is not empty", "name a new or an empty folder with --out")
         probe = directory / ".write-test"
         probe.touch()
@@ -101,7 +103,7 @@ def _cure_of(error: OSError) -> str:
         return "free some space or name a folder on another disk with --out; generations already written are kept"
     if isinstance(error, FileExistsError | NotADirectoryError):
         return "a part of this path is a file; name another folder with --out"
-    return "name a folder that you may write to with --out"
+    return "make it writable, or name another folder with --out"
 
 
 def _journal_error(path: Path, error: sqlite3.Error) -> StoreError:
@@ -114,5 +116,5 @@ def _journal_error(path: Path, error: sqlite3.Error) -> StoreError:
     if "locked" in text:
         return StoreError(f"`{path}` is in use by another process", "wait for it, or name another --out")
     if "unable to open" in text or "readonly" in text:
-        return StoreError(f"cannot open `{path}`: {text}", "name a folder that you may write to with --out")
+        return StoreError(f"cannot open `{path}`: {text}", "make it writable, or name another folder with --out")
     return StoreError(f"`{path}`: {text}", "name another folder with --out")

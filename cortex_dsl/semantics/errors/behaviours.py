@@ -176,3 +176,21 @@ CALLED_BEHAVIOUR = Problem(
         "behavior Stop():\n    do BrakeBehavior()\n\nego = new Car on road, with behavior Stop()\n",
     ),
 )
+MAY_NOT_ACT = warning(
+    "SCN612",
+    "this loop may go round without acting",
+    "where none of its branches acts, time stands still, nothing can change, and the run fails",
+    "`wait` in an `else:`, or at the end of the loop",
+    page=Page(
+        "loop that may not act",
+        "Time goes on only when a behavior acts or waits. There is a way through this loop on which it does neither, "
+        "and nothing changes on the way, so once it is taken the loop runs for ever within one step.",
+        "behavior Creep():\n    while True:\n"
+        "        if self.speed < 2 m/s:\n            take SetThrottleAction(0.3)\n\n"
+        "ego = new Car on road, with behavior Creep()\n",
+        "behavior Creep():\n    while True:\n"
+        "        if self.speed < 2 m/s:\n            take SetThrottleAction(0.3)\n"
+        "        else:\n            wait\n\n"
+        "ego = new Car on road, with behavior Creep()\n",
+    ),
+)

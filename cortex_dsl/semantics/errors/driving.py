@@ -112,3 +112,16 @@ NO_INTERSECTION = Problem(
         "ego = new Car in m.startLane.centerline, with behavior GapAcceptanceBehavior(10, m)\n",
     ),
 )
+WALKS_IN_LANE = warning(
+    "SCN633",
+    "this Pedestrian walks in the middle of the lane, as a car drives",
+    "`{behaviour}` follows lanes",
+    "to cross the road write `CrossingBehavior(ego)`, to walk straight on `WalkForwardBehavior()`, and turn the walker "
+    "with `facing`",
+    page=Page(
+        "pedestrian who follows a lane",
+        "Lanes and trajectories are ways of vehicles. A pedestrian may be sent along them, but is seldom meant to be.",
+        "ego = new Car on road\nnew Pedestrian on road, with behavior FollowLaneBehavior(1 m/s)\n",
+        "ego = new Car on road\nnew Pedestrian on road, with behavior CrossingBehavior(ego)\n",
+    ),
+)

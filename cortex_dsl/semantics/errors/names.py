@@ -1,7 +1,7 @@
 """SCN2xx: names."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem, hint, note, warning
+from cortex_dsl.semantics.problems import Problem, hint, warning
 
 UNKNOWN_NAME = Problem(
     "SCN201",
@@ -178,5 +178,30 @@ UNUSED_NAME = hint(
         "What is worked out and then not used is often a slip: another name was meant further down.",
         "gap = 9 m\nego = new Car on road\ncar = new Car ahead of ego by 5 m\n",
         "gap = 9 m\nego = new Car on road\ncar = new Car ahead of ego by gap\n",
+    ),
+)
+UNUSED_CLASS = warning(
+    "SCN224",
+    "no object is made of the class `{name}`",
+    cure="write `new {name} ...`, or remove it",
+    page=Page(
+        "class never used",
+        "A class says what its objects are like; without objects it says nothing.",
+        "class Taxi(Car):\n    width: 2 m\n\nego = new Car on road\n",
+        "class Taxi(Car):\n    width: 2 m\n\nego = new Taxi on road\n",
+    ),
+)
+UNUSED_SCENARIO = hint(
+    "SCN225",
+    "the scenario `{name}` is not part of this run",
+    "`{entry}` runs, and does not start it",
+    "start it in a `compose:` with `do {name}()`, or run it alone with `--scenario {name}`",
+    page=Page(
+        "scenario that is not started",
+        "Of several scenarios in a file one runs, with those that it starts.",
+        "scenario Main():\n    setup:\n        ego = new Car on road\n\nscenario Traffic():\n    setup:\n"
+        "        new Car on road\n",
+        "scenario Main():\n    setup:\n        ego = new Car on road\n    compose:\n        do Traffic()\n\n"
+        "scenario Traffic():\n    setup:\n        new Car on road\n",
     ),
 )

@@ -69,6 +69,7 @@ EMPTY_FILE = Problem(
 STATEMENT_PLACE = Problem(
     "SCN431",
     "`{statement}` stands {here}, but belongs {there}",
+    cure="{cure}",
     page=Page(
         "statement in the wrong place",
         "What an object does stands in a behavior; what the scene is stands at the top level.",

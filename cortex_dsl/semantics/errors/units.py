@@ -118,6 +118,20 @@ POWER_NOT_CONSTANT = Problem(
         "ego = new Car on road\nrequire ego.length ** 2 > 16 m * 1 m\n",
     ),
 )
+NEVER_EQUAL = warning(
+    "SCN312",
+    "{left} and {right} are never equal",
+    "a text is equal to nothing but a text",
+    "{cure}",
+    page=Page(
+        "comparison that never holds",
+        "Lanes, maneuvers, their types and numbers are things of their own, and no text is equal to them.",
+        "m = Uniform(*[m for m in network.maneuvers if m.type != 'LEFT_TURN'])\n"
+        "ego = new Car in m.startLane.centerline\n",
+        "m = Uniform(*[m for m in network.maneuvers if m.type != ManeuverType.LEFT_TURN])\n"
+        "ego = new Car in m.startLane.centerline\n",
+    ),
+)
 SUSPICIOUS_ANGLE = warning(
     "SCN320",
     "a bare {value:g} here is {value:g} rad, which is {turns:.1f} full turns",

@@ -72,6 +72,18 @@ BAD_SETTING = Problem(
         "ego = new Car on road\nsimulation(time_step=0.05 s)\n",
     ),
 )
+NO_SYSTEM_PARAM = Problem(
+    "SCN483",
+    "`system` lists params of this file, and `{actual}` is none",
+    "they are the params of the system under test, which `--freeze` holds fixed",
+    "{suggestion}",
+    page=Page(
+        "no param of the system",
+        "`simulation(system=[...])` names the params that belong to the system under test.",
+        "param BRAKE = Range(0, 1)\nego = new Car on road, with speed BRAKE * 9 m/s\nsimulation(system=[BRAKES])\n",
+        "param BRAKE = Range(0, 1)\nego = new Car on road, with speed BRAKE * 9 m/s\nsimulation(system=[BRAKE])\n",
+    ),
+)
 CANNOT_ASSIGN = Problem(
     "SCN430",
     "`{name}` cannot be assigned",

@@ -11,6 +11,7 @@ Dynamics", 2013, section 11.3, so that a lead that draws away is no reason to br
 """
 
 from cortex_dsl import ir
+from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.lanes import lane_at, looked_up, some_lane
 from cortex_dsl.semantics.library.job import SPEED_GAIN, Job
 from cortex_dsl.semantics.motion import current_pose
@@ -19,7 +20,7 @@ from cortex_dsl.semantics.trajectories import trajectory
 from cortex_dsl.semantics.values import LaneNow, Value
 from engine.road.network import Lane
 from engine.road.sections import LaneSection
-from engine.vocabulary import Op
+from engine.vocabulary import ActorKind, Op
 
 TIME_HEADWAY = 1.6
 MIN_GAP = 2.0
@@ -31,14 +32,21 @@ LEAST_GAP = 0.01
 
 
 def follow_trajectory(job: Job) -> ir.Block:
+    _warn_walker(job)
     way = trajectory(job.call.arguments["trajectory"], job.call.spans["trajectory"])
     return (job.follow(job.ev.algebra.literal(float(way.path)), job.target_speed()),)
 
 
 def follow_lane(job: Job) -> ir.Block:
     """The lane given, or the lane the actor is on when this begins, and its default continuation."""
+    _warn_walker(job)
     acts, path = lane_route(job, "laneToFollow", against=job.flag("is_oppositeTraffic"))
     return (*acts, job.follow(path, job.target_speed()))
+
+
+def _warn_walker(job: Job) -> None:
+    if job.actor.kind is ActorKind.PEDESTRIAN:
+        job.ev.report(errors.WALKS_IN_LANE.at(job.call.span, behaviour=job.call.name))
 
 
 def lane_route(job: Job, argument: str, *, against: bool = False) -> tuple[ir.Block, ir.Expr]:

@@ -5,16 +5,18 @@ from typing import Any
 
 
 class MissingExtra(Exception):  # noqa: N818 - says what is missing
-    """A method needs a package that is not installed."""
+    """A method, or a way to work, needs a package that is not installed."""
 
-    def __init__(self, package: str, method: str) -> None:
-        self.package = package
+    def __init__(self, package: str, method: str, extra: str = "search") -> None:
+        self.package = package.split(".")[0]
         self.method = method
-        super().__init__(f"method `{method}` needs the package `{package}`: pip install 'cortexc[search]'")
+        self.what = f"`{method}` needs the package `{self.package}`, which is not installed"
+        self.cure = f"pip install 'cortexc[{extra}]'"
+        super().__init__(f"{self.what}: {self.cure}")
 
 
-def needed(package: str, method: str) -> Any:
-    """The package.
+def needed(package: str, method: str, extra: str = "search") -> Any:
+    """The package, or the module of one.
 
     Raises:
         MissingExtra: it is not installed.
@@ -22,4 +24,4 @@ def needed(package: str, method: str) -> Any:
     try:
         return import_module(package)
     except ImportError:
-        raise MissingExtra(package, method) from None
+        raise MissingExtra(package, method, extra) from None

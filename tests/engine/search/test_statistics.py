@@ -116,3 +116,27 @@ def test_bootstrap_interval_covers() -> None:
     assert wide.high - wide.low > interval.high - interval.low
     assert bootstrap_interval([5, 6], [1, 2]) == (1.0, 1.0)
     assert math.isnan(bootstrap_interval([], [1]).low)
+
+
+@given(samples=st.tuples(st.lists(st.integers(0, 9), min_size=1, max_size=9), st.lists(st.integers(0, 9), min_size=1)))
+def test_all_resamples_at_once_are_those_of_one_after_the_other(samples: tuple[list[int], list[int]]) -> None:
+    slow = bootstrap_interval(*samples, resamples=50, seed=3)
+    assert a12_interval(*samples, resamples=50, seed=3) == pytest.approx(slow)
+
+
+@pytest.mark.parametrize(("successes", "trials"), [(0, 7), (7, 7), (3, 20), (361, 2157)])
+def test_exact_intervals_are_scipys(successes: int, trials: int) -> None:
+    expected = scipy.stats.binomtest(successes, trials).proportion_ci(0.95, method="exact")
+    assert clopper_pearson(successes, trials) == pytest.approx((expected.low, expected.high))
+
+
+def test_an_exact_interval_of_the_literature() -> None:
+    """0 of 10: the rule of three's exact form, 1 - 0.025 ** (1 / 10)."""
+    assert clopper_pearson(0, 10) == pytest.approx((0.0, 1.0 - 0.025**0.1))
+
+
+def test_odds_of_the_lady_tasting_tea() -> None:
+    """Fisher's own example: 3 of 4 right, p = 0.4857 two-sided."""
+    found = fisher((3, 1), (4, 4))
+    assert found.ratio == 9.0
+    assert found.p == pytest.approx(34 / 70)

@@ -1,0 +1,144 @@
+"""What `cortexc FILE --method …` and `cortexc resume` share: the progress, the report, the document, the exit code."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from math import nan
+
+import numpy as np
+
+from cortex_dsl.cli.compiling import show
+from cortex_dsl.cli.exits import Exit, UsageError
+from cortex_dsl.cli.request import Request
+from cortex_dsl.cli.stuck import never_acts
+from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.cli.undefined import undefined_value
+from cortex_dsl.diagnostics import Diagnostic
+from cortex_dsl.hunting import Found
+from cortex_dsl.report.json_documents import document
+from cortex_dsl.report.progress import SearchProgress
+from cortex_dsl.report.search_report import SearchReport
+from cortex_dsl.report.search_view import comparison_view, failures_line, search_view
+from cortex_dsl.session import Scenario
+from engine.program import Program
+from engine.search.campaign import Campaign, OnGeneration, Progress
+from engine.search.exports import summary
+from engine.search.journal_reader import Record
+from engine.search.methods.extras import MissingExtra
+from engine.search.plugins import PluginError
+from engine.search.store import StoreError
+from engine.search.workers import Workers, WorkersLost, workers_for
+from engine.vocabulary import EndReason, Verdict
+
+
+@contextmanager
+def usage_errors() -> Iterator[None]:
+    """Turn what a user can mend into a UsageError."""
+    try:
+        yield
+    except (StoreError, WorkersLost) as error:
+        raise UsageError(error.message, error.cure) from error
+    except MissingExtra as error:
+        raise UsageError(error.what, error.cure) from error
+    except PluginError as error:
+        raise UsageError(str(error), "mend or remove the package that offers it") from error
+
+
+def asked_workers(request: Request, engine: str) -> Workers:
+    """Who is to run the simulations."""
+    if request.dask is not None:
+        return Workers("dask", request.jobs, request.dask)
+    return workers_for(engine, request.jobs)
+
+
+@contextmanager
+def watched(terminal: Terminal, method: str, total: int, record: Record | None = None) -> Iterator[OnGeneration]:
+    """Shows how far a search is; `record` holds what there was of it before."""
+    before = [each.by_individual for each in record.generations] if record else []
+    with SearchProgress(terminal.err, method, total, before, spent=record.spent if record else 0.0) as progress:
+
+        def on_generation(done: Progress) -> None:
+            best = done.best.score if done.best else nan
+            progress.generation_done(done.figures.by_individual, done.simulations, best)
+
+        yield on_generation
+
+
+def tell(found: Sequence[Found], scenario: Scenario, request: Request, terminal: Terminal) -> Exit:
+    """Show what was found, and say how the command ends."""
+    campaigns = [each.campaign for each in found]
+    mistake = next((m for campaign in campaigns if (m := _mistake(scenario, campaign)) is not None), None)
+    if request.json:
+        terminal.write(_document(request, found))
+    else:
+        _show(scenario.program, found, terminal, ours=mistake is None)
+    for each in found:
+        if each.trouble is not None:
+            raise UsageError(each.trouble.message, each.trouble.cure)
+    if mistake is not None:
+        show(scenario.compiled.source, [mistake], replace(request, json=False), terminal)
+        return Exit.DIAGNOSTICS
+    return _exit_code(campaigns)
+
+
+def _mistake(scenario: Scenario, campaign: Campaign) -> Diagnostic | None:
+    """What to tell of runs that failed over the file itself: a behaviour that never acts, a number that is none."""
+    evaluations = campaign.evaluations
+    rollouts = evaluations.rollouts
+    stuck = np.argwhere(rollouts.end_reason == EndReason.STUCK)
+    if len(stuck):
+        first = tuple(stuck[0])
+        return never_acts(scenario, int(rollouts.end_rule[first]), float(rollouts.end_time[first]))
+    failed = np.argwhere(rollouts.verdict == Verdict.ERROR)
+    if not len(failed):
+        return None
+    row, rollout = failed[0]
+    return undefined_value(scenario, scenario.scene_of(evaluations.genomes[row], evaluations.keys[row, rollout]))
+
+
+def _show(program: Program, found: Sequence[Found], terminal: Terminal, *, ours: bool) -> None:
+    """The report; `ours` says that failed runs are no mistake of the file."""
+    reports = [SearchReport(each.campaign, each.folder, each.worst_files, each.manifest.method) for each in found]
+    console, settings = terminal.out, _settings(found)
+    if len(reports) == 1:
+        console.print(search_view(program, reports[0], settings, console.width))
+    else:
+        console.print(comparison_view(program, reports, settings, console.width))
+    for report in reports:
+        if ours and (line := failures_line(program, report)) is not None:
+            terminal.err.print(line)
+
+
+def _settings(found: Sequence[Found]) -> str:
+    """The settings that a reader must know, in one line."""
+    manifest = found[0].manifest
+    search = manifest.config.search
+    parts = [f"{search.generations} x {search.population}", f"seed {search.seed}"]
+    parts += [f"preset {each.manifest.preset}" for each in found if each.manifest.preset]
+    if search.rollouts > 1:
+        parts.append(f"{search.aggregate} of {search.rollouts} rollouts")
+    return ", ".join([*parts, f"profile {manifest.profile}", f"{search.engine} engine"])
+
+
+def _document(request: Request, found: Sequence[Found]) -> str:
+    searches = [
+        {
+            "method": each.manifest.method,
+            "folder": each.folder,
+            "worst_files": each.worst_files,
+            **summary(each.campaign, each.manifest),
+            "figures": each.campaign.generations,
+        }
+        for each in found
+    ]
+    return document("search", {"file": request.file, "searches": searches})
+
+
+def _exit_code(campaigns: Sequence[Campaign]) -> Exit:
+    if any(campaign.stopped for campaign in campaigns):
+        return Exit.INTERRUPTED
+    if any(campaign.by_simulation.error_runs for campaign in campaigns):
+        return Exit.BUG
+    if not any(campaign.by_individual.valid for campaign in campaigns):
+        return Exit.NO_SCENE
+    return Exit.FINE

@@ -1,0 +1,146 @@
+"""`cortexc replay RUN --case K` and `cortexc replay FILE.scn`: a case again, in the terminal, as a page or as a film."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cortex_dsl.cli.arguments import SEED_LIMIT, whole_number
+from cortex_dsl.cli.exits import Exit, UsageError
+from cortex_dsl.cli.parser import Parser
+from cortex_dsl.cli.report import open_run, write
+from cortex_dsl.cli.terminal import Terminal
+
+if TYPE_CHECKING:
+    from cortex_dsl.page.case import ToldCase
+    from engine.search.ranking import Case
+
+MOST_CASES = 10_000_000
+
+
+@dataclass(frozen=True)
+class Found:
+    """A case, and of which run it is."""
+
+    told: "ToldCase"
+    case: "Case | None" = None
+    folder: Path | None = None
+
+
+def main(arguments: Sequence[str], terminal: Terminal) -> int:
+    options = _parser().parse_args(arguments)
+    if options.help:
+        terminal.write(_parser().format_help())
+        return Exit.FINE
+    if options.what is None:
+        raise UsageError("replay what? name a run or a scenario", "cortexc replay runs/left_turn-ga-001 --case 1")
+    _check_target(options.to)
+    found = _of_file(options, terminal) if options.what.suffix == ".scn" else _of_run(options.what, options.case or 1)
+    if isinstance(found, int):
+        return found
+    if options.to is None:
+        _play(found, options.speed, terminal)
+    else:
+        write(options.to, _content(found, options.to, options.speed))
+        terminal.write(str(options.to))
+    return Exit.FINE
+
+
+def _check_target(path: Path | None) -> None:
+    if path is not None and path.suffix.lower() not in (".html", ".gif"):
+        raise UsageError(f"`{path}`: a replay becomes a page or a film", "name a file that ends in .html or .gif")
+
+
+def _of_run(folder: Path, rank: int) -> Found:
+    """Case `rank` of a run, 1 the worst."""
+    from cortex_dsl.page.run_page import told_case
+    from cortex_dsl.page.unlike import every_case
+
+    run = open_run(folder)
+    cases = every_case(run.record)
+    if rank > len(cases):
+        cure = f"name one of 1 to {len(cases):,}; 1 is the worst" if cases else "none of its simulations was valid"
+        raise UsageError(f"`{folder}` has no case {rank:,}", cure)
+    case = cases[rank - 1]
+    return Found(told_case(run, case), case, run.folder)
+
+
+def _of_file(options: argparse.Namespace, terminal: Terminal) -> Found | int:
+    """The run that `cortexc FILE.scn` shows."""
+    from cortex_dsl.cli.compiling import compile_request
+    from cortex_dsl.cli.parser import build_parser, to_request
+    from cortex_dsl.cli.run import draw
+    from cortex_dsl.cli.simulation import open_scenario
+    from cortex_dsl.page.case import tell_case
+
+    if options.case is not None:
+        raise UsageError("--case names a case of a run, and a scenario has none", "name the run, or leave --case out")
+    words = [str(options.what), *([] if options.seed is None else ["--seed", str(options.seed)])]
+    request = to_request(build_parser().parse_args(words), words)
+    compiled = compile_request(request, terminal)
+    if isinstance(compiled, Exit):
+        return compiled
+    scenario = open_scenario(request, compiled)
+    scenes, tally = draw(scenario, request)
+    if not scenes.valid[0]:
+        raise UsageError(
+            f"no scene of `{options.what}` meets its requirements, after {tally.attempts:,} attempts",
+            f"`cortexc {options.what}` says which of them is to blame",
+        )
+    return Found(tell_case(scenario, scenes, request.profile, name=options.what.name))
+
+
+def _play(found: Found, speed: float, terminal: Terminal) -> None:
+    from cortex_dsl.page.terminal_replay import play
+
+    try:
+        play(found.told, terminal.out, speed)
+    except KeyboardInterrupt:
+        terminal.out.print()
+
+
+def _content(found: Found, path: Path, speed: float) -> str | bytes:
+    from cortex_dsl.page.extras import MissingExtra
+
+    if path.suffix.lower() == ".html":
+        from cortex_dsl.page.case_page import case_page
+
+        return case_page(found.told, found.case, found.folder)
+    from cortex_dsl.page.film import gif
+
+    try:
+        return gif(found.told, speed)
+    except MissingExtra as error:
+        raise UsageError(str(error), error.cure) from None
+
+
+def _speed(text: str) -> float:
+    """A factor: `2`, `0.25`, `4x`."""
+    try:
+        value = float(text.rstrip("x×"))
+    except ValueError:
+        value = float("nan")
+    if not 0.01 <= value <= 100.0:
+        raise argparse.ArgumentTypeError(f"must be a factor between 0.01 and 100, not `{text}`")
+    return value
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog="cortexc replay",
+        usage="cortexc replay RUN [--case K] | FILE.scn [--seed N] [--speed X] [--to FILE.html|FILE.gif]",
+        description="Run one case again and watch it: in the terminal, as a page, or as a film.",
+        allow_abbrev=False,
+        add_help=False,
+    )
+    parser.add_argument("what", nargs="?", type=Path, metavar="RUN|FILE.scn", help="folder of a run, or a scenario")
+    parser.add_argument(
+        "--case", type=whole_number(1, MOST_CASES), metavar="K", help="which of the run's cases; 1 is the worst (1)"
+    )
+    parser.add_argument("--seed", type=whole_number(0, SEED_LIMIT), metavar="N", help="of a scenario's scene (0)")
+    parser.add_argument("--speed", type=_speed, default=1.0, metavar="X", help="times as fast as it happens (1)")
+    parser.add_argument("--to", type=Path, metavar="FILE", help="write a page (.html) or a film (.gif) instead")
+    parser.add_argument("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("-h", "--help", action="store_true", help="this page")
+    return parser

@@ -1,0 +1,115 @@
+"""`cortexc report RUN`: a run as one HTML file, and its figures for a paper."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cortex_dsl.cli.arguments import whole_number
+from cortex_dsl.cli.exits import Exit, UsageError
+from cortex_dsl.cli.files import reason
+from cortex_dsl.cli.parser import Parser
+from cortex_dsl.cli.terminal import Terminal
+
+if TYPE_CHECKING:
+    from cortex_dsl.runs import OpenedRun
+
+PAGE = "report.html"
+"""The page's name inside the run directory."""
+MOST_CASES = 50
+
+
+def main(arguments: Sequence[str], terminal: Terminal) -> int:
+    options = _parser().parse_args(arguments)
+    if options.help:
+        terminal.write(_parser().format_help())
+        return Exit.FINE
+    if options.run is None:
+        raise UsageError("which run? name its folder", "cortexc report runs/left_turn-ga-001")
+    run = open_run(options.run)
+    path = options.out or run.folder / PAGE
+    write(path, _page(run, options.cases))
+    terminal.write(str(path))
+    for figure in _figures(run, options.figures):
+        terminal.write(str(figure))
+    if options.open:
+        _open(path, terminal)
+    return Exit.FINE
+
+
+def open_run(folder: Path) -> "OpenedRun":
+    """A run, with what may be wrong with it as a slip of the user's.
+
+    Raises:
+        UsageError: there is no readable run.
+    """
+    from cortex_dsl import runs
+    from engine.search.store import StoreError
+
+    try:
+        return runs.open_run(folder)
+    except StoreError as error:
+        raise UsageError(error.message, error.cure) from error
+
+
+def write(path: Path, content: str | bytes) -> None:
+    """Write a file that the user named.
+
+    Raises:
+        UsageError: it cannot be written.
+    """
+    data = content.encode("utf-8") if isinstance(content, str) else content
+    try:
+        path.write_bytes(data)
+    except OSError as error:
+        cure = "name another place with --out FILE.html" if path.name == PAGE else ""
+        raise UsageError(f"cannot write `{path}`: {reason(error)}", cure) from None
+
+
+def _page(run: "OpenedRun", cases: int) -> str:
+    from cortex_dsl.page.run_page import run_page
+
+    return run_page(run, cases)
+
+
+def _figures(run: "OpenedRun", folder: Path | None) -> Sequence[Path]:
+    if folder is None:
+        return ()
+    from cortex_dsl.page.extras import MissingExtra
+    from cortex_dsl.page.figures import write_figures
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        return write_figures(run, folder)
+    except MissingExtra as error:
+        raise UsageError(str(error), error.cure) from None
+    except OSError as error:
+        raise UsageError(f"cannot write into `{folder}`: {reason(error)}") from None
+
+
+def _open(path: Path, terminal: Terminal) -> None:
+    import webbrowser
+
+    if not webbrowser.open(path.resolve().as_uri()):
+        terminal.complain("no browser could be started", f"open {path} in one")
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog="cortexc report",
+        usage="cortexc report RUN [--out FILE.html] [--cases N] [--figures DIR] [--open]",
+        description="Write a run as one HTML file that needs no network: summary, course, where it fails, and the "
+        "worst cases, each with a replay.",
+        allow_abbrev=False,
+        add_help=False,
+    )
+    parser.add_argument("run", nargs="?", type=Path, metavar="RUN", help="folder of a run, such as runs/left_turn-ga-001")
+    parser.add_argument("--out", type=Path, metavar="FILE", help=f"the page; by default {PAGE} in the run's folder")
+    parser.add_argument(
+        "--cases", type=whole_number(0, MOST_CASES), default=8, metavar="N", help="cases with a replay (8)"
+    )
+    parser.add_argument("--figures", type=Path, metavar="DIR", help="figures for papers, as SVG, PNG and PDF, into DIR")
+    parser.add_argument("--open", action="store_true", help="show the page in a browser")
+    parser.add_argument("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("-h", "--help", action="store_true", help="this page")
+    return parser

@@ -1,0 +1,101 @@
+"""`cortexc resume RUN`: go on with a search that was stopped or killed, as if nothing had happened."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from cortex_dsl.cli.arguments import GENERATION_LIMIT, whole_number
+from cortex_dsl.cli.exits import Exit, UsageError
+from cortex_dsl.cli.hunting import asked_workers, tell, usage_errors, watched
+from cortex_dsl.cli.parser import Parser, cores
+from cortex_dsl.cli.request import Mode, Request
+from cortex_dsl.cli.simulation import compile_kernels
+from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.hunting import go_on
+from cortex_dsl.runs import OpenedRun, open_run
+from engine.search.manifest import changed_versions
+
+EPILOG = """\
+The run goes on with the text and the settings that it was started with, and ends with the journal that an undisturbed
+one would have written. Where it was finished its report is shown again.
+
+examples:
+  cortexc resume runs/left_turn-ga-001
+  cortexc resume runs/left_turn-ga-001 --generations 60    and 30 more"""
+
+
+def main(arguments: Sequence[str], terminal: Terminal) -> int:
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if options.help:
+        terminal.write(parser.format_help())
+        return Exit.FINE
+    if options.run is None:
+        raise UsageError("no run given", "name the folder of one, such as `cortexc resume runs/left_turn-ga-001`")
+    with usage_errors():
+        run = open_run(options.run)
+        request = _request(run, options)
+        _say(run, request, terminal)
+        compile_kernels(run.scenario, terminal)
+        manifest, search = run.record.manifest, run.scenario.config.search
+        with watched(terminal, manifest.method, request.generations, run.record) as on_generation:
+            found = go_on(
+                run,
+                generations=options.generations,
+                on_generation=on_generation,
+                workers=asked_workers(request, search.engine),
+            )
+    return tell([found], run.scenario, request, terminal)
+
+
+def _request(run: OpenedRun, options: argparse.Namespace) -> Request:
+    """The command as the reports know one."""
+    manifest = run.record.manifest
+    return Request(
+        file=Path(manifest.file),
+        mode=Mode.SEARCH,
+        methods=(manifest.method,),
+        generations=options.generations or run.scenario.config.search.generations,
+        jobs=options.jobs or cores(),
+        dask=options.dask,
+        json=options.json,
+    )
+
+
+def _say(run: OpenedRun, request: Request, terminal: Terminal) -> None:
+    """What the user may not expect, on stderr."""
+    done, manifest = len(run.record.generations), run.record.manifest
+    if run.record.status == "finished" and request.generations == run.scenario.config.search.generations:
+        terminal.err.print(f"finished already, all {done} generations; this is its report", style="quiet")
+        return
+    terminal.err.print(f"going on after generation {done} of {request.generations}", style="quiet")
+    for name in run.edited:
+        terminal.err.print(f"`{name}` was edited since; the run goes on with the text that it was started with")
+    if changed := changed_versions(manifest):
+        terminal.err.print(f"started with {', '.join(changed)}: what follows may differ from what it would have been")
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog="cortexc resume",
+        usage="cortexc resume RUN [--generations N] [--jobs N] [--dask ADDRESS] [--json]",
+        description="Go on with a search that was stopped with Ctrl-C, or killed.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+        add_help=False,
+    )
+    parser.add_argument("run", metavar="RUN", nargs="?", type=Path, help="a run directory")
+    parser.add_argument(
+        "--generations", metavar="N", type=whole_number(1, GENERATION_LIMIT), help="as many in all (as it was planned)"
+    )
+    parser.add_argument(
+        "--jobs", metavar="N", type=whole_number(1, 1024), help=f"workers; results never depend on it ({cores()})"
+    )
+    parser.add_argument(
+        "--dask", metavar="ADDRESS", help="of a Dask scheduler; `local`: one for the time of the search"
+    )
+    parser.add_argument("--json", action="store_true", help="one JSON document on stdout, and nothing else there")
+    parser.add_argument("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("-h", "--help", action="store_true", help="this page")
+    return parser

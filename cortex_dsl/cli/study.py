@@ -1,0 +1,159 @@
+"""`cortexc study`: every scenario by every method, many times; kept whole, compared run by run, told in tables."""
+
+import argparse
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cortex_dsl.cli.exits import Exit, UsageError
+from cortex_dsl.cli.study_options import parse, study_plan
+from cortex_dsl.cli.terminal import Terminal
+
+if TYPE_CHECKING:
+    from engine.study.plan import Plan
+    from engine.study.reading import Study
+    from engine.study.records import RunRecord
+    from engine.study.store import StudyStore
+
+
+@dataclass(frozen=True)
+class Job:
+    """A study that is to be carried out, or gone on with."""
+
+    folder: Path
+    jobs: int
+    json: bool
+
+
+def main(arguments: Sequence[str], terminal: Terminal) -> int:
+    options = parse(arguments)
+    if options.help:
+        terminal.write(options.page)
+        return Exit.FINE
+    from engine.search.store import StoreError
+
+    try:
+        if options.resume is not None:
+            return resume(options.resume, terminal, options.jobs, json=options.json)
+        return _begin(options, arguments, terminal)
+    except StoreError as error:
+        raise UsageError(error.message, error.cure) from error
+
+
+def _begin(options: argparse.Namespace, arguments: Sequence[str], terminal: Terminal) -> int:
+    from engine.search.store import hold, new_directory, numbered_directory
+    from engine.study.store import StudyStore
+
+    plan = study_plan(options, arguments, terminal)
+    if isinstance(plan, Exit):
+        return plan
+    size = f"{len(plan.subjects)}x{len(plan.methods)}x{plan.runs}"
+    folder = new_directory(options.out) if options.out is not None else numbered_directory("study", size)
+    with hold(folder):
+        with closing(StudyStore.create(folder, plan, _facts(plan, arguments))) as store:
+            stopped = _carry_out(plan, (), store, Job(folder, options.jobs, options.json), terminal)
+        return tell(folder, terminal, json=options.json, stopped=stopped)
+
+
+def resume(folder: Path, terminal: Terminal, jobs: int = 1, *, json: bool = False) -> int:
+    """Go on with a study that was stopped or killed; tell one that is complete again.
+
+    Raises:
+        StoreError: no readable study, another process is at it, or it was begun by another version.
+    """
+    from engine.search.store import hold
+    from engine.study.reading import read_study
+    from engine.study.store import StudyStore
+
+    study = read_study(folder)
+    for name in study.edited:
+        terminal.err.print(f"`{name}` was edited since; the study goes on with what it said", style="warn")
+    if study.complete:
+        return tell(folder, terminal, json=json)
+    _insist_on_same_engine(study)
+    with hold(folder):
+        study = read_study(folder)
+        with closing(StudyStore.reopen(folder)) as store:
+            stopped = _carry_out(study.plan, study.records, store, Job(folder, jobs, json), terminal)
+        return tell(folder, terminal, json=json, stopped=stopped)
+
+
+def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore", job: Job, terminal: Terminal) -> bool:
+    """Do what is left to do; whether Ctrl-C came first."""
+    from cortex_dsl.report.study_progress import StudyProgress
+    from engine.study.execution import perform_all
+    from engine.study.records import Finished
+
+    _compile_kernels(plan, terminal)
+    with StudyProgress(terminal.err, plan, job.jobs, earlier, quiet=job.json) as progress:
+
+        def on_run(finished: Finished) -> None:
+            store.write(finished)
+            progress.run_done(finished.record)
+
+        try:
+            perform_all(plan, on_run, job.jobs, [record.address for record in earlier])
+        except KeyboardInterrupt:
+            return True
+    return False
+
+
+def tell(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool = False) -> int:
+    """Write the files beside the study, and show what it came to so far."""
+    from cortex_dsl.report.study_view import study_view
+    from engine.study.exports import summary, write_study
+    from engine.study.findings import findings
+    from engine.study.reading import read_study
+
+    study = read_study(folder)
+    found = findings(study.plan, study.records)
+    write_study(study, found)
+    if json:
+        from cortex_dsl.report.json_documents import document
+
+        terminal.write(document("study", {"folder": folder, **summary(study, found)}))
+    else:
+        terminal.out.print(study_view(study, found))
+    if stopped:
+        terminal.err.print(f"interrupted; go on with: cortexc study --resume {folder}", style="warn", soft_wrap=True)
+        return Exit.INTERRUPTED
+    failed = sum(record.figures.simulations.error_runs for record in study.records)
+    return Exit.BUG if failed else Exit.FINE
+
+
+def _compile_kernels(plan: "Plan", terminal: Terminal) -> None:
+    """Compile now what every worker will need, so that they do not all do it."""
+    from cortex_dsl.cli.simulation import announce_compilation
+
+    if announce_compilation(terminal):
+        from dataclasses import replace
+
+        from engine.study.execution import perform
+
+        task = plan.task(next(plan.addresses()))
+        search = replace(task.config.search, generations=1)
+        perform(replace(task, config=replace(task.config, search=search)))
+
+
+def _facts(plan: "Plan", arguments: Sequence[str]) -> dict[str, object]:
+    """What a reader may want to know of how a study came to be."""
+    from engine.kernels.jit import source_hash
+
+    versions: dict[str, str] = {}
+    for method in plan.methods:
+        versions |= plan.manifest(plan.subjects[0], method).versions
+    return {"command_line": list(arguments), "versions": versions, "engine": source_hash()}
+
+
+def _insist_on_same_engine(study: "Study") -> None:
+    """Runs of two different engines must not be compared as if they were of one."""
+    from engine.kernels.jit import source_hash
+
+    if study.manifest.get("engine") != source_hash():
+        wrote = study.manifest.get("versions", {}).get("cortexc", "unknown")
+        raise UsageError(
+            f"the study in `{study.folder}` was begun by another version of the engine",
+            f"use the version that began it, cortexc {wrote}, or begin a new study",
+        )

@@ -1,0 +1,184 @@
+"""The command line of `cortexc study`, and the plan that it asks for."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import cortex_dsl
+from cortex_dsl.cli.arguments import GENERATION_LIMIT, SEED_LIMIT, aggregate, whole_number
+from cortex_dsl.cli.compiling import compile_request
+from cortex_dsl.cli.exits import Exit, UsageError
+from cortex_dsl.cli.parser import Parser, cores
+from cortex_dsl.cli.request import Mode, Request
+from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.spelling import nearest
+
+if TYPE_CHECKING:
+    from engine.study.plan import Plan, Subject
+
+DESCRIPTION = """\
+Run every scenario by every method many times, keep every evaluation, and compare the methods run by run.
+
+  cortexc study                                   the paper's case study: its six scenarios, GA against random
+  cortexc study a.scn b.scn --methods random,ga,niching --runs 30
+  cortexc study --resume runs/study-6x2x30-001    go on with one that was stopped or killed"""
+EXAMPLES = Path(cortex_dsl.__file__).parent.parent / "examples"
+METHODS = "random,ga"
+RUNS = 30
+DEFAULTS = {
+    "runs": RUNS,
+    "methods": METHODS,
+    "generations": 30,
+    "population": 100,
+    "seed": 0,
+    "preset": "cortex",
+    "profile": "paper",
+    "rollouts": 1,
+    "aggregate": "mean",
+}
+"""What a study is told unless it is told otherwise; a study that is gone on with has its own."""
+LIMIT = 1_000_000_000
+
+
+def parse(arguments: Sequence[str]) -> argparse.Namespace:
+    """The checked options; `page` is the help.
+
+    Raises:
+        UsageError: options that do not go together.
+    """
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    options.page = parser.format_help() if options.help else ""
+    given = [name for name in (*DEFAULTS, "out") if getattr(options, name) is not None]
+    if options.resume is not None and (options.files or given):
+        what = f"--{given[0]}" if given else "a file"
+        raise UsageError(f"{what} has no effect with --resume: the study goes on as it was begun", "leave it out")
+    for name, value in DEFAULTS.items():
+        if getattr(options, name) is None:
+            setattr(options, name, value)
+    return options
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog="cortexc study",
+        usage="cortexc study [FILES] [--runs N] [--methods LIST] [options]",
+        description=DESCRIPTION,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+        add_help=False,
+    )
+    add = parser.add_argument
+    add("files", metavar="FILES", nargs="*", type=Path, help="scenarios (the six of the paper)")
+    add("--runs", metavar="N", type=whole_number(1, 65_536), help=f"runs of each method on each scenario ({RUNS})")
+    add("--methods", metavar="LIST", help=f"methods with commas between them, or `all` ({METHODS})")
+    add("--generations", metavar="N", type=whole_number(1, GENERATION_LIMIT), help="generations of each run (30)")
+    add("--population", metavar="N", type=whole_number(2, 10**6), help="individuals in each generation (100)")
+    add("--seed", metavar="N", type=whole_number(0, SEED_LIMIT), help="root of all randomness (0)")
+    add("--jobs", metavar="N", type=whole_number(1, 1024), default=cores(), help=_JOBS)
+    add("--preset", choices=("cortex", "cortex-literal"), metavar="NAME", help="of the genetic algorithm (cortex)")
+    add(
+        "--profile", choices=("paper", "paper-mm", "literature"), metavar="NAME", help="bands of the risk score (paper)"
+    )
+    add("--rollouts", metavar="K", type=whole_number(1, 10_000), help="scenes for each individual (1)")
+    add("--aggregate", metavar="HOW", type=aggregate, help="K scores to one: mean, max or a quantile as q90 (mean)")
+    add("--out", metavar="DIR", type=Path, help="new folder for the study (one under runs/)")
+    add("--resume", metavar="DIR", type=Path, help="go on with the study in this folder")
+    add("--json", action="store_true", help="one JSON document on stdout, and nothing else there")
+    add("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
+    add("-h", "--help", action="store_true", help="this page")
+    return parser
+
+
+_JOBS = f"processes; results never depend on it ({cores()})"
+
+
+def study_plan(options: argparse.Namespace, arguments: Sequence[str], terminal: Terminal) -> "Plan | Exit":
+    """The plan of a new study, or the exit code once a file's errors are shown.
+
+    Raises:
+        UsageError: a method that is unknown or cannot be used, a scenario without params, too much to do.
+    """
+    from engine.search.methods.extras import MissingExtra
+    from engine.search.plugins import PluginError
+    from engine.study.plan import Plan, check
+
+    methods = tuple(dict.fromkeys(_methods(options.methods)))
+    files = options.files or _the_six(terminal)
+    subjects: list[Subject] = []
+    for file, name in zip(files, _names(files), strict=True):
+        subject = _subject(_request(file, methods, options, arguments), name, terminal)
+        if isinstance(subject, Exit):
+            return subject
+        subjects.append(subject)
+    plan = Plan(tuple(subjects), methods, options.runs, options.profile)
+    if plan.individuals * options.rollouts * plan.runs * len(subjects) * len(methods) > LIMIT:
+        raise UsageError(f"the whole study is more than {LIMIT:,} simulations", "lower --runs, or make several studies")
+    try:
+        check(plan)
+    except (ValueError, MissingExtra, PluginError) as error:
+        raise UsageError(str(error), "`cortexc study --help` lists every option") from error
+    return plan
+
+
+def _methods(text: str) -> list[str]:
+    """The names of a list with commas."""
+    from engine.search.searchers import UnknownMethod, canonical, known_searchers
+
+    if text.strip() == "all":
+        return [name for name, entry in known_searchers().items() if _installed(entry.package)]
+    try:
+        return [canonical(word) for word in text.split(",")]
+    except UnknownMethod as error:
+        known = list(known_searchers())
+        match = nearest(error.name, known)
+        meant = f"; did you mean `{match}`?" if match else ""
+        raise UsageError(
+            f"--methods: no method is called `{error.name.strip()}`{meant}", f"there are {', '.join(known)}"
+        ) from error
+
+
+def _installed(package: str) -> bool:
+    from importlib.util import find_spec
+
+    return not package or find_spec(package) is not None
+
+
+def _the_six(terminal: Terminal) -> list[Path]:
+    """The paper's scenarios, as they lie beside this program; say so."""
+    from engine.paper.numbers import FILES
+
+    files = [EXAMPLES / f"{name}.scn" for name in FILES]
+    if not all(file.is_file() for file in files):
+        raise UsageError("the six examples are not installed here", "name one or more scenario files")
+    here = Path.cwd()
+    files = [file.relative_to(here) if file.is_relative_to(here) else file for file in files]
+    terminal.err.print(f"no FILES: the paper's six scenarios, {files[0].parent}/", style="quiet")
+    return files
+
+
+def _names(files: Sequence[Path]) -> list[str]:
+    """Short names that tell the files apart."""
+    stems = [file.stem for file in files]
+    return [stem if stems.count(stem) == 1 else str(file) for file, stem in zip(files, stems, strict=True)]
+
+
+def _request(file: Path, methods: tuple[str, ...], options: argparse.Namespace, arguments: Sequence[str]) -> Request:
+    same = ("generations", "population", "seed", "preset", "rollouts", "aggregate", "profile", "json")
+    given = {name: getattr(options, name) for name in same}
+    return Request(file, Mode.SEARCH, methods, jobs=1, command_line=("study", *arguments), **given)
+
+
+def _subject(request: Request, name: str, terminal: Terminal) -> "Subject | Exit":
+    compiled = compile_request(request, terminal)
+    if isinstance(compiled, Exit):
+        return compiled
+    if not len(compiled.program.space):
+        raise UsageError(f"`{request.file}` has no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
+    from cortex_dsl.cli.simulation import open_scenario
+    from cortex_dsl.runs import origin_of
+    from engine.study.plan import Subject
+
+    scenario = open_scenario(request, compiled)
+    return Subject(name, str(request.file), scenario.program, scenario.config, origin_of(scenario))

@@ -1,0 +1,290 @@
+"use strict";
+// Replays: each .player shows the replay of its number in the embedded data.
+
+const PER_METRE = 100;
+const PER_RADIAN = 1000;
+const KM_H = 3.6;
+
+/** Numbers from a first value and differences; null stays null. */
+function unpack(packed, scale) {
+  let sum = 0;
+  return packed.map((step) => (step === null ? null : (sum += step) / scale));
+}
+
+function unpackReplay(data) {
+  const actors = data.actors.map((actor) => ({
+    name: actor.name,
+    x: unpack(actor.x, PER_METRE),
+    y: unpack(actor.y, PER_METRE),
+    heading: unpack(actor.heading, PER_RADIAN),
+    speed: unpack(actor.speed, PER_METRE),
+  }));
+  return { ...data, actors, distance: unpack(data.distance, PER_METRE), closing: unpack(data.closing, PER_METRE) };
+}
+
+/** A series at a place between samples; null where there is no number on one side. */
+function at(series, place) {
+  const before = Math.floor(place);
+  const after = Math.min(before + 1, series.length - 1);
+  const a = series[before];
+  const b = series[after];
+  if (a === null || b === null) return place - before < 1e-9 ? a : null;
+  return a + (b - a) * (place - before);
+}
+
+const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
+const words = (value, digits) => (value === null ? "–" : value.toFixed(digits));
+
+class Player {
+  constructor(root, data) {
+    this.root = root;
+    this.data = unpackReplay(data);
+    this.last = data.samples - 1;
+    this.place = clamp(data.key / data.step, 0, this.last);
+    this.fresh = true;
+    this.rate = 1;
+    this.running = false;
+    this.closeUp = false;
+    this.find();
+    this.listen();
+    this.draw();
+  }
+
+  find() {
+    const one = (selector) => this.root.querySelector(selector);
+    this.svg = one("svg.scene");
+    this.actors = [...this.root.querySelectorAll(".actors .actor")];
+    this.group = one(".actors");
+    this.contact = one(".contact");
+    this.ghosts = one(".ghosts");
+    this.note = one(".after-note");
+    this.scrub = one(".scrub");
+    this.clock = one(".clock");
+    this.button = one(".play");
+    this.cursors = [...this.root.querySelectorAll(".chart")].map((chart) => ({
+      cursor: chart.querySelector(".cursor"),
+      low: Number(chart.dataset.low),
+      high: Number(chart.dataset.high),
+      start: Number(chart.dataset.start),
+      end: Number(chart.dataset.end),
+    }));
+    this.readings = [...this.root.querySelectorAll("[data-reading]")];
+  }
+
+  listen() {
+    const { root } = this;
+    this.button.addEventListener("click", () => this.toggle());
+    this.scrub.addEventListener("input", () => this.go(Number(this.scrub.value)));
+    for (const button of root.querySelectorAll(".step")) {
+      button.addEventListener("click", () => this.step(Number(button.dataset.by)));
+    }
+    for (const button of root.querySelectorAll(".speed")) {
+      button.addEventListener("click", () => this.setRate(Number(button.dataset.speed)));
+    }
+    root.querySelector(".zoom").addEventListener("click", () => this.toggleZoom());
+    for (const chart of root.querySelectorAll(".plot .chart")) {
+      chart.addEventListener("pointerdown", (event) => this.pick(chart, event));
+      chart.addEventListener("pointermove", (event) => event.buttons && this.pick(chart, event));
+    }
+    const moments = root.closest(".case")?.querySelectorAll("[data-time]") ?? [];
+    for (const moment of moments) {
+      moment.addEventListener("click", () => this.go(Number(moment.dataset.time) / this.data.step));
+    }
+  }
+
+  /** Go to where a chart was pressed. */
+  pick(chart, event) {
+    const box = chart.getBoundingClientRect();
+    const x = ((event.clientX - box.left) / box.width) * chart.viewBox.baseVal.width;
+    const { low, high, start, end } = chart.dataset;
+    const time = Number(low) + ((x - start) / (end - start)) * (high - low);
+    this.go(time / this.data.step);
+  }
+
+  go(place) {
+    this.pause();
+    this.fresh = false;
+    this.place = clamp(place, 0, this.last);
+    this.draw();
+  }
+
+  step(by) {
+    this.go(by > 0 ? Math.floor(this.place + 1e-6) + by : Math.ceil(this.place - 1e-6) + by);
+  }
+
+  toggle() {
+    if (this.running) this.pause();
+    else this.play();
+  }
+
+  play() {
+    if (this.fresh || this.place >= this.last) this.place = 0;
+    this.fresh = false;
+    this.running = true;
+    this.before = null;
+    this.showState();
+    requestAnimationFrame((now) => this.tick(now));
+  }
+
+  pause() {
+    this.running = false;
+    this.showState();
+  }
+
+  tick(now) {
+    if (!this.running) return;
+    if (this.root.offsetParent === null) this.pause(); // another case is shown
+    if (this.before !== null) {
+      this.place = Math.min(this.last, this.place + (((now - this.before) / 1000) * this.rate) / this.data.step);
+    }
+    this.before = now;
+    this.draw();
+    if (this.place >= this.last) this.pause();
+    else requestAnimationFrame((next) => this.tick(next));
+  }
+
+  setRate(rate) {
+    this.rate = rate;
+    for (const button of this.root.querySelectorAll(".speed")) {
+      button.setAttribute("aria-pressed", String(Number(button.dataset.speed) === rate));
+    }
+  }
+
+  nextRate(by) {
+    const rates = [...this.root.querySelectorAll(".speed")].map((button) => Number(button.dataset.speed));
+    this.setRate(rates[clamp(rates.indexOf(this.rate) + by, 0, rates.length - 1)]);
+  }
+
+  toggleZoom() {
+    this.closeUp = !this.closeUp;
+    this.root.querySelector(".zoom").setAttribute("aria-pressed", String(this.closeUp));
+    this.draw();
+  }
+
+  showState() {
+    this.button.textContent = this.running ? "❚❚" : "▶";
+    this.button.setAttribute("aria-pressed", String(this.running));
+  }
+
+  get time() {
+    return this.place * this.data.step;
+  }
+
+  /** Whether physics after contact is shown: what is drawn then was not scored. */
+  get after() {
+    return this.data.contact >= 0 && this.time > this.data.key + 1e-6;
+  }
+
+  draw() {
+    for (const node of this.actors) this.drawActor(node);
+    this.group.classList.toggle("after", this.after);
+    const met = this.data.contact >= 0 && this.time >= this.data.key - 1e-6;
+    if (this.contact) this.contact.style.display = met ? "" : "none";
+    if (this.ghosts) this.ghosts.style.display = this.after ? "" : "none";
+    this.note.hidden = !this.after;
+    this.drawFrame();
+    this.drawCursors();
+    this.scrub.value = String(this.place);
+    this.clock.textContent = `${this.time.toFixed(2)} s`;
+    this.scrub.setAttribute("aria-valuetext", this.clock.textContent);
+  }
+
+  drawActor(node) {
+    const actor = this.data.actors[Number(node.dataset.actor)];
+    const [x, y, heading] = [actor.x, actor.y, actor.heading].map((series) => at(series, this.place));
+    if (x === null || y === null || heading === null) {
+      node.setAttribute("display", "none");
+      return;
+    }
+    node.removeAttribute("display");
+    const degrees = (heading * 180) / Math.PI;
+    node.setAttribute("transform", `translate(${x.toFixed(3)} ${y.toFixed(3)}) rotate(${degrees.toFixed(2)})`);
+  }
+
+  drawFrame() {
+    const [left, top, width, height] = this.data.frame;
+    let box = [left, top, width, height];
+    if (this.closeUp) {
+      const small = Math.min(width, 36);
+      const middle = this.middle();
+      box = [middle[0] - small / 2, -middle[1] - (small * height) / width / 2, small, (small * height) / width];
+    }
+    this.svg.setAttribute("viewBox", box.join(" "));
+  }
+
+  /** Between the ego and whoever is nearest to it in the drawing, if that is near. */
+  middle() {
+    const places = this.data.actors.map((actor) => [at(actor.x, this.place), at(actor.y, this.place)]);
+    const here = places.filter((place) => place[0] !== null && place[1] !== null);
+    if (!here.length) return [this.data.frame[0] + this.data.frame[2] / 2, -this.data.frame[1] - this.data.frame[3] / 2];
+    const ego = here[0];
+    const near = here.filter((place) => Math.hypot(place[0] - ego[0], place[1] - ego[1]) < 24);
+    return [0, 1].map((axis) => near.reduce((sum, place) => sum + place[axis], 0) / near.length);
+  }
+
+  drawCursors() {
+    for (const { cursor, low, high, start, end } of this.cursors) {
+      const x = start + ((this.time - low) / (high - low)) * (end - start);
+      cursor?.setAttribute("transform", `translate(${x.toFixed(1)} 0)`);
+    }
+    for (const reading of this.readings) {
+      const [name, index] = reading.dataset.reading.split(":");
+      reading.textContent = this.reading(name, Number(index));
+    }
+  }
+
+  reading(name, index) {
+    const times = (value, scale) => (value === null ? null : value * scale);
+    if (name === "speed") return words(times(at(this.data.actors[index].speed, this.place), KM_H), 1);
+    if (name === "distance") return words(at(this.data.distance, this.place), 2);
+    return words(times(at(this.data.closing, this.place), KM_H), 1);
+  }
+}
+
+const KEYS = {
+  " ": (player) => player.toggle(),
+  k: (player) => player.toggle(),
+  ArrowLeft: (player, event) => player.step(event.shiftKey ? -10 : -1),
+  ArrowRight: (player, event) => player.step(event.shiftKey ? 10 : 1),
+  Home: (player) => player.go(0),
+  End: (player) => player.go(player.last),
+  "+": (player) => player.nextRate(1),
+  "=": (player) => player.nextRate(1),
+  "-": (player) => player.nextRate(-1),
+  c: (player) => player.toggleZoom(),
+};
+
+/** The player that a key is meant for: the one with the focus, or else the one that fills the view. */
+function meantPlayer(players, target) {
+  const focused = players.find((player) => player.root.contains(target));
+  if (focused) return focused;
+  if (target !== document.body) return undefined;
+  return players.find((player) => {
+    const box = player.root.getBoundingClientRect();
+    const shown = Math.min(box.bottom, innerHeight) - Math.max(box.top, 0);
+    return box.height > 0 && shown > 0.5 * Math.min(box.height, innerHeight);
+  });
+}
+
+function listenToKeys(players) {
+  document.addEventListener("keydown", (event) => {
+    const act = KEYS[event.key];
+    if (!act || event.ctrlKey || event.altKey || event.metaKey) return;
+    const player = meantPlayer(players, event.target);
+    const button = event.target instanceof HTMLButtonElement;
+    if (!player || (button && event.key === " ")) return;
+    event.preventDefault();
+    act(player, event);
+  });
+}
+
+function startReplays() {
+  const block = document.getElementById("replays");
+  if (!block) return;
+  const data = JSON.parse(block.textContent);
+  const roots = [...document.querySelectorAll("[data-replay]")];
+  const players = roots.map((root) => new Player(root, data[Number(root.dataset.replay)]));
+  listenToKeys(players);
+}
+
+startReplays();

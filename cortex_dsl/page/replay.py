@@ -1,0 +1,106 @@
+"""What a page replays of one run: poses and speeds of everybody, and how the deciding pair came near, over time.
+
+Numbers travel as whole numbers, each series as its first value and the differences: a hundred samples of one series
+take some 300 bytes. Positions in centimetres, headings in milliradians, speeds in centimetres a second.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cortex_dsl.page.drawing import Shape
+from engine.kernels.conflict import Snapshot, snapshot
+from engine.kernels.geometry import box_distance
+from engine.metrics import scored_samples, span_together, time_step
+from engine.scenes import Trajectory
+from engine.tables import Floats
+from engine.vocabulary import State
+
+PER_METRE = 100.0
+PER_RADIAN = 1000.0
+
+
+@dataclass(frozen=True)
+class Approach:
+    """How the deciding pair came near, at every sample of the run; NaN where the two are not both scored."""
+
+    distance: Floats
+    """(samples,) between the outlines [m]"""
+    closing_speed: Floats
+    """(samples,) of the centres [m/s], positive while they approach"""
+
+
+def approach(trajectory: Trajectory, other: int, rear_to_center: Sequence[float]) -> Approach:
+    """Of the ego and one other, by the kernels that measure them."""
+    samples = len(trajectory.time)
+    distance, closing = np.full(samples, np.nan), np.full(samples, np.nan)
+    if 0 < other < trajectory.states.shape[1]:
+        first, together = span_together(trajectory, other)
+        outlines = np.column_stack([trajectory.outlines[:, :2], np.asarray(rear_to_center, dtype=np.float64)])
+        states = np.ascontiguousarray(trajectory.states[first:])
+        for k in range(together):
+            now = snapshot(states, together, k, 0.0, time_step(trajectory), other, outlines)
+            distance[first + k], closing[first + k] = box_distance(now.ego, now.other), _closing_speed(now)
+    return Approach(distance, closing)
+
+
+def _closing_speed(now: Snapshot) -> float:
+    """As `engine.kernels.measure` defines it."""
+    x, y = now.other.x - now.ego.x, now.other.y - now.ego.y
+    vx, vy = now.other_rate.x - now.ego_rate.x, now.other_rate.y - now.ego_rate.y
+    apart = math.hypot(x, y)
+    return -(x * vx + y * vy) / apart if apart else math.nan
+
+
+def replay_data(trajectory: Trajectory, drawn: Sequence[Shape], near: Approach, key_time: float) -> dict[str, Any]:
+    """The embedded form, which `replay.js` reads."""
+    return {
+        "step": time_step(trajectory),
+        "samples": len(trajectory.time),
+        "scored": scored_samples(trajectory),
+        "contact": trajectory.contact_sample,
+        "key": key_time,
+        "actors": [_actor(trajectory.states[:, actor], shape.name) for actor, shape in enumerate(drawn)],
+        "distance": packed(near.distance, PER_METRE),
+        "closing": packed(near.closing_speed, PER_METRE),
+    }
+
+
+def _actor(states: Floats, name: str) -> dict[str, Any]:
+    there = states[:, State.PRESENT] > 0.5
+    return {
+        "name": name,
+        "present": _spans(there),
+        "x": packed(np.where(there, states[:, State.X], np.nan), PER_METRE),
+        "y": packed(np.where(there, states[:, State.Y], np.nan), PER_METRE),
+        "heading": packed(np.where(there, _unwound(states[:, State.HEADING]), np.nan), PER_RADIAN),
+        "speed": packed(np.where(there, states[:, State.SPEED], np.nan), PER_METRE),
+    }
+
+
+def _unwound(angles: Floats) -> Floats:
+    """Without jumps of a whole turn, so that what lies between two samples is between their values."""
+    return np.unwrap(np.where(np.isfinite(angles), angles, 0.0))
+
+
+def _spans(flags: np.ndarray) -> list[list[int]]:
+    """Half-open stretches of samples where a flag holds."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
+    return edges.reshape(-1, 2).tolist()
+
+
+def packed(values: Floats, scale: float) -> list[int | None]:
+    """The first number, then differences; None where there is no number, which the next difference passes over."""
+    result: list[int | None] = []
+    before = 0
+    for value in values.tolist():
+        if math.isfinite(value):
+            now = round(value * scale)
+            result.append(now - before)
+            before = now
+        else:
+            result.append(None)
+    return result

@@ -1,0 +1,167 @@
+"""A search in plain words: what was searched, how much, what was found, and what it does not show."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from cortex_dsl.page.element import Node, element
+from cortex_dsl.report.numbers import counted, duration, fixed, percent, ratio
+from cortex_dsl.report.search_view import METHOD_NAMES
+from engine.risk import HIGHEST_RISK
+from engine.search.figures import Figures, distinct_collisions, figures
+from engine.search.journal_reader import Record
+from engine.search.ranking import Case
+
+RANDOM = "random"
+"""The one method whose simulations are independent of one another, so that an interval can be given for their share."""
+
+
+def figure(name: str, value: float, text: str) -> Node:
+    """A number as people read it, with its exact value for programs; `name` says where the journal has it."""
+    return element("data", text, value=repr(value), data_figure=name)
+
+
+def method_name(method: str) -> str:
+    """As people call it."""
+    return METHOD_NAMES.get(method, method.replace("_", " "))
+
+
+def whole_run(record: Record) -> tuple[Figures, Figures]:
+    """By individual and by distinct simulation, over the whole run."""
+    evaluations = record.evaluations
+    return figures(evaluations, evaluations.reused | True), figures(evaluations, evaluations.simulated)
+
+
+def headline(record: Record, worst: Sequence[Case]) -> str:
+    """The result in one sentence."""
+    found = distinct_collisions(record.evaluations)
+    _, simulated = whole_run(record)
+    tried = counted(simulated.runs, "simulation")
+    if found:
+        kinds = f"{counted(found, 'scene')} in which the ego collides"
+        return f"{kinds}, among {tried}. The worst scores {worst[0].score} of {HIGHEST_RISK}."
+    if worst:
+        near = fixed(worst[0].min_distance, 2)
+        return f"No collision of the ego among {tried}. The worst case comes as near as {near} m."
+    return f"None of {tried} was valid: no scene met the requirements of the file."
+
+
+def paragraphs(record: Record, worst: Sequence[Case]) -> Iterator[Node]:
+    """The four questions with their answers."""
+    yield _answer("What was searched", _searched(record))
+    yield _answer("How much", _how_much(record))
+    yield _answer("What was found", _found(record, worst))
+    yield _answer("What this does not show", element("ul", [element("li", text) for text in limits(record)]), "limits")
+
+
+def _answer(question: str, answer: Node, name: str = "") -> Node:
+    return element("div", element("h3", question), element("div", answer), class_=f"answer {name}".strip())
+
+
+def _searched(record: Record) -> Node:
+    manifest = record.manifest
+    genes = [f"{p.name} ({_range(p)})" for p in manifest.parameters]
+    others = ", ".join(manifest.actors[1:]) or "nobody else"
+    return element(
+        "p",
+        f"The scenario {manifest.name}, in which {manifest.actors[0]} drives with {others}. "
+        f"The search could choose {counted(len(genes), 'param')}: {', '.join(genes)}. "
+        f"Everything else that the file leaves open was drawn at random for each scene.",
+    )
+
+
+def _range(parameter: Any) -> str:
+    if parameter.options:
+        return ", ".join(parameter.options)
+    return f"{parameter.low:g} to {parameter.high:g} {parameter.unit}".strip()
+
+
+def _how_much(record: Record) -> Node:
+    manifest, search = record.manifest, record.manifest.settings["search"]
+    everyone, simulated = whole_run(record)
+    preset = f" (preset {manifest.preset})" if manifest.preset else ""
+    planned = search["generations"]
+    cut = "" if len(record.generations) == planned else f" of {planned:,} planned"
+    took = f" It took {duration(record.seconds)}." if record.seconds == record.seconds else ""
+    return element(
+        "p",
+        f"{method_name(manifest.method).capitalize()}{preset}, seed {manifest.seed}: ",
+        f"{counted(len(record.generations), 'generation')}{cut} of {search['population']:,}, ",
+        figure("by_individual.individuals", everyone.individuals, counted(everyone.individuals, "individual")),
+        ". ",
+        figure("by_simulation.runs", simulated.runs, counted(simulated.runs, "simulation")),
+        " were distinct; the others repeat the best of the generation before.",
+        took,
+    )
+
+
+def _found(record: Record, worst: Sequence[Case]) -> Node:
+    _, simulated = whole_run(record)
+    distinct = distinct_collisions(record.evaluations)
+    first = first_collision(record)
+    share = percent(ratio(simulated.colliding_runs, simulated.valid_runs))
+    return element(
+        "p",
+        figure("distinct_collisions", distinct, counted(distinct, "different set")),
+        " of params led to a collision of the ego: ",
+        figure("by_simulation.colliding_runs", simulated.colliding_runs, f"{simulated.colliding_runs:,}"),
+        " of ",
+        figure("by_simulation.valid_runs", simulated.valid_runs, counted(simulated.valid_runs, "valid simulation")),
+        f", {share}. " if simulated.valid_runs else ". ",
+        f"The first came with simulation {first:,}. " if first else "",
+        figure("by_simulation.nis", simulated.nis, counted(simulated.nis, "simulation")),
+        f" ({percent(ratio(simulated.nis, simulated.individuals))}) could not be run, "
+        "for no scene with their params meets the file's requirements. " if simulated.nis else " were invalid. ",
+        _worst(record, worst),
+    )
+
+
+def _worst(record: Record, worst: Sequence[Case]) -> str:
+    if not worst:
+        return ""
+    equal = int((record.evaluations.score[record.evaluations.simulated] == worst[0].score).sum())
+    return f"The highest risk found, {worst[0].score} of {HIGHEST_RISK}, came up {counted(equal, 'time')}."
+
+
+def first_collision(record: Record) -> int:
+    """Number of the first distinct simulation, from 1, in which the ego collided; 0 for none."""
+    collided = record.evaluations.collided[record.evaluations.simulated]
+    return int(collided.argmax()) + 1 if collided.any() else 0
+
+
+def limits(record: Record) -> Iterator[str]:
+    """What nobody should read out of these numbers."""
+    _, simulated = whole_run(record)
+    if record.manifest.method == RANDOM and simulated.valid_runs:
+        low, high = clopper_pearson(simulated.colliding_runs, simulated.valid_runs)
+        yield (
+            f"How likely a collision is on a road. Among valid scenes with params spread evenly over their ranges, "
+            f"{percent(low)} to {percent(high)} collide (95 % interval of Clopper and Pearson); traffic does not "
+            f"spread its params evenly."
+        )
+    else:
+        yield (
+            "How likely a collision is. This search goes where it has found danger, so the share of collisions says "
+            "how well it looked, not how dangerous the scenario is."
+        )
+    yield "That what was not found does not exist. A finite search leaves most of the space of params unseen."
+    yield "That one method is better than another: this is one run with one seed. A study of many runs can show that."
+    yield (
+        "How a real car behaves. Vehicles follow a kinematic model on a flat road and see without error; a finding is "
+        "a scene to look at again with the real system."
+    )
+    yield (
+        "What happens after contact. Scoring ends at first contact; the motion that is drawn lighter afterwards is "
+        "rigid-body physics, for illustration."
+    )
+
+
+def clopper_pearson(hits: int, tries: int, level: float = 0.95) -> tuple[float, float]:
+    """Exact interval of a share. Clopper and Pearson (1934), "The use of confidence or fiducial limits illustrated in
+    the case of the binomial".
+    """
+    from scipy.special import betaincinv
+
+    tail = (1.0 - level) / 2.0
+    low = float(betaincinv(hits, tries - hits + 1, tail)) if hits else 0.0
+    high = float(betaincinv(hits + 1, tries - hits, 1.0 - tail)) if hits < tries else 1.0
+    return low, high

@@ -1,0 +1,88 @@
+"""The table of commands. A new one is a function `(desk, argument) -> None` and a row here."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+
+from cortex_dsl.cli.exits import UsageError
+from cortex_dsl.repl.desk import Desk
+from cortex_dsl.repl.reading import BARE_COMMANDS
+from cortex_dsl.spelling import nearest
+
+
+@dataclass(frozen=True)
+class Command:
+    """One word after a colon."""
+
+    name: str
+    argument: str
+    """As `:help` shows it."""
+    summary: str
+    module: str
+    """In this package; its function has the name of the command, and is imported when it is first asked for."""
+    completes: str = ""
+    """What the argument is: `file`, `param`, `name`, `code` or `command`."""
+
+
+_ROWS = (
+    Command("help", "[COMMAND]", "this page, or one line about a command", "telling", "command"),
+    Command("list", "", "the scenario, with the numbers of lines and entries", "revising"),
+    Command("undo", "", "take the last change back", "revising"),
+    Command("redo", "", "take the last undo back", "revising"),
+    Command("edit", "N", "bring entry N back to be changed; from a pipe the next entry replaces it", "revising"),
+    Command("delete", "N", "remove entry N", "revising"),
+    Command("check", "", "everything that the compiler says, and what can hold at all", "telling"),
+    Command("sample", "[N]", "draw N scenes and count (10,000)", "drawing"),
+    Command("scene", "", "draw one accepted scene here; again: the next one", "drawing"),
+    Command("plot", "PARAM", "the accepted values of a param against those drawn", "drawing", "param"),
+    Command("relax", "[SHARE%]", "which requirement to relax, and by how much, to accept that share", "drawing"),
+    Command("run", "[SEED]", "run one scene and tell what happened", "running"),
+    Command("ga", "[GENERATIONS]", "search with the genetic algorithm (10 generations of 100)", "running"),
+    Command("random", "[GENERATIONS]", "search at random", "running"),
+    Command("show", "NAME", "what a name, unit or construct is", "telling", "name"),
+    Command("explain", "[CODE]", "what a code such as SCN203 means", "telling", "code"),
+    Command("seed", "[N]", "the seed of all that is drawn", "telling"),
+    Command("set", "[PARAM=VALUE]", "hold a param at a value; `:set PARAM` lets it go", "telling", "param"),
+    Command("load", "FILE", "begin anew with a file", "filing", "file"),
+    Command("save", "[FILE]", "write the scenario, formatted; `:save! FILE` over another file", "filing", "file"),
+    Command("quit", "", "leave (also Ctrl-D)", "telling"),
+)
+COMMANDS: dict[str, Command] = {row.name: row for row in _ROWS}
+SAME = {"exit": "quit", "q": "quit", "h": "help", "?": "help", "ls": "list", "l": "list"}
+
+
+def obey(desk: Desk, chunk: str) -> None:
+    """Carry out a command.
+
+    Raises:
+        UsageError: there is none of that name, or it cannot do what it was asked for.
+    """
+    word, _, argument = chunk.strip().removeprefix(":").strip().partition(" ")
+    name, loud = word.removesuffix("!"), word.endswith("!")
+    name = SAME.get(name, name)
+    if name not in COMMANDS or (loud and name != "save"):
+        raise UsageError(f"there is no command `:{word}`", _instead(name))
+    command, desk.editing = COMMANDS[name], None
+    if argument.strip() and not command.argument:
+        raise UsageError(f"`:{name}` takes no argument", "")
+    act: Callable[[Desk, str], None] = getattr(import_module(f"cortex_dsl.repl.{command.module}"), f"do_{name}")
+    act(desk, f"! {argument.strip()}" if loud else argument.strip())
+
+
+def _instead(word: str) -> str:
+    near = nearest(word, (*COMMANDS, *BARE_COMMANDS))
+    return f"did you mean `:{near}`?" if near else "`:help` lists them all"
+
+
+def whole_number(text: str, default: int, what: str, most: int) -> int:
+    """A count from 1 to `most`; without a text the default.
+
+    Raises:
+        UsageError: it is none.
+    """
+    digits = text.replace(",", "").replace("_", "")
+    if not text:
+        return default
+    if not digits.isascii() or not digits.isdigit() or not 1 <= int(digits[:12]) <= most:
+        raise UsageError(f"{what} must be a whole number from 1 to {most:,}, not `{text}`")
+    return int(digits)

@@ -1,0 +1,153 @@
+"""Editing at a terminal: several lines, history, completion, colours, and a line that says how things stand."""
+
+from prompt_toolkit import PromptSession
+from prompt_toolkit.application.current import get_app
+from prompt_toolkit.auto_suggest import AutoSuggestFromHistory
+from prompt_toolkit.buffer import Buffer
+from prompt_toolkit.completion import CompleteEvent
+from prompt_toolkit.filters import completion_is_selected, has_completions
+from prompt_toolkit.formatted_text import StyleAndTextTuples
+from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+from prompt_toolkit.lexers import DynamicLexer, Lexer, PygmentsLexer, SimpleLexer
+from prompt_toolkit.output import ColorDepth
+from prompt_toolkit.styles import Style, merge_styles
+from prompt_toolkit.styles.pygments import pygments_token_to_classname
+
+from cortex_dsl.editor.lexer import ScnLexer
+from cortex_dsl.repl.colours import for_prompt
+from cortex_dsl.repl.completing import DeskCompleter
+from cortex_dsl.repl.desk import Desk
+from cortex_dsl.repl.past import past_entries
+from cortex_dsl.repl.plain import MORE, PROMPT
+from cortex_dsl.repl.reading import is_command, is_whole
+from cortex_dsl.report.numbers import counted, percent
+
+INDENT = "    "
+REFRESH = 0.5
+"""Seconds after which the line at the bottom is looked at again: kernels may have become ready."""
+
+
+class EditedInput:
+    """Chunks that are edited before they are entered."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        plain = desk.terminal.out.color_system is None
+        self._session: PromptSession[str] = PromptSession(
+            multiline=True,
+            history=past_entries(),
+            completer=DeskCompleter(desk),
+            complete_while_typing=False,
+            auto_suggest=AutoSuggestFromHistory(),
+            lexer=DynamicLexer(self._lexer),
+            style=merge_styles([_style()]),
+            color_depth=ColorDepth.DEPTH_1_BIT if plain else ColorDepth.DEPTH_4_BIT,
+            key_bindings=_keys(),
+            prompt_continuation=lambda *_: [("class:prompt", MORE)],
+            bottom_toolbar=self._toolbar,
+            refresh_interval=REFRESH,
+            include_default_pygments_style=False,
+            reserve_space_for_menu=6,
+        )
+        self._language = PygmentsLexer(ScnLexer, sync_from_start=True)
+        self._order = SimpleLexer("class:order")
+
+    def read(self) -> str | None:
+        proposal, self._desk.proposal = self._desk.proposal, ""
+        try:
+            text = self._session.prompt([("class:prompt", PROMPT)], default=proposal)
+        except EOFError:
+            return None
+        return text.strip("\n").rstrip()
+
+    def _lexer(self) -> Lexer:
+        return self._order if is_command(get_app().current_buffer.text) else self._language
+
+    def _toolbar(self) -> StyleAndTextTuples:
+        try:
+            return [("class:state", f" {state_of(self._desk)} ")]
+        except Exception:  # the command that needs what failed here tells it; a line at the bottom ends no session
+            return []
+
+
+def state_of(desk: Desk) -> str:
+    """How things stand, in one line."""
+    checked, program = desk.checked, desk.checked.weighable
+    parts = [f"{desk.name}{' *' if desk.unsaved else ''}"]
+    if desk.editing is not None:
+        parts.insert(0, f"editing entry {desk.editing + 1}")
+    if checked.errors:
+        parts.append(counted(len(checked.errors), "error"))
+    elif checked.missing:
+        parts.append("still to come: ego")
+    if program is not None:
+        parts += [counted(len(program.space), "param")]
+        parts += [] if checked.missing else [counted(len(program.actors), "actor")]
+        parts.append(_accepted(desk.acceptance))
+    if desk.overrides:
+        parts.append(f"{len(desk.overrides)} held")
+    return " · ".join(parts)
+
+
+def _accepted(share: float | None) -> str:
+    return "compiling kernels …" if share is None else f"{percent(share, 2 if 0 < share < 0.1 else 1)} accepted"
+
+
+def _style() -> Style:
+    rules = [(pygments_token_to_classname(kind), style) for kind, style in for_prompt()]
+    return Style(
+        [
+            *rules,
+            ("prompt", "ansiblue bold"),
+            ("order", "ansiyellow"),
+            ("bottom-toolbar", "noreverse"),
+            ("state", "ansibrightblack noreverse"),
+            ("auto-suggestion", "ansibrightblack"),
+        ]
+    )
+
+
+def _keys() -> KeyBindings:
+    keys = KeyBindings()
+
+    @keys.add("enter", filter=has_completions & completion_is_selected)
+    def _(event: KeyPressEvent) -> None:
+        event.current_buffer.complete_state = None
+
+    @keys.add("enter", filter=~(has_completions & completion_is_selected))
+    def _(event: KeyPressEvent) -> None:
+        buffer = event.current_buffer
+        if "\n" not in buffer.document.text_after_cursor.rstrip() and is_whole(buffer.text):
+            buffer.validate_and_handle()
+        else:
+            buffer.insert_text("\n" + _indent(buffer.document.current_line_before_cursor))
+
+    @keys.add("tab", filter=~has_completions)
+    def _(event: KeyPressEvent) -> None:
+        _complete(event.current_buffer)
+
+    @keys.add("escape", "enter")
+    def _(event: KeyPressEvent) -> None:
+        event.current_buffer.validate_and_handle()
+
+    return keys
+
+
+def _complete(buffer: Buffer) -> None:
+    """At the beginning of a line an indentation; what is the only way to go on at once, else a menu."""
+    line = buffer.document.current_line_before_cursor
+    if not line.strip() and "\n" in buffer.text:
+        buffer.insert_text(INDENT)
+        return
+    found = list(buffer.completer.get_completions(buffer.document, CompleteEvent(completion_requested=True)))
+    if len(found) == 1:
+        buffer.apply_completion(found[0])
+    elif found:
+        buffer.start_completion(insert_common_part=True)
+
+
+def _indent(line: str) -> str:
+    """The indentation of the line after this one."""
+    own = line[: len(line) - len(line.lstrip())]
+    opens = line.rstrip().endswith((":", "(", "[", ",")) and not own
+    return own + INDENT if opens or line.rstrip().endswith(":") else own

@@ -1,0 +1,110 @@
+"""A study while it runs: a bar for every scenario and method, what it found so far, the pace and the time left."""
+
+import math
+import time
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from types import TracebackType
+
+import numpy as np
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.text import Text
+
+from cortex_dsl.report.layout import columns, left
+from cortex_dsl.report.numbers import duration, whole
+from engine.study.plan import Plan
+from engine.study.records import RunRecord
+
+NARROW, WIDE = 6, 14
+"""Characters of a bar."""
+LINES = 10
+"""Lines that a study tells of itself where nobody can watch it redraw."""
+
+
+@dataclass
+class StudyProgress:
+    """On a terminal it redraws in place, and vanishes at the end; elsewhere it says a line now and then."""
+
+    console: Console
+    plan: Plan
+    jobs: int
+    earlier: Sequence[RunRecord] = ()
+    """Runs that were finished before this process began."""
+    quiet: bool = False
+    found: dict[tuple[int, str], list[int]] = field(default_factory=lambda: defaultdict(list))
+    """Distinct collisions of each finished run of a cell."""
+    new: int = 0
+    """Runs that this process finished …"""
+    simulations: int = 0
+    """… and their simulations."""
+    started: float = field(default_factory=time.monotonic)
+    _live: Live | None = None
+
+    def __post_init__(self) -> None:
+        for record in self.earlier:
+            self._keep(record)
+
+    def _keep(self, record: RunRecord) -> None:
+        self.found[record.address.scenario, record.address.method].append(record.figures.distinct_collisions)
+
+    def __enter__(self) -> "StudyProgress":
+        if self.console.is_terminal and not self.quiet:
+            self._live = Live(console=self.console, transient=True, refresh_per_second=6, get_renderable=self._render)
+            self._live.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._live is not None:
+            self._live.stop()
+
+    def run_done(self, record: RunRecord) -> None:
+        """One more run is finished and kept."""
+        self._keep(record)
+        self.new += 1
+        self.simulations += record.figures.simulations.runs
+        if self._live is None and not self.quiet and self._is_milestone():
+            self.console.print(self._headline())
+
+    @property
+    def total(self) -> int:
+        return self.plan.runs * len(self.plan.subjects) * len(self.plan.methods)
+
+    @property
+    def done(self) -> int:
+        return len(self.earlier) + self.new
+
+    def _is_milestone(self) -> bool:
+        return self.done * LINES // self.total > (self.done - 1) * LINES // self.total
+
+    def _headline(self) -> Text:
+        seconds = time.monotonic() - self.started
+        left_over = seconds / self.new * (self.total - self.done) if self.new else math.nan
+        pace = f"{whole(self.simulations / seconds)} simulations a second" if seconds > 0 and self.new else "starting"
+        return Text.assemble(
+            ("study", "title"),
+            f" {self.done:,} of {self.total:,} runs  {pace}",
+            (f"  {duration(left_over)} left" if self.new else "", "quiet"),
+            (f"  {self.jobs} {'process' if self.jobs == 1 else 'processes'}", "quiet"),
+        )
+
+    def _render(self) -> RenderableType:
+        plan = self.plan
+        head = [left(), *(left(method) for method in plan.methods)]
+        rows = [
+            (Text(subject.name, "quiet"), *(self._cell(number, method) for method in plan.methods))
+            for number, subject in enumerate(plan.subjects)
+        ]
+        note = Text("runs finished, and median of distinct collisions; Ctrl-C keeps what is finished", "quiet")
+        return Group(self._headline(), columns(*head, rows=rows, header=True), note)
+
+    def _cell(self, scenario: int, method: str) -> Text:
+        """A bar of the runs done, and the median of what they found."""
+        width = WIDE if len(self.plan.methods) < 4 else NARROW
+        found = self.found[scenario, method]
+        filled = width * len(found) // self.plan.runs
+        number = whole(float(np.median(found))) if found else ""
+        return Text.assemble(("━" * filled, f"method.{method}"), ("─" * (width - filled), "quiet"), f" {number:>5}")

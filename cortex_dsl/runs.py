@@ -1,0 +1,128 @@
+"""Runs on disk: a journal alone is enough to compile its scenario again and to go on with what was done with it.
+
+>>> from cortex_dsl.runs import open_run
+>>> run = open_run("runs/left_turn-ga-001")
+>>> run.record.evaluations.collided.sum()
+>>> run.scenario.watch(run.scenario.scene_of(genome, key))
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from errno import ENOENT
+from pathlib import Path
+
+from cortex_dsl.diagnostics import CompileError
+from cortex_dsl.pipeline import Compiled, compile_source
+from cortex_dsl.semantics.imports import import_statements
+from cortex_dsl.session import Scenario
+from cortex_dsl.source import Source
+from cortex_dsl.syntax import nodes
+from cortex_dsl.syntax.reading import read_source
+from engine.search.journal_reader import Record, read_journal
+from engine.search.manifest import Link, Manifest, Origin, Text
+from engine.search.store import JOURNAL, StoreError
+
+
+@dataclass(frozen=True)
+class OpenedRun:
+    """A run and the scenario that it searched, compiled from the texts that its journal keeps."""
+
+    folder: Path
+    record: Record
+    scenario: Scenario
+    """With the settings of the run."""
+    edited: tuple[str, ...]
+    """Files that say something else now; the run goes by what they said when it was started."""
+
+
+@dataclass(frozen=True)
+class KeptFiles:
+    """The imported files of a manifest, as a compiler asks for them (see `cortex_dsl.files.Files`)."""
+
+    origin: Origin
+
+    def find(self, importer: str, paths: Sequence[str]) -> str | None:
+        links = (link for link in self.origin.links if (link.importer, link.path) == (importer, paths[0]))
+        return next((link.name for link in links), None)
+
+    def read(self, name: str) -> Source:
+        for file in self.origin.imports:
+            if file.name == name:
+                return Source(name, file.text)
+        raise FileNotFoundError(ENOENT, "the journal does not hold its text", name)
+
+    def identity(self, name: str) -> str:
+        return name
+
+    def beside(self, importer: str, path: str) -> list[str]:  # noqa: ARG002 - asked for spellings, which a journal has right
+        return []
+
+
+def open_run(folder: str | Path) -> OpenedRun:
+    """Read a run directory and compile its scenario.
+
+    Raises:
+        StoreError: there is no readable journal, or this version of cortexc compiles the scenario to something else.
+    """
+    folder = Path(folder)
+    if folder.name == JOURNAL:
+        folder = folder.parent
+    record = read_journal(folder / JOURNAL)
+    manifest = record.manifest
+    compiled = _compiled(folder, manifest)
+    origin = manifest.origin
+    scenario = Scenario(compiled, manifest.config, origin.overrides, origin.scenario)
+    return OpenedRun(folder, record, scenario, tuple(_edited(manifest)))
+
+
+def origin_of(scenario: Scenario) -> Origin:
+    """What a manifest keeps of a scenario beside its main text."""
+    compiled = scenario.compiled
+    imports = tuple(Text(file.name, file.text) for file in compiled.source.imported)
+    return Origin(imports, tuple(_links(compiled)), dict(scenario.overrides), scenario.chosen)
+
+
+def _links(compiled: Compiled) -> Iterator[Link]:
+    """The file behind each import statement, of the main file and of all others."""
+    modules: dict[str, nodes.Module] = {compiled.source.name: compiled.module}
+    modules |= {file.name: file.module for file in compiled.imports.values()}
+    for importer, module in modules.items():
+        for statement in import_statements(module):
+            if statement.span in compiled.imports:
+                yield Link(importer, _first_path(statement), compiled.imports[statement.span].name)
+
+
+def _first_path(node: nodes.Import | nodes.ImportFrom) -> str:
+    return node.path if node.quoted else node.path.replace(".", "/") + ".scn"
+
+
+def _compiled(folder: Path, manifest: Manifest) -> Compiled:
+    """The program of the manifest, and no other."""
+    wrote = manifest.versions.get("cortexc", "unknown")
+    cure = f"use the version that started it, cortexc {wrote}; what it found can still be read from its journal"
+    source, origin = Source(manifest.file, manifest.file_text), manifest.origin
+    overrides: Mapping[str, str] = origin.overrides
+    try:
+        compiled = compile_source(source, overrides, scenario=origin.scenario, files=KeptFiles(origin))
+    except CompileError as error:
+        raise StoreError(f"this version of cortexc does not compile the scenario of `{folder}`", cure) from error
+    if compiled.program.digest != manifest.program_digest:
+        raise StoreError(f"this version of cortexc compiles the scenario of `{folder}` to another program", cure)
+    return compiled
+
+
+def _edited(manifest: Manifest) -> Iterator[str]:
+    """Files of the run that are there and differ."""
+    for file in (Text(manifest.file, manifest.file_text), *manifest.origin.imports):
+        with suppress(OSError, ValueError):
+            if _text_of(file.name) != file.text:
+                yield file.name
+
+
+def _text_of(name: str) -> str | None:
+    """The text of a file as the compiler reads it; None where it could not."""
+    try:
+        return read_source(name).text
+    except CompileError:
+        return None

@@ -1,0 +1,116 @@
+"""Which collisions a competent driver would have avoided: each is driven again by the reference driver of UN R157.
+
+UN Regulation No. 157 (automated lane keeping), Annex 4, Appendix 3, describes a skilled human driver: a risk is
+evaluated for 0.4 s, 0.75 s later braking starts, and 0.6 s after that it has reached 0.774 g. The regulation speaks of
+cut-ins on motorways, where a risk begins when another has left the middle of its lane by 0.375 m. Here, where paths
+cross, it begins when contact is less than four seconds away if both go on as they do (`engine.kernels.avoidance`);
+four seconds tell those who are still in control from those who are not, Hirst and Graham (1997), "The format and
+presentation of collision warnings", in "Ergonomics and Safety of Intelligent Driver Interfaces".
+
+The driver never steers. A collision from behind, which braking cannot avoid, is called unavoidable by that.
+"""
+
+import math
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+
+from engine.config import SimulationConfig
+from engine.kernels.avoidance import NEVER, Case, Driver, Weighed, weigh
+from engine.program import Program
+from engine.runs import memory, plan, requested, samples_of
+from engine.scenes import Scenes, actor_columns
+from engine.tables import Floats
+from engine.vocabulary import Column
+
+GRAVITY = 9.80665
+"""Standard gravity [m/s^2]."""
+R157 = Driver(perception=0.4, reaction=0.75, deceleration=0.774 * GRAVITY, ramp=0.6, horizon=4.0)
+"""The reference driver; the horizon is ours."""
+AFTERWARDS = 6.0
+"""How long the case is followed after the time of contact [s]: longer than it takes to stop from 130 km/h."""
+DEFAULTS = SimulationConfig()
+
+
+class Avoidance(IntEnum):
+    """What the reference driver says of a collision."""
+
+    AVOIDABLE = 0
+    UNAVOIDABLE = 1
+    """Braking at the reference driver's time was too late."""
+    BRAKED_AS_HARD = 2
+    """The same, and the ego had braked at least as hard itself, or stood."""
+    UNSEEN = 3
+    """The conflict was not in sight long enough before contact for anybody to react."""
+
+
+@dataclass(frozen=True)
+class Avoidability:
+    """One collision, driven again. Times in seconds from the start of the run."""
+
+    avoidance: Avoidance
+    contact: float
+    """The end of the step in which the outlines met."""
+    perceived: float
+    """When the conflict had been perceived; NaN if never."""
+    braking: float
+    """When the reference driver begins to brake; NaN if never."""
+    margin: float
+    """How much later braking could begin and still avoid contact; negative: how much earlier it would have to.
+    Minus infinity where braking never helps, NaN where nothing was perceived."""
+
+    @property
+    def avoidable(self) -> bool:
+        return self.avoidance is Avoidance.AVOIDABLE
+
+
+def avoidability(
+    program: Program, scenes: Scenes, config: SimulationConfig = DEFAULTS, driver: Driver = R157
+) -> tuple[Avoidability | None, ...]:
+    """One answer for each scene; None for one that is not valid or without a collision of the ego."""
+    shared, rows = plan(program, config), requested(scenes)
+    extra = math.ceil(AFTERWARDS / config.time_step)
+    run = memory(program, samples_of(config) + 1 + extra)
+    path = np.zeros((len(run.states), 4))
+
+    def answer(row: int) -> Avoidability | None:
+        if not scenes.valid[row]:
+            return None
+        case = Case(int(rows.variant[row]), rows.values[row], rows.keys[row])
+        weighed = weigh(shared, run, case, _outlines(program, rows.values[row]), path, extra, driver)
+        return _told(weighed, config.time_step)
+
+    return tuple(answer(row) for row in range(len(scenes)))
+
+
+def _outlines(program: Program, values: Floats) -> Floats:
+    """(actors, 3): length, width, distance from rear axle to centre [m]."""
+    columns = [Column.LENGTH, Column.WIDTH, Column.REAR_TO_CENTER]
+    return np.ascontiguousarray(actor_columns(program, values)[:, columns])
+
+
+def _told(weighed: Weighed, time_step: float) -> Avoidability | None:
+    if weighed.contact == NEVER:
+        return None
+    contact, perceived, braking = (_time(k, time_step) for k in (weighed.contact, weighed.perceived, weighed.braking))
+    margin = (weighed.latest - weighed.braking) * time_step if weighed.latest != NEVER else -math.inf
+    return Avoidability(
+        avoidance=_avoidance(weighed),
+        contact=contact,
+        perceived=perceived,
+        braking=braking,
+        margin=math.nan if weighed.perceived == NEVER else margin,
+    )
+
+
+def _avoidance(weighed: Weighed) -> Avoidance:
+    if weighed.perceived == NEVER:
+        return Avoidance.UNSEEN
+    if weighed.avoided:
+        return Avoidance.AVOIDABLE
+    return Avoidance.BRAKED_AS_HARD if weighed.as_hard else Avoidance.UNAVOIDABLE
+
+
+def _time(sample: int, time_step: float) -> float:
+    return math.nan if sample == NEVER else sample * time_step

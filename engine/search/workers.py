@@ -1,0 +1,205 @@
+"""Where simulations are run: threads of this process, processes of this machine, or a Dask cluster.
+
+The unit of work is a batch of scenes, and a batch is a pure function of program, settings, genomes and stream keys: a
+result is the same wherever it was worked out, and a batch that was lost with its worker is simply done again. Workers
+return rows; nobody but the process that started the search writes.
+"""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
+from typing import Literal
+
+from engine.config import Config
+from engine.program import Program
+from engine.search.assessment import Assessment, Evaluate, concatenate
+from engine.search.methods.extras import needed
+from engine.tables import Floats, Ints
+
+Kind = Literal["threads", "processes", "dask"]
+
+BATCHES = 2
+"""Batches for each worker: they end at about the same time, and what is lost with one is small."""
+SMALLEST = 8
+"""Scenes of a batch, if there are so many: a message takes as long as some ten of them."""
+LARGEST = 2000
+"""Scenes of a batch at most, so that Ctrl-C is answered soon."""
+CONNECT = 10.0
+"""How long to wait for a scheduler [s]."""
+
+
+class WorkersLost(Exception):  # noqa: N818 - says what happened
+    """Workers cannot be reached, or died at their work: what happened, and what to do about it."""
+
+    def __init__(self, message: str, cure: str) -> None:
+        self.message = message
+        self.cure = cure
+        super().__init__(f"{message} ({cure})")
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Who runs the simulations of a search."""
+
+    kind: Kind = "threads"
+    jobs: int = 1
+    address: str = "local"
+    """Of a Dask scheduler; `local` starts a cluster of `jobs` processes for the time of the search."""
+
+
+THREADS = Workers()
+
+
+def workers_for(engine: str, jobs: int) -> Workers:
+    """What suits a host: the kernels of `batch` let go of the interpreter's lock, steps of the world do not."""
+    return Workers("processes" if engine == "world" and jobs > 1 else "threads", jobs)
+
+
+@contextmanager
+def open_workers(workers: Workers) -> Iterator[Executor | None]:
+    """An executor for as long as the block runs; None where threads of the evaluator do.
+
+    Raises:
+        MissingExtra: Dask is not installed.
+        WorkersLost: the scheduler does not answer.
+    """
+    if workers.kind == "threads":
+        yield None
+    elif workers.kind == "processes":
+        with process_pool(workers.jobs) as pool:
+            yield pool
+    else:
+        with _dask(workers) as executor:
+            yield executor
+
+
+@contextmanager
+def process_pool(jobs: int) -> Iterator[Executor]:
+    """Processes of our own. They are started afresh: a fork would inherit the locks of running threads."""
+    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _begin)
+    try:
+        yield pool
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _begin() -> None:
+    """Ctrl-C is for the process that started this one; and where that is gone, there is nobody to work for."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
+
+
+@contextmanager
+def _dask(workers: Workers) -> Iterator[Executor]:
+    distributed = needed("distributed", "--dask", extra="dist")
+    cluster = None
+    try:
+        if workers.address == "local":
+            cluster = distributed.LocalCluster(
+                n_workers=workers.jobs, threads_per_worker=1, processes=True, dashboard_address=None
+            )
+        client = distributed.Client(cluster or workers.address, timeout=CONNECT, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise WorkersLost(
+            f"there is no Dask scheduler at `{workers.address}` ({_first_line(error)})",
+            "start one with `dask scheduler` and name what it prints, such as `--dask tcp://127.0.0.1:8786`, "
+            "or give `--dask local`",
+        ) from error
+    try:
+        yield client.get_executor()
+    finally:
+        client.close()
+        if cluster is not None:
+            cluster.close()
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).split("\n", 1)[0] or type(error).__name__
+
+
+# -- batches ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Job:
+    """What every batch of a search shares. Two are equal when they give the same results."""
+
+    program: Program
+    config: Config
+    profile: str
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Job) and self._decides == other._decides
+
+    def __hash__(self) -> int:
+        return hash(self._decides)
+
+    @property
+    def _decides(self) -> tuple[str, Config, str]:
+        return self.program.digest, self.config, self.profile
+
+
+def work(job: Job, genomes: Floats, keys: Ints) -> Assessment:
+    """One batch, in whatever process this is."""
+    return _evaluator(job)(genomes, keys)
+
+
+@lru_cache(maxsize=8)
+def _evaluator(job: Job) -> Evaluate:
+    from engine.risk import PROFILES
+    from engine.search.evaluator import make_evaluator
+
+    return make_evaluator(job.program, job.config, PROFILES[job.profile])
+
+
+def spread(executor: Executor, workers: Workers, program: Program, config: Config, profile: str) -> Evaluate:
+    """An evaluator whose batches are run by an executor.
+
+    Raises (when called):
+        WorkersLost: a worker was killed, and nobody is left to do its batch again.
+    """
+    job = Job(program, replace(config, search=replace(config.search, jobs=1)), profile)
+
+    def evaluate(genomes: Floats, keys: Ints) -> Assessment:
+        batches = batches_of(len(genomes), workers.jobs)
+        futures = [executor.submit(work, job, genomes[start:end], keys[start:end]) for start, end in batches]
+        return concatenate(_results(futures)) if futures else work(job, genomes, keys)
+
+    return evaluate
+
+
+def _results(futures: Sequence["Future[Assessment]"]) -> list[Assessment]:
+    """In the order of the batches, whoever was first."""
+    try:
+        return [future.result() for future in futures]
+    except BrokenProcessPool as error:
+        raise _lost("a worker process was killed") from error
+    except Exception as error:
+        if type(error).__name__ == "KilledWorker":  # of distributed, which need not be there
+            raise _lost("the workers that ran a batch were killed, one after the other") from error
+        raise
+    finally:
+        for future in futures:
+            future.cancel()
+
+
+def _lost(message: str) -> WorkersLost:
+    return WorkersLost(message, "what was finished is kept: see to their memory, then go on with `cortexc resume`")
+
+
+def batches_of(rows: int, workers: int) -> list[tuple[int, int]]:
+    """Ranges of rows, of nearly equal size."""
+    count = min(BATCHES * max(1, workers), -(-rows // SMALLEST))
+    count = max(count, -(-rows // LARGEST))
+    edges = [rows * number // count for number in range(count + 1)] if count else [0]
+    return list(pairwise(edges))

@@ -1,0 +1,150 @@
+"""Carrying out a plan: in this process, in several, or by any executor. What comes out is the same everywhere.
+
+The unit of work is a whole run. A worker is a process of its own, as half of a search is Python; it ignores Ctrl-C,
+stops after the generation in flight when it is told to, and ends when the process that started it is gone.
+"""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Collection, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from engine.search.store import StoreError
+from engine.study.plan import Address, Plan, Task
+
+if TYPE_CHECKING:
+    from multiprocessing.synchronize import Event
+
+    from engine.study.records import Finished
+
+AHEAD = 2
+"""Runs in hand for each worker, so that none waits."""
+
+OnRun = Callable[["Finished"], None]
+
+
+class Stopped(Exception):  # noqa: N818 - says what happened
+    """A run was told to stop before its end; nothing of it is kept."""
+
+
+def perform(task: Task, should_stop: Callable[[], bool] = lambda: False) -> "Finished":
+    """Do one run, and say what is to be remembered of it. A pure function of the task, but for the seconds.
+
+    Raises:
+        Stopped: `should_stop` said so.
+        KeyboardInterrupt: Ctrl-C.
+    """
+    from engine.search.study import search
+    from engine.study.records import finished
+
+    campaign = search(task.program, task.address.method, task.config, task.profile, should_stop=should_stop)
+    if campaign.stopped:
+        raise Stopped if should_stop() else KeyboardInterrupt
+    return finished(task.address, campaign)
+
+
+def perform_all(
+    plan: Plan,
+    on_run: OnRun,
+    jobs: int = 1,
+    done: Collection[Address] = (),
+    executor: Executor | None = None,
+) -> None:
+    """Do every run of the plan that is not `done`, and hand each to `on_run` in this thread, in no certain order.
+
+    `executor`: where to do them, `jobs` at a time; without one they are done here (1 job) or in processes of our own.
+    Ctrl-C, and whatever `on_run` raises, end the work and are passed on; runs in flight are lost.
+
+    Raises:
+        StoreError: a worker was killed.
+    """
+    skip = frozenset(done)
+    tasks = (plan.task(address) for address in plan.addresses() if address not in skip)
+    if executor is not None:
+        _drain(executor, perform, tasks, jobs, on_run)
+    elif jobs == 1:
+        for task in tasks:
+            on_run(perform(task))
+    else:
+        with workers(jobs) as pool:
+            _drain(pool, _perform_in_worker, tasks, jobs, on_run)
+
+
+def _drain(
+    executor: Executor,
+    function: "Callable[[Task], Finished]",
+    tasks: Iterable[Task],
+    jobs: int,
+    on_run: OnRun,
+) -> None:
+    """Keep `jobs` workers busy until there is nothing left to do."""
+    queue = iter(tasks)
+    pending: set[Future[Finished]] = set()
+    try:
+        while True:
+            with _unheard_by_children():
+                pending |= {executor.submit(function, task) for task in islice(queue, AHEAD * jobs - len(pending))}
+            if not pending:
+                return
+            finished, pending = wait(pending, return_when=FIRST_COMPLETED)
+            for future in finished:
+                on_run(future.result())
+    except BrokenProcessPool as error:
+        raise StoreError(
+            "a worker process was killed", "what was finished is kept; free some memory and go on"
+        ) from error
+    finally:
+        for future in pending:
+            future.cancel()
+
+
+@contextmanager
+def workers(jobs: int) -> Iterator[Executor]:
+    """Processes of our own. They are started afresh, not forked: a fork would inherit locks of running threads."""
+    context = multiprocessing.get_context("spawn")
+    stop = context.Event()
+    pool = ProcessPoolExecutor(jobs, context, _start_worker, (stop,))
+    try:
+        yield pool
+    finally:
+        stop.set()
+        pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _unheard_by_children() -> Iterator[None]:
+    """Hold Ctrl-C back for a moment: a process started meanwhile never hears of it, this one does afterwards."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _start_worker(stop: "Event") -> None:
+    """Ctrl-C is for the process that started this one; and where that is gone, there is nobody to work for."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _Worker.stop = stop
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
+
+
+class _Worker:
+    """What a worker process was told when it was started."""
+
+    stop: "Event | None" = None
+
+
+def _perform_in_worker(task: Task) -> "Finished":
+    stop = _Worker.stop
+    return perform(task) if stop is None else perform(task, stop.is_set)

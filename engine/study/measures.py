@@ -1,0 +1,84 @@
+"""What runs are compared by: each measure is one number a run, and belongs to one family of tests.
+
+The primary outcome is named first: distinct collisions. The paper's other four metrics over the whole run, counted by
+individual as the paper does, are the second family (twenty-four tests where six scenarios meet one contender). All else
+is told beside them, each group a family of its own, so that no choice among ways of counting goes uncorrected.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from engine.study.records import RunFigures
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One number a run; NaN where a run has none."""
+
+    name: str
+    meaning: str
+    family: str
+    larger_is_better: bool
+    of: Callable[[RunFigures], float]
+    decimals: int = 0
+    unit: str = ""
+
+    @property
+    def orientation(self) -> float:
+        """1 where larger is better, else -1."""
+        return 1.0 if self.larger_is_better else -1.0
+
+
+def _figure(group: str, field: str) -> Callable[[RunFigures], float]:
+    def read(figures: RunFigures) -> float:
+        return float(getattr(getattr(figures, group), field))
+
+    return read
+
+
+def _own(field: str) -> Callable[[RunFigures], float]:
+    def read(figures: RunFigures) -> float:
+        return float(getattr(figures, field))
+
+    return read
+
+
+_FIVE = (
+    ("RL", "mean risk of valid runs", "rl", True, 2, ""),
+    ("NC", "collisions", "nc", True, 0, ""),
+    ("MDG", "mean least distance", "mdg", False, 2, "m"),
+    ("MDEC", "the same without collisions", "mdec", False, 2, "m"),
+    ("NIS", "invalid", "nis", False, 0, ""),
+)
+
+
+def _five(group: str, where: str, family: str, leave_out: tuple[str, ...] = ()) -> tuple[Measure, ...]:
+    """The paper's metrics over one group of figures."""
+    return tuple(
+        Measure(f"{name}{where}", meaning, family, larger, _figure(group, field), decimals, unit)
+        for name, meaning, field, larger, decimals, unit in _FIVE
+        if name not in leave_out
+    )
+
+
+PRIMARY = Measure(
+    "distinct collisions", "different genomes that collided", "primary", True, _own("distinct_collisions")
+)
+DISTINCT_FAILURES = Measure(
+    "distinct failures", "collisions unlike all earlier ones", "distinct failures", True, _own("distinct_failures")
+)
+FAILING_CELLS = Measure(
+    "failing cells", "cells of descriptor grids with a collision", "failing cells", True, _own("failing_cells")
+)
+NC = Measure("NC", "collisions, as the paper counts", "as the paper counts", True, _figure("individuals", "nc"))
+MEASURES = (
+    PRIMARY,
+    DISTINCT_FAILURES,
+    FAILING_CELLS,
+    *_five("individuals", "", "secondary", leave_out=("NC",)),
+    NC,
+    *_five("last_individuals", ", last 10", "last ten generations"),
+    *_five("simulations", ", by simulation", "by simulation"),
+    *_five("last_simulations", ", last 10 by simulation", "last ten, by simulation"),
+    Measure("first collision", "simulations until the first", "first collision", False, _own("first_collision")),
+)

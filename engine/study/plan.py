@@ -1,0 +1,119 @@
+"""What a study is to do: every scenario by every method, many times, and where each run's random numbers come from.
+
+Run r of a method on a scenario draws from the streams (seed, method, r). No two runs of a method share a number; run r
+of one method in two scenarios does, so that scenarios are compared on like draws.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from engine.config import Config
+from engine.program import Program
+from engine.search.manifest import NO_ORIGIN, Manifest, Origin, make_manifest
+from engine.search.protocol import Box
+from engine.search.searchers import build_searcher, find_searcher
+from engine.streams import FIELD_BITS
+
+RUNS = 30
+"""The least number of runs on which "beats" may be said."""
+BASELINE = "random"
+MOST_RUNS = 1 << FIELD_BITS.run
+
+
+class Address(NamedTuple):
+    """Which run: row of the plan's scenarios, name of the method, number from 0."""
+
+    scenario: int
+    method: str
+    run: int
+
+
+@dataclass(frozen=True)
+class Subject:
+    """One scenario of a study."""
+
+    name: str
+    """Unlike those of the others."""
+    file: str
+    """Where it was read from."""
+    program: Program
+    config: Config
+    """All settings but the run's number."""
+    origin: Origin = NO_ORIGIN
+    """What a compiler needs beside the text."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """One run, with all that a worker needs to know."""
+
+    address: Address
+    program: Program
+    config: Config
+    profile: str
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A whole study. Every subject is searched with the same budget."""
+
+    subjects: tuple[Subject, ...]
+    methods: tuple[str, ...]
+    runs: int = RUNS
+    profile: str = "paper"
+
+    @property
+    def baseline(self) -> str:
+        """The method that the others are held against."""
+        return BASELINE if BASELINE in self.methods else self.methods[0]
+
+    @property
+    def contenders(self) -> tuple[str, ...]:
+        return tuple(method for method in self.methods if method != self.baseline)
+
+    @property
+    def individuals(self) -> int:
+        """Of each run."""
+        search = self.subjects[0].config.search
+        return search.generations * search.population
+
+    def addresses(self) -> Iterator[Address]:
+        """Every run, the first ones of all cells first: a study that is stopped has about as many of each."""
+        for run in range(self.runs):
+            for scenario in range(len(self.subjects)):
+                for method in self.methods:
+                    yield Address(scenario, method, run)
+
+    def task(self, address: Address) -> Task:
+        subject = self.subjects[address.scenario]
+        search = replace(subject.config.search, run=address.run, jobs=1, probes=0)
+        return Task(address, subject.program, replace(subject.config, search=search), self.profile)
+
+    def manifest(self, subject: Subject, method: str) -> Manifest:
+        """What a run directory of this method on this scenario would say, but for the run's number."""
+        return make_manifest(subject.program, subject.config, method, self.profile, subject.file, origin=subject.origin)
+
+    def preset(self, method: str) -> str:
+        """What must be named beside the method; "" when there is nothing."""
+        return find_searcher(method).preset(self.subjects[0].config)
+
+
+def check(plan: Plan) -> None:
+    """Build each searcher once, so that nothing is wrong with them later.
+
+    Raises:
+        ValueError: nothing to do, an unknown or repeated method, two scenarios of one name, too many runs.
+        MissingExtra, PluginError: a method cannot be used.
+    """
+    if not plan.subjects or not plan.methods:
+        raise ValueError("a study needs a scenario and a method")
+    for what, names in (("method", plan.methods), ("scenario", [subject.name for subject in plan.subjects])):
+        for name in names:
+            if list(names).count(name) > 1:
+                raise ValueError(f"{what}: `{name}` is named twice")
+    if not 1 <= plan.runs <= MOST_RUNS:
+        raise ValueError(f"runs: expected 1 to {MOST_RUNS}, got {plan.runs}")
+    for subject in plan.subjects:
+        for method in plan.methods:
+            build_searcher(method, Box.of(subject.program.space), subject.config)

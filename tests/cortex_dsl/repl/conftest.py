@@ -1,0 +1,72 @@
+"""A session without a terminal, and sessions that are processes of their own."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.repl.desk import Desk
+from cortex_dsl.repl.loop import do
+
+ROOT = Path(__file__).parents[3]
+LEFT_TURN = ROOT / "examples" / "left_turn.scn"
+
+
+@dataclass(frozen=True)
+class Said:
+    """What a session printed."""
+
+    out: str
+    err: str
+
+
+@dataclass(frozen=True)
+class Talk:
+    """A desk, and a way to enter chunks."""
+
+    desk: Desk
+    capsys: pytest.CaptureFixture[str]
+
+    def __call__(self, *chunks: str) -> Said:
+        self.capsys.readouterr()
+        for chunk in chunks:
+            do(self.desk, chunk)
+        captured = self.capsys.readouterr()
+        assert not self.desk.bugs, captured.err
+        return Said(captured.out, captured.err)
+
+    @property
+    def text(self) -> str:
+        return self.desk.draft.text
+
+
+@pytest.fixture
+def talk(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Talk:
+    """A session as from a pipe, 100 columns wide."""
+    monkeypatch.setenv("COLUMNS", "100")
+    return Talk(Desk(Terminal(colour=False)), capsys)
+
+
+@pytest.fixture
+def piped(tmp_path: Path) -> Callable[..., "subprocess.CompletedProcess[str]"]:
+    """`cortexc repl ARGUMENTS < script`, in a folder of its own."""
+
+    def run(script: str, *arguments: object, **environment: str) -> "subprocess.CompletedProcess[str]":
+        return subprocess.run(
+            [sys.executable, "-m", "cortex_dsl", "repl", *map(str, arguments)],
+            input=script,
+            capture_output=True,
+            text=True,
+            encoding="utf-8",
+            cwd=tmp_path,
+            env={**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "100", **environment},
+            timeout=300,
+            check=False,
+        )
+
+    return run

@@ -1,0 +1,68 @@
+"""Whatever happens to one chunk, the session goes on."""
+
+import pytest
+
+from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.repl import commands, loop
+from cortex_dsl.repl.desk import Desk
+
+
+class Script:
+    """Chunks from a list; an exception in it is raised."""
+
+    def __init__(self, *chunks: str | type[BaseException] | None) -> None:
+        self.chunks = list(chunks)
+
+    def read(self) -> str | None:
+        chunk = self.chunks.pop(0) if self.chunks else None
+        if isinstance(chunk, type):
+            raise chunk
+        return chunk
+
+
+def desk_of(*, interactive: bool) -> Desk:
+    return Desk(Terminal(colour=False), interactive=interactive)
+
+
+def test_a_bug_is_reported_and_the_session_goes_on(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """70 at the end of a script; what comes after the bug is done."""
+
+    def broken(desk: Desk, chunk: str) -> None:
+        raise RuntimeError("oh")
+
+    monkeypatch.delenv("CORTEXC_DEBUG", raising=False)
+    monkeypatch.setattr(loop, "obey", broken)
+    desk = desk_of(interactive=False)
+    assert loop.run(desk, Script(":list", "x = 1 m")) == 70
+    assert desk.draft.text == "x = 1 m\n"
+    err = capsys.readouterr().err
+    assert "a bug in cortexc" in err
+    assert "Traceback" not in err
+
+
+def test_an_interrupt_leaves_a_script_and_not_a_terminal() -> None:
+    """130 is up to the command around it."""
+    with pytest.raises(KeyboardInterrupt):
+        loop.run(desk_of(interactive=False), Script(KeyboardInterrupt))
+    assert loop.run(desk_of(interactive=True), Script(KeyboardInterrupt, "quit")) == 0
+
+
+@pytest.mark.parametrize("leave", [None, ":quit"])
+def test_unsaved_work_is_asked_for_once(leave: str | None, capsys: pytest.CaptureFixture[str]) -> None:
+    """Ctrl-D or :quit; whatever is entered in between begins the asking anew."""
+    script = Script("x = 1 m", leave, ":seed", leave, leave, ":seed 9")
+    desk = desk_of(interactive=True)
+    assert loop.run(desk, script) == 0
+    assert capsys.readouterr().out.count("not saved") == 2
+    assert desk.seed == 0
+
+
+def test_every_command_has_its_function() -> None:
+    """The table names what exists."""
+    from importlib import import_module
+
+    for row in commands.COMMANDS.values():
+        assert callable(getattr(import_module(f"cortex_dsl.repl.{row.module}"), f"do_{row.name}"))
+    assert set(commands.SAME.values()) <= set(commands.COMMANDS)

@@ -1,0 +1,200 @@
+"""What a study claims: tests run by run, corrected by families, and words that say no more than they show."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from engine.paper.numbers import FILES, GA, RANDOM
+from engine.study.against_paper import beside_paper, own_row, studies
+from engine.study.comparisons import compare_all, sample, spread
+from engine.study.curves import curve_of, smoothed
+from engine.study.exports import GENERATIONS, RUNS, SUMMARY, TESTS, write_study
+from engine.study.findings import findings, verdict
+from engine.study.measures import MEASURES, PRIMARY
+from engine.study.plan import Address, Plan
+from engine.study.rates import random_rates
+from engine.study.reading import Study
+from engine.study.records import FIELDS, RunRecord
+
+
+def pretend(study: Study, collisions: dict[str, Sequence[int]]) -> tuple[Plan, list[RunRecord]]:
+    """A study of many runs whose distinct collisions are these, by method, on every scenario."""
+    first = study.records[0]
+    runs = len(next(iter(collisions.values())))
+    plan = replace(study.plan, methods=tuple(collisions), runs=runs)
+    records = [
+        replace(
+            first,
+            address=address,
+            figures=replace(first.figures, distinct_collisions=collisions[address.method][address.run]),
+        )
+        for address in plan.addresses()
+    ]
+    return plan, records
+
+
+def test_a_spread_is_numpys() -> None:
+    values = np.array([3.0, 9.0, 1.0, 7.0, 7.5])
+    found = spread(values)
+    assert found.runs == 5
+    assert found.median == np.median(values)
+    assert tuple(found.quartiles) == tuple(np.percentile(values, [25, 75]))
+    assert found.mean == values.mean()
+    assert found.deviation == values.std(ddof=1)
+    assert np.isnan(spread(values[:0]).median)
+
+
+def test_p_is_of_runs_and_corrected_over_scenarios_and_contenders(study: Study) -> None:
+    generator = np.random.default_rng(1)
+    collisions = {name: generator.integers(0, 60, 12).tolist() for name in ("random", "ga", "niching")}
+    plan, records = pretend(study, collisions)
+    rows = [row for row in compare_all(plan, records) if row.measure is PRIMARY]
+    assert len(rows) == 4
+    expected = stats.mannwhitneyu(collisions["ga"], collisions["random"], method="asymptotic").pvalue
+    assert rows[0].p == pytest.approx(expected, rel=1e-12)
+    least = min(row.p for row in rows)
+    assert min(row.p_holm for row in rows) == pytest.approx(min(1.0, 4 * least))
+
+
+def test_the_families_are_those_of_the_plan_of_analysis() -> None:
+    families = [measure.family for measure in MEASURES]
+    assert families.count("primary") == 1
+    assert [m.name for m in MEASURES if m.family == "secondary"] == ["RL", "MDG", "MDEC", "NIS"]
+    assert families.count("last ten generations") == families.count("by simulation") == 5
+
+
+@pytest.mark.parametrize(
+    ("ga", "beats", "loses"),
+    [(range(100, 130), True, False), (range(30), False, False), (range(-100, -70), False, True)],
+)
+def test_beats_needs_median_p_and_effect(study: Study, ga: range, beats: bool, loses: bool) -> None:
+    plan, records = pretend(study, {"random": list(range(30)), "ga": list(ga)})
+    rows = [row for row in compare_all(plan, records, (PRIMARY,))]
+    assert {row.beats for row in rows} == {beats}
+    assert {row.loses for row in rows} == {loses}
+    assert all(row.stars == ("" if not (beats or loses) else "***") for row in rows)
+
+
+def test_a_sure_but_small_effect_does_not_beat(study: Study) -> None:
+    """With very many runs p is small whatever the size; A12 below 0.64 is not enough."""
+    random = np.arange(1500) % 100
+    plan, records = pretend(study, {"random": random.tolist(), "ga": (random + 10).tolist()})
+    row = compare_all(plan, records, (PRIMARY,))[0]
+    assert row.p_holm < 0.001
+    assert 0.5 < row.a12 < 0.64
+    assert not row.beats
+
+
+def test_smaller_is_better_for_distances(study: Study) -> None:
+    mdg = next(measure for measure in MEASURES if measure.name == "MDG")
+    rows = compare_all(study.plan, study.records, (mdg,))
+    for number, row in enumerate(rows):
+        ours, theirs = (sample(study.records, number, method, mdg) for method in ("ga", "random"))
+        assert (row.a12 > 0.5) == (np.mean(ours[:, None] < theirs) > 0.5)
+
+
+def test_words_do_not_claim_what_few_runs_cannot_show(study: Study) -> None:
+    few = verdict(*(lambda p, r: (p, compare_all(p, r)))(*pretend(study, {"random": [0, 1], "ga": [9, 8]})))
+    assert "no clear difference in 2 scenarios" in few[0]
+    assert "2 runs" in few[-1]
+    assert "hint" in few[-1]
+    many = verdict(*(lambda p, r: (p, compare_all(p, r)))(*pretend(study, {"random": [0] * 30, "ga": [9] * 30})))
+    assert many[0].startswith("ga against random: distinct collisions more in 2 of 2 scenarios")
+    assert len(many) == 1
+
+
+def test_one_method_alone_is_compared_with_nothing(study: Study) -> None:
+    plan, records = pretend(study, {"ga": [1, 2]})
+    found = findings(plan, records)
+    assert found.comparisons == ()
+    assert "nothing to compare" in found.verdict[0]
+
+
+def test_rates_are_of_random_sampling_alone(study: Study) -> None:
+    rates = random_rates(study.plan, study.records)
+    runs = [r.figures.individuals for r in study.records if r.address[:2] == (0, "random")]
+    assert rates[0].individuals == 3 * 48
+    assert rates[0].collisions == sum(figures.nc for figures in runs)
+    exact = stats.binomtest(rates[0].valid, rates[0].individuals).proportion_ci(method="exact")
+    assert rates[0].valid_rate == pytest.approx((exact.low, exact.high))
+    letter = FILES.index("left_turn")
+    table = [
+        [rates[0].collisions, rates[0].valid - rates[0].collisions],
+        [RANDOM.nc[letter], RANDOM.valid[letter] - RANDOM.nc[letter]],
+    ]
+    assert rates[0].against_paper.p == pytest.approx(stats.fisher_exact(table).pvalue)
+    assert random_rates(replace(study.plan, methods=("ga",)), study.records) == ()
+
+
+def test_the_paper_stands_beside_its_own_budget_alone(study: Study) -> None:
+    assert beside_paper(study.plan, study.records) == ()
+    subjects = tuple(
+        replace(s, config=replace(s.config, search=replace(s.config.search, generations=30, population=100)))
+        for s in study.plan.subjects
+    )
+    rows = beside_paper(replace(study.plan, subjects=subjects), study.records)
+    assert len(rows) == 2 * 7
+    assert (rows[0].letter, rows[0].measure.name, rows[0].paper_ga, rows[0].paper_random) == ("A", "RL", 13.3, 9.7)
+    distance = next(row for row in rows if row.measure.name == "MDG, last 10")
+    assert distance.paper_ga == pytest.approx(GA.mdg_last[0] / 100)
+
+
+def test_our_row_among_the_studies_counts_simulations(study: Study) -> None:
+    row = own_row(study.plan, study.records)
+    assert int(row.cases) == sum(record.figures.simulations.runs for record in study.records)
+    assert studies(study.plan, study.records)[-1] == row
+    assert "random" in row.collisions
+    assert "GA" in row.collisions
+
+
+def test_curves_are_the_generations_of_every_run(study: Study) -> None:
+    curve = curve_of(study.plan, study.records, 1, "ga", "nis")
+    assert curve.values.shape == (3, 4)
+    totals = [r.figures.individuals.nis for r in study.records if r.address[:2] == (1, "ga")]
+    assert curve.values.sum(axis=1).tolist() == totals
+    low, high = curve.band()
+    assert (low <= curve.median).all()
+    assert (curve.median <= high).all()
+    with pytest.raises(ValueError, match="none of"):
+        curve_of(study.plan, study.records, 0, "ga", "speed")
+
+
+def test_smoothing_keeps_a_parabola_and_short_courses() -> None:
+    parabola = np.arange(20.0) ** 2
+    assert smoothed(parabola) == pytest.approx(parabola)
+    noisy = parabola + np.random.default_rng(0).normal(size=20)
+    assert np.abs(np.diff(smoothed(noisy), 3)).sum() < np.abs(np.diff(noisy, 3)).sum()
+    assert smoothed(parabola[:4]) is not None
+    gap = np.where(np.arange(20) == 3, np.nan, parabola)
+    assert np.array_equal(smoothed(gap), gap, equal_nan=True)
+
+
+def test_exports_say_what_the_records_say(study: Study) -> None:
+    import csv
+    import json
+
+    write_study(study, findings(study.plan, study.records))
+    with (study.folder / RUNS).open() as file:
+        runs = list(csv.DictReader(file))
+    assert len(runs) == len(study.records)
+    assert float(runs[-1]["rl"]) == study.records[-1].figures.individuals.rl
+    assert int(runs[-1]["distinct_collisions"]) == study.records[-1].figures.distinct_collisions
+    with (study.folder / GENERATIONS).open() as file:
+        generations = list(csv.DictReader(file))
+    assert len(generations) == 4 * len(study.records)
+    last = study.records[-1].course[:, FIELDS.index("nis"), -1]
+    assert [float(generations[-1][name]) for name in ("nis", "simulated_nis")] == last.tolist()
+    with (study.folder / TESTS).open() as file:
+        assert len(list(csv.DictReader(file))) == 2 * len(MEASURES)
+    document = json.loads((study.folder / SUMMARY).read_text())
+    assert document["complete"]
+    assert document["presets"] == {"ga": "cortex"}
+    assert document["tests"][0]["measure"] == "distinct collisions"
+
+
+def test_addresses_fill_all_cells_evenly(study: Study) -> None:
+    first = list(study.plan.addresses())[:4]
+    assert first == [Address(s, m, 0) for s in (0, 1) for m in ("random", "ga")]

@@ -1,0 +1,61 @@
+"""The pages lead where they say: links, options, commands, files and codes that they name exist."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from cortex_dsl.catalogue import find
+from cortex_dsl.cli.commands import SUBCOMMANDS
+from cortex_dsl.cli.parser import build_parser
+
+ROOT = Path(__file__).parents[1]
+PAGES = [*ROOT.glob("*.md"), *(ROOT / "grammar").glob("*.md"), *(ROOT / "examples").glob("*.md")]
+FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
+EVERY_PAGE = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+
+
+def prose(page: Path) -> str:
+    """A page without its blocks."""
+    return FENCE.sub("", page.read_text(encoding="utf-8"))
+
+
+def anchor(heading: str) -> str:
+    """The name under which a heading can be linked to."""
+    return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
+
+
+@EVERY_PAGE
+def test_links_lead_somewhere(page: Path) -> None:
+    """To a file of the repository, and to a heading that it has."""
+    for target in re.findall(r"\]\((?!https?:)([^)]+)\)", prose(page)):
+        name, _, heading = target.partition("#")
+        file = (page.parent / name).resolve() if name else page
+        assert file.exists(), target
+        assert not heading or heading in map(anchor, re.findall(r"^#+ (.*)$", prose(file), re.MULTILINE)), target
+
+
+@EVERY_PAGE
+def test_commands_and_codes_exist(page: Path) -> None:
+    """`cortexc WORD` is a command or a file, and a code that is named has a page."""
+    text = page.read_text(encoding="utf-8")
+    for word in re.findall(r"`cortexc ([a-z][\w-]*)\b(?![./])", text):
+        assert word in SUBCOMMANDS, word
+    for code in re.findall(r"\bSCN\d{3}\b", text):
+        assert find(code) is not None, code
+
+
+@pytest.mark.parametrize("name", ["REFERENCE.md", "TUTORIAL.md", "COMING_FROM_SCENIC.md"])
+def test_options_exist(name: str) -> None:
+    """Of `cortexc FILE`; `fmt` has `--check`, too."""
+    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", (ROOT / "grammar" / name).read_text(encoding="utf-8")))
+    assert named <= set(build_parser()._option_string_actions)
+
+
+@pytest.mark.parametrize("name", ["ARCHITECTURE.md", "CONTRIBUTING.md"])
+def test_files_exist(name: str) -> None:
+    """What stands in code marks and looks like a path of ours is one."""
+    for path in re.findall(
+        r"`((?:cortex_dsl|engine|grammar|tests|benchmarks|kernels|lowering)/[\w/.]*)`", prose(ROOT / name)
+    ):
+        assert any((ROOT / base / path).exists() for base in ("", "engine", "cortex_dsl")), path
