@@ -17,6 +17,7 @@ from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.semantics.imports import import_statements
 from cortex_dsl.session import Scenario
 from cortex_dsl.source import Source
+from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.reading import read_source
 from engine.search.journal_reader import Record, read_journal
@@ -65,15 +66,36 @@ def open_run(folder: str | Path) -> OpenedRun:
     Raises:
         StoreError: there is no readable journal, or this version of cortexc compiles the scenario to something else.
     """
-    folder = Path(folder)
-    if folder.name == JOURNAL:
-        folder = folder.parent
+    folder = _run_folder(Path(folder))
     record = read_journal(folder / JOURNAL)
     manifest = record.manifest
     compiled = _compiled(folder, manifest)
     origin = manifest.origin
     scenario = Scenario(compiled, manifest.config, origin.overrides, origin.scenario)
     return OpenedRun(folder, record, scenario, tuple(_edited(manifest)))
+
+
+def _run_folder(path: Path) -> Path:
+    """The folder of a run, named itself or by its journal."""
+    folder = path.parent if path.name == JOURNAL else path
+    if (folder / JOURNAL).exists():
+        return folder
+    if not folder.exists():
+        names = [each.name for each in folder.parent.iterdir() if each.is_dir()] if folder.parent.is_dir() else []
+        near = nearest(folder.name, names)
+        cure = (
+            f"did you mean `{folder.with_name(near)}`?"
+            if near
+            else "name the folder of a run, such as runs/left_turn-ga-001"
+        )
+        raise StoreError(f"there is no folder `{folder}`", cure)
+    if not folder.is_dir():
+        raise StoreError(f"`{folder}` is no folder", "name the folder of a run, such as runs/left_turn-ga-001")
+    if inside := sorted(each.parent for each in folder.glob(f"*/{JOURNAL}")):
+        raise StoreError(f"`{folder}` holds {len(inside)} runs", f"name one of them, such as `{inside[0]}`")
+    raise StoreError(
+        f"there is no journal in `{folder}`", "if a search into it was ended before it began, start that search again"
+    )
 
 
 def origin_of(scenario: Scenario) -> Origin:

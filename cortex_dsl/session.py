@@ -31,6 +31,7 @@ from engine.program import Program, Settings
 from engine.vocabulary import Method
 
 if TYPE_CHECKING:
+    from cortex_dsl.page.notebook import Picture, Shown
     from engine.risk import Risk
     from engine.scenes import Outcomes, Scenes
     from engine.search.campaign import Campaign, OnGeneration
@@ -185,6 +186,23 @@ class Scenario:
         from engine.sampling import sample
 
         return sample(self.program, genome[np.newaxis], key[np.newaxis], self.config.simulation)
+
+    def show(self, thing: "Scenes | Case | Campaign", row: int = 0) -> "Picture | Shown":
+        """For notebooks: one of some scenes as a picture, a case as a page that plays, a campaign as a table."""
+        from cortex_dsl.page import notebook
+
+        return notebook.show(self, thing, row)
+
+    def replay(self, scenes: "Scenes", row: int = 0) -> "Shown":
+        """For notebooks: one scene run in the pymunk world, as a page that plays."""
+        from cortex_dsl.page import notebook
+
+        return notebook.replay(self, scenes, row)
+
+    def _repr_html_(self) -> str:
+        from cortex_dsl.page import notebook
+
+        return str(notebook.scenario_table(self))
 
     def concrete(self, scenes: "Scenes", row: int = 0, remark: str = "") -> str:
         """One scene as a scenario of its own, which runs to the same outcome bit for bit. See `concrete_files` for one

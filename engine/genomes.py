@@ -12,9 +12,14 @@ from engine.vocabulary import Distribution, GeneKind, Purpose
 
 def draw_genomes(space: ParamSpace, keys: Ints) -> Floats:
     """(n, d) gene values in file units, each from its own distribution; row i depends on key i alone."""
-    genomes = _uniforms(space, keys)
+    return from_uniforms(space, _uniforms(space, keys))
+
+
+def from_uniforms(space: ParamSpace, uniforms: Floats) -> Floats:
+    """(n, d) gene values in file units: each gene's quantile, under its own distribution, at a number of [0, 1)."""
+    genomes = np.empty_like(uniforms)
     for gene in range(len(space)):
-        genomes[:, gene] = _from_distribution(space, gene, genomes[:, gene])
+        genomes[:, gene] = _from_distribution(space, gene, uniforms[:, gene])
     return genomes
 
 

@@ -16,7 +16,7 @@ def execute(request: Request, terminal: Terminal) -> int:
     if isinstance(compiled, Exit):
         return compiled
     found = explain(compiled.program)
-    mistakes = misplaced(compiled, infeasible=found.infeasible)
+    mistakes = misplaced(compiled, found.conflict)
     if found.infeasible or mistakes:
         mistakes = mistakes or [no_scene_at_all(compiled.program, compiled.source, found)]
         diagnostics = [*compiled.diagnostics, *mistakes] if request.json else mistakes

@@ -1,5 +1,6 @@
 """What `cortexc FILE --method …` and `cortexc resume` share: the progress, the report, the document, the exit code."""
 
+import shlex
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -72,6 +73,9 @@ def tell(found: Sequence[Found], scenario: Scenario, request: Request, terminal:
         terminal.write(_document(request, found))
     else:
         _show(scenario.program, found, terminal, ours=mistake is None)
+        for each in found:
+            if each.campaign.stopped:
+                terminal.err.print(f"to go on: cortexc resume {shlex.quote(str(each.folder))}", soft_wrap=True)
     for each in found:
         if each.trouble is not None:
             raise UsageError(each.trouble.message, each.trouble.cure)

@@ -32,7 +32,6 @@ def _cure(requirements: int, *, built_in: bool) -> str:
     )
 
 
-
 def _reason(names: list[str]) -> str:
     if not names:
         return "each way of making the file's choices is ruled out by some requirement"

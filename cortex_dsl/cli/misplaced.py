@@ -1,8 +1,8 @@
 """Objects that cannot stand where the file puts them: which they are, where the proof only says that some are."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, islice
 
 import numpy as np
 
@@ -16,13 +16,19 @@ from engine.program import Program
 from engine.tables import ROAD_REGION, Ints
 from engine.vocabulary import Column
 
+MOST_PAIRS = 50
+"""Pairs of objects that are looked at."""
 
-def misplaced(compiled: Compiled, *, infeasible: bool) -> list[Diagnostic]:
-    """Objects off the road and pairs that overlap, wherever chance puts them; `infeasible` is what was proved of the
-    file as a whole.
+
+def misplaced(compiled: Compiled, conflict: Sequence[int]) -> list[Diagnostic]:
+    """Objects off the road and pairs that overlap, wherever chance puts them.
+
+    `conflict` are requirements of which it is proved that they cannot hold together; objects without a known place are
+    looked at only if all of them are built in.
     """
     found = list(_at_known_places(compiled))
-    if infeasible and not found:
+    requirements = compiled.program.requirements
+    if not found and conflict and all(requirements[r].line == 0 for r in conflict):
         found = [*_off_the_road(compiled), *_overlapping(compiled)]
     return found
 
@@ -37,15 +43,23 @@ def _at_known_places(compiled: Compiled) -> Iterator[Diagnostic]:
     edges = region_edges(compiled.program.road, ROAD_REGION)
     possible = [variant.actors for variant in compiled.scenario.variants if variant.rejection is None]
     for number, actor in enumerate(_actors(compiled)):
-        places = {(actors[number].columns[Column.X], actors[number].columns[Column.Y]) for actors in possible}
-        x, y = next(iter(places))
-        if len(places) > 1 or not actor.inside_road or not isinstance(x, ir.Literal) or not isinstance(y, ir.Literal):
+        place = _known_place([actors[number] for actors in possible])
+        if place is None or not (actor.inside_road and actor.present):
             continue
         with np.errstate(divide="ignore", invalid="ignore"):
-            (distance,), (inside,) = boundary_distance(edges, np.array([x.value]), np.array([y.value]))
+            (distance,), (inside,) = boundary_distance(edges, np.array(place[:1]), np.array(place[1:]))
         if not inside:
-            label = f"({x.value:g}, {y.value:g}) is {distance:.1f} m off the road"
+            label = f"({place[0]:g}, {place[1]:g}) is {distance:.1f} m off the road"
             yield errors.OFF_THE_ROAD.at(actor.span, name=actor.name, label=label)
+
+
+def _known_place(versions: Sequence[ir.Actor]) -> tuple[float, float] | None:
+    """X and y of an object, if they are the same two numbers in every variant."""
+    numbers = [version.columns[column] for version in versions for column in (Column.X, Column.Y)]
+    known = [number.value for number in numbers if isinstance(number, ir.Literal)]
+    if len(known) == len(numbers) and len(places := set(zip(known[::2], known[1::2], strict=True))) == 1:
+        return places.pop()
+    return None
 
 
 def _off_the_road(compiled: Compiled) -> Iterator[Diagnostic]:
@@ -56,7 +70,7 @@ def _off_the_road(compiled: Compiled) -> Iterator[Diagnostic]:
 
 
 def _overlapping(compiled: Compiled) -> Iterator[Diagnostic]:
-    for (i, one), (j, other) in combinations(enumerate(_actors(compiled)), 2):
+    for (i, one), (j, other) in islice(combinations(enumerate(_actors(compiled)), 2), MOST_PAIRS):
         program = _checking(compiled.program, road=[], overlap=[i, j])
         if one.no_overlap and other.no_overlap and conflicts(program, [len(program.requirements) - 1]):
             secondary = (Label(one.span, f"`{one.name}`"),)

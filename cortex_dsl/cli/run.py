@@ -175,8 +175,8 @@ def _no_scene(request: Request, scenario: Scenario, scenes: Scenes, tally: Tally
         from cortex_dsl.cli.misplaced import misplaced
 
         terminal.err.print(exhausted_view(scenario.program, tally, verdict, scenes.genomes[0], told))
-        proved = told.conflict is not None and told.conflict.proved
-        if mistakes := misplaced(scenario.compiled, infeasible=proved):
+        proved = told.conflict.requirements if told.conflict is not None and told.conflict.proved else ()
+        if mistakes := misplaced(scenario.compiled, proved):
             terminal.err.print()
             show(scenario.compiled.source, mistakes, request, terminal)
     return Exit.NO_SCENE

@@ -115,7 +115,7 @@ def tell(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool 
 
         terminal.write(document("study", {"folder": folder, **summary(study, found)}))
     else:
-        terminal.out.print(study_view(study, found))
+        terminal.out.print(study_view(study, found, terminal.out.width))
     if stopped:
         terminal.err.print(f"interrupted; go on with: cortexc study --resume {folder}", style="warn", soft_wrap=True)
         return Exit.INTERRUPTED

@@ -169,10 +169,19 @@ def _plots(told: ToldCase) -> Iterator[Element]:
     yield _plot("speed", "km/h", speeds, [c.name for c in speeds], told, marks)
     if len(told.shapes) > 1:
         other = told.shapes[told.pair + 1].name
-        distance = Course("apart", "warn", time, near.distance)
+        distance = _distance(told)
         closing = Course("closing", "first", time, KM_H * near.closing_speed)
         yield _plot("distance", "m", [distance], [f"outlines of ego and {other}"], told, marks)
         yield _plot("closing speed", "km/h", [closing], ["centres, positive while they approach"], told, marks)
+
+
+def _distance(told: ToldCase) -> Course:
+    """Down to 0 at the moment of contact, which lies between two samples."""
+    time, near = told.trajectory.time, told.approach.distance
+    if bool(told.outcomes.collided[0]):
+        after = told.trajectory.contact_sample + 1
+        time, near = np.insert(time, after, told.key_time), np.insert(near, after, 0.0)
+    return Course("apart", "warn", time, near)
 
 
 def _speed(told: ToldCase, actor: int) -> Course:

@@ -114,7 +114,8 @@ def vertical(low: float, high: float, height: int, count: int = TICKS) -> Scale:
 
 
 def _x_scale(courses: Sequence[Course], x_range: tuple[float, float] | None, width: int) -> Scale:
-    values = np.concatenate([course.x for course in courses]) if courses else np.zeros(1)
+    values = np.concatenate([np.zeros(0), *(course.x for course in courses)])
+    values = values if len(values) else np.zeros(1)
     low, high = x_range or (float(values.min()), float(values.max()))
     high = high if high > low else low + 1.0
     ticks = tuple(tick for tick in nice_ticks(low, high, 6) if low - 1e-9 <= tick <= high + 1e-9)

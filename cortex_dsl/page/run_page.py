@@ -12,7 +12,7 @@ from cortex_dsl.page.case import ToldCase, tell_case
 from cortex_dsl.page.document import page
 from cortex_dsl.page.element import Element, Node, element
 from cortex_dsl.page.heat import heat_maps
-from cortex_dsl.page.unlike import unlike_cases
+from cortex_dsl.page.unlike import box_of, unlike_cases
 from cortex_dsl.report.numbers import counted, fixed, significant
 from cortex_dsl.report.sample_view import first_line
 from cortex_dsl.report.story import end_text
@@ -23,9 +23,8 @@ from engine.search.figures import distinct_collisions
 from engine.search.genes import GeneEffect, gene_effects
 from engine.search.journal import finite
 from engine.search.journal_reader import Record
-from engine.search.protocol import Box
-from engine.search.ranking import Case, worst_cases
-from engine.vocabulary import EndReason, GeneKind, Verdict
+from engine.search.ranking import Case
+from engine.vocabulary import EndReason, Verdict
 
 CASES = 8
 """Cases that a page replays."""
@@ -154,7 +153,7 @@ def _hero(found: RunPage) -> Element:
         element("h1", manifest.name),
         element("p", description, class_="description") if description else None,
         _unfinished(record),
-        element("p", summary.headline(record, found.worst), class_="headline"),
+        element("p", summary.headline(record), class_="headline"),
         element("div", list(_tiles(found)), class_="tiles"),
         class_="hero",
     )
@@ -172,8 +171,8 @@ def _tiles(found: RunPage) -> Iterator[Element]:
     _, simulated = summary.whole_run(record)
     distinct = distinct_collisions(record.evaluations)
     yield _tile("distinct_collisions", distinct, f"{distinct:,}", "different collisions of the ego", "hot")
-    if found.worst:
-        score = found.worst[0].score
+    if simulated.valid:
+        score = int(record.evaluations.score.max())
         yield _tile("worst.score", score, f"{score}", f"highest risk, of {HIGHEST_RISK}", "hot")
     yield _tile("by_simulation.rl", simulated.rl, fixed(simulated.rl, 2), "mean risk of a valid simulation")
     yield _tile("by_simulation.mdg", simulated.mdg, f"{fixed(simulated.mdg, 2)} m", "mean least distance")
@@ -194,7 +193,7 @@ def _parts(found: RunPage) -> Iterator[Node]:
     yield element(
         "section",
         element("h2", "In plain words"),
-        element("div", list(summary.paragraphs(found.record, found.worst)), class_="answers"),
+        element("div", list(summary.paragraphs(found.record)), class_="answers"),
         id="summary",
         class_="part",
     )
@@ -312,7 +311,7 @@ def _explorer(found: RunPage) -> Element:
 def _genes(found: RunPage) -> Element:
     record = found.record
     evaluations = record.evaluations
-    effects = gene_effects(_box(record), evaluations)
+    effects = gene_effects(box_of(record), evaluations)
     hit = evaluations.simulated & evaluations.collided
     rows = [
         element(
@@ -336,16 +335,6 @@ def _genes(found: RunPage) -> Element:
     head = [element("th", text, scope="col") for text in ("param", "trend", "the worst tenth lies within", "where collisions lie in its range")]
     table = element("table", element("thead", element("tr", head)), element("tbody", rows), class_="genes")
     return _part("params", "What each param did", note, element("div", table, class_="wide"))
-
-
-def _box(record: Record) -> Box:
-    rows = record.manifest.parameters
-    return Box(
-        tuple(p.name for p in rows),
-        tuple(p.low for p in rows),
-        tuple(p.high for p in rows),
-        tuple(GeneKind(p.kind) for p in rows),
-    )
 
 
 def _signed(value: float) -> str:

@@ -1,6 +1,6 @@
 """A search in plain words: what was searched, how much, what was found, and what it does not show."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 from cortex_dsl.page.element import Node, element
@@ -9,7 +9,7 @@ from cortex_dsl.report.search_view import METHOD_NAMES
 from engine.risk import HIGHEST_RISK
 from engine.search.figures import Figures, distinct_collisions, figures
 from engine.search.journal_reader import Record
-from engine.search.ranking import Case
+from engine.search.ranking import worst_cases
 
 RANDOM = "random"
 """The one method whose simulations are independent of one another, so that an interval can be given for their share."""
@@ -31,11 +31,11 @@ def whole_run(record: Record) -> tuple[Figures, Figures]:
     return figures(evaluations, evaluations.reused | True), figures(evaluations, evaluations.simulated)
 
 
-def headline(record: Record, worst: Sequence[Case]) -> str:
+def headline(record: Record) -> str:
     """The result in one sentence."""
     found = distinct_collisions(record.evaluations)
     _, simulated = whole_run(record)
-    tried = counted(simulated.runs, "simulation")
+    tried, worst = counted(simulated.runs, "simulation"), worst_cases(record.evaluations, 1)
     if found:
         kinds = f"{counted(found, 'scene')} in which the ego collides"
         return f"{kinds}, among {tried}. The worst scores {worst[0].score} of {HIGHEST_RISK}."
@@ -45,11 +45,11 @@ def headline(record: Record, worst: Sequence[Case]) -> str:
     return f"None of {tried} was valid: no scene met the requirements of the file."
 
 
-def paragraphs(record: Record, worst: Sequence[Case]) -> Iterator[Node]:
+def paragraphs(record: Record) -> Iterator[Node]:
     """The four questions with their answers."""
     yield _answer("What was searched", _searched(record))
     yield _answer("How much", _how_much(record))
-    yield _answer("What was found", _found(record, worst))
+    yield _answer("What was found", _found(record))
     yield _answer("What this does not show", element("ul", [element("li", text) for text in limits(record)]), "limits")
 
 
@@ -94,7 +94,7 @@ def _how_much(record: Record) -> Node:
     )
 
 
-def _found(record: Record, worst: Sequence[Case]) -> Node:
+def _found(record: Record) -> Node:
     _, simulated = whole_run(record)
     distinct = distinct_collisions(record.evaluations)
     first = first_collision(record)
@@ -111,15 +111,16 @@ def _found(record: Record, worst: Sequence[Case]) -> Node:
         figure("by_simulation.nis", simulated.nis, counted(simulated.nis, "simulation")),
         f" ({percent(ratio(simulated.nis, simulated.individuals))}) could not be run, "
         "for no scene with their params meets the file's requirements. " if simulated.nis else " were invalid. ",
-        _worst(record, worst),
+        _worst(record),
     )
 
 
-def _worst(record: Record, worst: Sequence[Case]) -> str:
-    if not worst:
+def _worst(record: Record) -> str:
+    scores = record.evaluations.score[record.evaluations.simulated & record.evaluations.valid]
+    if not len(scores):
         return ""
-    equal = int((record.evaluations.score[record.evaluations.simulated] == worst[0].score).sum())
-    return f"The highest risk found, {worst[0].score} of {HIGHEST_RISK}, came up {counted(equal, 'time')}."
+    equal = int((scores == scores.max()).sum())
+    return f"The highest risk found, {scores.max()} of {HIGHEST_RISK}, came up {counted(equal, 'time')}."
 
 
 def first_collision(record: Record) -> int:

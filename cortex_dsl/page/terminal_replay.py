@@ -32,9 +32,9 @@ class Film:
     ascii_only: bool
 
     @staticmethod
-    def of(told: ToldCase, width: int, *, ascii_only: bool) -> "Film":
-        """With a drawing that fits a console of this width."""
-        columns = max(20, min(DRAWING_COLUMNS, width - 4))
+    def of(told: ToldCase, width: int, height: int, *, ascii_only: bool) -> "Film":
+        """With a drawing that fits a console of this size, whose rows are half its columns less four."""
+        columns = max(28, min(DRAWING_COLUMNS, width - 4, 2 * (height - 3 + 4)))
         return Film(told, draw_scene(told.road, told.trajectory, None, columns, ascii_only=ascii_only), ascii_only)
 
     def frame(self, place: float) -> RenderableType:
@@ -85,8 +85,9 @@ class Film:
     def _event(self, place: float, sample: int) -> str:
         """How far apart the deciding pair is, or what is shown after contact."""
         told = self.told
-        if told.collided and place * self._step >= told.key_time - 1e-9:
-            return "after contact: physics for illustration, not scored"
+        since = place * self._step - told.key_time
+        if told.collided and since >= -1e-9:
+            return "contact" if since < self._step else "after contact: physics for illustration, not scored"
         apart = float(told.approach.distance[sample])
         closing = KM_H * float(told.approach.closing_speed[sample])
         if not math.isfinite(apart):
@@ -97,9 +98,9 @@ class Film:
 
 def play(told: ToldCase, console: Console, speed: float = 1.0) -> None:
     """Play a case in the console's terminal, or draw its key moment where nobody watches."""
-    film = Film.of(told, console.width, ascii_only=console.options.ascii_only)
+    film = Film.of(told, console.width, console.height, ascii_only=console.options.ascii_only)
     step = float(told.trajectory.time[1]) if len(told.trajectory.time) > 1 else 1.0
-    if not console.is_terminal:
+    if not console.is_terminal or console.is_dumb_terminal:
         console.print(film.frame(told.key_time / step))
         return
     with Live(console=console, auto_refresh=False, transient=False) as live:

@@ -1,8 +1,9 @@
 """A study beside the paper: its six scenarios, what a random draw comes to, and the table of studies."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from rich.console import Group, RenderableType
+from rich.table import Column
 from rich.text import Text
 
 from cortex_dsl.report.layout import columns, left, right, section
@@ -13,27 +14,29 @@ from engine.study.findings import Findings
 from engine.study.rates import RandomRates
 
 
-def paper_sections(findings: Findings) -> Iterator[RenderableType]:
+def paper_sections(findings: Findings, width: int) -> Iterator[RenderableType]:
     """Whatever there is to be said beside the paper."""
     if findings.beside:
         note = "medians of ours; the paper's one run"
-        yield section("Beside the paper", Group(_beside_table(findings.beside), *_differences(findings.beside)), note)
+        yield section(
+            "Beside the paper", Group(_beside_table(findings.beside, width), *_differences(findings.beside)), note
+        )
     if findings.rates:
-        yield section("Random sampling", _rates_table(findings.rates), "independent draws: Clopper-Pearson 95 %")
+        yield section("Random sampling", _rates_table(findings.rates, width), "independent draws: Clopper-Pearson 95 %")
     if findings.beside:
         yield section("Among other studies", _studies_table(findings.studies), "the paper's table, and this study")
 
 
-def _beside_table(rows: Sequence[Beside]) -> RenderableType:
+def _beside_table(rows: Sequence[Beside], width: int) -> RenderableType:
     head = (
         left(),
         left(),
         right("ga", "method.ga"),
         right("random", "method.random"),
-        right("ratio"),
+        right("ga / random"),
         right("paper: ga"),
         right("random"),
-        right("ratio"),
+        right("paper's"),
         left(),
     )
     body = []
@@ -55,7 +58,7 @@ def _beside_table(rows: Sequence[Beside]) -> RenderableType:
                 Text("" if row.same_direction else "other way", style),
             )
         )
-    return columns(*head, rows=body, header=True)
+    return _fitted(head, body, width, {2: 84, 3: 84, 5: 84, 6: 84})
 
 
 def _differences(rows: Sequence[Beside]) -> list[Text]:
@@ -76,7 +79,7 @@ def _range(values: Sequence[float]) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def _rates_table(rows: Sequence[RandomRates]) -> RenderableType:
+def _rates_table(rows: Sequence[RandomRates], width: int) -> RenderableType:
     head = (
         left(),
         right("valid"),
@@ -98,7 +101,15 @@ def _rates_table(rows: Sequence[RandomRates]) -> RenderableType:
         )
         for row in rows
     ]
-    return columns(*head, rows=body, header=True)
+    return _fitted(head, body, width, {2: 80, 5: 100, 6: 100})
+
+
+def _fitted(
+    head: Sequence[Column], body: Sequence[Sequence[Text]], width: int, needed: Mapping[int, int]
+) -> RenderableType:
+    """The table without those columns that need a wider terminal."""
+    shown = [at for at in range(len(head)) if width >= needed.get(at, 0)]
+    return columns(*(head[at] for at in shown), rows=[[row[at] for at in shown] for row in body], header=True)
 
 
 def _interval(bounds: tuple[float, float]) -> str:

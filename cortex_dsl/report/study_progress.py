@@ -17,8 +17,12 @@ from cortex_dsl.report.numbers import duration, whole
 from engine.study.plan import Plan
 from engine.study.records import RunRecord
 
-NARROW, WIDE = 6, 14
+WIDEST = 14
 """Characters of a bar."""
+BESIDE = 8
+"""Characters that a cell takes beside its bar."""
+FEW = 4
+"""As many methods always stand in columns."""
 LINES = 10
 """Lines that a study tells of itself where nobody can watch it redraw."""
 
@@ -92,19 +96,23 @@ class StudyProgress:
         )
 
     def _render(self) -> RenderableType:
-        plan = self.plan
-        head = [left(), *(left(method) for method in plan.methods)]
-        rows = [
-            (Text(subject.name, "quiet"), *(self._cell(number, method) for method in plan.methods))
-            for number, subject in enumerate(plan.subjects)
-        ]
+        """The fewer of methods and scenarios are the columns."""
+        scenarios, methods = [subject.name for subject in self.plan.subjects], list(self.plan.methods)
+        turned = len(methods) > max(len(scenarios), FEW)
+        across, down = (scenarios, methods) if turned else (methods, scenarios)
+        room = (self.console.width - max(map(len, down))) // len(across) - BESIDE
+        width = max(2, min(WIDEST, room))
+        rows = []
+        for i, name in enumerate(down):
+            places = [(j, name) if turned else (i, method) for j, method in enumerate(across)]
+            rows.append([Text(name, "quiet"), *(self._cell(place, width) for place in places)])
+        head = [left(), *(left(name[: width + BESIDE - 2]) for name in across)]
         note = Text("runs finished, and median of distinct collisions; Ctrl-C keeps what is finished", "quiet")
         return Group(self._headline(), columns(*head, rows=rows, header=True), note)
 
-    def _cell(self, scenario: int, method: str) -> Text:
+    def _cell(self, place: tuple[int, str], width: int) -> Text:
         """A bar of the runs done, and the median of what they found."""
-        width = WIDE if len(self.plan.methods) < 4 else NARROW
-        found = self.found[scenario, method]
+        found = self.found[place]
         filled = width * len(found) // self.plan.runs
         number = whole(float(np.median(found))) if found else ""
-        return Text.assemble(("━" * filled, f"method.{method}"), ("─" * (width - filled), "quiet"), f" {number:>5}")
+        return Text.assemble(("━" * filled, f"method.{place[1]}"), ("─" * (width - filled), "quiet"), f" {number:>5}")

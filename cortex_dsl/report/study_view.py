@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.report.layout import columns, heading, indented, left, right, section
+from cortex_dsl.report.layout import MARGIN, columns, heading, indented, left, right, section
 from cortex_dsl.report.numbers import counted, duration, fixed
 from cortex_dsl.report.study_paper_view import paper_sections
 from engine.study.comparisons import Comparison, Spread
@@ -24,6 +24,13 @@ SHOWN = (
     "NIS, last 10",
 )
 """Measures of the terminal's tables; the others stand in tests.csv."""
+STACKED = 3
+"""Most methods whose spreads are told in the terminal."""
+SIDE_BY_SIDE = 98
+"""Columns that two methods side by side take."""
+NEEDED = {3: 76, 7: 90}
+"""Columns that must be there for the quartiles and the interval of a stacked table."""
+MATRIX_NAME, MATRIX_CELL = 34, 8
 FILES = (
     ("tests.csv", "every measure, spread, p and A12, whole run and last ten generations"),
     ("runs.csv", "every figure of every run"),
@@ -33,12 +40,12 @@ FILES = (
 )
 
 
-def study_view(study: Study, findings: Findings) -> RenderableType:
+def study_view(study: Study, findings: Findings, width: int) -> RenderableType:
     """The whole report."""
     return Group(
         *_head(study, findings),
-        *(_scenario(study, findings, subject.name) for subject in study.plan.subjects),
-        *paper_sections(findings),
+        *(_scenario(study, findings, subject.name, width) for subject in study.plan.subjects),
+        *paper_sections(findings, width),
         section(
             "Files",
             columns(left(), left(wrap=True), rows=[(a, Text(b, "quiet")) for a, b in FILES]),
@@ -69,62 +76,62 @@ def _head(study: Study, findings: Findings) -> Iterator[RenderableType]:
     yield Text(RULE, "quiet")
 
 
-def _scenario(study: Study, findings: Findings, name: str) -> RenderableType:
-    rows = [row for row in findings.comparisons if row.scenario == name]
+def _scenario(study: Study, findings: Findings, name: str, width: int) -> RenderableType:
+    """As much as there is room for; tests.csv has all of it."""
+    plan, rows = study.plan, [row for row in findings.comparisons if row.scenario == name]
+    room = width - MARGIN
     if not rows:
-        return _alone(study.plan, name)
-    table = _pair(study.plan, rows) if len(study.plan.methods) == 2 else _many(study.plan, rows)
-    return section(name, table)
-
-
-def _alone(plan: Plan, name: str) -> RenderableType:
-    return indented(Text(f"{name}: {plan.methods[0]} alone, see runs.csv", "quiet"))
-
-
-def _shown(rows: Sequence[Comparison]) -> Iterator[Comparison]:
-    for name in SHOWN:
-        yield from (row for row in rows if row.measure.name == name)
+        return indented(Text(f"{name}: {plan.methods[0]} alone, see runs.csv", "quiet"))
+    if len(plan.methods) > STACKED:
+        return section(name, _matrix(plan, rows, room), "medians; p, A12 and quartiles stand in tests.csv")
+    return section(
+        name, _pair(plan, rows) if len(plan.methods) == 2 and room >= SIDE_BY_SIDE else _stack(plan, rows, room)
+    )
 
 
 def _pair(plan: Plan, rows: Sequence[Comparison]) -> RenderableType:
     """Two methods: one line a measure, both spreads side by side."""
     (contender,) = plan.contenders
-    head = [
-        left(),
-        right(plan.baseline, f"method.{plan.baseline}"),
-        left("[IQR]", "quiet"),
-        right(contender, f"method.{contender}"),
-        left("[IQR]", "quiet"),
-        right("p, Holm"),
-        left(),
-        right("A12"),
-        left("95 %", "quiet"),
-    ]
+    head = [left()]
+    for method in (plan.baseline, contender):
+        head += [right(method, f"method.{method}"), left("[IQR]", "quiet")]
+    head += [right("p, Holm"), left(), right("A12"), left("95 %", "quiet")]
     body = [
-        (_name(row), *_spread(row.baseline_spread, row), *_spread(row.spread, row), *_test(row)) for row in _shown(rows)
+        (_name(row), *_spread(row.baseline_spread, row), *_spread(row.spread, row), *_test(row))
+        for name in SHOWN
+        for row in _of(rows, name)
     ]
     return columns(*head, rows=body, header=True)
 
 
-def _many(plan: Plan, rows: Sequence[Comparison]) -> RenderableType:
-    """More methods: under each measure one line a method, the baseline first."""
+def _stack(plan: Plan, rows: Sequence[Comparison], room: int) -> RenderableType:
+    """Under each measure one line a method, the baseline first; intervals and quartiles where there is room."""
+    head = [left(), left(), right("median"), left("[IQR]", "quiet")]
+    head += [right("p, Holm"), left(), right("A12"), left("95 %", "quiet")]
     body: list[tuple[RenderableType, ...]] = []
     for name in SHOWN:
-        of = [row for row in rows if row.measure.name == name]
-        first = of[0]
-        body.append((_name(first), _method(plan.baseline), *_spread(first.baseline_spread, first), *[Text()] * 4))
+        of = _of(rows, name)
+        body.append((_name(of[0]), _method(plan.baseline), *_spread(of[0].baseline_spread, of[0]), *[Text()] * 4))
         body += [(Text(), _method(row.method), *_spread(row.spread, row), *_test(row)) for row in of]
-    head = (
-        left(),
-        left(),
-        right("median"),
-        left("[IQR]", "quiet"),
-        right("p, Holm"),
-        left(),
-        right("A12"),
-        left("95 %", "quiet"),
-    )
-    return columns(*head, rows=body, header=True)
+    shown = [at for at in range(len(head)) if room >= NEEDED.get(at, 0)]
+    return columns(*(head[at] for at in shown), rows=[[row[at] for at in shown] for row in body], header=True)
+
+
+def _matrix(plan: Plan, rows: Sequence[Comparison], room: int) -> RenderableType:
+    """Many methods: one line each, one column a measure; green where one beats the baseline, red where it loses."""
+    names = SHOWN[: max(1, (room - MATRIX_NAME) // MATRIX_CELL)]
+    body = [
+        [_method(plan.baseline), *(Text(_median(of[0].baseline_spread, of[0])) for of in (_of(rows, n) for n in names))]
+    ]
+    for method in plan.contenders:
+        mine = [next(row for row in _of(rows, name) if row.method == method) for name in names]
+        body.append([_method(method), *(Text(_median(row.spread, row), _style(row)) for row in mine)])
+    heads = (name.replace("distinct ", "d. ").replace("last 10", "end") for name in names)
+    return columns(left(), *map(right, heads), rows=body, header=True)
+
+
+def _of(rows: Sequence[Comparison], name: str) -> list[Comparison]:
+    return [row for row in rows if row.measure.name == name]
 
 
 def _method(name: str) -> Text:
@@ -138,11 +145,19 @@ def _name(row: Comparison) -> Text:
 
 def _spread(spread: Spread, row: Comparison) -> tuple[Text, Text]:
     low, high = (fixed(value, row.measure.decimals) for value in spread.quartiles)
-    return Text(fixed(spread.median, row.measure.decimals)), Text(f"[{low}, {high}]")
+    return Text(_median(spread, row)), Text(f"[{low}, {high}]")
+
+
+def _median(spread: Spread, row: Comparison) -> str:
+    return fixed(spread.median, row.measure.decimals)
+
+
+def _style(row: Comparison) -> str:
+    return "good" if row.beats else "bad" if row.loses else ""
 
 
 def _test(row: Comparison) -> tuple[Text, Text, Text, Text]:
-    style = "good" if row.beats else "bad" if row.loses else ""
+    style = _style(row)
     interval = f"[{fixed(row.interval.low, 2)}, {fixed(row.interval.high, 2)}]"
     return Text(p_text(row.p_holm)), Text(row.stars, style), Text(fixed(row.a12, 2), style), Text(interval)
 

@@ -28,7 +28,7 @@ BLOCKS = frozenset(STATEMENTS)
 
 INSTEAD: Mapping[str, str] = MappingProxyType(
     {
-        "for": "write a comprehension, as in `[new Car in lane.centerline for lane in lanes]`, or `while` in a behavior",
+        "for": "write a comprehension, as in `[new Car in lane.centerline for lane in lanes]`; in a behavior, `while`",
         "def": "write `NAME = lambda x: ...` for what computes a value, or a `behavior` for what an actor does",
         "assert": "write `require`",
         "except": "write `interrupt when` with a condition",

@@ -12,6 +12,8 @@ from cortex_dsl.syntax.trouble import Trouble, Word
 from cortex_dsl.syntax.words import SPECIFIER_WORDS
 
 _CALL = re.compile(r"\w+\s*\(")
+LONGEST_PLACE = 80
+"""Characters in which two numbers are looked for."""
 
 
 def equals_after_with(trouble: Trouble) -> Diagnostic | None:
@@ -108,7 +110,7 @@ def place_without_brackets(trouble: Trouble) -> Diagnostic | None:
     if words[start].text != "at" or trouble.bracket is not None:
         return None
     number = re.compile(r"[^,]*?(-?[\w. ]+)\s*,\s*(-?[\w. ]*?\d[\w. ]*)").match(
-        trouble.source.text, words[start].span.end, trouble.line.end
+        trouble.source.text, words[start].span.end, min(trouble.line.end, words[start].span.end + LONGEST_PLACE)
     )
     if number is None:
         return None

@@ -92,6 +92,7 @@ class Journal:
             for stale in path.parent.glob(f"{unborn.name}*"):
                 stale.unlink()
             with closing(sqlite3.connect(unborn, isolation_level=None)) as connection:
+                connection.execute("PRAGMA journal_mode = WAL")
                 connection.executescript(f"BEGIN; {SCHEMA}")
                 connection.executemany("INSERT INTO manifest VALUES (?, ?)", _manifest_rows(manifest))
                 connection.execute("COMMIT")

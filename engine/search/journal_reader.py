@@ -49,7 +49,7 @@ def read_journal(path: Path) -> Record:
     """
     if not path.is_file():
         raise StoreError(f"there is no journal at `{path}`", "name the folder of a run, such as runs/left_turn-ga-001")
-    with store_errors(path), closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as connection:
+    with store_errors(path), closing(_opened(path)) as connection:
         _check(path, connection)
         try:
             return _record(connection)
@@ -58,6 +58,22 @@ def read_journal(path: Path) -> Record:
                 f"`{path}` is damaged: what it holds does not fit together ({type(error).__name__})",
                 "restore it from a copy, or repeat the run",
             ) from error
+
+
+def _opened(path: Path) -> sqlite3.Connection:
+    """A connection that only reads. What a process left half done when it was killed is taken back before."""
+    address = f"{path.resolve().as_uri()}?mode="
+    connection = sqlite3.connect(f"{address}ro", uri=True)
+    try:
+        connection.execute("SELECT count(*) FROM sqlite_master")
+    except sqlite3.OperationalError as error:
+        connection.close()
+        if error.sqlite_errorcode & 0xFF != sqlite3.SQLITE_READONLY:
+            raise
+        with closing(sqlite3.connect(f"{address}rw", uri=True)) as writer:
+            writer.execute("SELECT count(*) FROM sqlite_master")
+        return sqlite3.connect(f"{address}ro", uri=True)
+    return connection
 
 
 def _record(connection: sqlite3.Connection) -> Record:

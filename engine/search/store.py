@@ -17,6 +17,9 @@ LOCK = ".lock"
 """Held by the process that writes a run; whatever ends the process lets go of it."""
 
 
+SPACE = "free some space, then go on with `cortexc resume`: what was written is kept; or name another disk with --out"
+
+
 class StoreError(Exception):
     """Results cannot be kept, or read: what is wrong, and what to do about it."""
 
@@ -100,7 +103,7 @@ def store_errors(path: Path) -> Iterator[None]:
 
 def _cure_of(error: OSError) -> str:
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return "free some space or name a folder on another disk with --out; generations already written are kept"
+        return SPACE
     if isinstance(error, FileExistsError | NotADirectoryError):
         return "a part of this path is a file; name another folder with --out"
     return "make it writable, or name another folder with --out"
@@ -109,8 +112,9 @@ def _cure_of(error: OSError) -> str:
 def _journal_error(path: Path, error: sqlite3.Error) -> StoreError:
     text = str(error)
     if "full" in text:
-        cure = "free some space or name a folder on another disk with --out; generations already written are kept"
-        return StoreError(f"no space left for `{path}`", cure)
+        return StoreError(f"no space left for `{path}`", SPACE)
+    if "disk I/O" in text:
+        return StoreError(f"the disk does not take what is written to `{path}`: it may be full, or failing", SPACE)
     if "not a database" in text or "malformed" in text:
         return StoreError(f"`{path}` is not a readable journal: {text}", "restore it from a copy, or repeat the run")
     if "locked" in text:

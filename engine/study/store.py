@@ -15,6 +15,7 @@ the plan, in whatever order they ended; what they took (`pace`) lies in a table 
 import json
 import sqlite3
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -96,12 +97,10 @@ class StudyStore:
             connection.execute("INSERT INTO pace VALUES (?, ?, ?, ?)", (*record.address, record.seconds))
 
     def close(self) -> None:
-        """Leave one plain file behind."""
-        with store_errors(self.path):
-            try:
-                self._connection.execute("PRAGMA journal_mode = DELETE")
-            finally:
-                self._connection.close()
+        """Leave one plain file behind; two more beside it where somebody is reading, or the disk is full."""
+        with suppress(sqlite3.OperationalError):
+            self._connection.execute("PRAGMA journal_mode = DELETE")
+        self._connection.close()
 
 
 def opened(path: Path, mode: str) -> sqlite3.Connection:

@@ -72,7 +72,7 @@ def test_the_families_are_those_of_the_plan_of_analysis() -> None:
 )
 def test_beats_needs_median_p_and_effect(study: Study, ga: range, beats: bool, loses: bool) -> None:
     plan, records = pretend(study, {"random": list(range(30)), "ga": list(ga)})
-    rows = [row for row in compare_all(plan, records, (PRIMARY,))]
+    rows = compare_all(plan, records, (PRIMARY,))
     assert {row.beats for row in rows} == {beats}
     assert {row.loses for row in rows} == {loses}
     assert all(row.stars == ("" if not (beats or loses) else "***") for row in rows)

@@ -87,7 +87,7 @@ def test_two_processes_find_what_one_finds(study: Study, plan: Plan, carry_out: 
 def test_an_interrupted_study_becomes_the_undisturbed_one(study: Study, plan: Plan, tmp_path: Path) -> None:
     store = StudyStore.create(tmp_path, plan, {"engine": "test"})
 
-    def interrupted(finished) -> None:  # noqa: ANN001
+    def interrupted(finished) -> None:
         store.write(finished)
         if finished.record.address.run == 1:
             raise KeyboardInterrupt

@@ -1,0 +1,61 @@
+"""What the benchmarks of searches share: a plan over the examples, carried out in memory by the code of the study."""
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from cortex_dsl.session import load
+from engine.paper.numbers import FILES
+from engine.study.execution import perform_all
+from engine.study.plan import Plan, Subject, check
+from engine.study.records import Finished, RunRecord
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+
+def parser(description: str | None, runs: int) -> argparse.ArgumentParser:
+    """The options that they all have."""
+    made = argparse.ArgumentParser(description=(description or "").splitlines()[0])
+    made.add_argument("files", nargs="*", type=Path, help="scenarios (the six examples)")
+    made.add_argument("--runs", type=int, default=runs, help=f"runs of each method on each scenario ({runs})")
+    made.add_argument("--generations", type=int, default=30)
+    made.add_argument("--population", type=int, default=100)
+    made.add_argument("--preset", choices=("cortex", "cortex-literal"), default="cortex")
+    made.add_argument("--seed", type=int, default=0)
+    made.add_argument("--jobs", type=int, default=1, help="processes; results never depend on it (1)")
+    made.add_argument("--json", action="store_true", help="print one JSON document instead of a table")
+    return made
+
+
+def plan_of(options: argparse.Namespace, methods: Sequence[str]) -> Plan:
+    """The plan that the options ask for, checked."""
+    files = options.files or [EXAMPLES / f"{name}.scn" for name in FILES]
+    plan = Plan(tuple(_subject(file, options) for file in files), tuple(methods), options.runs)
+    check(plan)
+    return plan
+
+
+def _subject(file: Path, options: argparse.Namespace) -> Subject:
+    scenario = load(file)
+    budget = {name: getattr(options, name) for name in ("generations", "population", "seed")}
+    config = scenario.config
+    config = replace(config, search=replace(config.search, **budget), ga=replace(config.ga, preset=options.preset))
+    return Subject(file.stem, str(file), scenario.program, config)
+
+
+def carried_out(plan: Plan, jobs: int) -> tuple[list[RunRecord], float]:
+    """Every run in the order of the plan, and how long it took [s]."""
+    start = time.perf_counter()
+    found: dict[tuple, RunRecord] = {}
+
+    def on_run(finished: Finished) -> None:
+        found[finished.record.address] = finished.record
+        total = plan.runs * len(plan.subjects) * len(plan.methods)
+        if len(found) * 10 // total > (len(found) - 1) * 10 // total:
+            print(f"{len(found)} of {total} runs, {time.perf_counter() - start:.0f} s", file=sys.stderr, flush=True)
+
+    perform_all(plan, on_run, jobs)
+    return [found[address] for address in plan.addresses()], time.perf_counter() - start

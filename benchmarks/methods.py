@@ -1,0 +1,158 @@
+"""Which searcher is good at what? All of them at equal budget over the six examples.
+
+    python -m benchmarks.methods --runs 10 --jobs 2
+
+| column            | meaning, a median over runs, then over scenarios                                        |
+|-------------------|-----------------------------------------------------------------------------------------|
+| collisions        | different genomes that collided: the yield                                              |
+| distinct failures | collisions that differ in a third of their genes by a tenth of the range from all before |
+| cells             | cells of the descriptor grids (see `engine.search.diversity`) with a collision          |
+| invalid           | share of individuals without a scene                                                    |
+| first             | distinct simulations until the first collision                                          |
+| simulations       | distinct simulations: an elite that is kept is not simulated again                      |
+| seconds           | of one run on one core                                                                  |
+
+`+n` and `-n`: in n scenarios better or worse than random, by the rule of `engine.study.comparisons`.
+"""
+
+import json
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+
+import numpy as np
+
+from benchmarks.in_memory import carried_out, parser, plan_of
+from engine.search.journal import finite
+from engine.search.searchers import SEARCHERS
+from engine.study.comparisons import Comparison, compare_all
+from engine.study.measures import DISTINCT_FAILURES, FAILING_CELLS, MEASURES, PRIMARY, Measure
+from engine.study.plan import Plan
+from engine.study.records import RunRecord
+
+FIRST = next(measure for measure in MEASURES if measure.name == "first collision")
+INVALID = next(measure for measure in MEASURES if measure.name == "NIS")
+COMPARED = (PRIMARY, DISTINCT_FAILURES, FAILING_CELLS, INVALID, FIRST)
+
+
+@dataclass(frozen=True)
+class Column:
+    """One number of each run, and the comparison that says where it is better than random's."""
+
+    title: str
+    of: Callable[[RunRecord], float]
+    compared: Measure | None = None
+    decimals: int = 0
+    larger_is_better: bool = True
+
+
+COLUMNS = (
+    Column("collisions", lambda r: PRIMARY.of(r.figures), PRIMARY),
+    Column("distinct failures", lambda r: DISTINCT_FAILURES.of(r.figures), DISTINCT_FAILURES),
+    Column("cells", lambda r: FAILING_CELLS.of(r.figures), FAILING_CELLS),
+    Column(
+        "invalid %", lambda r: 100.0 * r.figures.individuals.nis / r.figures.individuals.individuals, INVALID, 1, False
+    ),
+    Column("first", lambda r: FIRST.of(r.figures), FIRST, 0, False),
+    Column("simulations", lambda r: float(r.figures.simulations.runs)),
+    Column("seconds", lambda r: r.seconds, None, 2, False),
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    made = parser(__doc__, runs=10)
+    made.add_argument("--methods", default="all", help="names with commas between them (all that are installed)")
+    options = made.parse_args(arguments)
+    plan = plan_of(options, methods_of(options.methods))
+    records, seconds = carried_out(plan, options.jobs)
+    comparisons = compare_all(plan, records, COMPARED)
+    if options.json:
+        print(as_json(plan, records, comparisons, seconds))
+    else:
+        print(as_markdown(plan, records, comparisons))
+    return 0
+
+
+def methods_of(text: str) -> list[str]:
+    """The names asked for, the baseline first."""
+    if text != "all":
+        return text.split(",")
+    here = [name for name, entry in SEARCHERS.items() if not entry.package or find_spec(entry.package)]
+    return sorted(here, key=lambda name: name != "random")
+
+
+def number(plan: Plan, records: Sequence[RunRecord], method: str, column: Column) -> float:
+    """The median over scenarios of the medians over runs."""
+    medians = [
+        np.nanmedian([column.of(r) for r in records if r.address[:2] == (scenario, method)])
+        for scenario in range(len(plan.subjects))
+    ]
+    return float(np.nanmedian(medians))
+
+
+def as_markdown(plan: Plan, records: Sequence[RunRecord], comparisons: Sequence[Comparison]) -> str:
+    """One line a method; the best of a column is bold."""
+    search = plan.subjects[0].config.search
+    lines = [
+        f"Medians over {plan.runs} runs of {search.generations} x {search.population}; {len(plan.subjects)} scenarios.",
+        "",
+        f"| method | {' | '.join(column.title for column in COLUMNS)} |",
+        f"|---|{'---|' * len(COLUMNS)}",
+    ]
+    table = {method: [number(plan, records, method, column) for column in COLUMNS] for method in plan.methods}
+    for method, values in table.items():
+        cells = [
+            cell(method, column, value, [row[place] for row in table.values()], comparisons)
+            for place, (column, value) in enumerate(zip(COLUMNS, values, strict=True))
+        ]
+        lines.append(f"| {method} | {' | '.join(cells)} |")
+    return "\n".join([*lines, "", *honest(plan, comparisons)])
+
+
+def cell(
+    method: str, column: Column, value: float, everyone: Sequence[float], comparisons: Sequence[Comparison]
+) -> str:
+    text = f"{value:.{column.decimals}f}"
+    if column.compared is not None and value == (max if column.larger_is_better else min)(everyone):
+        text = f"**{text}**"
+    more, fewer = tally(method, column.compared, comparisons)
+    return text + (f" +{more}" if more else "") + (f" -{fewer}" if fewer else "")
+
+
+def tally(method: str, measure: Measure | None, comparisons: Sequence[Comparison]) -> tuple[int, int]:
+    """In how many scenarios the method beats random, and in how many it loses."""
+    rows = [row for row in comparisons if row.method == method and row.measure is measure]
+    return sum(row.beats for row in rows), sum(row.loses for row in rows)
+
+
+def honest(plan: Plan, comparisons: Sequence[Comparison]) -> list[str]:
+    """Where random sampling, or any other method, is the better choice."""
+    lines = []
+    for method in plan.contenders:
+        worse = [m.name for m in COMPARED if tally(method, m, comparisons)[1]]
+        if worse:
+            lines.append(f"- `{method}` is worse than `{plan.baseline}` somewhere in: {', '.join(worse)}.")
+    return lines
+
+
+def as_json(plan: Plan, records: Sequence[RunRecord], comparisons: Sequence[Comparison], seconds: float) -> str:
+    rows = {
+        method: {column.title: number(plan, records, method, column) for column in COLUMNS} for method in plan.methods
+    }
+    better = {
+        method: {m.name: dict(zip(("beats", "loses"), tally(method, m, comparisons), strict=True)) for m in COMPARED}
+        for method in plan.contenders
+    }
+    document = {
+        "benchmark": "methods",
+        "runs": plan.runs,
+        "seconds": seconds,
+        "methods": rows,
+        "against_random": better,
+    }
+    return json.dumps(finite(document), indent=2, allow_nan=False)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,128 @@
+"""Figures for papers: the course of the metrics, where a run failed, and its worst cases, as SVG, PNG and PDF."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cortex_dsl.page.case import ToldCase
+from cortex_dsl.page.drawing import colour
+from cortex_dsl.page.extras import needed
+from cortex_dsl.page.film import ACTORS, ASPHALT, HOT, KERB
+from cortex_dsl.page.heat import HeatMap, heat_maps
+from cortex_dsl.page.run_charts import METRICS
+from cortex_dsl.page.run_page import told_case
+from cortex_dsl.page.unlike import unlike_cases
+from cortex_dsl.report.scene_view import outline_corners
+from cortex_dsl.runs import OpenedRun
+from engine.search.journal_reader import Record
+from engine.vocabulary import State
+
+FORMATS = ("svg", "png", "pdf")
+CASES = 3
+STYLE = {
+    "font.size": 8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.6,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "cortexc",
+    "savefig.bbox": "tight",
+    "savefig.dpi": 200,
+}
+COOL, QUIET = "#0b6bb0", "#5c6570"
+
+
+def write_figures(run: OpenedRun, folder: Path) -> list[Path]:
+    """Write all figures in all formats; their paths.
+
+    Raises:
+        MissingExtra: matplotlib is not installed.
+        OSError: a file cannot be written.
+    """
+    matplotlib = needed("matplotlib", "matplotlib", "figures")
+    needed("matplotlib.backends.backend_agg", "matplotlib", "figures")
+    with matplotlib.rc_context(STYLE):
+        return [path for name, figure in _figures(run) for path in _save(figure, folder, name)]
+
+
+def _save(figure: Any, folder: Path, name: str) -> Iterator[Path]:
+    for ending in FORMATS:
+        path = folder / f"{name}.{ending}"
+        dated = {"Date": None} if ending == "svg" else {"CreationDate": None} if ending == "pdf" else None
+        figure.savefig(path, metadata=dated)
+        yield path
+
+
+def _new(width: float, height: float) -> Any:
+    """A figure without pyplot, whose windows would stay open [inches]."""
+    return needed("matplotlib.figure", "matplotlib", "figures").Figure(figsize=(width, height), layout="constrained")
+
+
+def _figures(run: OpenedRun) -> Iterator[tuple[str, Any]]:
+    yield "course", _course(run.record)
+    for number, found in enumerate(heat_maps(run.record.manifest.parameters, run.record.evaluations), start=1):
+        yield f"params-{number}", _heat(found)
+    for case in unlike_cases(run.record, CASES):
+        yield f"case-{case.rank}", _scene(told_case(run, case))
+
+
+def _course(record: Record) -> Any:
+    """The five metrics over the generations."""
+    figure = _new(7.2, 3.6)
+    x = np.arange(1, len(record.generations) + 1)
+    for axes, metric in zip(figure.subplots(2, 3).flat, METRICS, strict=False):
+        y = [getattr(row.by_individual, metric.field) for row in record.generations]
+        axes.plot(x, y, color=COOL, linewidth=1.4)
+        axes.set_title(metric.name, loc="left", fontweight="bold")
+        axes.set_ylabel(metric.unit or "")
+        axes.set_ylim(bottom=0)
+        axes.set_xlabel("generation")
+    figure.axes[5].set_axis_off()
+    return figure
+
+
+def _heat(found: HeatMap) -> Any:
+    """The share of collisions in each cell."""
+    figure = _new(3.4, 2.9)
+    axes = figure.subplots()
+    share = np.where(found.tried > 0, found.failed / np.maximum(found.tried, 1), np.nan)
+    axes.set_facecolor("#e4e4df")  # never tried
+    mesh = axes.pcolormesh(found.across.edges, found.up.edges, share.T, cmap="Oranges", vmin=0.0, vmax=1.0)
+    axes.set_xlabel(_label(found.across.name, found.across.unit))
+    axes.set_ylabel(_label(found.up.name, found.up.unit))
+    figure.colorbar(mesh, label="share of collisions")
+    return figure
+
+
+def _label(name: str, unit: str) -> str:
+    """matplotlib would read a dollar as mathematics."""
+    return (f"{name} [{unit}]" if unit else name).replace("$", r"\$")
+
+
+def _scene(told: ToldCase) -> Any:
+    """The road from above, ways, and everybody at the key moment."""
+    frame, states = told.frame, told.trajectory.states[told.key_sample]
+    figure = _new(3.6, 3.6 * frame.height / frame.width)
+    axes = figure.subplots()
+    for ring in told.road.intersections:
+        axes.fill(*ring.T, color=ASPHALT, linewidth=0)
+    for line in told.road.kerbs:
+        axes.plot(*line.T, color=KERB, linewidth=0.8)
+    for line in (*told.road.middle_lines, *told.road.lane_lines):
+        axes.plot(*line.T, color=KERB, linewidth=0.5, linestyle=(0, (6, 6)))
+    for actor in reversed(range(len(told.shapes))):
+        tint, shape = ACTORS[colour(actor)], told.shapes[actor]
+        axes.plot(*told.ways[actor].T, color=tint, linewidth=0.9, linestyle=":")
+        if states[actor, State.PRESENT] > 0.5:
+            pose = (float(v) for v in states[actor, [State.X, State.Y, State.HEADING]])
+            corners = outline_corners(*pose, shape.length, shape.width)
+            axes.fill(*zip(*corners, strict=True), color=tint, label=_label(shape.name, ""), zorder=3)
+    if told.contact_point:
+        axes.plot(*told.contact_point, marker="x", color=HOT, markersize=7, markeredgewidth=1.6, zorder=4)
+    axes.set(xlim=(frame.left, frame.left + frame.width), ylim=(frame.bottom, frame.bottom + frame.height), aspect=1)
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+    axes.legend(frameon=False, fontsize=7, loc="upper left")
+    return figure

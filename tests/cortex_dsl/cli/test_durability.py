@@ -1,0 +1,294 @@
+"""A search survives whatever ends its process: what `cortexc resume` leaves is what an undisturbed search leaves."""
+
+import os
+import random
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from engine.search.journal import SCHEMA_VERSION
+from engine.search.journal_reader import read_journal
+
+CORTEXC = [sys.executable, "-m", "cortex_dsl"]
+RESULTS = ("generation", "individual", "simulation")
+GENERATIONS = 24
+SEARCH = ("--ga", "--generations", GENERATIONS, "--population", 40, "--seed", 3, "--jobs", 1)
+SMALL = ("--generations", 4, "--population", 10, "--jobs", 1)
+IN_NAMESPACE = ["unshare", "--user", "--map-root-user", "--mount", "sh", "-ec"]
+
+Command = Callable[..., Any]
+
+
+def tables(run: Path) -> dict[str, list[Any]]:
+    """The three tables of results, row by row."""
+    with closing(sqlite3.connect(run / "journal.sqlite")) as connection:
+        return {table: connection.execute(f"SELECT * FROM {table}").fetchall() for table in RESULTS}
+
+
+def written(run: Path) -> int:
+    """Generations that the journal holds; -1 while there is no journal."""
+    try:
+        with closing(sqlite3.connect(f"file:{run / 'journal.sqlite'}?mode=ro", uri=True)) as connection:
+            return connection.execute("SELECT count(*) FROM generation").fetchone()[0]
+    except sqlite3.Error:
+        return -1
+
+
+def start(*arguments: object) -> "subprocess.Popen[bytes]":
+    command = [*CORTEXC, *map(str, arguments)]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def there(path: Path) -> Callable[[], bool]:
+    return path.exists
+
+
+def has(run: Path, generations: int) -> Callable[[], bool]:
+    return lambda: written(run) >= generations
+
+
+def kill_when(process: "subprocess.Popen[bytes]", ready: Callable[[], bool], delay: float = 0.0) -> bool:
+    """SIGKILL a moment after something holds; False where the process was faster."""
+    deadline = time.monotonic() + 240
+    while not ready() and process.poll() is None:
+        assert time.monotonic() < deadline
+        time.sleep(0.001)
+    time.sleep(delay)
+    process.send_signal(signal.SIGKILL)
+    return process.wait(timeout=60) == -signal.SIGKILL
+
+
+def in_namespace(script: str, *arguments: object) -> "subprocess.CompletedProcess[str]":
+    """Run a script that may mount things which nobody else sees; skip where the system does not allow that."""
+    if shutil.which("unshare") is None or subprocess.run([*IN_NAMESPACE, "true"], check=False).returncode:
+        pytest.skip("needs a user namespace of its own")
+    command = [*IN_NAMESPACE, script, "sh", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+
+
+@pytest.fixture
+def killed(left_turn: Path, tmp_path: Path) -> Path:
+    """A run that was killed after some generations."""
+    run = tmp_path / "killed"
+    process = start(left_turn, *SEARCH, "--out", run)
+    assert kill_when(process, has(run, 2))
+    return run
+
+
+def test_killed_at_many_moments(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+    """Fifteen times SIGKILL: before and in the first generation, all along, while tables and worst cases are written.
+    Journal, tables and worst cases end up as those of a search that nobody disturbed.
+    """
+    assert cortexc(left_turn, *SEARCH, "--out", tmp_path / "whole").code == 0
+    run, chance, kills = tmp_path / "killed", random.Random(5), 0
+    process = start(left_turn, *SEARCH, "--out", run)
+    kills += kill_when(process, there(run / "journal.sqlite"))
+    assert written(run) <= 1
+    reached = 0
+    while reached < GENERATIONS - 1:
+        reached = min(GENERATIONS - 1, max(reached, written(run)) + chance.choice((0, 1, 2, 3)))
+        kills += kill_when(start("resume", run), has(run, reached), chance.uniform(0.0, 0.02))
+    assert read_journal(run / "journal.sqlite").status == "running"
+    for name in ("evaluations.csv", "generations.csv", "worst/02.scn"):
+        kills += kill_when(start("resume", run), there(run / name), chance.uniform(0.0, 0.01))
+    assert kills >= 12
+
+    assert cortexc("resume", run).code == 0
+    assert tables(run) == tables(tmp_path / "whole")
+    assert read_journal(run / "journal.sqlite").status == "finished"
+    for path in (tmp_path / "whole").rglob("*"):
+        if path.suffix in (".csv", ".jsonl", ".scn", ".md"):
+            assert (run / path.relative_to(tmp_path / "whole")).read_bytes() == path.read_bytes(), path.name
+
+
+def test_killed_before_there_is_a_journal(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+    """What is left of a search that was ended at once is said to be no run, and does not stand in the way of one."""
+    run = tmp_path / "run"
+    run.mkdir()
+    (run / "journal.sqlite.new").write_bytes(b"half a journal")
+    (run / "journal.sqlite.new-journal").write_bytes(b"and how to take it back")
+    (run / ".lock").touch()
+    result = cortexc("resume", run)
+    assert result.code == 2
+    assert "there is no journal" in result.err
+    assert "start that search again" in result.err
+    assert cortexc(left_turn, "--random", *SMALL, "--out", run).code == 0
+    assert not list(run.glob("*.new*"))
+
+
+def test_a_stopped_run_goes_on(left_turn: Path, cortexc: Command, tmp_path: Path) -> None:
+    """Ctrl-C, then `resume`: the same journal as without."""
+    run = tmp_path / "stopped"
+    process = start(left_turn, *SEARCH, "--out", run)
+    while written(run) < 2:
+        assert process.poll() is None
+        time.sleep(0.002)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=60) == 130
+    assert read_journal(run / "journal.sqlite").status == "stopped"
+    result = cortexc("resume", run, "--jobs", 2)
+    assert result.code == 0
+    assert "going on after generation" in result.err
+    cortexc(left_turn, *SEARCH, "--out", tmp_path / "whole")
+    assert tables(run) == tables(tmp_path / "whole")
+
+
+def test_a_finished_run_shows_its_report_again(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+    """Nothing is written, and the report and the document are those of the search."""
+    run = tmp_path / "run"
+    first = cortexc(left_turn, "--ga", *SMALL, "--out", run)
+    before = {path: path.stat().st_mtime_ns for path in run.rglob("*")}
+    again = cortexc("resume", run)
+    assert again.code == 0
+    assert again.out == first.out
+    assert "finished already" in again.err
+    assert {path: path.stat().st_mtime_ns for path in run.rglob("*")} == before
+    (search,) = cortexc("resume", run, "--json").document["searches"]
+    assert (search["method"], search["generations"], search["stopped"]) == ("ga", 4, False)
+
+
+@pytest.mark.parametrize("method", ["ga", "sobol", "niching", "cmaes", "nsga2", "cma_me"])
+def test_a_finished_run_can_become_longer(cortexc: Command, left_turn: Path, tmp_path: Path, method: str) -> None:
+    """A run of more generations begins with the shorter one: made longer, they are equal."""
+    size = ("--population", 10, "--jobs", 1)
+    cortexc(left_turn, "--method", method, *size, "--generations", 3, "--out", tmp_path / "short")
+    result = cortexc("resume", tmp_path / "short", "--generations", 6)
+    assert result.code == 0
+    cortexc(left_turn, "--method", method, *size, "--generations", 6, "--out", tmp_path / "long")
+    assert tables(tmp_path / "short") == tables(tmp_path / "long")
+    settings = read_journal(tmp_path / "short" / "journal.sqlite").manifest.settings
+    assert settings["search"]["generations"] == 6
+
+
+def test_what_cannot_become_longer(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+    """Annealing paces itself by the number of its generations; and no run has fewer than it has."""
+    cortexc(left_turn, "--method", "sa", *SMALL, "--out", tmp_path / "sa")
+    refused = cortexc("resume", tmp_path / "sa", "--generations", 9)
+    assert refused.code == 2
+    assert "paces itself by the number of its generations" in refused.err
+    assert cortexc("resume", tmp_path / "sa", "--generations", 4).code == 0
+    cortexc(left_turn, "--random", *SMALL, "--out", tmp_path / "random")
+    refused = cortexc("resume", tmp_path / "random", "--generations", 3)
+    assert refused.code == 2
+    assert "has 4 generations already" in refused.err
+
+
+def test_an_edited_scenario(cortexc: Command, scenario: Callable[..., Path], tmp_path: Path) -> None:
+    """The run goes on with the text it was started with, and says so; imports and `-p` are those of then, too."""
+    path = scenario("terminate after 20 s", "from beside import LIMIT\nterminate after LIMIT")
+    (path.parent / "beside.scn").write_text("LIMIT = 3 s\n")
+    arguments = ("--random", "--population", 10, "--jobs", 1, "-p", "EGO_SPEED=50 km/h")
+    run = tmp_path / "run"
+    assert cortexc(path, *arguments, "--generations", 2, "--out", run).code == 0
+    assert cortexc(path, *arguments, "--generations", 4, "--out", tmp_path / "whole").code == 0
+    path.write_text("ego = new Car\n")
+    (path.parent / "beside.scn").unlink()
+    result = cortexc("resume", run, "--generations", 4)
+    assert result.code == 0
+    assert "was edited since" in result.err
+    assert tables(run) == tables(tmp_path / "whole")
+
+
+def test_a_full_disk(left_turn: Path, tmp_path: Path) -> None:
+    """A disk that fills up ends the search with 2 and a word; with more space the run goes on to its end."""
+    script = f"""
+        mkdir "$1/disk"; mount -t tmpfs -o size=300k none "$1/disk"
+        code=0; "$2" -m cortex_dsl "$3" {" ".join(map(str, SEARCH))} --out "$1/disk/run" 2> "$1/first" || code=$?
+        echo $code; mount -o remount,size=30m "$1/disk"
+        "$2" -m cortex_dsl resume "$1/disk/run" > "$1/second" 2>&1; echo $?; cp "$1/disk/run/journal.sqlite" "$1"
+    """
+    done = in_namespace(script, tmp_path, sys.executable, left_turn)
+    assert done.stdout.split() == ["2", "0"], done.stderr
+    complaint = (tmp_path / "first").read_text()
+    assert "no space left" in complaint
+    assert "cortexc resume" in complaint
+    assert "Traceback" not in complaint
+    assert read_journal(tmp_path / "journal.sqlite").status == "finished"
+    assert "going on after generation" in (tmp_path / "second").read_text()
+
+
+def test_a_folder_that_can_only_be_read(killed: Path, cortexc: Command) -> None:
+    """A run that is not finished is refused with 2, a finished one shows its report."""
+    script = """
+        mount --bind "$1" "$1"; mount -o remount,ro,bind "$1"
+        code=0; "$2" -m cortex_dsl resume "$1" || code=$?; echo "code $code"
+    """
+    refused = in_namespace(script, killed, sys.executable)
+    assert "code 2" in refused.stdout
+    assert "cortexc: cannot" in refused.stderr
+    assert "Traceback" not in refused.stderr
+    assert cortexc("resume", killed).code == 0
+    shown = in_namespace(script, killed, sys.executable)
+    assert "code 0" in shown.stdout
+    assert "finished already" in shown.stderr
+
+
+def test_two_processes_on_one_run(killed: Path, cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+    """While a search writes its run, or a resume does, nobody else may."""
+    with start(left_turn, "--ga", "--generations", 60000, "--out", tmp_path / "busy") as process:
+        while written(tmp_path / "busy") < 1:
+            assert process.poll() is None
+            time.sleep(0.01)
+        refused = cortexc("resume", tmp_path / "busy")
+        assert refused.code == 2
+        assert "being written by another process" in refused.err
+        process.kill()
+    with start("resume", killed, "--generations", 60000) as process:
+        before = written(killed)
+        while written(killed) <= before:
+            assert process.poll() is None
+            time.sleep(0.01)
+        assert cortexc("resume", killed).code == 2
+        process.kill()
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        ("PRAGMA application_id = 7", "of another program"),
+        (f"PRAGMA user_version = {SCHEMA_VERSION - 1}", f"has version {SCHEMA_VERSION - 1} of the journal"),
+        ("UPDATE individual SET genome = x'00'", "is damaged"),
+        ("UPDATE manifest SET value = '\"0\"' WHERE field = 'program_digest'", "compiles the scenario"),
+        ("UPDATE manifest SET value = '\"ego = \"' WHERE field = 'file_text'", "does not compile the scenario"),
+        ("UPDATE manifest SET value = '99' WHERE field = 'seed'", "is not the one that follows here"),
+    ],
+)
+def test_journals_that_are_none_of_ours(killed: Path, cortexc: Command, damage: str, message: str) -> None:
+    """Foreign, older, damaged, of another compiler, or not what its searcher would do: a reason, a cure, and 2."""
+    with closing(sqlite3.connect(killed / "journal.sqlite")) as connection:
+        connection.execute(damage)
+        if "'seed'" in damage:
+            connection.execute(
+                "UPDATE manifest SET value = json_set(value, '$.search.seed', 99) WHERE field = 'settings'"
+            )
+        connection.commit()
+    before = tables(killed)
+    result = cortexc("resume", killed)
+    assert result.code == 2
+    assert message in result.err
+    assert "help:" in result.err
+    assert tables(killed) == before
+
+
+def test_files_that_are_no_journal(cortexc: Command, killed: Path, tmp_path: Path) -> None:
+    """Torn off, overwritten, a folder of runs, a name misspelt, a file, nothing: each is told apart."""
+    (killed / "journal.sqlite-wal").unlink(missing_ok=True)
+    (killed / "journal.sqlite").write_bytes(os.urandom(5000))
+    assert "is not a readable journal" in cortexc("resume", killed).err
+    (killed / "journal.sqlite").write_bytes(b"")
+    assert "of another program" in cortexc("resume", killed).err
+    assert "holds 1 run" in cortexc("resume", tmp_path).err
+    assert f"did you mean `{killed}`?" in cortexc("resume", killed.with_name("kiled")).err
+    assert "is no folder" in cortexc("resume", __file__).err
+    result = cortexc("resume")
+    assert (result.code, "no run given" in result.err) == (2, True)
+    assert cortexc("resume", killed, "--json").document["exit_code"] == 2

@@ -1,0 +1,216 @@
+"""`cortexc study`: a plan from a command line, its tables, and going on after whatever happened."""
+
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cortex_dsl.cli.exits import Exit
+
+TINY = ("--runs", "2", "--generations", "3", "--population", "12", "--jobs", "1")
+
+
+def contents(folder: Path) -> list[tuple]:
+    """Every row that a plan decides."""
+    with sqlite3.connect(folder / "study.sqlite") as connection:
+        return [
+            row
+            for table in ("run", "evaluations")
+            for row in connection.execute(f"SELECT * FROM {table} ORDER BY 1, 2, 3")
+        ]
+
+
+def test_a_study_is_told_and_kept(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+    """Both methods, all eight measures, the verdict with its caution, and the files."""
+    result = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
+    assert result.code == Exit.FINE
+    assert "ga against random: distinct collisions" in result.out
+    assert "with 2 runs of each this is a hint at most" in result.out
+    for measure in ("distinct collisions", "distinct failures", "RL", "NC", "MDG", "MDEC", "NIS"):
+        assert f"\n  {measure}" in result.out
+    names = {path.name for path in (tmp_path / "s").iterdir()}
+    assert {"study.sqlite", "programs", "runs.csv", "generations.csv", "tests.csv", "summary.json"} <= names
+    assert all(len(line) <= 100 for line in result.out.splitlines())
+
+
+def test_json_is_one_document(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+    """With every test of the study, and nothing else on stdout."""
+    result = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s", "--json")
+    document = result.document
+    assert document["schema"] == "cortexc/study"
+    assert document["runs_finished"] == 4
+    assert document["complete"] is True
+    assert {row["measure"] for row in document["tests"]} >= {"distinct collisions", "RL"}
+
+
+def test_three_methods_stand_under_one_another(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+    """The baseline first, whatever the order of the list."""
+    result = cortexc("study", left_turn, *TINY, "--methods", "ga,niching,random", "--out", tmp_path / "s")
+    assert result.code == Exit.FINE
+    block = result.out.split("distinct collisions")[-1]
+    assert [word for word in block.split() if word in ("random", "ga", "niching")][:3] == ["random", "ga", "niching"]
+
+
+def test_without_files_the_six_are_named(cortexc: Callable[..., Any], tmp_path: Path) -> None:
+    """And stand beside the paper only with its budget."""
+    result = cortexc("study", "--runs", 1, "--generations", 1, "--population", 4, "--jobs", 1, "--out", tmp_path / "s")
+    assert "no FILES: the paper's six scenarios" in result.err
+    assert "three_way_left" in result.out
+    assert "Beside the paper" not in result.out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--methods", "gaa"), "did you mean `ga`"),
+        (("--runs", "0"), "at least 1"),
+        (("--resume", "nowhere"), "no study"),
+        (("--resume", "x", "--runs", "3"), "--runs has no effect with --resume"),
+        (("--rnus", "3"), "did you mean `--runs`"),
+        (("--runs", "60000", "--population", "100000"), "more than 1,000,000,000"),
+    ],
+)
+def test_slips_are_answered(
+    cortexc: Callable[..., Any], left_turn: Path, arguments: tuple[str, ...], said: str
+) -> None:
+    """Each with what is wrong."""
+    files = () if "--resume" in arguments else (left_turn,)
+    result = cortexc("study", *files, *arguments)
+    assert result.code == Exit.USAGE
+    assert said in result.err
+
+
+def test_a_file_with_errors_ends_it_before_anything_is_written(
+    cortexc: Callable[..., Any], scenario: Callable[..., Path], tmp_path: Path
+) -> None:
+    """With the compiler's own words."""
+    result = cortexc("study", scenario("EGO_BRAKE", "EGO_BRAK€"), *TINY, "--out", tmp_path / "s")
+    assert result.code == Exit.DIAGNOSTICS
+    assert not (tmp_path / "s").exists()
+
+
+def test_a_folder_that_is_taken_is_refused(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+    """A study is never overwritten."""
+    assert cortexc("study", left_turn, *TINY, "--out", tmp_path / "s").code == Exit.FINE
+    again = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
+    assert again.code == Exit.USAGE
+    assert "not empty" in again.err or "already" in again.err
+
+
+def test_a_complete_study_is_told_again(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+    """By --resume, without running anything."""
+    first = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
+    before = contents(tmp_path / "s")
+    again = cortexc("study", "--resume", tmp_path / "s")
+    assert again.out == first.out
+    assert contents(tmp_path / "s") == before
+
+
+def test_another_engine_may_not_go_on(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+    """Its runs would be compared as if they were of one."""
+    cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
+    with sqlite3.connect(tmp_path / "s" / "study.sqlite") as connection:
+        connection.execute("UPDATE manifest SET value = '\"older\"' WHERE field = 'engine'")
+        connection.execute("DELETE FROM run WHERE run = 1")
+    result = cortexc("study", "--resume", tmp_path / "s")
+    assert result.code == Exit.USAGE
+    assert "another version of the engine" in result.err
+
+
+def start(folder: Path, left_turn: Path, jobs: int) -> subprocess.Popen[bytes]:
+    """A study in a process of its own, long enough to be killed in the middle of."""
+    words = ["study", left_turn, "--runs", 6, "--generations", 20, "--population", 40, "--jobs", jobs, "--out", folder]
+    command = [sys.executable, "-m", "cortex_dsl", *map(str, words)]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True)
+
+
+def finished_runs(folder: Path) -> int:
+    try:
+        with closing(sqlite3.connect(f"file:{folder / 'study.sqlite'}?mode=ro", uri=True)) as connection:
+            return connection.execute("SELECT count(*) FROM run").fetchone()[0]
+    except sqlite3.Error:
+        return 0
+
+
+def wait_for_runs(process: subprocess.Popen[bytes], folder: Path, count: int) -> None:
+    for _ in range(3000):
+        if finished_runs(folder) >= count or process.poll() is not None:
+            return
+        time.sleep(0.01)
+
+
+@pytest.fixture(scope="module")
+def undisturbed(left_turn: Path, tmp_path_factory: pytest.TempPathFactory) -> list[tuple]:
+    folder = tmp_path_factory.mktemp("undisturbed") / "s"
+    process = start(folder, left_turn, 1)
+    assert process.communicate(timeout=240) is not None
+    assert process.returncode == Exit.FINE
+    return contents(folder)
+
+
+def children(group: int) -> list[int]:
+    """Processes of a group that live."""
+    found = subprocess.run(["pgrep", "-g", str(group)], capture_output=True, text=True, check=False)
+    return [int(word) for word in found.stdout.split()]
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="signals of POSIX")
+@pytest.mark.parametrize(("jobs", "after"), [(1, 1), (1, 4), (2, 2), (2, 5)])
+def test_a_killed_study_goes_on_to_the_same_rows(
+    cortexc: Callable[..., Any], undisturbed: list[tuple], left_turn: Path, tmp_path: Path, jobs: int, after: int
+) -> None:
+    """SIGKILL of the command alone: what was finished is there, its workers end by themselves."""
+    folder = tmp_path / "s"
+    process = start(folder, left_turn, jobs)
+    wait_for_runs(process, folder, after)
+    process.kill()
+    process.communicate(timeout=60)
+    kept = finished_runs(folder)
+    assert after <= kept < 12
+    result = cortexc("study", "--resume", folder, "--jobs", 1)
+    assert result.code == Exit.FINE
+    assert contents(folder) == undisturbed
+    for _ in range(200):
+        if not children(process.pid):
+            break
+        time.sleep(0.05)
+    assert not children(process.pid)
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="signals of POSIX")
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_ctrl_c_keeps_what_is_finished_and_says_how_to_go_on(
+    cortexc: Callable[..., Any], undisturbed: list[tuple], left_turn: Path, tmp_path: Path, jobs: int
+) -> None:
+    """Sent to the whole group, as a terminal does; nobody complains with a traceback."""
+    folder = tmp_path / "s"
+    process = start(folder, left_turn, jobs)
+    wait_for_runs(process, folder, 2)
+    os.killpg(process.pid, signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == Exit.INTERRUPTED
+    assert b"go on with: cortexc study --resume" in err
+    assert b"Traceback" not in err
+    assert 2 <= finished_runs(folder) < 12
+    assert cortexc("study", "--resume", folder, "--jobs", 1).code == Exit.FINE
+    assert contents(folder) == undisturbed
+
+
+def test_one_process_at_a_time(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+    """A study that is being written is left alone."""
+    folder = tmp_path / "s"
+    process = start(folder, left_turn, 1)
+    wait_for_runs(process, folder, 1)
+    result = cortexc("study", "--resume", folder, "--jobs", 1)
+    process.kill()
+    process.communicate(timeout=60)
+    assert result.code == Exit.USAGE
+    assert "another process" in result.err

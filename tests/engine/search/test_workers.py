@@ -1,0 +1,195 @@
+"""Wherever simulations run, in threads, processes or a Dask cluster that loses a worker, the journal is the same."""
+
+import json
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future
+from contextlib import ExitStack, closing
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cortex_dsl.hunting import hunt
+from cortex_dsl.session import Scenario, load
+from engine.search.campaign import Progress
+from engine.search.methods.extras import MissingExtra
+from engine.search.workers import (
+    LARGEST,
+    Job,
+    Workers,
+    WorkersLost,
+    batches_of,
+    open_workers,
+    process_pool,
+    spread,
+    work,
+    workers_for,
+)
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "left_turn.scn"
+RESULTS = ("generation", "individual", "simulation")
+
+
+@pytest.fixture(scope="module")
+def scenario() -> Scenario:
+    scenario = load(EXAMPLE)
+    search = replace(scenario.config.search, generations=5, population=120, seed=4, probes=2)
+    return replace(scenario, config=replace(scenario.config, search=search))
+
+
+def tables(run: Path) -> dict[str, list[Any]]:
+    with closing(sqlite3.connect(run / "journal.sqlite")) as connection:
+        return {table: connection.execute(f"SELECT * FROM {table}").fetchall() for table in RESULTS}
+
+
+@pytest.fixture(scope="module")
+def alone(scenario: Scenario, tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
+    """The tables of a search on one thread."""
+    folder = tmp_path_factory.mktemp("alone")
+    hunt(scenario, "niching", folder)
+    return tables(folder)
+
+
+def test_processes_write_the_same_journal(scenario: Scenario, alone: dict[str, list[Any]], tmp_path: Path) -> None:
+    """Two processes, row by row; the same for threads."""
+    for kind in ("threads", "processes"):
+        (tmp_path / kind).mkdir()
+        hunt(scenario, "niching", tmp_path / kind, workers=Workers(kind, 2))
+        assert tables(tmp_path / kind) == alone
+
+
+def test_the_world_in_processes(scenario: Scenario, tmp_path: Path) -> None:
+    """The host whose steps are Python runs in processes where there are several workers, to the same rows."""
+    assert workers_for("world", 2) == Workers("processes", 2)
+    assert workers_for("world", 1).kind == workers_for("batch", 4).kind == "threads"
+    search = replace(scenario.config.search, engine="world", generations=2, population=20)
+    world = replace(scenario, config=replace(scenario.config, search=search))
+    for jobs in (1, 2):
+        (tmp_path / str(jobs)).mkdir()
+        hunt(world, "random", tmp_path / str(jobs), workers=workers_for("world", jobs))
+    assert tables(tmp_path / "1") == tables(tmp_path / "2")
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[tuple[str, list["subprocess.Popen[bytes]"]]]:
+    """A scheduler and two workers on loopback, each a process of its own: its address, and the workers."""
+    pytest.importorskip("distributed")
+    file, local = tmp_path / "scheduler.json", tmp_path / "dask"
+    command = [sys.executable, "-W", "ignore", "-m"]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": Path(__file__).parents[3]}
+    head = ["distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard"]
+    hand = ["distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny", "--no-dashboard", "--host", "127.0.0.1"]
+    told = ["--scheduler-file", str(file)]
+    with ExitStack() as stack:
+        everyone = [stack.enter_context(subprocess.Popen([*command, *head, *told], **quiet))]
+        stack.callback(lambda: [process.kill() for process in everyone])
+        deadline = time.monotonic() + 60
+        while not (file.exists() and file.read_text().strip()):
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        workers = [
+            subprocess.Popen([*command, *hand, *told, "--local-directory", str(local)], **quiet) for _ in range(2)
+        ]
+        everyone += [stack.enter_context(worker) for worker in workers]
+        yield json.loads(file.read_text())["address"], workers
+
+
+def test_a_cluster_that_loses_a_worker(
+    scenario: Scenario,
+    alone: dict[str, list[Any]],
+    cluster: tuple[str, list["subprocess.Popen[bytes]"]],
+    tmp_path: Path,
+) -> None:
+    """A worker is killed while it works; what it had is done again elsewhere, and the journal is the same."""
+    address, workers = cluster
+
+    def kill_one(progress: Progress) -> None:
+        if progress.generation == 1:
+            threading.Timer(0.005, workers[0].send_signal, (signal.SIGKILL,)).start()
+
+    hunt(scenario, "niching", tmp_path, on_generation=kill_one, workers=Workers("dask", 2, address))
+    assert workers[0].wait(timeout=60) == -signal.SIGKILL
+    assert workers[1].poll() is None
+    assert tables(tmp_path) == alone
+
+
+def test_no_scheduler() -> None:
+    """Nobody at the address: said with a cure."""
+    pytest.importorskip("distributed")
+    with (
+        pytest.raises(WorkersLost, match="no Dask scheduler at `nowhere`") as caught,
+        open_workers(Workers("dask", 1, "nowhere")),
+    ):
+        pass
+    assert "--dask local" in caught.value.cure
+
+
+def test_without_dask(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The extra that is missing is named."""
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(MissingExtra, match=r"cortexc\[dist\]"), open_workers(Workers("dask", 1)):
+        pass
+
+
+def _die(*_: object) -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_a_process_that_is_killed(scenario: Scenario, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody is left to do its batch: an error with a cure, not a hang."""
+    monkeypatch.setattr("engine.search.workers.work", _die)
+    scenes = scenario.sample(20)
+    with process_pool(1) as pool:
+        evaluate = spread(pool, Workers("processes", 1), scenario.program, scenario.config, "paper")
+        with pytest.raises(WorkersLost, match="killed") as caught:
+            evaluate(scenes.genomes, scenes.keys)
+    assert "resume" in caught.value.cure
+
+
+class Backwards(Executor):
+    """Runs what it is given only when it is asked for, the last first."""
+
+    def __init__(self) -> None:
+        self.waiting: list[Callable[[], None]] = []
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
+        future: Future[Any] = Future()
+        self.waiting.append(lambda: future.set_result(fn(*args, **kwargs)))
+        future.result = lambda timeout=None: self._late(future)  # type: ignore[method-assign]
+        return future
+
+    def _late(self, future: "Future[Any]") -> Any:
+        while self.waiting:
+            self.waiting.pop()()
+        return Future.result(future)
+
+
+def test_the_order_of_work_changes_nothing(scenario: Scenario) -> None:
+    """Rows stand in the order of their keys, whichever batch was done first."""
+    scenes = scenario.sample(50, seed=2)
+    evaluate = spread(Backwards(), Workers("processes", 3), scenario.program, scenario.config, "paper")
+    apart = evaluate(scenes.genomes, scenes.keys)
+    together = work(Job(scenario.program, scenario.config, "paper"), scenes.genomes, scenes.keys)
+    for name, column in vars(together).items():
+        np.testing.assert_array_equal(getattr(apart, name), column)
+
+
+def test_batches() -> None:
+    """All rows once and in order, of nearly equal size, neither tiny nor so large that Ctrl-C must wait."""
+    for rows in (0, 1, 7, 8, 9, 100, 5000, 100_001):
+        for workers in (1, 2, 16):
+            batches = batches_of(rows, workers)
+            assert [row for start, end in batches for row in range(start, end)] == list(range(rows))
+            sizes = [end - start for start, end in batches]
+            assert not sizes or max(sizes) - min(sizes) <= 1
+            assert max(sizes, default=0) <= LARGEST
+    assert len(batches_of(1000, 2)) == 4
