@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Any
 
-from cortex_dsl.semantics.imports import ImportedFile, bound_name, import_statements
-from cortex_dsl.semantics.overrides import override_text
-from cortex_dsl.semantics.scenarios import pinned_scenario
+from cortex_dsl.semantics.composition.imports import ImportedFile, bound_name, import_statements
+from cortex_dsl.semantics.composition.scenarios import pinned_scenario
+from cortex_dsl.semantics.names.overrides import override_text
 from cortex_dsl.semantics.tree import everything_in
 from cortex_dsl.source import FileText, Source, Span
 from cortex_dsl.syntax import nodes

@@ -15,8 +15,8 @@ from cortex_dsl.syntax.nodes import Module
 from engine.program import Program
 
 if TYPE_CHECKING:
+    from cortex_dsl.semantics.composition.imports import ImportedFile
     from cortex_dsl.semantics.context import Observer
-    from cortex_dsl.semantics.imports import ImportedFile
 
 NO_OVERRIDES: Mapping[str, str] = {}
 

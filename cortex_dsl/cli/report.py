@@ -27,6 +27,8 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
     if options.run is None:
         raise UsageError("which run? name its folder", "cortexc report runs/left_turn-ga-001")
     run = open_run(options.run)
+    if not len(run.record.evaluations):
+        raise UsageError(f"`{options.run}` has no finished generation", "`cortexc resume` goes on with it")
     path = options.out or run.folder / PAGE
     write(path, _page(run, options.cases))
     terminal.write(str(path))
@@ -103,10 +105,12 @@ def _parser() -> Parser:
         allow_abbrev=False,
         add_help=False,
     )
-    parser.add_argument("run", nargs="?", type=Path, metavar="RUN", help="folder of a run, such as runs/left_turn-ga-001")
+    parser.add_argument(
+        "run", nargs="?", type=Path, metavar="RUN", help="folder of a run, such as runs/left_turn-ga-001"
+    )
     parser.add_argument("--out", type=Path, metavar="FILE", help=f"the page; by default {PAGE} in the run's folder")
     parser.add_argument(
-        "--cases", type=whole_number(0, MOST_CASES), default=8, metavar="N", help="cases with a replay (8)"
+        "--cases", type=whole_number(0, MOST_CASES), default=10, metavar="N", help="cases with a replay (10)"
     )
     parser.add_argument("--figures", type=Path, metavar="DIR", help="figures for papers, as SVG, PNG and PDF, into DIR")
     parser.add_argument("--open", action="store_true", help="show the page in a browser")

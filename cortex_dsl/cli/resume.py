@@ -10,10 +10,12 @@ from cortex_dsl.cli.hunting import asked_workers, tell, usage_errors, watched
 from cortex_dsl.cli.parser import Parser, cores
 from cortex_dsl.cli.request import Mode, Request
 from cortex_dsl.cli.simulation import compile_kernels
+from cortex_dsl.cli.study import resume as go_on_with_study
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.hunting import go_on
 from cortex_dsl.runs import OpenedRun, open_run
 from engine.search.manifest import changed_versions
+from engine.study.store import is_study
 
 EPILOG = """\
 The run goes on with the text and the settings that it was started with, and ends with the journal that an undisturbed
@@ -32,6 +34,10 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
         return Exit.FINE
     if options.run is None:
         raise UsageError("no run given", "name the folder of one, such as `cortexc resume runs/left_turn-ga-001`")
+    if is_study(options.run):
+        if options.generations is not None:
+            raise UsageError("--generations has no effect on a study: it goes on as it was begun", "leave it out")
+        return go_on_with_study(options.run, terminal, options.jobs or cores(), json=options.json)
     with usage_errors():
         run = open_run(options.run)
         request = _request(run, options)

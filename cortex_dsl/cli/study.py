@@ -1,8 +1,8 @@
 """`cortexc study`: every scenario by every method, many times; kept whole, compared run by run, told in tables."""
 
 import argparse
-from collections.abc import Sequence
-from contextlib import closing
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -32,12 +32,19 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
     if options.help:
         terminal.write(options.page)
         return Exit.FINE
+    if options.resume is not None:
+        return resume(options.resume, terminal, options.jobs, json=options.json)
+    with _usage_errors():
+        return _begin(options, arguments, terminal)
+
+
+@contextmanager
+def _usage_errors() -> Iterator[None]:
+    """What the store says, as a slip that the user can mend."""
     from engine.search.store import StoreError
 
     try:
-        if options.resume is not None:
-            return resume(options.resume, terminal, options.jobs, json=options.json)
-        return _begin(options, arguments, terminal)
+        yield
     except StoreError as error:
         raise UsageError(error.message, error.cure) from error
 
@@ -61,23 +68,24 @@ def resume(folder: Path, terminal: Terminal, jobs: int = 1, *, json: bool = Fals
     """Go on with a study that was stopped or killed; tell one that is complete again.
 
     Raises:
-        StoreError: no readable study, another process is at it, or it was begun by another version.
+        UsageError: no readable study, another process is at it, or it was begun by another version.
     """
     from engine.search.store import hold
     from engine.study.reading import read_study
     from engine.study.store import StudyStore
 
-    study = read_study(folder)
-    for name in study.edited:
-        terminal.err.print(f"`{name}` was edited since; the study goes on with what it said", style="warn")
-    if study.complete:
-        return tell(folder, terminal, json=json)
-    _insist_on_same_engine(study)
-    with hold(folder):
+    with _usage_errors():
         study = read_study(folder)
-        with closing(StudyStore.reopen(folder)) as store:
-            stopped = _carry_out(study.plan, study.records, store, Job(folder, jobs, json), terminal)
-        return tell(folder, terminal, json=json, stopped=stopped)
+        for name in study.edited:
+            terminal.err.print(f"`{name}` was edited since; the study goes on with what it said", style="warn")
+        if study.complete:
+            return tell(folder, terminal, json=json)
+        _insist_on_same_engine(study)
+        with hold(folder):
+            study = read_study(folder)
+            with closing(StudyStore.reopen(folder)) as store:
+                stopped = _carry_out(study.plan, study.records, store, Job(folder, jobs, json), terminal)
+            return tell(folder, terminal, json=json, stopped=stopped)
 
 
 def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore", job: Job, terminal: Terminal) -> bool:

@@ -13,7 +13,7 @@ from cortex_dsl.editor.symbols import Symbol, SymbolKind, symbols_of, visible
 from cortex_dsl.editor.tokens import Token, index_at, tokens_of
 from cortex_dsl.files import DISK, Files
 from cortex_dsl.semantics import elaborate
-from cortex_dsl.semantics.imports import ImportedFile, link
+from cortex_dsl.semantics.composition.imports import ImportedFile, link
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes, parse
 from cortex_dsl.syntax.reading import decode

@@ -9,7 +9,7 @@ from cortex_dsl.lowering.arrays import floats, ints
 from cortex_dsl.lowering.code_tables import code_tables
 from cortex_dsl.lowering.groups import group_variants
 from cortex_dsl.lowering.variant import VariantCode, lower_variant
-from cortex_dsl.semantics.units import si_word
+from cortex_dsl.semantics.quantities.units import si_word
 from cortex_dsl.source import FileText, Source
 from engine.archive import program_digest
 from engine.program import (

@@ -107,7 +107,9 @@ class ToldCase:
         return Frame.around(np.concatenate(points) if points else np.zeros((1, 2)))
 
 
-def tell_case(scenario: Scenario, scenes: Scenes, profile: str = "paper", remark: str = "", name: str = "case.scn") -> ToldCase:
+def tell_case(
+    scenario: Scenario, scenes: Scenes, profile: str = "paper", remark: str = "", name: str = "case.scn"
+) -> ToldCase:
     """Run row 0 of the scenes, which must be valid, and keep what was seen."""
     run = scenario.watch(scenes)
     risk = scenario.assess(run.outcomes, profile)

@@ -11,13 +11,15 @@ import numpy as np
 from cortex_dsl.page import drawing
 from cortex_dsl.page.case import ToldCase
 from cortex_dsl.page.charts import Course, Mark, line_chart
-from cortex_dsl.page.element import Element, Node, element
+from cortex_dsl.page.element import Element, Node, element, prose
 from cortex_dsl.page.replay import replay_data
 from cortex_dsl.page.summary import figure
+from cortex_dsl.page.understanding import avoidance_badge
 from cortex_dsl.report.numbers import fixed, significant
 from cortex_dsl.report.params import format_gene
 from cortex_dsl.report.risk_view import PARTS
 from cortex_dsl.report.story import Moment
+from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
 from engine.search.ranking import Case
 from engine.streams import format_key
@@ -39,6 +41,8 @@ class Place:
 
     case: Case
     folder: Path | None
+    answer: Avoidability | None = None
+    """Of the reference driver."""
 
 
 def player(told: ToldCase, number: int) -> Element:
@@ -74,9 +78,7 @@ def still(told: ToldCase, **attributes: str) -> Element:
         drawing.road_layer(told.road, told.program.road_spec.lane_width),
         drawing.way_layer(told.ways),
         _ghosts(told),
-        element(
-            "g", drawing.actor_layer(told.shapes, told.trajectory.states[sample]), class_="actors"
-        ),
+        element("g", drawing.actor_layer(told.shapes, told.trajectory.states[sample]), class_="actors"),
         drawing.contact_mark(*point) if point else None,
         drawing.scale_bar(frame),
         **attributes,
@@ -136,14 +138,23 @@ def _controls(told: ToldCase) -> Element:
         element(
             "span",
             [
-                element("button", f"{speed:g}×", type="button", class_="speed", data_speed=speed, aria_pressed=speed == 1 and "true" or "false")
+                element(
+                    "button",
+                    f"{speed:g}×",
+                    type="button",
+                    class_="speed",
+                    data_speed=speed,
+                    aria_pressed=speed == 1 and "true" or "false",
+                )
                 for speed in SPEEDS
             ],
             class_="speeds",
             role="group",
             aria_label="speed",
         ),
-        element("button", "close-up", type="button", class_="zoom", aria_pressed="false", title="stay near the ego (c)"),
+        element(
+            "button", "close-up", type="button", class_="zoom", aria_pressed="false", title="stay near the ego (c)"
+        ),
         class_="controls",
     )
 
@@ -220,6 +231,7 @@ def card(told: ToldCase, place: Place, number: int) -> Element:
             "header",
             element("h3", f"Case {case.rank}"),
             element("p", _verdict(told, case), class_="lead"),
+            avoidance_badge(place.answer),
             class_="case-head",
         ),
         player(told, number),
@@ -241,9 +253,14 @@ def _verdict(told: ToldCase, case: Case) -> Node:
     end = last[0].text if last else ""
     return [
         element("b", "risk ", figure(f"case.{case.rank}.score", case.score, str(case.score)), f" of {HIGHEST_RISK}"),
-        f" · {end} after {fixed(float(told.outcomes.end_time[0]), 2)} s · nearest ",
-        figure(f"case.{case.rank}.min_distance", case.min_distance, f"{fixed(case.min_distance, 2)} m"),
+        " · ",
+        prose(f"{end} after {fixed(float(told.outcomes.end_time[0]), 2)} s"),
+        None if case.collided else [" · nearest ", _nearest(case)],
     ]
+
+
+def _nearest(case: Case) -> Node:
+    return figure(f"case.{case.rank}.min_distance", case.min_distance, f"{fixed(case.min_distance, 2)} m")
 
 
 def _story(told: ToldCase) -> Element:
@@ -258,7 +275,7 @@ def _moment(told: ToldCase, moment: Moment) -> Element:
     return element(
         "button",
         element("time", f"{moment.time:.2f} s"),
-        element("span", who, " " if who else "", moment.text),
+        element("span", who, " " if who else "", prose(moment.text)),
         type="button",
         class_=f"moment {moment.kind}",
         data_time=repr(moment.time),

@@ -137,7 +137,7 @@ def _grid(across: Scale, up: Scale, width: int, height: int, unit: str, x_label:
         [_rule(LEFT, up(tick), right, up(tick), "rule" if tick else "rule base") for tick in up.ticks],
         [_text(LEFT - 6, up(tick) + 4, significant(tick), "end") for tick in up.ticks],
         [_text(across(tick), bottom + 15, significant(tick), "middle") for tick in across.ticks],
-        _text(right, height - 2, x_label, "end", "axis-name") if x_label else None,
+        _text(right, height - 4, x_label, "end", "axis-name") if x_label else None,
         _text(LEFT - 6, TOP - 3, unit, "end", "axis-name") if unit else None,
         class_="grid",
     )
@@ -182,7 +182,12 @@ def _unbroken(points: Floats) -> list[Floats]:
 def _shade(mark: Mark, across: Scale, height: int) -> Element:
     x = across(mark.x)
     return element(
-        "rect", x=number(x), y=TOP, width=number(max(0.0, across.end - x)), height=height - TOP - BOTTOM, class_=mark.style
+        "rect",
+        x=number(x),
+        y=TOP,
+        width=number(max(0.0, across.end - x)),
+        height=height - TOP - BOTTOM,
+        class_=mark.style,
     )
 
 

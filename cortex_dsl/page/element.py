@@ -41,6 +41,11 @@ def element(tag: str, /, *children: Node, **attributes: Any) -> Element:
     return Element(tag, attributes, children)
 
 
+def prose(text: str) -> list[Node]:
+    """A sentence in which what stands between backticks is code."""
+    return [element("code", part) if number % 2 else part for number, part in enumerate(text.split("`"))]
+
+
 def render(node: Node) -> str:
     """The markup."""
     return "".join(_pieces(node))

@@ -13,7 +13,7 @@ from cortex_dsl.page.film import ACTORS, ASPHALT, HOT, KERB
 from cortex_dsl.page.heat import HeatMap, heat_maps
 from cortex_dsl.page.run_charts import METRICS
 from cortex_dsl.page.run_page import told_case
-from cortex_dsl.page.unlike import unlike_cases
+from cortex_dsl.page.cases import first_cases
 from cortex_dsl.report.scene_view import outline_corners
 from cortex_dsl.runs import OpenedRun
 from engine.search.journal_reader import Record
@@ -64,7 +64,7 @@ def _figures(run: OpenedRun) -> Iterator[tuple[str, Any]]:
     yield "course", _course(run.record)
     for number, found in enumerate(heat_maps(run.record.manifest.parameters, run.record.evaluations), start=1):
         yield f"params-{number}", _heat(found)
-    for case in unlike_cases(run.record, CASES):
+    for case in first_cases(run.record, CASES):
         yield f"case-{case.rank}", _scene(told_case(run, case))
 
 

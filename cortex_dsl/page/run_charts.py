@@ -7,7 +7,7 @@ import numpy as np
 
 from cortex_dsl.page.charts import Course, line_chart
 from cortex_dsl.page.drawing import number
-from cortex_dsl.page.element import Element, Node, element
+from cortex_dsl.page.element import Element, Node, element, prose
 from cortex_dsl.page.heat import HeatMap, Sides
 from cortex_dsl.page.summary import figure, whole_run
 from cortex_dsl.report.numbers import fixed, percent, significant
@@ -47,13 +47,12 @@ def metric_charts(record: Record) -> Iterator[Element]:
             element(
                 "figcaption",
                 element("b", metric.name),
-                element("span", f" {metric.meaning}"),
+                element("span", f" {metric.meaning}{f' [{metric.unit}]' if metric.unit else ''}"),
                 element("span", figure(f"by_individual.{metric.field}", total, _value(metric, total)), class_="total"),
             ),
             line_chart(
                 _courses(record, metric),
                 f"{metric.name}, {metric.meaning}, generation by generation",
-                unit=metric.unit,
                 x_label="generation",
             ),
             class_="panel",
@@ -75,10 +74,10 @@ def _yield_chart(record: Record) -> Element:
         element(
             "figcaption",
             element("b", "Yield"),
-            element("span", " different collisions so far"),
+            element("span", " colliding sets of params so far"),
             element("span", figure("distinct_collisions", total, f"{total:,}"), class_="total"),
         ),
-        line_chart([Course("found", "first", x, found)], "different collisions found so far", x_label="generation"),
+        line_chart([Course("found", "first", x, found)], "colliding sets of params found so far", x_label="generation"),
         class_="panel",
     )
 
@@ -122,9 +121,7 @@ def heat_chart(found: HeatMap) -> Element:
     """Each cell's colour is the share of its valid simulations that failed; an empty cell was never looked at."""
     left, right, top, bottom = ROOM
     width, height = SIDE + left + right, SIDE + top + bottom
-    cells = [
-        _cell(found, a, b) for a in range(found.across.cells) for b in range(found.up.cells) if found.tried[a, b]
-    ]
+    cells = [_cell(found, a, b) for a in range(found.across.cells) for b in range(found.up.cells) if found.tried[a, b]]
     return element(
         "svg",
         element("title", f"share of collisions by {found.across.name} and {found.up.name}"),
@@ -244,7 +241,7 @@ def bars(rows: Sequence[tuple[str, int, str]], whole: int) -> Element:
                     element("td", f"{count:,}", class_="number"),
                     element("td", percent(count / whole if whole else float("nan")), class_="number"),
                     element("td", _bar(count / whole if whole else 0.0, name), class_="bar-cell"),
-                    element("td", text),
+                    element("td", prose(text)),
                 )
                 for text, count, name in rows
             ],

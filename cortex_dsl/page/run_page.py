@@ -7,26 +7,28 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.page import case_card, run_charts, summary
+from cortex_dsl.page import case_card, run_charts, summary, understanding
 from cortex_dsl.page.case import ToldCase, tell_case
 from cortex_dsl.page.document import page
 from cortex_dsl.page.element import Element, Node, element
-from cortex_dsl.page.heat import heat_maps
-from cortex_dsl.page.unlike import box_of, unlike_cases
-from cortex_dsl.report.numbers import counted, fixed, significant
+from cortex_dsl.page.heat import HeatMap, heat_maps
+from cortex_dsl.page.cases import WORST, first_cases
+from cortex_dsl.page.understanding import part
+from cortex_dsl.report.numbers import counted, fixed
 from cortex_dsl.report.sample_view import first_line
 from cortex_dsl.report.story import end_text
 from cortex_dsl.runs import OpenedRun
+from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
+from engine.search.analysis import BUDGET, Analysis, analyse
 from engine.search.evaluations import Evaluations
 from engine.search.figures import distinct_collisions
-from engine.search.genes import GeneEffect, gene_effects
 from engine.search.journal import finite
 from engine.search.journal_reader import Record
 from engine.search.ranking import Case
 from engine.vocabulary import EndReason, Verdict
 
-CASES = 8
+CASES = 10
 """Cases that a page replays."""
 DOTS = 12_000
 """Individuals that the map of all simulations shows at most."""
@@ -40,17 +42,20 @@ class RunPage:
     run: OpenedRun
     worst: tuple[Case, ...]
     told: tuple[ToldCase, ...]
+    analysis: Analysis
 
     @property
     def record(self) -> Record:
         return self.run.record
 
 
-def run_page(run: OpenedRun, cases: int = CASES) -> str:
-    """The page of a run, as text."""
-    chosen = unlike_cases(run.record, cases)
+def run_page(run: OpenedRun, cases: int = CASES, budget: int = BUDGET) -> str:
+    """The page of a run, as text; `budget` simulations find out which params matter (0: none)."""
+    chosen = first_cases(run.record, cases)
     told = tuple(told_case(run, case) for case in chosen)
-    return render_page(RunPage(run, chosen, told))
+    record, scenario = run.record, run.scenario
+    analysis = analyse(scenario.program, record.evaluations, scenario.config, record.manifest.profile, budget, WORST)
+    return render_page(RunPage(run, chosen, told, analysis))
 
 
 def told_case(run: OpenedRun, case: Case) -> ToldCase:
@@ -129,7 +134,13 @@ def _shown(evaluations: Evaluations) -> np.ndarray:
 
 
 def _bar(found: RunPage) -> Element:
-    links = [("#summary", "Summary"), ("#cases", "Worst cases"), ("#course", "Course"), ("#space", "Where it fails"), ("#again", "Do it again")]
+    links = [
+        ("#summary", "Summary"),
+        ("#cases", "Worst cases"),
+        ("#course", "Course"),
+        ("#space", "Where it fails"),
+        ("#again", "Do it again"),
+    ]
     return element(
         "nav",
         element(
@@ -170,12 +181,13 @@ def _tiles(found: RunPage) -> Iterator[Element]:
     record = found.record
     _, simulated = summary.whole_run(record)
     distinct = distinct_collisions(record.evaluations)
-    yield _tile("distinct_collisions", distinct, f"{distinct:,}", "different collisions of the ego", "hot")
+    different = len(found.analysis.distinct)
+    yield _tile("distinct_collisions", distinct, f"{distinct:,}", "sets of params that led to a collision", "hot")
+    yield _tile("distinct_failures", different, f"{different:,}", "clearly different failures among them", "hot")
     if simulated.valid:
         score = int(record.evaluations.score.max())
         yield _tile("worst.score", score, f"{score}", f"highest risk, of {HIGHEST_RISK}", "hot")
     yield _tile("by_simulation.rl", simulated.rl, fixed(simulated.rl, 2), "mean risk of a valid simulation")
-    yield _tile("by_simulation.mdg", simulated.mdg, f"{fixed(simulated.mdg, 2)} m", "mean least distance")
     yield _tile("by_simulation.nis", simulated.nis, f"{simulated.nis:,}", "invalid, could not be run")
     yield _tile("by_simulation.runs", simulated.runs, f"{simulated.runs:,}", "distinct simulations")
 
@@ -185,21 +197,22 @@ def _tile(name: str, value: float, text: str, meaning: str, style: str = "") -> 
     return element("div", number, element("span", meaning), class_=f"tile {style}".strip())
 
 
-def _part(name: str, title: str, note: Node, *content: Node) -> Element:
-    return element("section", element("h2", title), element("p", note, class_="note"), content, id=name, class_="part")
-
-
 def _parts(found: RunPage) -> Iterator[Node]:
     yield element(
         "section",
         element("h2", "In plain words"),
-        element("div", list(summary.paragraphs(found.record)), class_="answers"),
+        element("div", list(summary.paragraphs(found.record, len(found.analysis.distinct), found.analysis.system)), class_="answers"),
         id="summary",
         class_="part",
     )
     yield _cases(found)
     yield _course(found)
     yield from _space(found)
+    space, analysis = found.run.scenario.program.space, found.analysis
+    yield understanding.kinds(space, analysis)
+    yield understanding.avoided(analysis)
+    yield understanding.grids(analysis)
+    yield understanding.params(space, analysis, found.record.evaluations)
     yield _ends(found)
     yield _again(found)
 
@@ -208,8 +221,8 @@ def _cases(found: RunPage) -> Node:
     if not found.told:
         return None
     note = (
-        "Each is the worst that differs from all before it in at least a third of the params by a tenth of their range. "
-        "Numbers count all cases of the run, worst first. Every replay is the simulation itself, run again. "
+        "Worst first, no two of them nearly the same; their numbers are those of the files in the run's folder `worst`. "
+        "Every replay is the simulation itself, run again. "
         "Space plays and pauses, the arrows step, + and − change the speed, c comes closer."
     )
     tabs = [
@@ -227,10 +240,16 @@ def _cases(found: RunPage) -> Node:
         for case in found.worst
     ]
     cards = [
-        case_card.card(told, case_card.Place(case, found.run.folder), number)
+        case_card.card(told, case_card.Place(case, found.run.folder, _answer(found, case)), number)
         for number, (case, told) in enumerate(zip(found.worst, found.told, strict=True))
     ]
-    return _part("cases", "The worst cases", note, element("ol", tabs, class_="tabs"), cards)
+    return part("cases", "The worst cases", note, element("ol", tabs, class_="tabs"), cards)
+
+
+def _answer(found: RunPage, case: Case) -> Avoidability | None:
+    """What the reference driver says of a case, if it was asked."""
+    answers = zip(found.analysis.worst, found.analysis.avoidability, strict=True)
+    return next((answer for other, answer in answers if other.row == case.row), None)
 
 
 def _course(found: RunPage) -> Element:
@@ -242,7 +261,13 @@ def _course(found: RunPage) -> Element:
         class_="key",
     )
     note = "The five metrics of the CORTEX-AVD paper, generation by generation; the number is that of the whole run."
-    return _part("course", "The course of the search", note, key, element("div", list(run_charts.metric_charts(found.record)), class_="panels"))
+    return part(
+        "course",
+        "The course of the search",
+        note,
+        key,
+        element("div", list(run_charts.metric_charts(found.record)), class_="panels"),
+    )
 
 
 def _space(found: RunPage) -> Iterator[Node]:
@@ -274,14 +299,11 @@ def _space(found: RunPage) -> Iterator[Node]:
             for chart in maps
         ]
         panels = element("div", charts, class_="panels")
-        yield _part("space", "Where it fails", note, key, panels, _explorer(found))
-    if parameters:
-        yield _genes(found)
+        yield part("space", "Where it fails", note, key, panels, _explorer(found, maps[0]))
 
 
-def _explorer(found: RunPage) -> Element:
+def _explorer(found: RunPage, best: HeatMap) -> Element:
     names = [p.name for p in found.record.manifest.parameters]
-    best = heat_maps(found.record.manifest.parameters, found.record.evaluations, 1)[0]
 
     def select(chosen: str, label: str) -> Element:
         options = [element("option", name, value=k, selected=name == chosen) for k, name in enumerate(names)]
@@ -308,68 +330,25 @@ def _explorer(found: RunPage) -> Element:
     )
 
 
-def _genes(found: RunPage) -> Element:
-    record = found.record
-    evaluations = record.evaluations
-    effects = gene_effects(box_of(record), evaluations)
-    hit = evaluations.simulated & evaluations.collided
-    rows = [
-        element(
-            "tr",
-            element("th", effect.name, scope="row"),
-            element("td", _signed(effect.correlation), class_="number"),
-            element("td", _within(found, gene, effect)),
-            element(
-                "td",
-                run_charts.strip(
-                    evaluations.genomes[hit, gene], record.manifest.parameters[gene].low, record.manifest.parameters[gene].high
-                ),
-            ),
-        )
-        for gene, effect in enumerate(effects)
-    ]
-    note = (
-        "Trend: Spearman's rank correlation with the risk among valid simulations, −1 to +1. It also shows what the "
-        "search bred for, and is no proof of cause."
-    )
-    head = [element("th", text, scope="col") for text in ("param", "trend", "the worst tenth lies within", "where collisions lie in its range")]
-    table = element("table", element("thead", element("tr", head)), element("tbody", rows), class_="genes")
-    return _part("params", "What each param did", note, element("div", table, class_="wide"))
-
-
-def _signed(value: float) -> str:
-    return "–" if value != value else f"{value:+.2f}".replace("-", "−")
-
-
-def _within(found: RunPage, gene: int, effect: GeneEffect) -> str:
-    parameter = found.record.manifest.parameters[gene]
-    low, high = effect.worst
-    if low != low:
-        return "–"
-    if parameter.options:
-        return ", ".join(dict.fromkeys(parameter.options[int(value)] for value in (low, high)))
-    return f"{significant(low, 3)} to {significant(high, 3)} {parameter.unit}".strip()
-
-
 def _ends(found: RunPage) -> Element:
-    rows, whole = how_runs_ended(found)
+    rows, whole = how_runs_ended(found.run)
     note = "Every distinct simulation, by what became of it."
-    return _part("ends", "How runs ended", note, run_charts.bars(rows, whole))
+    return part("ends", "How runs ended", note, run_charts.bars(rows, whole))
 
 
-def how_runs_ended(found: RunPage) -> tuple[list[tuple[str, int, str]], int]:
+def how_runs_ended(run: OpenedRun) -> tuple[list[tuple[str, int, str]], int]:
     """(words, count, style) of each end, most frequent first, and how many there are."""
-    evaluations = found.record.evaluations
+    evaluations = run.record.evaluations
     runs = evaluations.rollouts
     new = np.repeat(evaluations.simulated[:, np.newaxis], runs.verdict.shape[1], axis=1)
     verdict, reason, rule = runs.verdict[new], runs.end_reason[new], runs.end_rule[new]
     ends, counts = np.unique(np.stack([verdict, reason, rule]), axis=1, return_counts=True)
-    rows = [(*_end(found, *end), int(count)) for end, count in zip(ends.T.tolist(), counts.tolist(), strict=True)]
+    rows = [(*_end(run, *end), int(count)) for end, count in zip(ends.T.tolist(), counts.tolist(), strict=True)]
     return [(text, count, style) for text, style, count in sorted(rows, key=lambda row: -row[2])], len(verdict)
 
 
-def _end(found: RunPage, verdict: int, reason: int, rule: int) -> tuple[str, str]:
-    program = found.run.scenario.program
+def _end(run: OpenedRun, verdict: int, reason: int, rule: int) -> tuple[str, str]:
+    program = run.scenario.program
     if verdict == Verdict.VALID or reason >= 0:
         style = "hit" if reason == EndReason.COLLISION else "" if verdict == Verdict.VALID else "invalid"
         return end_text(program, EndReason(reason), rule), style
@@ -387,7 +366,10 @@ def _again(found: RunPage) -> Element:
         ("risk profile", manifest.profile),
         ("versions", ", ".join(f"{name} {version}" for name, version in manifest.versions.items())),
         ("platform", manifest.platform),
-        ("stream keys", "seed.method.run.generation.index.rollout: each scene draws from a stream of its own, so results depend neither on threads nor on order"),
+        (
+            "stream keys",
+            "seed.method.run.generation.index.rollout: each scene draws from a stream of its own, so results depend neither on threads nor on order",
+        ),
     ]
     settings = [
         element("tr", element("th", f"{group}.{name}", scope="row"), element("td", str(value)))
@@ -396,10 +378,14 @@ def _again(found: RunPage) -> Element:
     ]
     rows = [element("tr", element("th", name, scope="row"), element("td", value)) for name, value in facts]
     edited = [
-        element("p", f"{name} says something else today than when this run was started; the text below is that of the run.", class_="note")
+        element(
+            "p",
+            f"{name} says something else today than when this run was started; the text below is that of the run.",
+            class_="note",
+        )
         for name in found.run.edited
     ]
-    return _part(
+    return part(
         "again",
         "Do it again",
         "The same command gives the same journal, row by row.",
@@ -407,7 +393,9 @@ def _again(found: RunPage) -> Element:
         element("pre", f"cortexc report {quote(str(folder))}", class_="command"),
         edited,
         element("div", element("table", element("tbody", rows), class_="facts"), class_="wide"),
-        element("details", element("summary", "Every setting"), element("table", element("tbody", settings), class_="facts")),
+        element(
+            "details", element("summary", "Every setting"), element("table", element("tbody", settings), class_="facts")
+        ),
         element("details", element("summary", "The scenario"), element("pre", manifest.file_text, class_="source")),
     )
 

@@ -1,9 +1,9 @@
 """A search in plain words: what was searched, how much, what was found, and what it does not show."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
-from cortex_dsl.page.element import Node, element
+from cortex_dsl.page.element import Node, element, prose
 from cortex_dsl.report.numbers import counted, duration, fixed, percent, ratio
 from cortex_dsl.report.search_view import METHOD_NAMES
 from engine.risk import HIGHEST_RISK
@@ -45,12 +45,12 @@ def headline(record: Record) -> str:
     return f"None of {tried} was valid: no scene met the requirements of the file."
 
 
-def paragraphs(record: Record) -> Iterator[Node]:
-    """The four questions with their answers."""
+def paragraphs(record: Record, different: int, system: Sequence[str] = ()) -> Iterator[Node]:
+    """The four questions with their answers; `different`: how many failures count as different."""
     yield _answer("What was searched", _searched(record))
     yield _answer("How much", _how_much(record))
-    yield _answer("What was found", _found(record))
-    yield _answer("What this does not show", element("ul", [element("li", text) for text in limits(record)]), "limits")
+    yield _answer("What was found", _found(record, different))
+    yield _answer("What this does not show", element("ul", [element("li", prose(text)) for text in limits(record, system)]), "limits")
 
 
 def _answer(question: str, answer: Node, name: str = "") -> Node:
@@ -94,7 +94,7 @@ def _how_much(record: Record) -> Node:
     )
 
 
-def _found(record: Record) -> Node:
+def _found(record: Record, different: int) -> Node:
     _, simulated = whole_run(record)
     distinct = distinct_collisions(record.evaluations)
     first = first_collision(record)
@@ -102,7 +102,11 @@ def _found(record: Record) -> Node:
     return element(
         "p",
         figure("distinct_collisions", distinct, counted(distinct, "different set")),
-        " of params led to a collision of the ego: ",
+        " of params led to a collision of the ego",
+        [", ", figure("distinct_failures", different, counted(different, "of them", "of them")), " clearly different"]
+        if distinct
+        else None,
+        ": ",
         figure("by_simulation.colliding_runs", simulated.colliding_runs, f"{simulated.colliding_runs:,}"),
         " of ",
         figure("by_simulation.valid_runs", simulated.valid_runs, counted(simulated.valid_runs, "valid simulation")),
@@ -110,7 +114,9 @@ def _found(record: Record) -> Node:
         f"The first came with simulation {first:,}. " if first else "",
         figure("by_simulation.nis", simulated.nis, counted(simulated.nis, "simulation")),
         f" ({percent(ratio(simulated.nis, simulated.individuals))}) could not be run, "
-        "for no scene with their params meets the file's requirements. " if simulated.nis else " were invalid. ",
+        "for no scene with their params meets the file's requirements. "
+        if simulated.nis
+        else " were invalid. ",
         _worst(record),
     )
 
@@ -129,7 +135,7 @@ def first_collision(record: Record) -> int:
     return int(collided.argmax()) + 1 if collided.any() else 0
 
 
-def limits(record: Record) -> Iterator[str]:
+def limits(record: Record, system: Sequence[str] = ()) -> Iterator[str]:
     """What nobody should read out of these numbers."""
     _, simulated = whole_run(record)
     if record.manifest.method == RANDOM and simulated.valid_runs:
@@ -146,6 +152,11 @@ def limits(record: Record) -> Iterator[str]:
         )
     yield "That what was not found does not exist. A finite search leaves most of the space of params unseen."
     yield "That one method is better than another: this is one run with one seed. A study of many runs can show that."
+    if system:
+        yield (
+            f"That the ego as built would fail: the search also chose {', '.join(system)}, which belong to the system "
+            f"under test. `--freeze` holds them fixed."
+        )
     yield (
         "How a real car behaves. Vehicles follow a kinematic model on a flat road and see without error; a finding is "
         "a scene to look at again with the real system."

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.report.layout import columns, heading, left, right, section
+from cortex_dsl.report.layout import columns, heading, indented, left, right, section
 from cortex_dsl.report.numbers import ABSENT, counted, fixed, percent, ratio, whole
 from cortex_dsl.report.params import format_gene
 from cortex_dsl.report.sparkline import bar
@@ -22,6 +22,7 @@ from engine.vocabulary import GeneKind
 BAR = 10
 SHADES = " ·░▒▓█"
 """Of a cell: nothing ran there, no collision, then ever more collisions."""
+MARKS = "blank: nothing ran there; ·: no collision; ░ ▒ ▓ █: ever more of them"
 AVOIDANCES = {
     Avoidance.AVOIDABLE: ("avoidable", "good", "the reference driver would have stopped or passed in time"),
     Avoidance.UNAVOIDABLE: ("unavoidable", "bad", "the reference driver would have braked too late"),
@@ -41,7 +42,9 @@ def analysis_view(program: Program, analysis: Analysis, width: int) -> Renderabl
     parts: list[RenderableType] = [heading(program.name), *_summary(analysis)]
     if analysis.failures:
         parts.append(section("Kinds of failures", _kinds(space, analysis), "what tells them from all else simulated"))
-    parts += [section(grid.name, _grid(grid, width), _grid_note(grid)) for grid in analysis.grids if grid.covered]
+    covered = [grid for grid in analysis.grids if grid.covered]
+    parts += [section(grid.name, _grid(grid, width), _grid_note(grid)) for grid in covered]
+    parts += [Text(), indented(Text(MARKS, "quiet"))] if covered else []
     if analysis.sensitivity is not None:
         note = f"{analysis.sensitivity.simulations:,} simulations of their own, drawn as the file says"
         parts.append(section("Which params matter", _sensitivity(analysis.sensitivity), note))
@@ -62,23 +65,21 @@ def _summary(analysis: Analysis) -> list[RenderableType]:
         Text.assemble(
             f"{distinct:,} of them ",
             ("different", "title"),
-            (": a third of the params or more differ by a tenth of their range", "quiet"),
+            (" in a third of their params, by a tenth of the range", "quiet"),
         ),
     ]
     if math.isfinite(analysis.spread.pairwise):
         lines.append(
             Text(
-                f"two of them differ by {percent(analysis.spread.pairwise, 0)} of a range on average, "
-                f"from the nearest other by {percent(analysis.spread.nearest, 0)}",
+                f"two collisions differ by {percent(analysis.spread.pairwise, 0)} of a range on average, "
+                f"the nearest by {percent(analysis.spread.nearest, 0)}",
                 "quiet",
             )
         )
     if analysis.system:
         names = ", ".join(analysis.system)
         lines.append(
-            Text.assemble(
-                ("the search chose params of the system under test: ", "warn"), names, "; --freeze holds them"
-            )
+            Text.assemble(("of the system under test, chosen by the search: ", "warn"), names, " (--freeze holds them)")
         )
     return lines
 
@@ -103,9 +104,7 @@ def _kinds(space: ParamSpace, analysis: Analysis) -> RenderableType:
 
 def condition_text(space: ParamSpace, cluster: Cluster) -> str:
     """`ADV_SPEED > 41.0 km/h and EGO_BRAKE < 0.300`."""
-    return (
-        " and ".join(_condition(space, each) for each in cluster.conditions) or "anywhere: no condition sets it apart"
-    )
+    return " and ".join(_condition(space, each) for each in cluster.conditions) or "no condition sets it apart"
 
 
 def _condition(space: ParamSpace, condition: Condition) -> str:
@@ -123,10 +122,7 @@ def _condition(space: ParamSpace, condition: Condition) -> str:
 
 
 def _grid_note(grid: Grid) -> str:
-    return (
-        f"collisions in {grid.failing} of {grid.cells} cells, {grid.covered} reached; "
-        f"QD score {fixed(grid.qd_score, 0)}"
-    )
+    return f"{grid.failing} of {grid.cells} cells with collisions, QD score {fixed(grid.qd_score, 0)}"
 
 
 def _grid(grid: Grid, width: int) -> RenderableType:
@@ -138,10 +134,7 @@ def _grid(grid: Grid, width: int) -> RenderableType:
     lines = [
         Text.assemble(
             (grid.first[i].rjust(label) + " ▏", "quiet"),
-            *(
-                (_mark(grid, i, j, most) * cell, "bad" if grid.failures[i, j] else "quiet")
-                for j in range(len(grid.second))
-            ),
+            *(_mark(grid, i, j, most, cell) for j in range(len(grid.second))),
         )
         for i in used
     ]
@@ -149,13 +142,13 @@ def _grid(grid: Grid, width: int) -> RenderableType:
     return Group(*lines, Text(ends[:width], "quiet"))
 
 
-def _mark(grid: Grid, i: int, j: int, most: int) -> str:
-    if not grid.runs[i, j]:
-        return SHADES[0]
+def _mark(grid: Grid, i: int, j: int, most: int, width: int) -> tuple[str, str]:
+    """A cell and its style."""
     failures = int(grid.failures[i, j])
     if not failures:
-        return SHADES[1]
-    return SHADES[2 + min(3, int(4 * math.log1p(failures) / math.log1p(most)) if failures < most else 3)]
+        return SHADES[1 if grid.runs[i, j] else 0] * width, "quiet"
+    shade = min(3, int(4 * math.log1p(failures) / math.log1p(most)))
+    return SHADES[2 + shade] * width, "bad"
 
 
 # -- params -----------------------------------------------------------------------------------------------------------
@@ -171,7 +164,6 @@ def _sensitivity(found: Sensitivity) -> RenderableType:
         left(),
         left(),
         right("of collision"),
-        left(),
     )
     return Group(columns(*head, rows=rows, header=True), Text(), Text(INDICES, "quiet"))
 
@@ -185,7 +177,6 @@ def _index_row(risk: GeneIndex, collision: GeneIndex, most: float) -> Sequence[T
         Text(_interval(risk.total_interval), "quiet"),
         Text(bar(risk.total, most, BAR) if math.isfinite(risk.total) and most > 0.0 else "", "bar"),
         Text(fixed(collision.total, 2)),
-        Text(_interval(collision.total_interval), "quiet"),
     )
 
 

@@ -21,7 +21,9 @@ from cortex_dsl.report.tally import Tally
 from cortex_dsl.report.theme import method_style
 from cortex_dsl.report.worst_table import common_line, worst_files, worst_table
 from engine.program import Program
+from engine.search.diversity import distinct_failures
 from engine.search.figures import Figures
+from engine.search.protocol import Box
 from engine.vocabulary import EndReason, Verdict
 
 METRICS: Sequence[tuple[str, str, str, int, str]] = (
@@ -102,7 +104,8 @@ def headline(report: SearchReport) -> Text:
     found, runs = campaign.by_individual, campaign.by_simulation.runs
     rate = runs / campaign.elapsed if campaign.elapsed > 0 else 0.0
     work = f"{counted(runs, 'simulation')} in {duration(campaign.elapsed)}, {whole(rate)} a second"
-    distinct = f"{campaign.distinct_collisions:,} of them distinct"
+    apart = len(distinct_failures(campaign.evaluations, Box.of(campaign.space)))
+    distinct = f"{campaign.distinct_collisions:,} of them distinct, {apart:,} well apart"
     return Text.assemble(
         (f"{method_name(report.method)}: ", method_style(report.method)),
         (counted(found.nc, "collision"), "bad" if found.nc else "good"),

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from cortex_dsl.ir import PURE, Dimension
-from cortex_dsl.semantics.units import ACCELERATION, ANGLE, LENGTH, SPEED, TIME
+from cortex_dsl.semantics.quantities.units import ACCELERATION, ANGLE, LENGTH, SPEED, TIME
 from engine.vocabulary import Command
 
 

@@ -12,16 +12,16 @@ from dataclasses import dataclass, field, replace
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.algebra import CLOSED, Algebra, closed_value, leaves
 from cortex_dsl.semantics.builtins import BUILTINS
-from cortex_dsl.semantics.certainty import Weight
-from cortex_dsl.semantics.choices import Oracle
+from cortex_dsl.semantics.composition.imports import ImportedFile
 from cortex_dsl.semantics.findings import Findings, Pool
-from cortex_dsl.semantics.imports import ImportedFile
-from cortex_dsl.semantics.intervals import Interval, interval
 from cortex_dsl.semantics.problems import Mistake, NeedsExpansion
-from cortex_dsl.semantics.signal_plan import SignalPlan
-from cortex_dsl.semantics.units import dimension_name
+from cortex_dsl.semantics.quantities.algebra import CLOSED, Algebra, closed_value, leaves
+from cortex_dsl.semantics.quantities.certainty import Weight
+from cortex_dsl.semantics.quantities.intervals import Interval, interval
+from cortex_dsl.semantics.quantities.units import dimension_name
+from cortex_dsl.semantics.randomness.choices import Oracle
+from cortex_dsl.semantics.road.signal_plan import SignalPlan
 from cortex_dsl.semantics.values import POISON, Actor, Instance, MonitorCall, Poison, Quantity, Value
 from cortex_dsl.source import Source, Span
 from cortex_dsl.spelling import did_you_mean

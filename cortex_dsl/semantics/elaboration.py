@@ -10,19 +10,20 @@ from pathlib import PurePath
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import CompileError, Diagnostic
-from cortex_dsl.semantics import acts as _acts  # noqa: F401 - fills the table of statements
-from cortex_dsl.semantics import errors, scenarios
-from cortex_dsl.semantics.advice import advised
-from cortex_dsl.semantics.choices import VARIANT_LIMIT, TooManyVariants, enumerate_variants
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.acting import acts as _acts  # noqa: F401 - fills the table of statements
+from cortex_dsl.semantics.composition import scenarios
+from cortex_dsl.semantics.composition.imports import NO_FILES, ImportedFile
 from cortex_dsl.semantics.context import FileContext, Observer
-from cortex_dsl.semantics.default_map import default_road, map_with_lights, reasons, spelled
 from cortex_dsl.semantics.findings import Findings
-from cortex_dsl.semantics.imports import NO_FILES, ImportedFile
-from cortex_dsl.semantics.overrides import param_entries, read_overrides
+from cortex_dsl.semantics.names.overrides import param_entries, read_overrides
+from cortex_dsl.semantics.names.scope import check_names
+from cortex_dsl.semantics.names.system import system_params
 from cortex_dsl.semantics.problems import NeedsExpansion
-from cortex_dsl.semantics.scope import check_names
-from cortex_dsl.semantics.system import system_params
-from cortex_dsl.semantics.temporal import judged
+from cortex_dsl.semantics.randomness.choices import VARIANT_LIMIT, TooManyVariants, enumerate_variants
+from cortex_dsl.semantics.remarks.advice import advised
+from cortex_dsl.semantics.road.default_map import default_road, map_with_lights, reasons, spelled
+from cortex_dsl.semantics.running.temporal import judged
 from cortex_dsl.semantics.tree import everything_in
 from cortex_dsl.semantics.variants import Draft, elaborate_variant
 from cortex_dsl.source import Source, Span

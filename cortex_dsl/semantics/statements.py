@@ -4,21 +4,24 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors, numbers, roads, signals, temporal
-from cortex_dsl.semantics.algebra import closed_value
-from cortex_dsl.semantics.arguments import Given, evaluate_arguments
-from cortex_dsl.semantics.certainty import weigh
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.composition.imports import bound_name
 from cortex_dsl.semantics.context import Evaluator
-from cortex_dsl.semantics.default_map import reasons, spelled
-from cortex_dsl.semantics.functions import whole_number
-from cortex_dsl.semantics.genes import param_value
-from cortex_dsl.semantics.imports import bound_name
-from cortex_dsl.semantics.margins import margin_of
-from cortex_dsl.semantics.monitors import require_monitor
-from cortex_dsl.semantics.operators import combine, unpack
+from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
+from cortex_dsl.semantics.evaluation.functions import whole_number
+from cortex_dsl.semantics.evaluation.operators import combine, unpack
+from cortex_dsl.semantics.names.system import SYSTEM
 from cortex_dsl.semantics.problems import Mistake
-from cortex_dsl.semantics.system import SYSTEM
-from cortex_dsl.semantics.units import PURE, TIME, Dimension
+from cortex_dsl.semantics.quantities import numbers
+from cortex_dsl.semantics.quantities.algebra import closed_value
+from cortex_dsl.semantics.quantities.certainty import weigh
+from cortex_dsl.semantics.quantities.margins import margin_of
+from cortex_dsl.semantics.quantities.units import PURE, TIME, Dimension
+from cortex_dsl.semantics.randomness.genes import param_value
+from cortex_dsl.semantics.road import roads, signals
+from cortex_dsl.semantics.road.default_map import reasons, spelled
+from cortex_dsl.semantics.running import temporal
+from cortex_dsl.semantics.running.monitors import require_monitor
 from cortex_dsl.semantics.values import (
     POISON,
     Actor,

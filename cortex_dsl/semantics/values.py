@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.units import dimension_name, si_word
+from cortex_dsl.semantics.quantities.units import dimension_name, si_word
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.road.network import Intersection, Lane, Maneuver, Network

@@ -8,19 +8,20 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors, monitors
-from cortex_dsl.semantics.behaviours import actor_behaviour, warn_if_idle
-from cortex_dsl.semantics.choices import Oracle
-from cortex_dsl.semantics.classes import OFF_ROAD, PROPERTIES
-from cortex_dsl.semantics.composing import Composer, run_by, set_up_run
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.acting.behaviours import actor_behaviour, warn_if_idle
+from cortex_dsl.semantics.acting.yielding import everything
+from cortex_dsl.semantics.composition.composing import Composer, run_by, set_up_run
+from cortex_dsl.semantics.composition.modules import OF_THE_RUN, run_module
 from cortex_dsl.semantics.context import Evaluator, FileContext, Moment, RuleKey, Variant
-from cortex_dsl.semantics.expressions import evaluator
-from cortex_dsl.semantics.modules import OF_THE_RUN, run_module
+from cortex_dsl.semantics.evaluation.expressions import evaluator
 from cortex_dsl.semantics.problems import Mistake, Rejection
-from cortex_dsl.semantics.roads import network_of
-from cortex_dsl.semantics.rules import rules_of_run
+from cortex_dsl.semantics.randomness.choices import Oracle
+from cortex_dsl.semantics.road.roads import network_of
+from cortex_dsl.semantics.running import monitors
+from cortex_dsl.semantics.running.rules import rules_of_run
+from cortex_dsl.semantics.things.classes import OFF_ROAD, PROPERTIES
 from cortex_dsl.semantics.values import POISON, Actor, Value
-from cortex_dsl.semantics.yielding import everything
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Column

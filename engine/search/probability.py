@@ -71,6 +71,16 @@ class Probability:
     """Of the first repetition: least distances at which it stopped over [m]; 0 stands for contact."""
 
 
+def estimate(program: Program, config: Config, method: str, samples: int, seed: int = 0) -> Probability:
+    """The probability for a program, by `mc` or `subset`, in the host that the config names."""
+    from engine.risk import PAPER
+    from engine.search.evaluator import make_evaluator
+
+    evaluate = make_evaluator(program, config, PAPER)
+    estimator = {"mc": monte_carlo, "subset": subset_simulation}[method]
+    return estimator(program.space, evaluate, samples, seed)
+
+
 def monte_carlo(space: ParamSpace, evaluate: Evaluate, samples: int, seed: int = 0, level: float = 0.95) -> Probability:
     """Plain Monte Carlo with `samples` draws."""
     from engine.genomes import draw_genomes

@@ -1,6 +1,6 @@
 """The words that the parser reads as units, and the sizes that the semantics gives them."""
 
-from cortex_dsl.semantics.units import UNITS
+from cortex_dsl.semantics.quantities.units import UNITS
 from cortex_dsl.syntax.units import SPOKEN_UNITS, UNIT_WORDS
 
 

@@ -114,6 +114,44 @@ def test_a_complete_study_is_told_again(cortexc: Callable[..., Any], left_turn: 
     assert contents(tmp_path / "s") == before
 
 
+def test_resume_knows_a_study_when_it_sees_one(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+    """One command goes on with whatever a folder holds."""
+    first = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
+    assert cortexc("resume", tmp_path / "s").out == first.out
+    assert "no effect on a study" in cortexc("resume", tmp_path / "s", "--generations", 9).err
+
+
+def test_an_edited_file_is_said_and_passed_over(
+    cortexc: Callable[..., Any], scenario: Callable[..., Path], tmp_path: Path
+) -> None:
+    """The study goes on with the program that it keeps."""
+    file = scenario()
+    first = cortexc("study", file, *TINY, "--out", tmp_path / "s")
+    file.write_text("ego = nothing that compiles")
+    again = cortexc("study", "--resume", tmp_path / "s")
+    assert "was edited since" in again.err
+    assert again.out == first.out
+
+
+@pytest.mark.parametrize("width", [60, 80, 120])
+def test_tables_fit_the_terminal(
+    cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, width: int
+) -> None:
+    """Nothing is cut off where there is less room: columns go, and words wrap."""
+    monkeypatch.setenv("COLUMNS", str(width))
+    result = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
+    assert all(len(line) <= min(width, 100) for line in result.out.splitlines())
+    assert "…" not in result.out
+
+
+def test_a_folder_that_cannot_be_written_is_told(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+    """A file where a folder should be."""
+    (tmp_path / "file").write_text("")
+    result = cortexc("study", left_turn, *TINY, "--out", tmp_path / "file" / "s")
+    assert result.code == Exit.USAGE
+    assert "help:" in result.err
+
+
 def test_another_engine_may_not_go_on(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
     """Its runs would be compared as if they were of one."""
     cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")

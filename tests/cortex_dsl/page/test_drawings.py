@@ -83,7 +83,9 @@ def test_heat_maps_count_every_valid_simulation(opened: OpenedRun) -> None:
         assert found.failed.sum() == (rows & evaluations.collided).sum()
 
 
-@pytest.mark.parametrize(("hits", "tries", "low", "high"), [(0, 10, 0.0, 0.3085), (5, 10, 0.1871, 0.8129), (10, 10, 0.6915, 1.0)])
+@pytest.mark.parametrize(
+    ("hits", "tries", "low", "high"), [(0, 10, 0.0, 0.3085), (5, 10, 0.1871, 0.8129), (10, 10, 0.6915, 1.0)]
+)
 def test_interval_of_a_share(hits: int, tries: int, low: float, high: float) -> None:
     """As tabulated by Clopper and Pearson."""
     assert clopper_pearson(hits, tries) == pytest.approx((low, high), abs=1e-4)

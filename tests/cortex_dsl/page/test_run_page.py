@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from cortex_dsl.cli import main
-from cortex_dsl.page.run_page import RunPage, how_runs_ended
-from cortex_dsl.page.unlike import unlike_cases
+from cortex_dsl.page.run_page import how_runs_ended
+from cortex_dsl.page.cases import box_of, first_cases
 from cortex_dsl.runs import OpenedRun
+from engine.search.diversity import distinct_failures
 from engine.search.figures import distinct_collisions, figures
 from engine.vocabulary import State
 
@@ -27,7 +28,8 @@ def test_every_figure_is_the_journals(read, opened: OpenedRun) -> None:
     simulated = figures(evaluations, evaluations.simulated)
     truth |= {f"by_simulation.{name}": value for name, value in asdict(simulated).items()}
     truth |= {"distinct_collisions": distinct_collisions(evaluations), "worst.score": int(evaluations.score.max())}
-    for case in unlike_cases(opened.record, 3):
+    truth["distinct_failures"] = len(distinct_failures(evaluations, box_of(opened.record)))
+    for case in first_cases(opened.record, 3):
         truth |= {f"case.{case.rank}.score": case.score, f"case.{case.rank}.min_distance": case.min_distance}
     assert len(read.figures) > 15
     for name, shown in read.figures.items():
@@ -65,7 +67,7 @@ def test_embedded_numbers_equal_the_journal(read, opened: OpenedRun) -> None:
 def test_replays_are_the_simulation(read, opened: OpenedRun) -> None:
     """Positions unpacked from the page are those of the scene run again, to half a centimetre."""
     replays = json.loads(read.blocks["replays"])
-    for case, replay in zip(unlike_cases(opened.record, 3), replays, strict=True):
+    for case, replay in zip(first_cases(opened.record, 3), replays, strict=True):
         run = opened.scenario.watch(opened.scenario.scene(case))
         assert replay["samples"] == len(run.trajectory.time)
         assert replay["contact"] == run.trajectory.contact_sample
@@ -78,7 +80,7 @@ def test_replays_are_the_simulation(read, opened: OpenedRun) -> None:
 
 def test_replayed_cases_have_the_journals_outcome(opened: OpenedRun) -> None:
     """What the page plays collides exactly where the journal says so."""
-    for case in unlike_cases(opened.record, 3):
+    for case in first_cases(opened.record, 3):
         run = opened.scenario.watch(opened.scenario.scene(case))
         assert bool(run.outcomes.collided[0]) == case.collided
         assert run.outcomes.min_distance.min() == pytest.approx(case.min_distance, abs=1e-6)
@@ -104,7 +106,7 @@ def test_page_needs_no_network(read, page_text: str) -> None:
 
 def test_ends_add_up(opened: OpenedRun) -> None:
     """Each distinct simulation is counted in one row of the ends."""
-    rows, whole = how_runs_ended(RunPage(opened, (), ()))
+    rows, whole = how_runs_ended(opened)
     assert sum(count for _, count, _ in rows) == whole == int(opened.record.evaluations.simulated.sum())
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.algebra import closed_value
-from cortex_dsl.semantics.listing import format_ir
+from cortex_dsl.semantics.printing.listing import format_ir
+from cortex_dsl.semantics.quantities.algebra import closed_value
 from engine.program import RoadSpec
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, Distribution, GeneKind, Op

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.yielding import everything
+from cortex_dsl.semantics.acting.yielding import everything
 from engine.vocabulary import Op, RuleKind
 
 Compiled = Callable[..., ir.Scenario]

@@ -9,7 +9,7 @@ from cortex_dsl.diagnostics import CompileError, Diagnostic
 from cortex_dsl.files import Folder
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.report.diagnostics import render_text
-from cortex_dsl.semantics import imports
+from cortex_dsl.semantics.composition import imports
 from cortex_dsl.source import Source
 from engine import archive
 

@@ -1,6 +1,6 @@
 """Numbers that the library shares with the engine: the compiler cannot import kernels, so it has its own copies."""
 
-from cortex_dsl.semantics.library import job, lane_change
+from cortex_dsl.semantics.acting.library import job, lane_change
 from engine.kernels import steering
 
 

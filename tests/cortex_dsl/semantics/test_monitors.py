@@ -5,8 +5,8 @@ from collections.abc import Callable
 import pytest
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.units import ANGLE, LENGTH, PURE, SPEED
-from cortex_dsl.semantics.yielding import everything
+from cortex_dsl.semantics.acting.yielding import everything
+from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
 from engine.vocabulary import Op, RuleKind
 
 Compiled = Callable[..., ir.Scenario]

@@ -7,7 +7,7 @@ import pytest
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import CompileError
-from cortex_dsl.semantics.yielding import everything
+from cortex_dsl.semantics.acting.yielding import everything
 from cortex_dsl.session import Scenario, compile_text
 from engine.scenes import Outcomes
 from engine.vocabulary import EndReason, State

@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.algebra import closed_value
 from cortex_dsl.semantics.elaboration import elaborate
-from cortex_dsl.semantics.units import UNITS, dimension_name, power, product, quotient, root, si_formula
+from cortex_dsl.semantics.quantities.algebra import closed_value
+from cortex_dsl.semantics.quantities.units import UNITS, dimension_name, power, product, quotient, root, si_formula
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.units import UNIT_WORDS

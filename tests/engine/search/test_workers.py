@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
-from contextlib import ExitStack, closing
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -89,18 +89,19 @@ def cluster(tmp_path: Path) -> Iterator[tuple[str, list["subprocess.Popen[bytes]
     head = ["distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard"]
     hand = ["distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny", "--no-dashboard", "--host", "127.0.0.1"]
     told = ["--scheduler-file", str(file)]
-    with ExitStack() as stack:
-        everyone = [stack.enter_context(subprocess.Popen([*command, *head, *told], **quiet))]
-        stack.callback(lambda: [process.kill() for process in everyone])
+    everyone = [subprocess.Popen([*command, *head, *told], **quiet)]
+    try:
         deadline = time.monotonic() + 60
         while not (file.exists() and file.read_text().strip()):
             assert time.monotonic() < deadline
             time.sleep(0.05)
-        workers = [
-            subprocess.Popen([*command, *hand, *told, "--local-directory", str(local)], **quiet) for _ in range(2)
-        ]
-        everyone += [stack.enter_context(worker) for worker in workers]
-        yield json.loads(file.read_text())["address"], workers
+        spawn = [*command, *hand, *told, "--local-directory", str(local)]
+        everyone += [subprocess.Popen(spawn, **quiet) for _ in range(2)]
+        yield json.loads(file.read_text())["address"], everyone[1:]
+    finally:
+        for process in everyone:
+            process.kill()
+            process.wait()
 
 
 def test_a_cluster_that_loses_a_worker(

@@ -1,0 +1,1 @@
+"""Behaviours as acts of the IR, those of the library among them."""

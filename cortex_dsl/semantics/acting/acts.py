@@ -1,0 +1,225 @@
+"""The statements of behaviours as acts of the IR."""
+
+from collections.abc import Callable, Sequence
+
+from cortex_dsl import ir
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.acting import guards
+from cortex_dsl.semantics.acting.bodies import ACTS, Act, Body
+from cortex_dsl.semantics.acting.picks import pick
+from cortex_dsl.semantics.acting.yielding import check_handler, check_loop
+from cortex_dsl.semantics.builtins import Kind, names_of
+from cortex_dsl.semantics.evaluation.operators import combine, unpack
+from cortex_dsl.semantics.names.placement import TOP_LEVEL
+from cortex_dsl.semantics.problems import Mistake
+from cortex_dsl.semantics.quantities import numbers
+from cortex_dsl.semantics.quantities.units import TIME
+from cortex_dsl.semantics.statements import check_called, soft_probability
+from cortex_dsl.semantics.values import ActionCall, BuiltinValue, Effect, Value, kind_name
+from cortex_dsl.source import Span
+from cortex_dsl.spelling import did_you_mean
+from cortex_dsl.syntax import nodes
+from engine.config import SimulationConfig
+from engine.vocabulary import Command, Op
+
+CLOCK_TOLERANCE = 1e-9
+"""Slack of `do ... for`: sums of time steps do not hit a duration exactly [s]."""
+
+
+def _assign(body: Body, node: nodes.Assign) -> ir.Block:
+    with body.ev.naming(node.targets[0]):
+        value = body.ev.evaluate(node.value)
+    acts: list[ir.Act] = []
+    for name, item in unpack(node.targets, value, node.span).items():
+        acts += body.assign(name, item, node.value.span)
+    return tuple(acts)
+
+
+def _augmented(body: Body, node: nodes.AugmentedAssign) -> ir.Block:
+    name = nodes.Name(span=node.span, id=node.target)
+    operation = nodes.Binary(span=node.span, operator=node.operator, left=name, right=node.value)
+    value = combine(body.ev, node.operator, body.ev.evaluate(name), body.ev.evaluate(node.value), operation)
+    return body.assign(node.target, value, node.span)
+
+
+def _expression(body: Body, node: nodes.ExpressionStatement) -> ir.Block:
+    value = body.ev.evaluate(node.value)
+    check_called(value, node.span)
+    if isinstance(value, Effect):
+        return value.acts
+    if not isinstance(value, str):
+        body.ev.report(errors.BARE_EXPRESSION.at(node.span, cure=_use_of(body, value, node.span)))
+    return ()
+
+
+def _use_of(body: Body, value: Value, span: Span) -> str:
+    """What a line should do with its value."""
+    if isinstance(value, ActionCall):
+        return f"an action is taken: write `take {body.ev.file.source.slice(span)}`"
+    return "assign it, or remove the line"
+
+
+def _do(body: Body, node: nodes.Do) -> ir.Block:
+    if node.until is not None:
+        until = node.until
+        return _until(body, node, lambda: body.condition(until, repeated=True))
+    if node.duration is None:
+        return _run(body, node)
+    ev = body.ev
+    start = ev.run.new_local()
+    elapsed = ev.algebra.sub(ev.algebra.apply(Op.TIME), ev.algebra.local(start))
+    over = ev.algebra.apply(Op.LE, _duration(body, node, node.duration), elapsed)
+    return (
+        ir.SetLocal(node.span, start, ev.algebra.apply(Op.TIME)),
+        *_until(body, node, lambda: over),
+    )
+
+
+def _run(body: Body, node: nodes.Do) -> ir.Block:
+    if node.mode:
+        return pick(body, node)
+    first, *others = node.invocations
+    return body.inliner.together(body, node.invocations) if others else body.invocation(first).block(node.span)
+
+
+def _until(body: Body, node: nodes.Do, condition: Callable[[], ir.Expr]) -> ir.Block:
+    """The condition may speak of the scenario that is started."""
+    mark, span = body.inliner.mark(), node.span
+    block = _run(body, node)
+    left = (*body.returned(span), *body.inliner.stopped(mark, span), ir.Abort(span))
+    return (ir.TryInterrupt(span, block, ((condition(), left),)),)
+
+
+def _duration(body: Body, node: nodes.Do, duration: nodes.Expression) -> ir.Expr:
+    """[s], a little less than asked for: sums of steps are not exact."""
+    ev = body.ev
+    value = ev.evaluate(duration)
+    if node.in_steps:
+        steps = numbers.quantity(value, duration.span, "a number of steps")
+        step = ev.file.settings.time_step or SimulationConfig().time_step
+        seconds = ev.algebra.mul(steps.expr, ev.algebra.literal(step))
+    else:
+        seconds = numbers.adopt(ev, value, TIME, duration.span, "the duration after `for`")
+        numbers.in_range(ev, seconds, 0.0, float("inf"), TIME, duration.span, "the duration after `for`")
+    return ev.algebra.sub(seconds, ev.algebra.literal(CLOCK_TOLERANCE))
+
+
+def _take(body: Body, node: nodes.Take) -> ir.Block:
+    commands: list[tuple[Command, ir.Expr]] = []
+    for action in node.actions:
+        value = body.ev.evaluate(action)
+        commands += [_action(each, action) for each in (value if isinstance(value, tuple) else (value,))]
+    known = [command for command, _ in commands]
+    for command in known:
+        if known.count(command) > 1:
+            raise errors.SAME_ACTION.mistake(node.span, command=command.name.lower())
+    return (ir.Take(node.span, tuple(commands)),)
+
+
+def _action(value: Value, node: nodes.Expression) -> tuple[Command, ir.Expr]:
+    if isinstance(value, ActionCall):
+        return value.command, value.value
+    if isinstance(value, BuiltinValue) and value.name in names_of(Kind.ACTION):
+        suggestion = f"give it a value, as in `{value.name}(1)`"
+    else:
+        suggestion = did_you_mean(kind_name(value).strip("`"), names_of(Kind.ACTION))
+    raise errors.NOT_AN_ACTION.mistake(node.span, actual=kind_name(value), suggestion=suggestion)
+
+
+def _wait(_body: Body, node: nodes.Wait) -> ir.Block:
+    return (ir.Wait(node.span),)
+
+
+def _try(body: Body, node: nodes.Try) -> ir.Block:
+    body.marks.append(body.inliner.mark())
+    inner = body.nested(node.body, repeated=body.moment.repeated)
+    handlers = []
+    for handler in node.handlers:
+        condition = body.condition(handler.condition, repeated=True)
+        acts = body.nested(handler.body, repeated=True)
+        check_handler(body.ev, condition, acts, handler.condition.span)
+        handlers.append((condition, (*body.returned(handler.span), *acts)))
+    body.marks.pop()
+    return (ir.TryInterrupt(node.span, inner, tuple(handlers)),)
+
+
+def _abort(body: Body, node: nodes.Abort) -> ir.Block:
+    return (*body.inliner.stopped(body.marks[-1] if body.marks else 0, node.span), ir.Abort(node.span))
+
+
+def _terminate(body: Body, node: nodes.Terminate) -> ir.Block:
+    return body.inliner.over(body, node)
+
+
+def _require(body: Body, node: nodes.Require) -> ir.Block:
+    probability = soft_probability(body.ev, node.probability)
+    return guards.demand(body.ev, node, body.condition(node.condition), probability, body.inliner.owner)
+
+
+def _if(body: Body, node: nodes.If) -> ir.Block:
+    return _branches(body, list(node.branches), node)
+
+
+def _branches(
+    body: Body, branches: Sequence[tuple[nodes.Expression, tuple[nodes.Statement, ...]]], node: nodes.If
+) -> ir.Block:
+    """What is decided at compile time leaves no branch behind."""
+    if not branches:
+        return body.block(node.otherwise)
+    (test, statements), rest = branches[0], branches[1:]
+    condition = body.condition(test)
+    if isinstance(condition, ir.Literal):
+        return body.block(statements) if condition.value else _branches(body, rest, node)
+    then = body.nested(statements)
+    body.depth += 1
+    otherwise = _branches(body, rest, node)
+    body.depth -= 1
+    return (ir.Branch(test.span, condition, then, otherwise),)
+
+
+def _while(body: Body, node: nodes.While) -> ir.Block:
+    condition = body.condition(node.condition, repeated=True)
+    if isinstance(condition, ir.Literal) and not condition.value:
+        return ()
+    acts = body.nested(node.body, repeated=True, looping=True)
+    check_loop(body.ev, condition, acts, node.condition.span)
+    return (ir.Loop(node.span, condition, acts),)
+
+
+def _leave(kind: str) -> Act:
+    def act(body: Body, node: nodes.Statement) -> ir.Block:
+        return (ir.Leave(node.span, kind, body.scope),)
+
+    return act
+
+
+def _nothing(_body: Body, _node: nodes.Statement) -> ir.Block:
+    return ()
+
+
+def _misplaced(_body: Body, _node: nodes.Statement) -> ir.Block:
+    """The scope check has said already that this statement stands in the wrong place."""
+    raise Mistake
+
+
+ACTS.update(
+    {
+        nodes.Assign: _assign,
+        nodes.AugmentedAssign: _augmented,
+        nodes.ExpressionStatement: _expression,
+        nodes.Do: _do,
+        nodes.Take: _take,
+        nodes.Wait: _wait,
+        nodes.Try: _try,
+        nodes.Abort: _abort,
+        nodes.Terminate: _terminate,
+        nodes.If: _if,
+        nodes.While: _while,
+        nodes.Break: _leave("break"),
+        nodes.Continue: _leave("continue"),
+        nodes.Return: _leave("return"),
+        nodes.Pass: _nothing,
+        nodes.Require: _require,
+        **dict.fromkeys((*TOP_LEVEL, nodes.Override), _misplaced),
+    }  # type: ignore[arg-type]
+)

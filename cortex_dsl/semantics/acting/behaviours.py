@@ -1,0 +1,163 @@
+"""Behaviours, inlined: each actor's behaviour with everything that it `do`es becomes one block of acts. So do monitors,
+which are behaviours of nobody.
+
+Arguments are evaluated where the behaviour starts. Numbers that a body assigns live in locals; lanes, objects and
+other things are bound at compile time and cannot change during the run.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+from cortex_dsl import ir
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.acting import library
+from cortex_dsl.semantics.acting.bodies import Body, Invocation
+from cortex_dsl.semantics.acting.variables import snapshot
+from cortex_dsl.semantics.acting.yielding import ever_acts
+from cortex_dsl.semantics.builtins import Kind, names_of
+from cortex_dsl.semantics.context import Evaluator, Moment
+from cortex_dsl.semantics.evaluation.calls import as_behaviour
+from cortex_dsl.semantics.problems import Mistake
+from cortex_dsl.semantics.values import (
+    Actor,
+    BehaviourCall,
+    BehaviourValue,
+    Instance,
+    MonitorCall,
+    MonitorValue,
+    Value,
+    kind_name,
+)
+from cortex_dsl.source import Span
+from cortex_dsl.spelling import did_you_mean
+from cortex_dsl.syntax import nodes
+from engine.vocabulary import Op
+
+
+def actor_behaviour(ev: Evaluator, actor: Actor) -> ir.Block | None:
+    """All that an actor does, and what scenarios make it do while they run; None without behaviour."""
+    call = actor.properties.get("behavior")
+    inliner = Inliner(ev.at_moment(Moment(running=True, actor=actor)), actor)
+    block = inliner.started(call) if isinstance(call, BehaviourCall) else None
+    return _overridden(inliner, block or (), actor) if actor.overrides else block
+
+
+def _overridden(inliner: "Inliner", block: ir.Block, actor: Actor) -> ir.Block:
+    """The behaviour of an object, interrupted for as long as a scenario overrides it, and then gone on with."""
+    ev, span = inliner.ev, actor.span
+    forever = ir.Loop(span, ev.algebra.truth(True), (ir.Wait(span),))
+    handlers = []
+    for monitor, call in actor.overrides:
+        acts = inliner.invoke(call, replace(inliner.ev.moment, repeated=True)).block(call.span) if call else ()
+        running = ev.algebra.running(monitor)
+        over = ev.algebra.apply(Op.NOT, running)
+        handlers.append((running, (ir.TryInterrupt(span, (*acts, forever), ((over, (ir.Abort(span),)),)),)))
+    return (ir.TryInterrupt(span, (*block, forever), tuple(handlers)),)
+
+
+def stop(instances: Iterable[Instance | None], span: Span) -> ir.Stop:
+    """Stop scenarios with everything that they started, and the behaviours of their objects."""
+    family = [each for instance in instances if instance is not None for each in instance.family]
+    monitors = tuple(number for each in family for number in (each.monitor, *each.watchers))
+    return ir.Stop(span, monitors, tuple(actor.index for each in family for actor in each.actors))
+
+
+@dataclass(frozen=True)
+class Inliner:
+    """Turns calls into acts; `stack` holds what is being inlined. Without an actor, `self` means nothing."""
+
+    ev: Evaluator
+    actor: Actor | None
+    stack: tuple[BehaviourValue | MonitorValue, ...] = ()
+
+    @property
+    def owner(self) -> str:
+        """The name of what is being inlined."""
+        return self.stack[-1].node.name
+
+    def started(self, call: BehaviourCall) -> ir.Block:
+        """The actor's own behaviour, which begins with the run."""
+        return self.invoke(call, self.ev.moment, at_start=True).block(call.span)
+
+    def monitor(self, call: MonitorCall) -> ir.Block:
+        """What a monitor does."""
+        inner = replace(self, ev=self.ev.at_home(call.monitor.home), stack=(*self.stack, call.monitor))
+        body = Body(inner, self.ev.moment)
+        return body.inlined(call, call.monitor.node).block(call.span)
+
+    def invocation(self, value: Value, node: nodes.Expression, moment: Moment) -> Invocation:
+        """What `do node` runs.
+
+        Raises:
+            Mistake: when the value is no behaviour.
+        """
+        if self.actor is None:
+            raise Mistake  # it was said that nobody could act
+        call = as_behaviour(value, node.span)
+        if call is None:
+            cure = did_you_mean(node.id, names_of(Kind.BEHAVIOUR)) if isinstance(node, nodes.Name) else ""
+            raise errors.NOT_A_BEHAVIOUR.mistake(node.span, actual=kind_name(value), cure=cure)
+        return self.invoke(call, moment)
+
+    def invoke(self, call: BehaviourCall, moment: Moment, *, at_start: bool = False) -> Invocation:
+        if not isinstance(call.behaviour, BehaviourValue):
+            return self._library(call, self.ev.at_moment(moment), at_start)
+        self._check_cycle(call.behaviour, call.span)
+        inner = replace(self, ev=self.ev.at_home(call.behaviour.home), stack=(*self.stack, call.behaviour))
+        return Body(inner, moment).inlined(call, call.behaviour.node)
+
+    def mark(self) -> int:
+        """How many scenarios have been started so far; behaviours start none."""
+        return 0
+
+    def stopped(self, mark: int, span: Span) -> ir.Block:
+        """Acts that stop the scenarios started since."""
+        del mark, span
+        return ()
+
+    def together(self, body: "Body", invocations: Sequence[nodes.Expression]) -> ir.Block:
+        """What `do a, b` does."""
+        del body
+        raise errors.DO_SEVERAL.mistake(invocations[1].span)
+
+    def over(self, body: "Body", node: nodes.Terminate) -> ir.Block:
+        """What `terminate` does."""
+        if self.actor is not None and self.actor.scenario not in (None, body.ev.run.root) and not node.simulation:
+            ends = stop((self.actor.scenario,), node.span)
+            return (ends, ir.Loop(node.span, body.ev.algebra.truth(True), (ir.Wait(node.span),)))
+        words = "terminate simulation" if node.simulation else "terminate"
+        return (ir.Terminate(node.span, body.ev.file.rule(node.span, f"`{words}` in {self.owner}")),)
+
+    def _library(self, call: BehaviourCall, ev: Evaluator, at_start: bool) -> Invocation:
+        assert self.actor is not None
+        prologue, fixed = _settled(ev, call)
+        acts = library.acts(library.Job(ev, fixed, self.actor, at_start, partial(self._inner, ev.moment, at_start)))
+        if any(isinstance(each, BehaviourValue) and each.node.invariants for each in self.stack):
+            # Its turns are not those of the behaviour around it, whose invariants rest meanwhile.
+            acts = (ir.Scope(call.span, call.name, ev.run.new_scope(), acts),)
+        return Invocation(prologue, acts)
+
+    def _inner(self, moment: Moment, at_start: bool, call: BehaviourCall) -> ir.Block:
+        """A behaviour that one of the library runs."""
+        return self.invoke(call, moment, at_start=at_start).block(call.span)
+
+    def _check_cycle(self, behaviour: BehaviourValue, span: Span) -> None:
+        if any(behaviour.node is running.node for running in self.stack):
+            names = [running.node.name for running in (*self.stack, behaviour)]
+            first = names.index(behaviour.node.name)
+            raise errors.RECURSIVE.mistake(span, name=behaviour.node.name, cycle=" -> ".join(names[first:]))
+
+
+def _settled(ev: Evaluator, call: BehaviourCall) -> tuple[ir.Block, BehaviourCall]:
+    """A call whose arguments keep the values that they have when it starts."""
+    acts: list[ir.Act] = []
+    arguments = {name: snapshot(ev, value, call.spans[name], acts) for name, value in call.arguments.items()}
+    return tuple(acts), replace(call, arguments=arguments)
+
+
+def warn_if_idle(ev: Evaluator, actor: Actor, block: ir.Block) -> None:
+    """A behaviour that does nothing at all is hardly meant."""
+    call = actor.properties.get("behavior")
+    if isinstance(call, BehaviourCall) and isinstance(call.behaviour, BehaviourValue) and not ever_acts(block):
+        ev.report(errors.IDLE_BEHAVIOUR.at(call.span, name=call.name))

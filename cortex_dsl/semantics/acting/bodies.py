@@ -1,0 +1,245 @@
+"""The statements of one behaviour, monitor or `compose`, with its names: from text to acts.
+
+Numbers that a body assigns live in locals; lanes, objects and other things are bound at compile time and cannot change
+during the run.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+from cortex_dsl import ir
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.acting import guards
+from cortex_dsl.semantics.acting.variables import assigned_names, snapshot
+from cortex_dsl.semantics.context import Evaluator, Moment
+from cortex_dsl.semantics.problems import Mistake
+from cortex_dsl.semantics.quantities import numbers
+from cortex_dsl.semantics.quantities.algebra import is_dynamic
+from cortex_dsl.semantics.quantities.units import dimension_name
+from cortex_dsl.semantics.values import POISON, BehaviourCall, MonitorCall, Quantity, Truth, Value, kind_name
+from cortex_dsl.source import Span
+from cortex_dsl.syntax import nodes
+from engine.vocabulary import Op
+
+Defined = nodes.BehaviorDefinition | nodes.MonitorDefinition
+
+Guards = tuple[tuple[ir.Expr, int], ...]
+"""Conditions, and the rules that abort the run where they are false."""
+
+
+@dataclass(frozen=True)
+class Invocation:
+    """Something that `do` may run: what is worked out first, what must hold for it to start, and its acts."""
+
+    prologue: ir.Block
+    acts: ir.Block
+    preconditions: Guards = ()
+    invariants: Guards = ()
+    """Those of the scope in `acts`."""
+
+    def block(self, span: Span) -> ir.Block:
+        """All of it, where it must start."""
+        demands = (ir.Demand(span, holds, rule) for holds, rule in self.preconditions)
+        return (*self.prologue, *demands, *self.acts)
+
+    def allowed(self, ev: Evaluator) -> ir.Expr:
+        """Whether it could start now, its arguments being worked out."""
+        result: ir.Expr = ev.algebra.truth(True)
+        for holds, _ in (*self.preconditions, *self.invariants):
+            result = ev.algebra.apply(Op.AND, result, holds)
+        return result
+
+
+class Invoker(Protocol):
+    """What a body asks about all that is not its own."""
+
+    @property
+    def ev(self) -> Evaluator:
+        """The place of the definition."""
+        ...
+
+    @property
+    def owner(self) -> str:
+        """The name of what is being inlined."""
+        ...
+
+    def invocation(self, value: Value, node: nodes.Expression, moment: Moment) -> Invocation:
+        """What `do node` runs."""
+        ...
+
+    def together(self, body: "Body", invocations: Sequence[nodes.Expression]) -> ir.Block:
+        """What `do a, b` does."""
+        ...
+
+    def mark(self) -> int:
+        """How many scenarios have been started so far."""
+        ...
+
+    def stopped(self, mark: int, span: Span) -> ir.Block:
+        """Acts that stop the scenarios started since."""
+        ...
+
+    def over(self, body: "Body", node: nodes.Terminate) -> ir.Block:
+        """What `terminate` does."""
+        ...
+
+
+@dataclass
+class Variable:
+    """A name of a behaviour that is assigned in it: a local, or a binding that cannot change."""
+
+    local: int | None
+    depth: int
+    """How deep in branches and loops it was bound."""
+
+
+@dataclass
+class Body:
+    """One inlined behaviour or monitor: its names and the acts of its statements."""
+
+    inliner: Invoker
+    moment: Moment
+    names: dict[str, Value] = field(default_factory=dict)
+    variables: dict[str, Variable] = field(default_factory=dict)
+    assigned: frozenset[str] = frozenset()
+    """Names that the body assigns more than once, or where it may be entered again."""
+    scope: int = -1
+    depth: int = 0
+    invariants: Guards = ()
+    marks: list[int] = field(default_factory=list)
+    """How many scenarios had been started where each `try` around began."""
+
+    @property
+    def ev(self) -> Evaluator:
+        return self.inliner.ev.inside(self.names).at_moment(self.moment)
+
+    def inlined(self, call: BehaviourCall | MonitorCall, node: Defined) -> Invocation:
+        """The body of a definition. Guards see its parameters, which get their values before."""
+        self.scope = self.inliner.ev.run.new_scope()
+        counts = list(assigned_names(node.body, repeated=False))
+        self.assigned = frozenset(name for name in counts if counts.count(name) > 1)
+        prologue: list[ir.Act] = []
+        for parameter in node.parameters:
+            self._bind(parameter, call, prologue, parameter.name in counts)
+        preconditions, self.invariants = self._guards(node, call.span)
+        scope = ir.Scope(call.span, node.name, self.scope, self.block(node.body), self.invariants)
+        return Invocation(tuple(prologue), (scope,), preconditions, self.invariants)
+
+    def _guards(self, node: Defined, call: Span) -> tuple[Guards, Guards]:
+        if isinstance(node, nodes.MonitorDefinition):
+            return (), ()
+
+        def tested(written: Sequence[nodes.Guard], kind: str) -> Guards:
+            return guards.tested(self.ev, written, kind, node.name, self._later, call)
+
+        return tested(node.preconditions, "precondition"), tested(node.invariants, "invariant")
+
+    def _later(self, node: nodes.Expression) -> ir.Expr:
+        return self.condition(node, repeated=True)
+
+    def _bind(
+        self, parameter: nodes.Parameter, call: BehaviourCall | MonitorCall, acts: list[ir.Act], changes: bool
+    ) -> None:
+        if parameter.name in call.arguments:
+            value, span = call.arguments[parameter.name], call.spans[parameter.name]
+        else:
+            assert parameter.default is not None
+            value, span = self.ev.evaluate(parameter.default), parameter.default.span
+        if changes and isinstance(value, Quantity | Truth):
+            acts += self.assign(parameter.name, value, span, local=True)
+        else:
+            self.names[parameter.name] = snapshot(self.ev, value, span, acts)
+            self.variables[parameter.name] = Variable(None, self.depth)
+
+    def returned(self, span: Span) -> ir.Block:
+        """What a handler begins with: the body itself goes on, whatever was running."""
+        return tuple(ir.Demand(span, holds, rule) for holds, rule in self.invariants)
+
+    # -- blocks ------------------------------------------------------------------------------------------------------
+
+    def block(self, statements: Sequence[nodes.Statement]) -> ir.Block:
+        """Acts of statements; a mistake in one does not hide those in the next."""
+        acts: list[ir.Act] = []
+        for statement in statements:
+            try:
+                acts += ACTS[type(statement)](self, statement)
+            except Mistake as mistake:
+                self.ev.report(mistake)
+                self._poison(statement)
+                # Stands for what could not be understood, so that nothing is said to never act.
+                acts.append(ir.Wait(statement.span))
+        return tuple(acts)
+
+    def _poison(self, statement: nodes.Statement) -> None:
+        if isinstance(statement, nodes.Assign):
+            self.names.update(dict.fromkeys(statement.targets, POISON))
+
+    def nested(
+        self, statements: Sequence[nodes.Statement], *, repeated: bool = False, looping: bool = False
+    ) -> ir.Block:
+        """A block that may not run, or (`repeated`) run more than once; `looping` says that it is a loop's."""
+        before, self.depth = self.moment, self.depth + 1
+        if repeated:
+            self.moment = replace(self.moment, repeated=True, looping=self.moment.looping or looping)
+        acts = self.block(statements)
+        self.moment, self.depth = before, self.depth - 1
+        return acts
+
+    def condition(self, node: nodes.Expression, *, repeated: bool = False) -> ir.Expr:
+        ev = self.ev.at_moment(replace(self.moment, repeated=self.moment.repeated or repeated))
+        return numbers.truth(ev, ev.evaluate(node), node.span)
+
+    # -- variables ---------------------------------------------------------------------------------------------------
+
+    def assign(self, name: str, value: Value, span: Span, *, local: bool = False) -> ir.Block:
+        """Bind a name; numbers that may change get a local."""
+        known = self.variables.get(name)
+        if isinstance(value, Quantity | Truth):
+            needs_local = local or name in self.assigned or self.moment.repeated or is_dynamic(value.expr)
+            if needs_local or (known is not None and known.local is not None):
+                return self._set_local(name, value, span)
+        elif known is not None and self.depth > known.depth:
+            raise errors.OBJECT_CHANGES.mistake(span, name=name, kind=kind_name(value).split(" ", 1)[-1])
+        acts: list[ir.Act] = []
+        self.names[name] = snapshot(self.ev, value, span, acts)
+        self.variables[name] = Variable(None, self.depth)
+        return tuple(acts)
+
+    def _set_local(self, name: str, value: Quantity | Truth, span: Span) -> ir.Block:
+        known = self.variables.get(name)
+        if known is None or known.local is None:
+            known = self.variables[name] = Variable(self.ev.run.new_local(), self.depth)
+        else:
+            value = self._of_same_dimension(name, value, span)
+        assert known.local is not None
+        self.names[name] = replace(value, expr=self.ev.algebra.local(known.local))
+        return (ir.SetLocal(span, known.local, value.expr),)
+
+    def _of_same_dimension(self, name: str, value: Quantity | Truth, span: Span) -> Quantity | Truth:
+        before = self.names[name]
+        if isinstance(before, Truth) and isinstance(value, Truth):
+            return value
+        if isinstance(before, Quantity) and isinstance(value, Quantity):
+            if None in (before.dimension, value.dimension):
+                return Quantity(value.expr, value.dimension or before.dimension)
+            if before.dimension == value.dimension:
+                return value
+            actual = dimension_name(value.dimension)
+            raise errors.DIMENSION_CHANGES.mistake(
+                span, name=name, before=dimension_name(before.dimension), after=actual
+            )
+        raise errors.DIMENSION_CHANGES.mistake(span, name=name, before=kind_name(before), after=kind_name(value))
+
+    def invocation(self, node: nodes.Expression) -> Invocation:
+        """What `do node` runs."""
+        return self.inliner.invocation(self.ev.evaluate(node), node, self.moment)
+
+    def option(self, value: Value, node: nodes.Expression) -> Invocation:
+        """What `do choose` runs if it takes this value."""
+        return self.inliner.invocation(value, node, self.moment)
+
+
+Act = Callable[[Body, nodes.Statement], ir.Block]
+ACTS: dict[type, Act] = {}
+"""What each statement of a behaviour does; `acts` fills it."""

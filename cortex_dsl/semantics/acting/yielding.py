@@ -1,0 +1,89 @@
+"""Does a block of acts ever end the actor's turn? One that runs for ever within a step is a mistake."""
+
+from collections.abc import Iterator
+
+from cortex_dsl import ir
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.quantities.algebra import leaves
+from cortex_dsl.source import Span
+from engine.vocabulary import Op
+
+TURN_ENDS = (ir.Take, ir.Wait, ir.Follow, ir.HoldSpeed, ir.Terminate)
+"""A `Demand` is none: it ends the run only where it fails."""
+WAYS_OUT = (ir.Leave, ir.Abort)
+
+
+def everything(block: ir.Block) -> Iterator[ir.Act]:
+    """All acts of a block, nested ones included."""
+    for act in block:
+        yield act
+        match act:
+            case ir.Branch(then=then, otherwise=otherwise):
+                yield from everything(then)
+                yield from everything(otherwise)
+            case ir.Loop(body=body) | ir.Scope(body=body):
+                yield from everything(body)
+            case ir.Pick(options=options):
+                for option in options:
+                    yield from everything(option.body)
+            case ir.TryInterrupt(body=body, handlers=handlers):
+                yield from everything(body)
+                for _, acts in handlers:
+                    yield from everything(acts)
+
+
+def ever_acts(block: ir.Block) -> bool:
+    """Whether anything in the block may take, wait or end the run."""
+    return any(isinstance(act, TURN_ENDS) for act in everything(block))
+
+
+def check_loop(ev: Evaluator, condition: ir.Expr, body: ir.Block, span: Span) -> None:
+    """A loop must act, have a way out, or change what its condition looks at."""
+    if not _goes_on(condition, body):
+        ev.report(errors.NEVER_ACTS.at(span, what="loop", words=_words(ev)))
+    elif not _changes(condition, body) and _passes(body):
+        ev.report(errors.MAY_NOT_ACT.at(span))
+
+
+def _changes(condition: ir.Expr, body: ir.Block) -> bool:
+    """Whether going round may change what is asked for: a variable is set, or there is chance in it."""
+    acts = list(everything(body))
+    asked = [condition, *(act.condition for act in acts if isinstance(act, ir.Branch | ir.Loop))]
+    chance = any(isinstance(leaf, ir.Apply) and leaf.op == Op.RANDOM for each in asked for leaf in leaves(each))
+    return chance or any(isinstance(act, ir.SetLocal) for act in acts)
+
+
+def _passes(block: ir.Block) -> bool:
+    """Whether there is surely a way to the end of the block without an action. What is not sure is not."""
+    for act in block:
+        match act:
+            case ir.Branch(then=then, otherwise=otherwise):
+                if not _passes(then) and not _passes(otherwise):
+                    return False
+            case ir.Demand():
+                pass
+            case _:
+                return False
+    return True
+
+
+def check_handler(ev: Evaluator, condition: ir.Expr, body: ir.Block, span: Span) -> None:
+    """A handler that ends without acting is asked for again at once."""
+    if not _goes_on(condition, body):
+        ev.report(errors.NEVER_ACTS.at(span, what="handler", words=_words(ev)))
+
+
+def _words(ev: Evaluator) -> str:
+    """Statements that end a turn; a monitor has fewer."""
+    return "`wait`" if ev.moment.actor is None else "`take`, `wait` or `do`"
+
+
+def _goes_on(condition: ir.Expr, body: ir.Block) -> bool:
+    if any(isinstance(act, (*TURN_ENDS, *WAYS_OUT)) for act in everything(body)):
+        return True
+    seen = leaves(condition)
+    if any(isinstance(leaf, ir.Apply) and leaf.op == Op.RANDOM for leaf in seen):
+        return True
+    changed = {act.index for act in everything(body) if isinstance(act, ir.SetLocal)}
+    return any(isinstance(leaf, ir.Local) and leaf.index in changed for leaf in seen)

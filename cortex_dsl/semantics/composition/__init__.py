@@ -1,0 +1,1 @@
+"""Programs of several parts: imports, and modular scenarios."""

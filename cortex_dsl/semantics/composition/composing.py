@@ -1,0 +1,203 @@
+"""`compose` blocks: the acts of a scenario's coroutine, and of those that it starts.
+
+A scenario that is started is a coroutine of its own with a higher number than the one that starts it, which waits
+until it has ended. What an interrupt leaves behind by `abort`, and what `until` or `for` end, is stopped with the
+behaviours of its objects.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+from cortex_dsl import ir
+from cortex_dsl.diagnostics import Label
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.acting import guards
+from cortex_dsl.semantics.acting.behaviours import Inliner, stop
+from cortex_dsl.semantics.acting.bodies import Body, Guards, Invocation
+from cortex_dsl.semantics.acting.variables import assigned_names
+from cortex_dsl.semantics.composition.coroutines import Coroutine
+from cortex_dsl.semantics.composition.scenarios import number, place_of, set_up, surely_first
+from cortex_dsl.semantics.context import Evaluator, Moment
+from cortex_dsl.semantics.evaluation.calls import as_scenario
+from cortex_dsl.semantics.evaluation.motion import is_present
+from cortex_dsl.semantics.values import Actor, Instance, ScenarioCall, ScenarioValue, Value, kind_name
+from cortex_dsl.source import Span
+from cortex_dsl.spelling import did_you_mean
+from cortex_dsl.syntax import nodes
+from engine.vocabulary import Op
+
+
+@dataclass(frozen=True)
+class Composer(Inliner):
+    """Turns the `compose` of a scenario into acts; `ev` is the place of its setup."""
+
+    instance: Instance = field(default_factory=Instance)
+    scenarios: tuple[ScenarioValue, ...] = ()
+    """The scenarios that are being written out, the outermost first."""
+    first: frozenset[Span] = frozenset()
+    """Places of the invocations that surely start with this scenario."""
+
+    @property
+    def owner(self) -> str:
+        return self.scenarios[-1].node.name
+
+    @property
+    def node(self) -> nodes.ScenarioDefinition:
+        return self.scenarios[-1].node
+
+    # -- its own block -----------------------------------------------------------------------------------------------
+
+    def body(self) -> Body:
+        moment = Moment(running=True, scenario=self.instance)
+        counts = list(assigned_names(self.node.compose, repeated=False))
+        assigned = frozenset(name for name in counts if counts.count(name) > 1)
+        return Body(self, moment, assigned=assigned, scope=self.ev.run.new_scope())
+
+    def guarded(self, body: Body, call: Span) -> tuple[Guards, Guards]:
+        """Preconditions and invariants, `require always` of the setup among the latter."""
+
+        def condition(node: nodes.Expression) -> ir.Expr:
+            return body.condition(node, repeated=True)
+
+        node = self.node
+        before = guards.tested(body.ev, node.preconditions, "precondition", node.name, condition, call)
+        during = guards.tested(body.ev, node.invariants, "invariant", node.name, condition, call)
+        return before, during
+
+    # -- what it starts ----------------------------------------------------------------------------------------------
+
+    def mark(self) -> int:
+        return len(self.instance.children)
+
+    def stopped(self, mark: int, span: Span) -> ir.Block:
+        children = self.instance.children[mark:]
+        return (stop(children, span),) if children else ()
+
+    def together(self, body: Body, invocations: Sequence[nodes.Expression]) -> ir.Block:
+        started = [self._child(body.ev.evaluate(node), node, body.moment) for node in invocations]
+        demands = (ir.Demand(child.span, holds, rule) for child in started for holds, rule in child.preconditions)
+        return (*demands, *self._awaited([child.instance for child in started], invocations[0].span))
+
+    def invocation(self, value: Value, node: nodes.Expression, moment: Moment) -> Invocation:
+        child = self._child(value, node, moment)
+        acts = self._awaited([child.instance], node.span)
+        return Invocation((), acts, child.preconditions, child.invariants)
+
+    def _awaited(self, children: Sequence[Instance], span: Span) -> ir.Block:
+        """Start scenarios, and wait until all have ended."""
+        algebra = self.ev.algebra
+        going: ir.Expr = algebra.truth(False)
+        for child in children:
+            going = algebra.apply(Op.OR, going, algebra.running(child.monitor))
+        starts = tuple(ir.Start(span, child.monitor) for child in children)
+        return (*starts, ir.Loop(span, going, (ir.Wait(span),)))
+
+    def over(self, body: Body, node: nodes.Terminate) -> ir.Block:
+        if node.simulation or self.instance is self.ev.run.root:
+            words = "terminate simulation" if node.simulation else "terminate"
+            return (ir.Terminate(node.span, self.ev.file.rule(node.span, f"`{words}` in {self.owner}")),)
+        return (ir.Leave(node.span, "return", body.scope),)
+
+    def _child(self, value: Value, node: nodes.Expression, moment: Moment) -> "Child":
+        call = as_scenario(value, node.span)
+        if call is None:
+            known = [name for name, each in self.ev.names.items() if isinstance(each, ScenarioValue)]
+            cure = did_you_mean(node.id, known) if isinstance(node, nodes.Name) else ""
+            cure = cure or "behaviors belong to objects; what a `compose` runs is defined by `scenario`"
+            raise errors.NOT_A_SCENARIO.mistake(node.span, actual=kind_name(value), cure=cure)
+        self._check_started(call, node.span)
+        if call.instance is not None:
+            raise errors.STARTED_TWICE.mistake(node.span, name=call.name)
+        call.instance = self._instance(call, node, moment)
+        before = len(self.ev.run.actors)
+        set_up(self.ev, call.scenario, call.instance, dict(call.arguments))
+        child = self._written(call, call.instance)
+        made = self.ev.run.actors[before:]
+        return self._once(child, made, call, moment) if made and moment.repeated else child
+
+    def _instance(self, call: ScenarioCall, node: nodes.Expression, moment: Moment) -> Instance:
+        surely = self.instance.present and node.span in self.first and not moment.repeated
+        number = len(self.ev.run.monitors)
+        instance = Instance(call.name, parent=self.instance, present=surely, monitor=number, span=node.span)
+        self.ev.run.monitors.append(None)
+        self.instance.children.append(instance)
+        return instance
+
+    def _once(self, child: "Child", made: Sequence[Actor], call: ScenarioCall, moment: Moment) -> "Child":
+        """What makes objects can start once: refused in a loop, and in a handler the run is aborted the second time."""
+        if moment.looping:
+            here = Label(made[0].span, "made here")
+            raise errors.MADE_AGAIN.mistake(call.span, name=call.name, secondary=(here,))
+        fresh = self.ev.algebra.apply(Op.NOT, is_present(self.ev, made[0]))
+        rule = guards.abort_rule(self.ev, call.span, f"{call.name} starts a second time")
+        return replace(child, preconditions=((fresh, rule), *child.preconditions))
+
+    def _written(self, call: ScenarioCall, instance: Instance) -> "Child":
+        """Work out the coroutine of a scenario that this one starts."""
+        composer = composer_of(self, call.scenario, instance)
+        written = Coroutine(composer, call.span).written()
+        self.ev.run.monitors[instance.monitor] = ir.Monitor(call.name, written.block, False, call.span)
+        return Child(instance, written.preconditions, written.invariants, call.span)
+
+    def _check_started(self, call: ScenarioCall, span: Span) -> None:
+        running = [each.node.name for each in self.scenarios]
+        if any(call.scenario.node is each.node for each in self.scenarios):
+            cycle = " -> ".join([*running[running.index(call.name) :], call.name])
+            raise errors.SCENARIO_CYCLE.mistake(span, name=call.name, cycle=cycle)
+
+
+@dataclass(frozen=True)
+class Child:
+    """A scenario that another one starts, written out."""
+
+    instance: Instance
+    preconditions: Guards
+    invariants: Guards
+    span: Span
+
+
+def composer_of(parent: Composer | Evaluator, scenario: ScenarioValue, instance: Instance) -> Composer:
+    ev = parent.ev if isinstance(parent, Composer) else parent
+    around = parent.scenarios if isinstance(parent, Composer) else ()
+    return Composer(
+        place_of(ev, scenario, instance),
+        None,
+        instance=instance,
+        scenarios=(*around, scenario),
+        first=surely_first(scenario.node.compose),
+    )
+
+
+# -- the scenario that the run is -------------------------------------------------------------------------------------
+
+
+def set_up_run(ev: Evaluator) -> Composer | None:
+    """Set up the scenario that the run is; None where the top level is all."""
+    node = ev.file.entry
+    if node is None:
+        number(ev.run)
+        return None
+    root, scenario = ev.run.root, ev.names[node.name]
+    assert isinstance(scenario, ScenarioValue)
+    root.name = node.name
+    set_up(ev, scenario, root, {})
+    return composer_of(ev, scenario, root)
+
+
+def run_by(composer: Composer) -> None:
+    """Work out the coroutine of the scenario that the run is; it is over when its `compose` is."""
+    node, run = composer.node, composer.ev.run
+    if not (node.compose or node.preconditions or node.invariants):
+        return
+    span = node.name_span
+    composer.instance.monitor = len(run.monitors)
+    run.monitors.append(None)
+    body = composer.body()
+    before, during = composer.guarded(body, span)
+    demands = (ir.Demand(span, holds, rule) for holds, rule in before)
+    acts = body.block(node.compose) or (ir.Loop(span, composer.ev.algebra.truth(True), (ir.Wait(span),)),)
+    end: ir.Block = ()
+    if node.compose:
+        end = (ir.Terminate(span, composer.ev.file.rule(span, f"the end of {node.name}")),)
+    block = (*demands, ir.Scope(span, node.name, body.scope, acts, during), *end)
+    run.monitors[composer.instance.monitor] = ir.Monitor(node.name, block, True, span)

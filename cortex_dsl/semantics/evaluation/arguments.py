@@ -1,0 +1,128 @@
+"""Arguments of calls: evaluated, unpacked and bound to the parameters of what is called."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from cortex_dsl import ir
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.builtins import Builtin, Parameter
+from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.problems import Mistake
+from cortex_dsl.semantics.quantities.numbers import adopt, in_range
+from cortex_dsl.semantics.values import POISON, Value, kind_name
+from cortex_dsl.source import Span
+from cortex_dsl.spelling import did_you_mean
+from cortex_dsl.syntax import nodes
+
+
+@dataclass(frozen=True)
+class Given:
+    """One argument as it was written; `node` is None for an item of an unpacked list."""
+
+    value: Value
+    span: Span
+    name: str | None = None
+    node: nodes.Expression | None = None
+    whole: Span | None = None
+    """With the name in front of it."""
+
+    @property
+    def place(self) -> Span:
+        return self.whole or self.span
+
+
+def evaluate_arguments(ev: Evaluator, arguments: Sequence[nodes.Argument]) -> list[Given]:
+    """All arguments, lists behind `*` unpacked. Reports every mistake in them before giving up."""
+    given: list[Given] = []
+    broken = False
+    for argument in arguments:
+        starred = isinstance(argument.value, nodes.Starred)
+        node = argument.value.value if isinstance(argument.value, nodes.Starred) else argument.value
+        value = ev.tolerate(lambda node=node: ev.evaluate(node))
+        if value is POISON:
+            broken = True
+        elif starred:
+            given += [Given(item, node.span) for item in items_of(value, node.span, "what `*` unpacks")]
+        else:
+            given.append(Given(value, node.span, argument.name, node, argument.span))
+    if broken:
+        raise Mistake
+    return given
+
+
+def items_of(value: Value, span: Span, what: str = "this") -> tuple[Value, ...]:
+    if isinstance(value, tuple):
+        return value
+    raise errors.WRONG_KIND.mistake(span, what=what, expected="a list", actual=kind_name(value), cure="")
+
+
+@dataclass(frozen=True)
+class Slot:
+    """What binding needs to know of a parameter."""
+
+    name: str
+    optional: bool = False
+    aliases: tuple[str, ...] = ()
+
+
+def bind(function: str, signature: str, slots: Sequence[Slot], given: Sequence[Given], span: Span) -> dict[str, Given]:
+    """Arguments by the parameter they belong to.
+
+    Raises:
+        Mistake: for one too many, one too few, an unknown or a repeated name.
+    """
+    bound: dict[str, Given] = {}
+    by_name = {name: slot.name for slot in slots for name in (slot.name, *slot.aliases)}
+    positional = [g for g in given if g.name is None]
+    if len(positional) > len(slots):
+        raise errors.TOO_MANY_ARGUMENTS.mistake(
+            positional[len(slots)].span,
+            function=function,
+            count=_count(len(slots)),
+            given=len(positional),
+            signature=signature,
+        )
+    bound.update({slot.name: g for slot, g in zip(slots, positional, strict=False)})
+    for g in given:
+        if g.name is None:
+            continue
+        if g.name not in by_name:
+            raise errors.UNKNOWN_ARGUMENT.mistake(
+                g.place, function=function, name=g.name, suggestion=did_you_mean(g.name, [slot.name for slot in slots])
+            )
+        if by_name[g.name] in bound:
+            raise errors.DUPLICATE.mistake(g.place, what="the argument", name=g.name)
+        bound[by_name[g.name]] = g
+    missing = [f"`{slot.name}`" for slot in slots if not slot.optional and slot.name not in bound]
+    if missing:
+        raise errors.TOO_FEW_ARGUMENTS.mistake(
+            span, function=function, missing=" and ".join(missing), signature=signature
+        )
+    return bound
+
+
+def _count(number: int) -> str:
+    return ("no arguments", "one argument")[number] if number < 2 else f"{number} arguments"
+
+
+def bind_builtin(row: Builtin, given: Sequence[Given], span: Span) -> dict[str, Given]:
+    slots = [Slot(p.name, p.default is not None, p.aliases) for p in row.parameters]
+    return bind(row.name, row.signature, slots, given, span)
+
+
+def number_for(ev: Evaluator, parameter: Parameter, argument: Given) -> ir.Expr:
+    """The number that a parameter with a dimension takes, inside its legal range."""
+    assert parameter.dimension is not None
+    what = f"`{parameter.name}`"
+    expr = adopt(ev, argument.value, parameter.dimension, argument.span, what)
+    return in_range(ev, expr, parameter.low, parameter.high, parameter.dimension, argument.span, what)
+
+
+def no_names(function: str, given: Sequence[Given]) -> None:
+    """Functions of any number of arguments take none by name."""
+    for g in given:
+        if g.name is not None:
+            raise errors.UNKNOWN_ARGUMENT.mistake(g.place, function=function, name=g.name, suggestion="")
+
+
+Bound = Mapping[str, Given]

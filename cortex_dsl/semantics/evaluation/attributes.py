@@ -1,0 +1,253 @@
+"""`x.name`: what lanes, maneuvers, intersections, the network, places and objects can be asked for."""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import TypeVar
+
+from cortex_dsl import ir
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.evaluation import nearby
+from cortex_dsl.semantics.evaluation.motion import as_written, check_settled, current_pose, state
+from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
+from cortex_dsl.semantics.road import lanes, signals
+from cortex_dsl.semantics.road.roads import ROAD
+from cortex_dsl.semantics.things.classes import PROPERTIES, property_value
+from cortex_dsl.semantics.values import (
+    Actor,
+    Centerline,
+    Closure,
+    DirectionField,
+    EnumValue,
+    GlobalParameters,
+    LaneNow,
+    Namespace,
+    Pose,
+    Quantity,
+    ScenarioCall,
+    Signal,
+    Truth,
+    Unfinished,
+    Value,
+    Vector,
+    kind_name,
+)
+from cortex_dsl.source import Span
+from cortex_dsl.spelling import did_you_mean
+from engine.road.network import Intersection, Lane, Maneuver, Network
+from engine.road.sections import LaneGroup, LaneSection, Road, group_of, opposite_group, road_of, roads
+from engine.vocabulary import ManeuverType, State
+
+Entry = TypeVar("Entry")
+
+
+def _length(ev: Evaluator, value: float) -> Quantity:
+    return Quantity(ev.algebra.literal(value), LENGTH)
+
+
+_LANE: dict[str, Callable[[Evaluator, Lane], Value]] = {
+    "maneuvers": lambda _, lane: lane.maneuvers,
+    "centerline": lambda _, lane: Centerline(lane),
+    "width": lambda ev, lane: _length(ev, lane.width),
+    "length": lambda ev, lane: _length(ev, lane.length),
+    "name": lambda _, lane: lane.name,
+    "intersection": lambda _, lane: lane.intersection,
+    "successors": lambda _, lane: lane.successors,
+    "predecessors": lambda _, lane: lane.predecessors,
+    "signal": lambda _, lane: signals.light_of(lane),
+    **lanes.OF_LANE,
+}
+
+_MANEUVER: dict[str, Callable[[Evaluator, Maneuver], Value]] = {
+    "type": lambda _, maneuver: maneuver.type,
+    "startLane": lambda _, maneuver: maneuver.start_lane,
+    "connectingLane": lambda _, maneuver: maneuver.connecting_lane,
+    "endLane": lambda _, maneuver: maneuver.end_lane,
+    "intersection": lambda _, maneuver: maneuver.intersection,
+    "conflictingManeuvers": lambda _, maneuver: maneuver.conflicting_maneuvers,
+    "reverseManeuvers": lambda _, maneuver: maneuver.reverse_maneuvers,
+    "name": lambda _, maneuver: maneuver.name,
+}
+
+_INTERSECTION: dict[str, Callable[[Evaluator, Intersection], Value]] = {
+    "incomingLanes": lambda _, intersection: intersection.incoming_lanes,
+    "outgoingLanes": lambda _, intersection: intersection.outgoing_lanes,
+    "maneuvers": lambda _, intersection: intersection.maneuvers,
+    "is3Way": lambda ev, intersection: Truth(ev.algebra.truth(intersection.is_3way)),
+    "is4Way": lambda ev, intersection: Truth(ev.algebra.truth(intersection.is_4way)),
+    "center": lambda ev, intersection: Vector(*map(ev.algebra.literal, intersection.center)),
+    "name": lambda _, intersection: intersection.name,
+    "signals": signals.lights,
+    "isSignalized": lambda ev, _: Truth(ev.algebra.truth(signals.plan_of(ev) is not None)),
+    "roads": lambda _, intersection: tuple(dict.fromkeys(road_of(lane) for lane in intersection.incoming_lanes)),
+}
+
+_NETWORK: dict[str, Callable[[Evaluator, Network], Value]] = {
+    "intersections": lambda _, network: network.intersections,
+    "lanes": lambda _, network: network.lanes,
+    "maneuvers": lambda _, network: network.maneuvers,
+    "drivableRegion": lambda *_: ROAD,
+    "roadDirection": lambda *_: DirectionField(),
+    "roads": lambda _, network: roads(network),
+    "laneGroups": lambda _, network: tuple(g for road in roads(network) for g in (road.forward, road.backward)),
+    "laneSections": lambda _, network: lanes.all_sections(network),
+    "laneAt": lambda ev, _: Closure(("point",), lambda point: _lane_at(ev, point)),
+    "laneSectionAt": lambda ev, _: Closure(("point",), lambda point: lanes.as_section(_lane_at(ev, point))),
+}
+
+_CENTERLINE: dict[str, Callable[[Evaluator, Centerline], Value]] = {
+    "length": lambda ev, line: _length(ev, line.lane.length),
+    "lane": lambda _, line: line.lane,
+}
+
+_VECTOR: dict[str, Callable[[Evaluator, Vector], Value]] = {
+    "x": lambda _, point: Quantity(point.x, LENGTH),
+    "y": lambda _, point: Quantity(point.y, LENGTH),
+    "position": lambda _, point: point,
+}
+
+_POSE: dict[str, Callable[[Evaluator, Pose], Value]] = {
+    "x": lambda _, pose: Quantity(pose.x, LENGTH),
+    "y": lambda _, pose: Quantity(pose.y, LENGTH),
+    "position": lambda _, pose: Vector(pose.x, pose.y),
+    "heading": lambda ev, pose: Quantity(as_written(ev, pose.heading), ANGLE),
+}
+
+_SIGNAL: dict[str, Callable[[Evaluator, Signal], Value]] = {
+    "isTrafficLight": lambda ev, _: Truth(ev.algebra.truth(True)),
+    "intersection": lambda _, light: light.intersection,
+    "name": lambda _, light: light.name,
+}
+
+_TABLES: tuple[tuple[type, Mapping[str, Callable[..., Value]]], ...] = (
+    (LaneSection, lanes.OF_SECTION),
+    (LaneGroup, lanes.OF_GROUP),
+    (Road, lanes.OF_ROAD),
+    (Signal, _SIGNAL),
+    (Lane, _LANE),
+    (Maneuver, _MANEUVER),
+    (Intersection, _INTERSECTION),
+    (Network, _NETWORK),
+    (Centerline, _CENTERLINE),
+    (Vector, _VECTOR),
+    (Pose, _POSE),
+)
+
+_STATES: dict[str, tuple[State, ir.Dimension]] = {
+    "speed": (State.SPEED, SPEED),
+    "steer": (State.STEER, ANGLE),
+    "throttle": (State.THROTTLE, PURE),
+    "brake": (State.BRAKE, PURE),
+}
+"""Attributes of objects that the run changes, beside the pose."""
+
+POSE_ATTRIBUTES = frozenset(_POSE)
+RUNNING_ATTRIBUTES = frozenset({*_STATES, "x", "y"} - {"speed"})
+"""What a class cannot have a property for: the run sets it."""
+
+_OF_PLACE: Mapping[str, Callable[[Value], Value]] = {
+    "lane": lambda lane: lane,
+    "laneSection": lanes.as_section,
+    "laneGroup": lambda lane: group_of(lane) if isinstance(lane, Lane) else None,
+    "oppositeLaneGroup": lambda lane: opposite_group(lane) if isinstance(lane, Lane) else None,
+}
+"""What an object can be asked about the lane that it is on; with `_` in front too, as in Scenic."""
+
+_NOT_ON_A_GRID = frozenset(
+    {
+        "sidewalk", "sidewalks", "sidewalkRegion", "walkableRegion", "curb", "curbRegion", "shoulder", "shoulders",
+        "shoulderRegion", "crossings", "crossingRegion", "bikeLane", "elements", "openDriveID", "connectingRoads",
+    }
+)  # fmt: skip
+"""What Scenic's networks have and a grid of lanes has not."""
+
+
+def attribute_names() -> frozenset[str]:
+    """Every name that may follow a dot, properties and params aside."""
+    beside = (name for name in lanes.OF_SECTION_BESIDE if not name.startswith("_"))
+    names = {*_STATES, *_OF_PLACE, *beside, "distanceToClosest", *(name for _, table in _TABLES for name in table)}
+    return frozenset(name for name in names if not name.startswith("_"))
+
+
+def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
+    """The attribute `name` of a value.
+
+    Raises:
+        Mistake: when there is none.
+    """
+    if isinstance(value, Actor):
+        return _of_actor(ev, value, name, span)
+    if isinstance(value, Unfinished):
+        return value.attribute(name, span)
+    if isinstance(value, Namespace):
+        return ev.usable(_of(name, span, f"`{value.file}`", value.names))
+    if isinstance(value, ScenarioCall):
+        return _of_scenario(ev, value, name, span)
+    if isinstance(value, EnumValue):
+        return _of(name, span, "`ManeuverType`", {member.name: member for member in ManeuverType})
+    if isinstance(value, GlobalParameters):
+        if name not in ev.run.params:
+            raise errors.UNKNOWN_PARAM.mistake(span, name=name, suggestion=did_you_mean(name, ev.run.params))
+        return ev.usable(ev.run.params[name])
+    if isinstance(value, LaneNow):
+        return lanes.of_lane_now(ev, value, name, span)
+    if isinstance(value, LaneSection) and name in lanes.OF_SECTION_BESIDE:
+        return lanes.OF_SECTION_BESIDE[name](ev, value.lane, span)
+    for kind, table in _TABLES:
+        if isinstance(value, kind):
+            getter: Callable[..., Value] = _of(name, span, kind_name(value), table)
+            return getter(ev, value)
+    cure = "take one of its items, such as the first: `[0]`" if isinstance(value, tuple) else ""
+    raise errors.UNKNOWN_ATTRIBUTE.mistake(span, kind=kind_name(value), name=name, suggestion=cure)
+
+
+def _of(name: str, span: Span, kind: str, table: Mapping[str, Entry]) -> Entry:
+    if name not in table and name.removeprefix("_") in _NOT_ON_A_GRID:
+        raise errors.NOT_ON_GRID.mistake(span, name=name)
+    if name not in table:
+        raise errors.UNKNOWN_ATTRIBUTE.mistake(span, kind=kind, name=name, suggestion=did_you_mean(name, table))
+    return table[name]
+
+
+def _lane_at(ev: Evaluator, place: Value) -> Value:
+    """The lane at a point, whatever its direction, or on which an object or an oriented point lies."""
+    if isinstance(place, Actor):
+        return lanes.lane_at(ev, current_pose(ev, place))
+    if isinstance(place, Pose):
+        return lanes.lane_at(ev, place)
+    if isinstance(place, Vector):
+        return lanes.lane_at(ev, Pose(place.x, place.y, ev.algebra.literal(math.nan)))
+    raise errors.WRONG_KIND.mistake(
+        ev.algebra.span, what="what is asked for its lane", expected="a place", actual=kind_name(place), cure=""
+    )
+
+
+def _of_scenario(ev: Evaluator, call: ScenarioCall, name: str, span: Span) -> Value:
+    """A variable of a scenario that another one has started."""
+    if call.instance is None:
+        raise errors.NOT_STARTED.mistake(span, name=call.name)
+    return ev.usable(_of(name, span, f"the scenario `{call.name}`", call.instance.names))
+
+
+def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
+    if name in _POSE:
+        return _POSE[name](ev, current_pose(ev, actor))
+    if name in _STATES and ev.moment.running:
+        column, dimension = _STATES[name]
+        return Quantity(state(ev, actor, column), dimension)
+    if name in _STATES and name != "speed":
+        raise errors.ONLY_WHILE_RUNNING.mistake(span, what=f"`{name}` of an object")
+    if name == "speed":
+        check_settled(ev, actor)
+    if name in actor.properties:
+        return property_value(actor.properties[name], name)
+    if (of_lane := _OF_PLACE.get(name.removeprefix("_"))) is not None:
+        return of_lane(_lane_at(ev, actor))
+    if name == "distanceToClosest":
+        return Closure(("type",), lambda kind: nearby.distance_to_closest(ev, actor, kind, span))
+    raise errors.UNKNOWN_ATTRIBUTE.mistake(
+        span,
+        kind=kind_name(actor),
+        name=name,
+        suggestion=did_you_mean(name, {*_POSE, *_STATES, *PROPERTIES, *actor.properties}),
+    )

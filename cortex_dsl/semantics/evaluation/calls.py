@@ -1,0 +1,139 @@
+"""Calls: of functions, distributions, lambdas, actions and behaviours."""
+
+from collections.abc import Sequence
+
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.builtins import BUILTINS, Builtin, Kind
+from cortex_dsl.semantics.context import Evaluator, Moment
+from cortex_dsl.semantics.evaluation import driving as _driving  # noqa: F401 - fills the table of functions
+from cortex_dsl.semantics.evaluation import steering
+from cortex_dsl.semantics.evaluation.arguments import Given, Slot, bind, bind_builtin, evaluate_arguments, number_for
+from cortex_dsl.semantics.evaluation.functions import FUNCTIONS
+from cortex_dsl.semantics.quantities.algebra import is_dynamic
+from cortex_dsl.semantics.randomness import distributions
+from cortex_dsl.semantics.randomness.draws import Site
+from cortex_dsl.semantics.values import (
+    ActionCall,
+    BehaviourCall,
+    BehaviourValue,
+    BuiltinValue,
+    Closure,
+    MonitorCall,
+    MonitorValue,
+    Quantity,
+    ScenarioCall,
+    ScenarioValue,
+    Truth,
+    Value,
+    kind_name,
+)
+from cortex_dsl.source import Span
+from cortex_dsl.syntax import nodes
+from engine.vocabulary import Command
+
+Definition = nodes.BehaviorDefinition | nodes.MonitorDefinition | nodes.ScenarioDefinition
+
+
+def call(ev: Evaluator, node: nodes.Call) -> Value:
+    if distributions.distribution_call(ev, node) is not None:
+        return distributions.sample_call(ev, node, Site(node.span))
+    callee = ev.evaluate(node.function)
+    if isinstance(callee, ScenarioValue):
+        return scenario_call(ev, callee, node)
+    given = evaluate_arguments(ev, node.arguments)
+    match callee:
+        case BuiltinValue(name):
+            return _builtin(ev, BUILTINS[name], given, node)
+        case BehaviourValue():
+            return behaviour_call(callee, given, node.span)
+        case MonitorValue():
+            return monitor_call(callee, given, node.span)
+        case Closure():
+            slots = [Slot(name) for name in callee.parameters]
+            signature = f"lambda {', '.join(callee.parameters)}"
+            bound = bind("lambda", signature, slots, given, node.span)
+            return callee.apply(*(bound[name].value for name in callee.parameters))
+    raise errors.NOT_CALLABLE.mistake(node.function.span, kind=kind_name(callee))
+
+
+def _builtin(ev: Evaluator, row: Builtin, given: Sequence[Given], node: nodes.Call) -> Value:
+    match row.kind:
+        case Kind.FUNCTION:
+            return FUNCTIONS[row.name](ev, given, node.span)
+        case Kind.DISTRIBUTION:
+            return distributions.DISTRIBUTIONS[row.name](ev, row.name, given, Site(node.span))
+        case Kind.ACTION:
+            return _action(ev, row, given, node.span)
+        case Kind.BEHAVIOUR:
+            bound = bind_builtin(row, given, node.span)
+            return _behaviour(BuiltinValue(row.name), bound, node.span)
+    raise errors.NOT_SUPPORTED.mistake(
+        node.span, what=f"`{row.name}` cannot be called", reason="", cure=f"objects are made with `new {row.name} ...`"
+    )
+
+
+def _action(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -> Value:
+    bound = bind_builtin(row, given, span)
+    parameter = row.parameters[0]
+    assert row.command is not None
+    if row.command is Command.STEER and ev.file.from_scenic:
+        return ActionCall(row.command, steering.of_scenic(ev, bound[parameter.name]), row.name)
+    return ActionCall(row.command, number_for(ev, parameter, bound[parameter.name]), row.name)
+
+
+def behaviour_call(behaviour: BehaviourValue, given: Sequence[Given], span: Span) -> BehaviourCall:
+    return _behaviour(behaviour, bind_parameters(behaviour.node, given, span), span)
+
+
+def monitor_call(monitor: MonitorValue, given: Sequence[Given], span: Span) -> MonitorCall:
+    bound = bind_parameters(monitor.node, given, span)
+    values, spans = {name: g.value for name, g in bound.items()}, {name: g.span for name, g in bound.items()}
+    return MonitorCall(monitor, values, spans, span)
+
+
+def scenario_call(ev: Evaluator, scenario: ScenarioValue, node: nodes.Call) -> ScenarioCall:
+    """A scenario with its arguments, which are settled with the scene."""
+    scene = ev.at_moment(Moment(scenario=ev.moment.scenario, later=True))
+    bound = bind_parameters(scenario.node, evaluate_arguments(scene, node.arguments), node.span)
+    for name, argument in bound.items():
+        if isinstance(argument.value, Quantity | Truth) and is_dynamic(argument.value.expr):
+            raise errors.SETTLED_ARGUMENT.mistake(argument.span, name=name)
+    values, spans = {name: g.value for name, g in bound.items()}, {name: g.span for name, g in bound.items()}
+    return ScenarioCall(scenario, values, spans, node.span)
+
+
+def as_scenario(value: Value, span: Span) -> ScenarioCall | None:
+    """A scenario ready to be started; one that was not called takes no arguments."""
+    if isinstance(value, ScenarioValue):
+        bind_parameters(value.node, [], span)
+        return ScenarioCall(value, {}, {}, span)
+    return value if isinstance(value, ScenarioCall) else None
+
+
+def bind_parameters(node: Definition, given: Sequence[Given], span: Span) -> dict[str, Given]:
+    """Arguments by the parameters of a definition in the file."""
+    slots = [Slot(p.name, p.default is not None) for p in node.parameters]
+    shown = [p.name if p.default is None else f"{p.name}=..." for p in node.parameters]
+    return bind(node.name, f"{node.name}({', '.join(shown)})", slots, given, span)
+
+
+def _behaviour(behaviour: BehaviourValue | BuiltinValue, bound: dict[str, Given], span: Span) -> BehaviourCall:
+    return BehaviourCall(
+        behaviour, {name: g.value for name, g in bound.items()}, {name: g.span for name, g in bound.items()}, span
+    )
+
+
+def as_behaviour(value: Value, span: Span) -> BehaviourCall | None:
+    """A behaviour with its arguments; one that was not called takes none."""
+    match value:
+        case BehaviourCall():
+            return value
+        case BehaviourValue():
+            return behaviour_call(value, [], span)
+        case BuiltinValue(name) if BUILTINS[name].kind is Kind.BEHAVIOUR:
+            return _behaviour(value, bind_builtin(BUILTINS[name], [], span), span)
+        case MonitorValue(node=nodes.MonitorDefinition(name=name)) | MonitorCall(name=name):
+            raise errors.MONITOR_USED.mistake(span, name=name)
+        case ScenarioValue(node=nodes.ScenarioDefinition(name=name)) | ScenarioCall(name=name):
+            raise errors.SCENARIO_USED.mistake(span, name=name)
+    return None

@@ -1,0 +1,278 @@
+"""Places and the operators between them: distances, headings, regions, sight, offsets.
+
+Headings are anticlockwise from +x. Local offsets are (to the right, ahead), as in Scenic.
+"""
+
+import math
+
+from cortex_dsl import ir
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.evaluation.motion import as_meant, current_pose
+from cortex_dsl.semantics.problems import Mistake
+from cortex_dsl.semantics.quantities.numbers import adopt
+from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
+from cortex_dsl.semantics.values import (
+    Actor,
+    Centerline,
+    DirectionField,
+    Pose,
+    Quantity,
+    Region,
+    Truth,
+    Value,
+    Vector,
+    kind_name,
+)
+from cortex_dsl.source import Span
+from cortex_dsl.syntax import nodes
+from engine.road.network import Intersection, Lane
+from engine.road.sections import LaneSection
+from engine.vehicles import VIEW_DISTANCE
+from engine.vocabulary import Op
+
+# -- places -----------------------------------------------------------------------------------------------------------
+
+
+def vector(ev: Evaluator, items: tuple[Value, ...], span: Span) -> Vector:
+    if len(items) != 2:
+        raise errors.WRONG_KIND.mistake(
+            span,
+            what="this",
+            expected="a place",
+            actual=f"a list of {len(items)}",
+            cure="a place is an object, a point, or `(x, y)`",
+        )
+    return Vector(*(adopt(ev, item, LENGTH, span, "a coordinate") for item in items))
+
+
+def position(ev: Evaluator, value: Value, span: Span, what: str = "this") -> Vector:
+    """The point where a place or an object is."""
+    match value:
+        case Vector():
+            return value
+        case Pose():
+            return Vector(value.x, value.y)
+        case Actor():
+            pose = current_pose(ev, value)
+            return Vector(pose.x, pose.y)
+        case tuple():
+            return vector(ev, value, span)
+        case Intersection():
+            return Vector(*map(ev.algebra.literal, value.center))
+    raise errors.WRONG_KIND.mistake(
+        span, what=what, expected="a place", actual=kind_name(value), cure="a place is an object, a point, or `(x, y)`"
+    )
+
+
+def pose_of(ev: Evaluator, value: Value) -> Pose | None:
+    """Place and heading of what has both."""
+    if isinstance(value, Actor):
+        return current_pose(ev, value)
+    return value if isinstance(value, Pose) else None
+
+
+def oriented(ev: Evaluator, value: Value, span: Span, what: str = "this") -> Pose:
+    if (pose := pose_of(ev, value)) is None:
+        raise errors.WRONG_KIND.mistake(
+            span, what=what, expected="an object or an oriented point", actual=kind_name(value), cure=""
+        )
+    return pose
+
+
+def ego_of(ev: Evaluator, span: Span, what: str) -> Actor:
+    """What elided operands mean."""
+    if ev.ego is not None:
+        return ev.ego
+    if ev.has("ego") or ev.moment.running:
+        raise Mistake
+    raise errors.EGO_NEEDED.mistake(span, what=what)
+
+
+def ends(ev: Evaluator, line: Centerline) -> tuple[Value, ...]:
+    """Where a centre line begins and ends: its points, as far as scripts ask for them by index."""
+    paths, path = line.lane.network.paths, line.lane.path
+    places = (paths.pose(path, s) for s in (0.0, line.lane.length))
+    return tuple(Vector(ev.algebra.literal(place.x), ev.algebra.literal(place.y)) for place in places)
+
+
+def region_of(value: Value) -> Region | None:
+    if isinstance(value, LaneSection):
+        value = value.lane
+    if isinstance(value, Lane | Intersection):
+        return Region(value.region, value.name)
+    return value if isinstance(value, Region) else None
+
+
+def road_heading(ev: Evaluator, point: Vector) -> ir.Expr:
+    return ev.algebra.apply(Op.ROAD_HEADING, point.x, point.y)
+
+
+def moved(ev: Evaluator, start: Vector, heading: ir.Expr, right: ir.Expr, ahead: ir.Expr) -> Vector:
+    """`start` displaced by a local offset under a heading."""
+    algebra = ev.algebra
+    cos, sin = algebra.apply(Op.COS, heading), algebra.apply(Op.SIN, heading)
+    x = algebra.add(start.x, algebra.add(algebra.mul(ahead, cos), algebra.mul(right, sin)))
+    y = algebra.add(start.y, algebra.sub(algebra.mul(ahead, sin), algebra.mul(right, cos)))
+    return Vector(x, y)
+
+
+def heading_at(ev: Evaluator, value: Value, point: Vector, span: Span) -> ir.Expr:
+    """A direction given as an angle, a field, or something that has a heading."""
+    if isinstance(value, DirectionField):
+        return road_heading(ev, point)
+    if (pose := pose_of(ev, value)) is not None:
+        return pose.heading
+    return as_meant(ev, adopt(ev, value, ANGLE, span, "a heading"))
+
+
+def bearing(ev: Evaluator, origin: Vector, target: Vector) -> ir.Expr:
+    """Heading of the way from one point to another."""
+    return ev.algebra.apply(Op.ATAN2, ev.algebra.sub(target.y, origin.y), ev.algebra.sub(target.x, origin.x))
+
+
+def outline(ev: Evaluator, value: Value, span: Span) -> ir.Expr:
+    """Packed x, y, heading, length, width; a place is an outline of no size."""
+    if isinstance(value, Actor):
+        pose = current_pose(ev, value)
+        return ev.algebra.pack(pose.x, pose.y, pose.heading, size(value, "length"), size(value, "width"))
+    point, zero = position(ev, value, span), ev.algebra.literal(0.0)
+    return ev.algebra.pack(point.x, point.y, zero, zero, zero)
+
+
+def size(actor: Actor, name: str) -> ir.Expr:
+    value = actor.properties[name]
+    assert isinstance(value, ir.Expr)
+    return value
+
+
+# -- operators --------------------------------------------------------------------------------------------------------
+
+
+def distance(ev: Evaluator, node: nodes.Distance) -> Value:
+    """Centre to centre, or centre to region; with `minimum` from outline to outline, or outline to region."""
+    origin = ev.evaluate(node.origin) if node.origin is not None else ego_of(ev, node.span, "a `distance to`")
+    target = ev.evaluate(node.target)
+    origin_span = node.span if node.origin is None else node.origin.span
+    if _is_area(origin) and not _is_area(target):
+        origin, target, origin_span = target, origin, node.target.span
+    if node.between_outlines:
+        return Quantity(_gap(ev, origin, target, node), LENGTH)
+    start = position(ev, origin, origin_span)
+    if isinstance(target, Centerline):
+        path = ev.algebra.literal(float(target.lane.path))
+        return Quantity(ev.algebra.apply(Op.PATH_DISTANCE, path, start.x, start.y), LENGTH)
+    if (region := region_of(target)) is not None:
+        return Quantity(_to_region(ev, Op.REGION_DISTANCE, region, start), LENGTH)
+    end = position(ev, target, node.target.span)
+    return Quantity(between(ev, start, end), LENGTH)
+
+
+def _is_area(value: Value) -> bool:
+    return isinstance(value, Centerline) or region_of(value) is not None
+
+
+def between(ev: Evaluator, start: Vector, end: Vector) -> ir.Expr:
+    return ev.algebra.apply(Op.HYPOT, ev.algebra.sub(end.x, start.x), ev.algebra.sub(end.y, start.y))
+
+
+def _to_region(ev: Evaluator, op: Op, region: Region, point: Vector) -> ir.Expr:
+    return ev.algebra.apply(op, ev.algebra.literal(float(region.id)), point.x, point.y)
+
+
+def _gap(ev: Evaluator, origin: Value, target: Value, node: nodes.Distance) -> ir.Expr:
+    if _is_area(target):
+        return _gap_to_region(ev, origin, target, node.target.span, "`minimum distance`")
+    return ev.algebra.apply(Op.BOX_DISTANCE, outline(ev, origin, node.span), outline(ev, target, node.target.span))
+
+
+def _gap_to_region(ev: Evaluator, item: Value, area: Value, span: Span, what: str) -> ir.Expr:
+    """Distance between the outline of an object, or a point, and a region; 0 where they overlap."""
+    region = region_of(area)
+    if region is None or _is_area(item):
+        raise errors.NOT_SUPPORTED.mistake(
+            span,
+            what=f"{what} is between two objects, or an object and a region",
+            reason="a centerline is a line and no region" if region is None else "",
+            cure="write `distance from x to lane.centerline`, from the centre of x" if region is None else "",
+        )
+    box = outline(ev, item, span)
+    return ev.algebra.apply(Op.REGION_BOX_DISTANCE, ev.algebra.literal(float(region.id)), box)
+
+
+def relative_heading(ev: Evaluator, node: nodes.RelativeHeading) -> Value:
+    """`relative heading of a from b`, in [-pi, pi)."""
+    origin_value = ego_of(ev, node.span, "a relative heading") if node.origin is None else ev.evaluate(node.origin)
+    origin_span = node.span if node.origin is None else node.origin.span
+    heading = _heading(ev, ev.evaluate(node.of), node.of.span)
+    difference = ev.algebra.sub(heading, _heading(ev, origin_value, origin_span))
+    return Quantity(ev.algebra.apply(Op.WRAP, difference), ANGLE)
+
+
+def _heading(ev: Evaluator, value: Value, span: Span) -> ir.Expr:
+    pose = pose_of(ev, value)
+    return as_meant(ev, adopt(ev, value, ANGLE, span, "a heading")) if pose is None else pose.heading
+
+
+def can_see(ev: Evaluator, node: nodes.CanSee) -> Value:
+    viewer, target = ev.evaluate_all((node.viewer, node.target))
+    pose = oriented(ev, viewer, node.viewer.span, "what sees")
+    if isinstance(viewer, Actor):
+        angle, reach = size(viewer, "viewAngle"), size(viewer, "visibleDistance")
+    else:
+        angle, reach = ev.algebra.literal(math.tau), ev.algebra.literal(VIEW_DISTANCE)
+    view = ev.algebra.pack(pose.x, pose.y, pose.heading, angle, reach)
+    return Truth(ev.algebra.apply(Op.CAN_SEE, view, outline(ev, target, node.target.span)))
+
+
+def intersects(ev: Evaluator, node: nodes.Intersects) -> Value:
+    """Whether two outlines, or an outline and a region, have a point in common."""
+    left, right = ev.evaluate_all((node.left, node.right))
+    if _is_area(left) or _is_area(right):
+        item, area = (right, left) if _is_area(left) else (left, right)
+        gap = _gap_to_region(ev, item, area, node.span, "`intersects`")
+    else:
+        gap = ev.algebra.apply(Op.BOX_DISTANCE, outline(ev, left, node.left.span), outline(ev, right, node.right.span))
+    return Truth(ev.algebra.apply(Op.LE, gap, ev.algebra.literal(0.0)))
+
+
+def inside(ev: Evaluator, item: Value, container: Value, span: Span) -> ir.Expr:
+    """`x in region`: the whole outline of an object, or a point."""
+    region = region_of(container)
+    if region is None:
+        raise errors.WRONG_KIND.mistake(
+            span, what="what follows `in`", expected="a list or a region", actual=kind_name(container), cure=""
+        )
+    if isinstance(item, Actor):
+        box = outline(ev, item, span)
+        return ev.algebra.apply(Op.REGION_CONTAINS_BOX, ev.algebra.literal(float(region.id)), box)
+    return _to_region(ev, Op.REGION_CONTAINS, region, position(ev, item, span))
+
+
+def offset_by(ev: Evaluator, node: nodes.OffsetBy) -> Value:
+    base, offset = ev.evaluate_all((node.base, node.offset))
+    return displaced(ev, base, position(ev, offset, node.offset.span, "an offset"), node.base.span)
+
+
+def displaced(ev: Evaluator, base: Value, offset: Vector, span: Span) -> Value:
+    """`base` moved by (right, ahead) in its own frame; a plain point along x and y."""
+    pose = pose_of(ev, base)
+    if pose is None:
+        point = position(ev, base, span)
+        return Vector(ev.algebra.add(point.x, offset.x), ev.algebra.add(point.y, offset.y))
+    place = moved(ev, Vector(pose.x, pose.y), pose.heading, offset.x, offset.y)
+    return Pose(place.x, place.y, pose.heading)
+
+
+def offset_along(ev: Evaluator, node: nodes.OffsetAlong) -> Value:
+    base, direction, offset = ev.evaluate_all((node.base, node.direction, node.offset))
+    return displaced_along(ev, base, direction, position(ev, offset, node.offset.span, "an offset"), node)
+
+
+def displaced_along(ev: Evaluator, base: Value, direction: Value, offset: Vector, node: nodes.Node) -> Value:
+    """`base` moved by (right, ahead) in a frame that points along a direction."""
+    start = position(ev, base, node.span)
+    heading = heading_at(ev, direction, start, node.span)
+    place = moved(ev, start, heading, offset.x, offset.y)
+    pose = pose_of(ev, base)
+    return place if pose is None else Pose(place.x, place.y, pose.heading)

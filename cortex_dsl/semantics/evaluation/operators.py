@@ -1,0 +1,311 @@
+"""Literals, names, lists, and the operators of arithmetic, comparison and logic."""
+
+import math
+from collections.abc import Sequence
+
+from cortex_dsl import ir
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.evaluation import attributes, geometry
+from cortex_dsl.semantics.evaluation.arguments import Given, items_of
+from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth, whole_number
+from cortex_dsl.semantics.problems import Mistake
+from cortex_dsl.semantics.quantities import numbers
+from cortex_dsl.semantics.quantities.units import UNITS, Unit
+from cortex_dsl.semantics.randomness import distributions
+from cortex_dsl.semantics.randomness.draws import Site, scaled
+from cortex_dsl.semantics.road import lanes, signals
+from cortex_dsl.semantics.road.roads import named_constant
+from cortex_dsl.semantics.values import (
+    POISON,
+    Centerline,
+    Closure,
+    Pose,
+    Quantity,
+    Truth,
+    Value,
+    Vector,
+    Weights,
+    kind_name,
+)
+from cortex_dsl.source import Span
+from cortex_dsl.spelling import did_you_mean, nearest
+from cortex_dsl.syntax import nodes
+from engine.vocabulary import ManeuverType, Op
+
+CALL_LIMIT = 30
+"""How deep lambdas may call one another."""
+
+# -- literals and names -----------------------------------------------------------------------------------------------
+
+
+def unit_named(word: str, span: Span) -> Unit:
+    if word not in UNITS:
+        raise errors.UNKNOWN_UNIT.mistake(span, unit=word, suggestion=did_you_mean(word, UNITS))
+    return UNITS[word]
+
+
+def number(ev: Evaluator, node: nodes.Number) -> Value:
+    """SI value = written value * factor, once."""
+    if not math.isfinite(node.value):
+        raise errors.NOT_FINITE.mistake(node.span, reason="it is too large")
+    if node.unit is None:
+        return Quantity(ev.algebra.literal(node.value), None)
+    unit = unit_named(node.unit, node.span)
+    return numbers.literal(ev, node.value * unit.factor, unit.dimension, node.span)
+
+
+def with_unit(ev: Evaluator, node: nodes.WithUnit) -> Value:
+    return _in_unit(ev, node, node.value, unit_named(node.unit, node.span))
+
+
+def degrees(ev: Evaluator, node: nodes.Degrees) -> Value:
+    return _in_unit(ev, node, node.value, UNITS["deg"])
+
+
+def _in_unit(ev: Evaluator, node: nodes.Expression, value: nodes.Expression, unit: Unit) -> Value:
+    call = distributions.distribution_call(ev, node)
+    if call is not None:
+        return distributions.sample_call(ev, call, Site(node.span, unit))
+    return scaled(ev, Given(ev.evaluate(value), value.span), unit)
+
+
+def string(_ev: Evaluator, node: nodes.String) -> Value:
+    return node.value
+
+
+def constant(ev: Evaluator, node: nodes.Constant) -> Value:
+    return None if node.value is None else Truth(ev.algebra.truth(node.value))
+
+
+def name(ev: Evaluator, node: nodes.Name) -> Value:
+    if node.id == "self" and ev.moment.actor is not None:
+        return ev.moment.actor
+    if not ev.has(node.id):
+        if node.id == "ego":
+            return geometry.ego_of(ev, node.span, "this")
+        if (known := named_constant(ev, node.id, node.span)) is not None:
+            return known.value
+    return ev.lookup(node.id, node.span)
+
+
+def attribute(ev: Evaluator, node: nodes.Attribute) -> Value:
+    return attributes.get(ev, ev.evaluate(node.value), node.name, node.name_span)
+
+
+def lambda_(ev: Evaluator, node: nodes.Lambda) -> Value:
+    def apply(*values: Value) -> Value:
+        if ev.run.calls >= CALL_LIMIT:
+            raise errors.ENDLESS_LAMBDA.mistake(node.span)
+        ev.run.calls += 1
+        try:
+            return ev.inside(dict(zip(node.parameters, values, strict=True))).evaluate(node.body)
+        finally:
+            ev.run.calls -= 1
+
+    return Closure(node.parameters, apply)
+
+
+# -- lists ------------------------------------------------------------------------------------------------------------
+
+
+def display(ev: Evaluator, node: nodes.ListDisplay | nodes.TupleDisplay) -> Value:
+    values: list[Value] = []
+    for item in node.items:
+        if isinstance(item, nodes.Starred):
+            values += items_of(ev.evaluate(item.value), item.span)
+        else:
+            values.append(ev.tolerate(lambda item=item: ev.evaluate(item)))
+    if any(value is POISON for value in values):
+        raise Mistake
+    return tuple(values)
+
+
+def dictionary(ev: Evaluator, node: nodes.DictDisplay) -> Value:
+    entries = tuple((ev.evaluate(key), ev.evaluate(value)) for key, value in node.entries)
+    return Weights(entries, tuple(key.span for key, _ in node.entries))
+
+
+def comprehension(ev: Evaluator, node: nodes.Comprehension) -> Value:
+    return tuple(_generated(ev, node, node.clauses))
+
+
+def _generated(ev: Evaluator, node: nodes.Comprehension, clauses: Sequence[nodes.ForClause]) -> list[Value]:
+    if not clauses:
+        return [ev.evaluate(node.element)]
+    clause, rest = clauses[0], clauses[1:]
+    results: list[Value] = []
+    for item in items_of(ev.evaluate(clause.iterable), clause.iterable.span, "what `for` runs over"):
+        inner = ev.inside(unpack(clause.targets, item, clause.span))
+        if all(known_truth(inner, inner.evaluate(c), c.span, "the condition of a list") for c in clause.conditions):
+            results += _generated(inner, node, rest)
+    return results
+
+
+def unpack(targets: Sequence[str], value: Value, span: Span) -> dict[str, Value]:
+    """Names for a value, or for the items of a list."""
+    if len(targets) == 1:
+        return {targets[0]: value}
+    items = items_of(value, span, "what is unpacked")
+    if len(items) != len(targets):
+        raise errors.BAD_UNPACKING.mistake(span, names=len(targets), count=len(items))
+    return dict(zip(targets, items, strict=True))
+
+
+def index(ev: Evaluator, node: nodes.Index) -> Value:
+    value, at = ev.evaluate_all((node.value, node.index))
+    if isinstance(value, Centerline):
+        value = geometry.ends(ev, value)
+    items = items_of(value, node.value.span, "what is indexed")
+    position = whole_number(ev, at, node.index.span, "an index")
+    if not -len(items) <= position < len(items):
+        raise errors.BAD_INDEX.mistake(node.index.span, index=position, count=len(items), cure=_indices(len(items)))
+    return items[position]
+
+
+def _indices(count: int) -> str:
+    """Which items a list has."""
+    return f"items count from 0: `[0]` to `[{count - 1}]`; `[-1]` is the last" if count else "the list is empty"
+
+
+# -- arithmetic -------------------------------------------------------------------------------------------------------
+
+_ARITHMETIC = {
+    "+": numbers.add,
+    "-": numbers.subtract,
+    "*": numbers.multiply,
+    "/": numbers.divide,
+    "//": numbers.floor_divide,
+    "%": numbers.modulo,
+    "**": numbers.raised,
+}
+
+
+def unary(ev: Evaluator, node: nodes.Unary) -> Value:
+    value = ev.evaluate(node.operand)
+    if node.operator == "not":
+        return Truth(ev.algebra.apply(Op.NOT, numbers.truth(ev, value, node.operand.span)))
+    operand = numbers.quantity(value, node.operand.span, f"the operand of `{node.operator}`")
+    return numbers.negated(ev, operand) if node.operator == "-" else operand
+
+
+def binary(ev: Evaluator, node: nodes.Binary) -> Value:
+    left, right = ev.evaluate_all((node.left, node.right))
+    return combine(ev, node.operator, left, right, node)
+
+
+def combine(ev: Evaluator, operator: str, left: Value, right: Value, node: nodes.Binary) -> Value:
+    if operator == "@":
+        return geometry.vector(ev, (left, right), node.span)
+    if isinstance(left, Quantity) and isinstance(right, Quantity):
+        with numbers.sides((node.left.span, left), (node.right.span, right)):
+            return _ARITHMETIC[operator](ev, left, right, node.span)
+    if isinstance(left, tuple) and isinstance(right, tuple) and operator == "+":
+        if len(left) + len(right) > RANGE_LIMIT:
+            raise errors.LIST_TOO_LONG.mistake(node.span, limit=RANGE_LIMIT)
+        return (*left, *right)
+    if operator in ("+", "-") and isinstance(left, Vector | Pose) and isinstance(right, Vector | Pose):
+        op = Op.ADD if operator == "+" else Op.SUB
+        return Vector(ev.algebra.apply(op, left.x, right.x), ev.algebra.apply(op, left.y, right.y))
+    raise errors.NO_OPERATOR.mistake(node.span, operator=operator, left=kind_name(left), right=kind_name(right))
+
+
+# -- comparison and logic ---------------------------------------------------------------------------------------------
+
+
+def compare(ev: Evaluator, node: nodes.Compare) -> Value:
+    """A chain holds when every link does; operands are evaluated once."""
+    operands = [node.first, *(operand for _, operand in node.rest)]
+    values = ev.evaluate_all(operands)
+    result: ir.Expr = ev.algebra.truth(True)
+    for i, (operator, operand) in enumerate(node.rest):
+        span = operands[i].span.to(operand.span)
+        with numbers.sides((operands[i].span, values[i]), (operand.span, values[i + 1])):
+            result = ev.algebra.apply(Op.AND, result, _link(ev, operator, values[i], values[i + 1], span))
+    return Truth(result)
+
+
+def _link(ev: Evaluator, operator: str, left: Value, right: Value, span: Span) -> ir.Expr:
+    if operator in ("in", "not in"):
+        found = _contains(ev, right, left, span)
+        return found if operator == "in" else ev.algebra.apply(Op.NOT, found)
+    if isinstance(left, Quantity) and isinstance(right, Quantity):
+        if operator in ("is", "is not"):
+            operator = "==" if operator == "is" else "!="
+        return numbers.compare(ev, operator, left, right, span)
+    if operator in ("<", "<=", ">", ">="):
+        raise errors.NO_OPERATOR.mistake(span, operator=operator, left=kind_name(left), right=kind_name(right))
+    same = _same(ev, left, right)
+    return same if operator in ("is", "==") else ev.algebra.apply(Op.NOT, same)
+
+
+def _same(ev: Evaluator, left: Value, right: Value) -> ir.Expr:
+    """Identity of objects, equality of text and lists."""
+    if (lane := lanes.same(ev, left, right)) is not None:
+        return lane
+    if (colour := signals.same_colour(ev, left, right, ev.algebra.span)) is not None:
+        return colour
+    if isinstance(left, Truth) and isinstance(right, Truth):
+        return ev.algebra.apply(Op.EQ, left.expr, right.expr)
+    if isinstance(left, Quantity) and isinstance(right, Quantity):
+        return ev.algebra.apply(Op.EQ, left.expr, right.expr)
+    if isinstance(left, tuple) and isinstance(right, tuple) and len(left) == len(right):
+        result: ir.Expr = ev.algebra.truth(True)
+        for one, other in zip(left, right, strict=True):
+            result = ev.algebra.apply(Op.AND, result, _same(ev, one, other))
+        return result
+    if isinstance(left, str) != isinstance(right, str) and None not in (left, right):
+        cure = _instead_of_text(left, right)
+        finding = errors.NEVER_EQUAL.at(ev.algebra.span, left=kind_name(left), right=kind_name(right), cure=cure)
+        ev.report(finding)
+    return ev.algebra.truth(type(left) is type(right) and left == right)
+
+
+def _instead_of_text(left: Value, right: Value) -> str:
+    text, other = (left, right) if isinstance(left, str) else (right, left)
+    if not isinstance(other, ManeuverType):
+        return "compare it with a thing of its own kind"
+    meant = nearest(str(text), [member.name for member in ManeuverType]) or ManeuverType.STRAIGHT.name
+    return f"write a maneuver type, without quotes: `ManeuverType.{meant}`"
+
+
+def _contains(ev: Evaluator, container: Value, item: Value, span: Span) -> ir.Expr:
+    if isinstance(container, str) and isinstance(item, str):
+        return ev.algebra.truth(item in container)
+    if not isinstance(container, tuple):
+        return geometry.inside(ev, item, container, span)
+    result: ir.Expr = ev.algebra.truth(False)
+    for candidate in container:
+        result = ev.algebra.apply(Op.OR, result, _same(ev, item, candidate))
+    return result
+
+
+def boolean(ev: Evaluator, node: nodes.BoolOp) -> Value:
+    """`and` / `or`, stopping at the first operand that is known to decide."""
+    op, decisive = (Op.AND, 0.0) if node.operator == "and" else (Op.OR, 1.0)
+    result: ir.Expr = ev.algebra.truth(op == Op.AND)
+    for operand in node.operands:
+        result = ev.algebra.apply(op, result, numbers.truth(ev, ev.evaluate(operand), operand.span))
+        if isinstance(result, ir.Literal) and result.value == decisive:
+            break
+    return Truth(result)
+
+
+def conditional(ev: Evaluator, node: nodes.Conditional) -> Value:
+    condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
+    if isinstance(condition, ir.Literal):
+        return ev.evaluate(node.then if condition.value else node.otherwise)
+    then, otherwise = ev.evaluate_all((node.then, node.otherwise))
+    if isinstance(then, Quantity) and isinstance(otherwise, Quantity):
+        with numbers.sides((node.then.span, then), (node.otherwise.span, otherwise)):
+            return numbers.select(ev, condition, then, otherwise, node.span)
+    if isinstance(then, Truth) and isinstance(otherwise, Truth):
+        return Truth(ev.algebra.apply(Op.SELECT, condition, then.expr, otherwise.expr))
+    known = known_truth(ev, Truth(condition), node.condition.span, "a condition that chooses between objects")
+    return then if known else otherwise
+
+
+def starred(_ev: Evaluator, node: nodes.Starred) -> Value:
+    raise errors.NOT_SUPPORTED.mistake(
+        node.span, what="`*` unpacks only in calls and lists", reason="", cure="remove it"
+    )

@@ -1,0 +1,1 @@
+"""Names: what is called what, where a statement may stand, and what nobody reads."""

@@ -1,0 +1,1 @@
+"""A readable print of the checked IR, for `--emit ir`."""

@@ -1,0 +1,1 @@
+"""Random values: params that a search chooses, draws, and finite choices, which make variants."""

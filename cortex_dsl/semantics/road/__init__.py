@@ -1,0 +1,1 @@
+"""The road network as a program sees it, and its traffic lights."""

@@ -1,0 +1,154 @@
+"""The road network: the `map` statement, and the names that lead into the network."""
+
+import math
+from collections.abc import Callable, Container
+from dataclasses import dataclass
+
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.builtins import BUILTINS, Kind
+from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
+from cortex_dsl.semantics.evaluation.functions import known_truth, whole_number
+from cortex_dsl.semantics.problems import Mistake
+from cortex_dsl.semantics.quantities.numbers import adopt
+from cortex_dsl.semantics.quantities.units import LENGTH
+from cortex_dsl.semantics.values import (
+    BuiltinValue,
+    DirectionField,
+    EnumValue,
+    GlobalParameters,
+    Quantity,
+    Region,
+    Value,
+)
+from cortex_dsl.source import Span
+from cortex_dsl.spelling import did_you_mean
+from cortex_dsl.syntax import nodes
+from engine.program import RoadSpec
+from engine.road.build import build_network
+from engine.road.errors import RoadError
+from engine.road.network import Network
+from engine.tables import ROAD_REGION
+
+_WHOLE = ("ways", "lanes", "rows", "cols")
+_LENGTHS = ("lane_width", "corner_radius", "approach", "block")
+MAP_ARGUMENTS = (*_WHOLE, *_LENGTHS, "left_hand")
+
+
+def lay_out(ev: Evaluator, node: nodes.Map) -> None:
+    """`map intersection(...)`: build the network of this variant."""
+    if node.kind != "intersection":
+        raise errors.UNKNOWN_MAP.mistake(node.span, kind=node.kind)
+    if ev.run.network is not None:
+        raise errors.MAP_TOO_LATE.mistake(node.span)
+    given = evaluate_arguments(ev, node.arguments)
+    spec, spans = _spec(ev, given)
+    try:
+        ev.run.network = _network(ev, spec, node.span)
+    except RoadError as error:
+        span = spans.get(error.argument, node.span)
+        raise errors.BAD_MAP.mistake(span, message=error.message, cure=error.cure) from None
+
+
+def _spec(ev: Evaluator, given: list[Given]) -> tuple[RoadSpec, dict[str, Span]]:
+    """The road that is asked for, and where each number of it stands; tells what is wrong with all arguments."""
+    values: dict[str, float | bool] = {}
+    spans: dict[str, Span] = {}
+    mistaken = False
+    for argument in given:
+        try:
+            name = _map_argument(argument, values)
+            values[name] = _map_value(ev, argument, name)
+            spans[name] = argument.span
+        except Mistake as mistake:
+            ev.report(mistake)
+            mistaken = True
+    if mistaken:
+        raise Mistake
+    return RoadSpec(**values), spans  # type: ignore[arg-type]
+
+
+def _map_argument(argument: Given, known: Container[str]) -> str:
+    if argument.name is None:
+        raise errors.NOT_SUPPORTED.mistake(
+            argument.span, what="`map` takes its arguments by name", reason="", cure="as in `ways=4, lanes=1`"
+        )
+    if argument.name not in MAP_ARGUMENTS:
+        raise errors.UNKNOWN_ARGUMENT.mistake(
+            argument.place,
+            function="map intersection",
+            name=argument.name,
+            suggestion=did_you_mean(argument.name, MAP_ARGUMENTS),
+        )
+    if argument.name in known:
+        raise errors.DUPLICATE.mistake(argument.place, what="the argument", name=argument.name)
+    return argument.name
+
+
+def _map_value(ev: Evaluator, argument: Given, name: str) -> float | bool:
+    what = f"`{name}` of the map"
+    if name in _WHOLE:
+        return whole_number(ev, argument.value, argument.span, what)
+    if name in _LENGTHS:
+        expr = adopt(ev, argument.value, LENGTH, argument.span, what)
+        value = ev.constant(Quantity(expr, LENGTH), argument.span, what)
+        if not math.isfinite(value):
+            raise errors.NOT_FINITE.mistake(argument.span, reason=f"{what} is {value}")
+        return value
+    return known_truth(ev, argument.value, argument.span, what)
+
+
+def _network(ev: Evaluator, spec: RoadSpec, span: Span) -> Network:
+    networks = ev.file.networks
+    if networks and spec not in networks:
+        raise errors.MAP_VARIES.mistake(span)
+    if spec not in networks:
+        networks[spec] = build_network(spec)
+    return networks[spec]
+
+
+def network_of(ev: Evaluator) -> Network:
+    """The network of this variant; the default one where the file has no map."""
+    if ev.run.network is None:
+        ev.run.network = _network(ev, ev.file.default_road, ev.algebra.span)
+    return ev.run.network
+
+
+@dataclass(frozen=True)
+class Named:
+    value: Value
+
+
+def named_constant(ev: Evaluator, name: str, span: Span) -> Named | None:
+    """What a builtin name stands for; None for a name that is not built in."""
+    if name in _CONSTANTS:
+        return Named(_CONSTANTS[name](ev, span))
+    if name in BUILTINS and BUILTINS[name].kind is not Kind.CONSTANT:
+        return Named(BuiltinValue(name))
+    return None
+
+
+def _single_intersection(ev: Evaluator, span: Span) -> Value:
+    intersections = network_of(ev).intersections
+    if len(intersections) != 1:
+        raise errors.NO_SINGLE_INTERSECTION.mistake(span, count=len(intersections))
+    return intersections[0]
+
+
+ROAD = Region(ROAD_REGION, "the road")
+
+_CONSTANTS: dict[str, Callable[[Evaluator, Span], Value]] = {
+    "network": lambda ev, _: network_of(ev),
+    "intersection": _single_intersection,
+    "road": lambda ev, _: _region_of_road(ev),
+    "roadDirection": lambda _ev, _: DirectionField(),
+    "ManeuverType": lambda _ev, _: EnumValue(),
+    "globalParameters": lambda _ev, _: GlobalParameters(),
+    "none": lambda _ev, _: None,
+    "pi": lambda ev, _: Quantity(ev.algebra.literal(math.pi), None),
+}
+
+
+def _region_of_road(ev: Evaluator) -> Region:
+    network_of(ev)
+    return ROAD

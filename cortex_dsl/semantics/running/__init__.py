@@ -1,0 +1,1 @@
+"""What is looked at during a run: rules, temporal requirements, monitors, records."""

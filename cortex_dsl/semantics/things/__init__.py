@@ -1,0 +1,1 @@
+"""`new`: classes and properties of objects, and where they are."""

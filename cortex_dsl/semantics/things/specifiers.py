@@ -1,0 +1,232 @@
+"""Where a new object is: each specifier that places it gives a point, and mostly a heading too."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from cortex_dsl import ir
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.evaluation import geometry
+from cortex_dsl.semantics.quantities.algebra import closed_value
+from cortex_dsl.semantics.quantities.numbers import adopt, in_range, shown
+from cortex_dsl.semantics.quantities.units import LENGTH
+from cortex_dsl.semantics.road.roads import ROAD, network_of
+from cortex_dsl.semantics.road.trajectories import trajectory
+from cortex_dsl.semantics.values import (
+    Actor,
+    Centerline,
+    DirectionField,
+    Pose,
+    Region,
+    Value,
+    Vector,
+    kind_name,
+    option_name,
+)
+from cortex_dsl.syntax import nodes
+from engine.road.network import Intersection, Lane, Network
+from engine.road.sections import LaneSection
+from engine.vocabulary import Op
+
+CONTACT_TOLERANCE = 1e-4
+"""Gap between two objects of which one is placed beside the other without `by`; Scenic's default [m]."""
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A point and, where the specifier gives one, a heading."""
+
+    point: Vector
+    heading: ir.Expr | None
+    drawn: bool = False
+    """Whether the specifier itself drew it."""
+    lane: Lane | None = None
+    """The lane along which it lies, where that is known."""
+
+
+@dataclass(frozen=True)
+class Extent:
+    """Size of what is placed; zero for points."""
+
+    length: ir.Expr
+    width: ir.Expr
+
+
+Placer = Callable[[Evaluator, nodes.Specifier, Extent], Placement]
+
+
+def place(ev: Evaluator, specifier: nodes.Specifier, extent: Extent) -> Placement:
+    return PLACERS[type(specifier)](ev, specifier, extent)
+
+
+def _at(ev: Evaluator, node: nodes.At, _extent: Extent) -> Placement:
+    value = ev.evaluate(node.position)
+    pose = geometry.pose_of(ev, value)
+    point = geometry.position(ev, value, node.position.span, "what follows `at`")
+    if pose is None:
+        return Placement(point, None)
+    return Placement(point, pose.heading, lane=pose.lane)
+
+
+def _in_region(ev: Evaluator, node: nodes.InRegion, _extent: Extent) -> Placement:
+    value = ev.evaluate(node.region)
+    if isinstance(value, Network):
+        value = ROAD
+    if isinstance(value, LaneSection):
+        value = value.lane
+    if isinstance(value, Centerline):
+        return on_centerline(ev, value.lane)
+    if (region := geometry.region_of(value)) is not None:
+        return within(ev, region, value if isinstance(value, Lane) else None)
+    raise errors.WRONG_KIND.mistake(
+        node.region.span,
+        what=f"what follows `{node.keyword}`",
+        expected="a region or a centre line",
+        actual=kind_name(value),
+        cure="as in `in lane.centerline`, `on road`",
+    )
+
+
+def on_centerline(ev: Evaluator, lane: Lane) -> Placement:
+    s = ev.algebra.mul(ev.run.new_draw(), ev.algebra.literal(lane.length))
+    return _on_path(ev, lane.path, s, lane, drawn=True)
+
+
+def _on_path(ev: Evaluator, path: int, s: ir.Expr, lane: Lane | None, *, drawn: bool = False) -> Placement:
+    pose = ev.algebra.apply(Op.PATH_POSE, ev.algebra.literal(float(path)), s, width=3)
+    x, y, heading = ev.algebra.items(pose, 3)
+    return Placement(Vector(x, y), heading, drawn, lane)
+
+
+def within(ev: Evaluator, region: Region, lane: Lane | None = None) -> Placement:
+    """Uniform over a region, heading along the road."""
+    network_of(ev)
+    identity = ev.algebra.literal(float(region.id))
+    sample = ev.algebra.apply(Op.REGION_SAMPLE, identity, ev.run.new_draw(), ev.run.new_draw(), width=2)
+    point = Vector(*ev.algebra.items(sample, 2))
+    if lane is None:
+        return Placement(point, geometry.road_heading(ev, point), drawn=True)
+    # Lanes overlap inside an intersection, so the nearest lane may be another one.
+    path = ev.algebra.literal(float(lane.path))
+    s = ev.algebra.apply(Op.PATH_PROJECT, path, point.x, point.y)
+    return Placement(point, ev.algebra.item(ev.algebra.apply(Op.PATH_POSE, path, s, width=3), 2), drawn=True)
+
+
+def _offset_by(ev: Evaluator, node: nodes.OffsetBySpecifier, _extent: Extent) -> Placement:
+    ego = geometry.ego_of(ev, node.span, "`offset by`")
+    offset = geometry.position(ev, ev.evaluate(node.offset), node.offset.span, "an offset")
+    return _as_placement(geometry.displaced(ev, ego, offset, node.span))
+
+
+def _offset_along(ev: Evaluator, node: nodes.OffsetAlongSpecifier, _extent: Extent) -> Placement:
+    ego = geometry.ego_of(ev, node.span, "`offset along`")
+    direction, offset = ev.evaluate_all((node.direction, node.offset))
+    vector = geometry.position(ev, offset, node.offset.span, "an offset")
+    return _as_placement(geometry.displaced_along(ev, ego, direction, vector, node))
+
+
+def _as_placement(value: Value) -> Placement:
+    if isinstance(value, Pose):
+        return Placement(Vector(value.x, value.y), value.heading)
+    assert isinstance(value, Vector)
+    return Placement(value, None)
+
+
+def _beside(ev: Evaluator, node: nodes.Beside, extent: Extent) -> Placement:
+    """Edge to edge: the distance is what lies between the outlines."""
+    reference = ev.evaluate(node.reference)
+    pose = geometry.oriented(ev, reference, node.reference.span, f"what something is {node.side} of")
+    along = node.side in ("ahead", "behind")
+    own = extent.length if along else extent.width
+    gap = _gap(ev, node, isinstance(reference, Actor))
+    half = ev.algebra.mul(own, ev.algebra.literal(0.5))
+    if isinstance(reference, Actor):
+        size = geometry.size(reference, "length" if along else "width")
+        half = ev.algebra.add(half, ev.algebra.mul(size, ev.algebra.literal(0.5)))
+    reach = ev.algebra.add(half, gap)
+    signed = reach if node.side in ("ahead", "right") else ev.algebra.apply(Op.NEG, reach)
+    zero = ev.algebra.literal(0.0)
+    right, ahead = (zero, signed) if along else (signed, zero)
+    return Placement(geometry.moved(ev, Vector(pose.x, pose.y), pose.heading, right, ahead), pose.heading)
+
+
+def _gap(ev: Evaluator, node: nodes.Beside, between_objects: bool) -> ir.Expr:
+    if node.distance is None:
+        return ev.algebra.literal(CONTACT_TOLERANCE if between_objects else 0.0)
+    return adopt(ev, ev.evaluate(node.distance), LENGTH, node.distance.span, "the distance after `by`")
+
+
+def _following(ev: Evaluator, node: nodes.Following, _extent: Extent) -> Placement:
+    direction = ev.evaluate(node.direction)
+    if not isinstance(direction, DirectionField):
+        raise errors.WRONG_KIND.mistake(
+            node.direction.span,
+            what="what follows `following`",
+            expected="a direction field",
+            actual=kind_name(direction),
+            cure="write `following roadDirection from x for 10 m`",
+        )
+    origin = geometry.ego_of(ev, node.span, "`following`") if node.origin is None else ev.evaluate(node.origin)
+    start = geometry.position(ev, origin, node.span if node.origin is None else node.origin.span)
+    by = adopt(ev, ev.evaluate(node.distance), LENGTH, node.distance.span, "the distance after `for`")
+    network_of(ev)
+    x, y, heading = ev.algebra.items(ev.algebra.apply(Op.ROAD_FOLLOW, start.x, start.y, by, width=3), 3)
+    return Placement(Vector(x, y), heading)
+
+
+def _before(ev: Evaluator, node: nodes.Before, _extent: Extent) -> Placement:
+    """The place on a trajectory from which it is so far to the intersection."""
+    if node.trajectory is None:
+        raise errors.NO_TRAJECTORY.mistake(node.span)
+    region, distance, along = ev.evaluate_all((node.region, node.distance, node.trajectory))
+    if not isinstance(region, Intersection):
+        raise errors.WRONG_KIND.mistake(
+            node.region.span,
+            what="what follows `before`",
+            expected="an intersection",
+            actual=kind_name(region),
+            cure="",
+        )
+    way = trajectory(along, node.trajectory.span)
+    entry = way.entry(region)
+    if entry is None:
+        raise errors.NOT_ON_TRAJECTORY.mistake(node.trajectory.span, region=option_name(region))
+    what = "the distance before the intersection"
+    by = adopt(ev, distance, LENGTH, node.distance.span, what)
+    by = in_range(ev, by, 0.0, float("inf"), LENGTH, node.distance.span, what)
+    _keep_on_way(ev, node, by, entry)
+    lane = way.lanes[0] if entry <= way.lanes[0].length else None
+    return _on_path(ev, way.path, ev.algebra.sub(ev.algebra.literal(entry), by), lane)
+
+
+def _keep_on_way(ev: Evaluator, node: nodes.Before, by: ir.Expr, entry: float) -> None:
+    """A place before the trajectory's start does not exist: an error if known, else a requirement."""
+    name = ev.file.source.slice(node.region.span)
+    value = closed_value(by)
+    if value is not None:
+        if value > entry:
+            raise errors.TOO_FAR_BEFORE.mistake(
+                node.distance.span, actual=shown(value, LENGTH), region=name, available=shown(entry, LENGTH)
+            )
+        return
+    greatest = ev.interval(by)[1]
+    if entry < greatest < float("inf"):
+        ev.report(
+            errors.EVERYTHING_TOO_FAR.at(
+                node.distance.span, available=shown(entry, LENGTH), region=name, actual=shown(greatest, LENGTH)
+            )
+        )
+    condition = ev.algebra.apply(Op.LE, by, ev.algebra.literal(entry))
+    text = " ".join(ev.file.source.slice(node.span).split())
+    ev.run.requirements.append(ir.Requirement(condition, 1.0, f"`{text}` lies on the road", ev.file.line(node.span)))
+
+
+PLACERS: dict[type, Placer] = {
+    nodes.At: _at,
+    nodes.InRegion: _in_region,
+    nodes.OffsetBySpecifier: _offset_by,
+    nodes.OffsetAlongSpecifier: _offset_along,
+    nodes.Beside: _beside,
+    nodes.Following: _following,
+    nodes.Before: _before,
+}  # type: ignore[assignment]

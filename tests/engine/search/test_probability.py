@@ -1,0 +1,102 @@
+"""Plain Monte Carlo and subset simulation, each against the truth and against the other."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from engine.program import ParamSpace
+from engine.search.assessment import Assessment, Evaluate
+from engine.search.probability import monte_carlo, subset_simulation
+from engine.tables import Floats, Ints
+from engine.vocabulary import Verdict
+
+Rows = Callable[[Ints, Floats], Assessment]
+
+
+@pytest.fixture
+def corner(rows: Rows) -> Callable[[float], Evaluate]:
+    """A collision where both genes of the unit square lie above a bound; nearer runs lie nearer to that corner."""
+
+    def make(bound: float) -> Evaluate:
+        def evaluate(genomes: Floats, keys: Ints) -> Assessment:
+            distance = np.maximum(bound - genomes.min(axis=1), 0.0)
+            runs = rows(np.where(genomes[:, 0] < 0.2, int(Verdict.EXHAUSTED), 0).astype(np.int32), 1.0 + distance)
+            valid = runs.verdict == Verdict.VALID
+            collided = valid & (distance == 0.0)
+            return replace(runs, collided=collided, min_distance=np.where(valid, distance, np.nan))
+
+        return evaluate
+
+    return make
+
+
+@pytest.fixture
+def square(spaces: Callable[..., ParamSpace]) -> ParamSpace:
+    return spaces([0.0, 0.0], [1.0, 1.0])
+
+
+def truth(bound: float) -> float:
+    """Given that the first gene is at least 0.2."""
+    return (1.0 - bound) ** 2 / 0.8
+
+
+def test_monte_carlo_covers_the_truth(square: ParamSpace, corner: Callable[[float], Evaluate]) -> None:
+    """Invalid draws are conditioned out, and the share of valid ones is told."""
+    found = monte_carlo(square, corner(0.7), 20_000, seed=3)
+    assert found.interval.low <= truth(0.7) <= found.interval.high
+    assert found.valid_share == pytest.approx(0.8, abs=0.01)
+    assert found.value == found.collisions / found.valid
+
+
+def test_subset_simulation_finds_what_is_rare(square: ParamSpace, corner: Callable[[float], Evaluate]) -> None:
+    """One in eight million, with a few ten thousand runs; levels come ever nearer."""
+    found = subset_simulation(square, corner(0.9997), 10_000, seed=1)
+    assert found.interval.low <= truth(0.9997) <= found.interval.high
+    assert found.value == pytest.approx(truth(0.9997), rel=0.4)
+    assert found.simulations < 120_000
+    assert list(found.levels) == sorted(found.levels, reverse=True)
+    assert found.levels[-1] == 0.0
+    assert found.valid_share == pytest.approx(0.8, abs=0.02)
+
+
+def test_both_agree(square: ParamSpace, corner: Callable[[float], Evaluate]) -> None:
+    """Where plain Monte Carlo still sees enough, the two intervals overlap."""
+    plain = monte_carlo(square, corner(0.97), 60_000, seed=5)
+    chains = subset_simulation(square, corner(0.97), 10_000, seed=5)
+    assert plain.interval.low < chains.interval.high
+    assert chains.interval.low < plain.interval.high
+    assert chains.value == pytest.approx(plain.value, rel=0.35)
+
+
+def test_the_same_seed_gives_the_same_estimate(square: ParamSpace, corner: Callable[[float], Evaluate]) -> None:
+    first, again, other = (subset_simulation(square, corner(0.95), 2_000, seed) for seed in (7, 7, 8))
+    assert first == again
+    assert first.value != other.value
+
+
+def test_what_never_happens_has_no_interval(square: ParamSpace, corner: Callable[[float], Evaluate]) -> None:
+    """No chain reaches contact where there is none; Monte Carlo bounds it from above."""
+    found = subset_simulation(square, corner(2.0), 2_000)
+    assert found.value == 0.0
+    assert math.isnan(found.interval.high)
+    plain = monte_carlo(square, corner(2.0), 2_000)
+    assert (plain.value, plain.interval.low) == (0.0, 0.0)
+    assert 0.0 < plain.interval.high < 0.01
+
+
+def test_no_valid_scene_no_estimate(square: ParamSpace, rows: Rows) -> None:
+    """Nothing is known of what cannot be."""
+
+    def never(genomes: Floats, keys: Ints) -> Assessment:
+        return rows(np.full(len(keys), int(Verdict.EXHAUSTED), dtype=np.int32), np.ones(len(keys)))
+
+    assert math.isnan(monte_carlo(square, never, 100).value)
+    assert math.isnan(subset_simulation(square, never, 1_000).value)
+
+
+def test_too_few_samples_are_refused(square: ParamSpace, corner: Callable[[float], Evaluate]) -> None:
+    with pytest.raises(ValueError, match="at least 1000"):
+        subset_simulation(square, corner(0.5), 500)

@@ -1,0 +1,145 @@
+"""The reference driver, on crossings that can be worked out by hand."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cortex_dsl.session import Scenario, compile_text
+from engine.avoidability import GRAVITY, R157, Avoidability, Avoidance, avoidability
+
+STEP = 0.05
+EXAMPLE = Path(__file__).parents[2] / "examples" / "left_turn.scn"
+
+
+def crossing(ego_distance: float, other_distance: float) -> Scenario:
+    """At 10 m/s, the ego north and the other east. Distances of centres to where the lanes cross."""
+    return compile_text(
+        f"""
+map intersection(ways=4, lanes=1)
+ego = new Car at (1.75, {-1.75 - ego_distance}), facing 90 deg, with speed 10 m/s
+other = new Car at ({1.75 - other_distance}, -1.75), facing 0 deg, with speed 10 m/s
+terminate after 10 s
+"""
+    )
+
+
+def judged(scenario: Scenario) -> Avoidability | None:
+    scenes = scenario.sample(1)
+    (answer,) = avoidability(scenario.program, scenes, scenario.config.simulation)
+    return answer
+
+
+def stopping_distance(speed: float) -> float:
+    """Of the reference driver, once the brakes take hold."""
+    ramp_loss = 0.5 * R157.deceleration * R157.ramp
+    on_ramp = speed * R157.ramp - R157.deceleration * R157.ramp**2 / 6.0
+    return on_ramp + (speed - ramp_loss) ** 2 / (2.0 * R157.deceleration)
+
+
+def test_what_is_seen_early_is_avoidable() -> None:
+    """Contact 3.7 s ahead is in sight at once: perceived after 0.4 s, braked for 0.75 s later, in good time."""
+    answer = judged(crossing(40.0, 40.0))
+    assert answer is not None
+    assert answer.avoidance is Avoidance.AVOIDABLE
+    assert answer.perceived == pytest.approx(0.4)
+    assert answer.braking == pytest.approx(1.15)
+
+
+def test_the_margin_is_what_stopping_takes() -> None:
+    """The last moment is when the way to the side of the other's lane of travel is the stopping distance."""
+    answer = judged(crossing(40.0, 40.0))
+    assert answer is not None
+    to_the_side = 40.0 - 0.5 * 1.61 - 0.5 * 4.508
+    last = (to_the_side - stopping_distance(10.0)) / 10.0
+    assert answer.margin == pytest.approx(last - answer.braking, abs=STEP + 1e-9)
+
+
+def test_the_margin_of_what_comes_too_late_is_negative() -> None:
+    """1.3 s before contact there is time to react, but not to stop or to let the other pass."""
+    answer = judged(crossing(14.0, 14.0))
+    assert answer is not None
+    assert answer.avoidance is Avoidance.UNAVOIDABLE
+    assert answer.perceived == pytest.approx(0.4)
+    assert answer.margin < 0.0
+
+
+def test_too_near_for_any_driver() -> None:
+    """5 m before the other's side even brakes at the first moment are too late."""
+    answer = judged(crossing(6.0, 6.0))
+    assert answer is not None
+    assert answer.avoidance in (Avoidance.UNAVOIDABLE, Avoidance.UNSEEN)
+    assert math.isnan(answer.margin) or answer.margin == -math.inf
+
+
+def test_what_happens_at_once_is_unseen() -> None:
+    """A conflict that is in sight for less than 0.4 s is not perceived by anybody."""
+    answer = judged(crossing(4.2, 4.2))
+    assert answer is not None
+    assert answer.avoidance is Avoidance.UNSEEN
+    assert math.isnan(answer.perceived)
+    assert math.isnan(answer.braking)
+    assert math.isnan(answer.margin)
+
+
+def test_no_collision_no_answer() -> None:
+    """Who passes behind the other has nothing to avoid; an invalid scene neither."""
+    assert judged(crossing(40.0, 20.0)) is None
+    assert judged(crossing(200.0, 40.0)) is None
+
+
+def test_a_driver_who_brakes_no_later_is_never_blamed() -> None:
+    """Quicker drivers avoid at least as much, and the margin grows by the time that they save."""
+    scenario = crossing(40.0, 40.0)
+    scenes = scenario.sample(1)
+    quick = R157._replace(reaction=0.5)
+    (fast,) = avoidability(scenario.program, scenes, scenario.config.simulation, quick)
+    slow = judged(scenario)
+    assert fast is not None
+    assert slow is not None
+    assert fast.margin == pytest.approx(slow.margin + 0.25)
+
+
+@pytest.mark.parametrize("arm", [(90.0, 0.0), (180.0, 90.0), (270.0, 180.0), (0.0, 270.0)])
+def test_the_answer_does_not_depend_on_the_arm(arm: tuple[float, float]) -> None:
+    """Turned about the intersection's middle, the case is the same."""
+    turn = math.radians(arm[0] - 90.0)
+    spin = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
+    (ax, ay), (bx, by) = spin @ (1.75, -41.75), spin @ (-38.25, -1.75)
+    answer = judged(
+        compile_text(
+            f"""
+map intersection(ways=4, lanes=1)
+ego = new Car at ({ax}, {ay}), facing {arm[0]} deg, with speed 10 m/s
+other = new Car at ({bx}, {by}), facing {arm[1]} deg, with speed 10 m/s
+terminate after 10 s
+"""
+        )
+    )
+    assert answer == judged(crossing(40.0, 40.0))
+
+
+def test_an_ego_that_brakes_as_hard_is_told_apart() -> None:
+    """It brakes with all it has from the start, and still cannot stop."""
+    scenario = compile_text(
+        """
+map intersection(ways=4, lanes=1)
+behavior Brake():
+    while True:
+        take SetBrakeAction(1)
+ego = new Car at (1.75, -22), facing 90 deg, with speed 20 m/s, with behavior Brake()
+other = new Car at (1.75, -1.75), facing 0 deg
+terminate after 10 s
+"""
+    )
+    answer = judged(scenario)
+    assert answer is not None
+    assert answer.avoidance in (Avoidance.BRAKED_AS_HARD, Avoidance.UNAVOIDABLE)
+    assert not answer.avoidable
+
+
+def test_the_numbers_are_the_regulations() -> None:
+    """UN R157, Annex 4, Appendix 3."""
+    assert (R157.perception, R157.reaction, R157.ramp) == (0.4, 0.75, 0.6)
+    assert R157.deceleration == pytest.approx(0.774 * GRAVITY)
