@@ -96,6 +96,7 @@ def as_markdown(plan: Plan, records: Sequence[RunRecord], comparisons: Sequence[
     search = plan.subjects[0].config.search
     lines = [
         f"Medians over {plan.runs} runs of {search.generations} x {search.population}; {len(plan.subjects)} scenarios.",
+        f"`+n`, `-n`: in n of them surely and not slightly better or worse than `{plan.baseline}`; bold: best of all.",
         "",
         f"| method | {' | '.join(column.title for column in COLUMNS)} |",
         f"|---|{'---|' * len(COLUMNS)}",

@@ -59,10 +59,10 @@ class Folder:
     def beside(self, importer: str, path: str) -> list[str]:
         folder = Path(path).parent
         try:
-            names = sorted(p.name for p in (self._home(importer) / folder).iterdir() if p.suffix in SUFFIXES)
+            places = [p for p in (self._home(importer) / folder).iterdir() if p.suffix in SUFFIXES and _is_file(p)]
         except OSError:
             return []
-        return [str(folder / name) for name in names]
+        return [str(folder / name) for name in sorted(p.name for p in places)]
 
     def _home(self, importer: str) -> Path:
         if self.root is not None and not Path(importer).is_file():

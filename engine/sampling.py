@@ -21,7 +21,8 @@ import numpy as np
 from engine.config import SimulationConfig
 from engine.feasibility import Pruner, groups_of, pruner
 from engine.genomes import draw_genomes, uniform_genomes
-from engine.kernels.sampling import Confinement, Layout, Ledger, Recipe, Request, Scratch, sample_rows
+from engine.kernels.recipe import Confinement, Layout, Ledger, Recipe, Request, Scratch
+from engine.kernels.sampling import sample_rows
 from engine.program import ParamSpace, Program
 from engine.scenes import Scenes
 from engine.streams import check_keys

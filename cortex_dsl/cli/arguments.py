@@ -5,8 +5,6 @@ import re
 from argparse import ArgumentTypeError
 from collections.abc import Callable
 
-from cortex_dsl.spelling import nearest
-
 SEED_LIMIT = 2**63 - 1
 """Seeds are part of a stream's key, which holds signed 64-bit integers."""
 GENERATION_LIMIT = 2**16 - 1
@@ -72,21 +70,6 @@ def assignment(text: str) -> tuple[str, str]:
     if not name.isidentifier():
         raise ArgumentTypeError(f"`{name}` cannot be the name of a param")
     return name, value
-
-
-def methods(text: str) -> tuple[str, ...]:
-    """Ways to search, separated by commas; `list` alone asks which there are."""
-    from engine.search.searchers import UnknownMethod, canonical, known_searchers
-
-    if text.strip() == "list":
-        return ("list",)
-    try:
-        return tuple(canonical(word) for word in text.split(","))
-    except UnknownMethod as error:
-        names = [name for method, entry in known_searchers().items() for name in (method, entry.alias) if name]
-        near = nearest(error.name, names)
-        cure = f"did you mean `{near}`?" if near else "`--method list` tells them all"
-        raise ArgumentTypeError(f"there is no method `{error.name.strip()}`; {cure}") from None
 
 
 def param_names(text: str) -> tuple[str, ...]:

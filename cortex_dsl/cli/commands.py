@@ -36,12 +36,8 @@ SUBCOMMANDS: dict[str, Subcommand] = {
     "explain": Subcommand("cortex_dsl.cli.explain", "what a code such as SCN203 means, with an example", "[CODE]"),
     "study": Subcommand("cortex_dsl.cli.study", "many runs of several methods, compared run by run", "[FILES]"),
     "resume": Subcommand("cortex_dsl.cli.resume", "go on with a search that was stopped or killed", "RUN"),
-    "report": Subcommand(
-        "cortex_dsl.cli.report", "a run as one page: what was found, and the worst cases to watch", "RUN"
-    ),
-    "analyse": Subcommand(
-        "cortex_dsl.cli.analyse", "different failures, their kinds, and who could avoid them", "RUN"
-    ),
+    "report": Subcommand("cortex_dsl.cli.report", "a run or a study as a page, its worst cases to watch", "RUN"),
+    "analyse": Subcommand("cortex_dsl.cli.analyse", "different failures, their kinds, and whose fault", "RUN"),
     "probability": Subcommand("cortex_dsl.cli.probability", "of a collision, with its confidence interval", "FILE"),
     "replay": Subcommand("cortex_dsl.cli.replay", "one case again: in the terminal, as a page, as a film", "RUN|FILE"),
     "paper-check": Subcommand("cortex_dsl.cli.paper_check", "the arithmetic of the CORTEX-AVD paper, done again"),

@@ -5,6 +5,7 @@ import gc
 import os
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -71,10 +72,8 @@ def _dispatch(arguments: Sequence[str], terminal: Terminal) -> int:
 
         terminal.write(f"cortexc {VERSION}")
         return Exit.FINE
-    if options.method == ("list",):
-        from cortex_dsl.cli.methods import method_list
-
-        terminal.write(method_list())
+    if options.method == "list":
+        terminal.write(import_module("cortex_dsl.cli.methods").method_list())
         return Exit.FINE
     return commands.execute(to_request(options, arguments), terminal)
 

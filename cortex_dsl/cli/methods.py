@@ -1,8 +1,25 @@
-"""`cortexc --method list`: every way to search, in one line each."""
+"""The names behind `--method`, and `cortexc --method list`: every way to search, in one line each."""
 
 from importlib.util import find_spec
 
-from engine.search.searchers import SearcherEntry, known_searchers
+from cortex_dsl.cli.exits import UsageError
+from cortex_dsl.spelling import nearest
+from engine.search.searchers import SearcherEntry, UnknownMethod, canonical, known_searchers
+
+
+def named(text: str) -> tuple[str, ...]:
+    """The methods of a list with commas.
+
+    Raises:
+        UsageError: one of them is not known.
+    """
+    try:
+        return tuple(canonical(word) for word in text.split(","))
+    except UnknownMethod as error:
+        names = [name for method, entry in known_searchers().items() for name in (method, entry.alias) if name]
+        near = nearest(error.name, names)
+        cure = f"did you mean `{near}`?" if near else "`cortexc --method list` tells them all"
+        raise UsageError(f"--method: there is no method `{error.name.strip()}`", cure) from None
 
 
 def method_list() -> str:

@@ -6,6 +6,7 @@ import re
 import shutil
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import NoReturn
 
@@ -14,7 +15,6 @@ from cortex_dsl.cli.arguments import (
     SEED_LIMIT,
     aggregate,
     assignment,
-    methods,
     param_names,
     seconds,
     share,
@@ -48,7 +48,8 @@ exit codes:
   70   a bug in cortexc: please report it
   130  interrupted with Ctrl-C
 
-The language of scenarios is explained in grammar/REFERENCE.md, the reports in README.md."""
+New here? grammar/TUTORIAL.md goes from an empty file to the first collision. All of the language is in
+grammar/REFERENCE.md; the reports are explained in README.md."""
 
 SEARCH_OPTIONS = ("generations", "population", "preset", "rollouts", "aggregate", "dask", "out")
 COMPILE_ONLY = ("seed", "engine", "jobs", "max_attempts", "time_step", "profile", "prune", "target")
@@ -103,7 +104,6 @@ def _add_modes(parser: Parser) -> None:
     group.add_argument(
         "--method",
         metavar="NAME",
-        type=methods,
         help="search by another method, or by several: niching,cmaes; `--method list` tells them all",
     )
     group.add_argument(
@@ -214,13 +214,13 @@ def to_request(options: argparse.Namespace, arguments: Sequence[str]) -> Request
     """
     if options.file is None:
         raise UsageError("no file given", "try `cortexc examples/left_turn.scn`; `cortexc --help` shows more")
-    mode = _mode(options)
-    _reject_idle_options(options, mode)
+    mode, methods = _mode(options), _methods(options)
+    _reject_idle_options(options, mode, methods)
     given = {name: value for name in (*SEARCH_OPTIONS, *COMPILE_ONLY) if (value := getattr(options, name)) is not None}
     request = Request(
         file=options.file,
         mode=mode,
-        methods=_methods(options),
+        methods=methods,
         samples=options.sample or 0,
         stage=options.emit or "",
         overrides=_overrides(options.param or ()),
@@ -243,7 +243,10 @@ def to_request(options: argparse.Namespace, arguments: Sequence[str]) -> Request
 def _methods(options: argparse.Namespace) -> tuple[str, ...]:
     """Each method once, in the order of the flags."""
     flags = [method for method in ("ga", "random") if getattr(options, method)]
-    return tuple(dict.fromkeys((*flags, *(options.method or ()))))
+    if options.method is None:
+        return tuple(flags)
+    named = import_module("cortex_dsl.cli.methods").named(options.method)  # names mean nothing to a file that is read
+    return tuple(dict.fromkeys((*flags, *named)))
 
 
 def _mode(options: argparse.Namespace) -> Mode:
@@ -264,7 +267,7 @@ def _search_flag(options: argparse.Namespace) -> str:
     return "--ga" if options.ga else "--random" if options.random else "--method" if options.method else ""
 
 
-def _reject_idle_options(options: argparse.Namespace, mode: Mode) -> None:
+def _reject_idle_options(options: argparse.Namespace, mode: Mode, methods: Sequence[str]) -> None:
     """An option that would do nothing here is said, not ignored."""
     idle = {
         Mode.SEARCH: ("target",),
@@ -278,7 +281,7 @@ def _reject_idle_options(options: argparse.Namespace, mode: Mode) -> None:
             raise UsageError(f"{flag} has no effect {_WITHOUT_EFFECT[mode]}", cure)
     if options.aggregate is not None and options.rollouts is None:
         raise UsageError("--aggregate has no effect with one scene for each individual", "add --rollouts K")
-    if options.preset is not None and "ga" not in _methods(options):
+    if options.preset is not None and "ga" not in methods:
         raise UsageError("--preset has no effect without the genetic algorithm", "add --ga")
 
 

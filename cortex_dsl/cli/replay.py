@@ -1,4 +1,4 @@
-"""`cortexc replay RUN --case K` and `cortexc replay FILE.scn`: a case again, in the terminal, as a page or as a film."""
+"""`cortexc replay RUN --case K` and `cortexc replay FILE.scn`: a case again, as a drawing, a page or a film."""
 
 import argparse
 from collections.abc import Sequence
@@ -54,8 +54,8 @@ def _check_target(path: Path | None) -> None:
 
 def _of_run(folder: Path, rank: int) -> Found:
     """Case `rank` of a run, 1 the worst."""
-    from cortex_dsl.page.run_page import told_case
     from cortex_dsl.page.cases import every_case
+    from cortex_dsl.page.run_page import told_case
 
     run = open_run(folder)
     cases = every_case(run.record)

@@ -1,4 +1,4 @@
-"""`cortexc report RUN`: a run as one HTML file, and its figures for a paper."""
+"""`cortexc report RUN`: a run or a study as one HTML file, and a run's figures for a paper."""
 
 import argparse
 from collections.abc import Sequence
@@ -26,6 +26,8 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
         return Exit.FINE
     if options.run is None:
         raise UsageError("which run? name its folder", "cortexc report runs/left_turn-ga-001")
+    if _is_study(options.run):
+        return _study(options, terminal)
     run = open_run(options.run)
     if not len(run.record.evaluations):
         raise UsageError(f"`{options.run}` has no finished generation", "`cortexc resume` goes on with it")
@@ -34,6 +36,32 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
     terminal.write(str(path))
     for figure in _figures(run, options.figures):
         terminal.write(str(figure))
+    if options.open:
+        _open(path, terminal)
+    return Exit.FINE
+
+
+def _is_study(folder: Path) -> bool:
+    from engine.study.store import is_study
+
+    return is_study(folder)
+
+
+def _study(options: argparse.Namespace, terminal: Terminal) -> int:
+    """The page of a whole study."""
+    from cortex_dsl.page.study_page import study_page
+    from engine.search.store import StoreError
+    from engine.study.reading import read_study
+
+    if options.figures is not None:
+        raise UsageError("--figures draws one run, and this is a study", "its curves and box plots are in its page")
+    try:
+        study = read_study(options.run)
+    except StoreError as error:
+        raise UsageError(error.message, error.cure) from error
+    path = options.out or options.run / PAGE
+    write(path, study_page(study))
+    terminal.write(str(path))
     if options.open:
         _open(path, terminal)
     return Exit.FINE
@@ -99,9 +127,9 @@ def _open(path: Path, terminal: Terminal) -> None:
 def _parser() -> Parser:
     parser = Parser(
         prog="cortexc report",
-        usage="cortexc report RUN [--out FILE.html] [--cases N] [--figures DIR] [--open]",
+        usage="cortexc report RUN|STUDY [--out FILE.html] [--cases N] [--figures DIR] [--open]",
         description="Write a run as one HTML file that needs no network: summary, course, where it fails, and the "
-        "worst cases, each with a replay.",
+        "worst cases, each with a replay. A study: its verdict, box plots, curves and tests.",
         allow_abbrev=False,
         add_help=False,
     )

@@ -13,6 +13,7 @@ from cortex_dsl.cli.simulation import again, announce_compilation, open_scenario
 from cortex_dsl.cli.stuck import never_acts
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.cli.undefined import undefined_value
+from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.aftermath import aftermath
 from cortex_dsl.report.exhausted_view import exhausted_view
 from cortex_dsl.report.json_documents import document
@@ -26,6 +27,7 @@ from engine.scenes import Outcomes, Scenes, Trajectory, actor_columns
 from engine.vocabulary import Column, EndReason, Method, Verdict
 
 if TYPE_CHECKING:
+    from engine.blame import Account
     from engine.metrics import Metric
     from engine.tables import Ints
     from engine.world.impacts import Impact
@@ -172,14 +174,19 @@ def _no_scene(request: Request, scenario: Scenario, scenes: Scenes, tally: Tally
         content = no_scene_content(scenario.program, tally, verdict, str(request.file))
         terminal.write(document("run", {**content, "blame": blame_content(told)}))
     else:
-        from cortex_dsl.cli.misplaced import misplaced
-
         terminal.err.print(exhausted_view(scenario.program, tally, verdict, scenes.genomes[0], told))
-        proved = told.conflict.requirements if told.conflict is not None and told.conflict.proved else ()
-        if mistakes := misplaced(scenario.compiled, proved):
-            terminal.err.print()
-            show(scenario.compiled.source, mistakes, request, terminal)
+        tell_misplaced(scenario.compiled, told, request, terminal)
     return Exit.NO_SCENE
+
+
+def tell_misplaced(compiled: Compiled, told: "Account", request: Request, terminal: Terminal) -> None:
+    """The objects whose places alone keep every scene away, where there are such."""
+    from cortex_dsl.cli.misplaced import misplaced
+
+    proved = told.conflict.requirements if told.conflict is not None and told.conflict.proved else ()
+    if mistakes := misplaced(compiled, proved):
+        terminal.err.print()
+        show(compiled.source, mistakes, request, terminal)
 
 
 def _undefined(request: Request, scenario: Scenario, scenes: Scenes, terminal: Terminal, otherwise: str) -> Exit:

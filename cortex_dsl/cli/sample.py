@@ -10,17 +10,21 @@ import numpy as np
 from cortex_dsl.cli.compiling import compile_request, show
 from cortex_dsl.cli.exits import Exit
 from cortex_dsl.cli.request import Request
+from cortex_dsl.cli.run import tell_misplaced
 from cortex_dsl.cli.simulation import announce_compilation, open_scenario
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.cli.undefined import undefined_value
 from cortex_dsl.diagnostics import Diagnostic
+from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.blame_view import blame_content
+from cortex_dsl.report.exhausted_view import exhausted_view
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.run_document import requirements_content
 from cortex_dsl.report.sample_view import sample_view
 from cortex_dsl.report.tally import Tally, first_culprit
 from cortex_dsl.session import Scenario
 from engine.config import SimulationConfig
+from engine.feasibility import explain
 from engine.program import Program
 from engine.scenes import Scenes
 from engine.vocabulary import Method, Verdict
@@ -39,6 +43,8 @@ def execute(request: Request, terminal: Terminal) -> int:
     program, scenario = compiled.program, open_scenario(request, compiled)
     config = scenario.config.simulation
     announce_compilation(terminal)
+    if not request.json and explain(program).infeasible:
+        return _infeasible(compiled, request, terminal)
     _warm_up(program, config)
     start, tally, interrupted = time.perf_counter(), Tally(), False
     try:
@@ -59,6 +65,14 @@ def execute(request: Request, terminal: Terminal) -> int:
     if interrupted:
         return Exit.INTERRUPTED
     return Exit.FINE if tally.valid else Exit.NO_SCENE
+
+
+def _infeasible(compiled: Compiled, request: Request, terminal: Terminal) -> Exit:
+    """Without a single scene, for it is proved that there is none."""
+    told = _account(compiled.program, request)
+    terminal.err.print(exhausted_view(compiled.program, Tally(), Verdict.INFEASIBLE, (), told))
+    tell_misplaced(compiled, told, request, terminal)
+    return Exit.NO_SCENE
 
 
 def _warm_up(program: Program, config: SimulationConfig) -> None:

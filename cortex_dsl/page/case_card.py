@@ -1,38 +1,22 @@
 """One case on a page: its replay with plots in step, what happened, its risk, its params, and how to see it again."""
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
-from typing import Any
-
-import numpy as np
 
 from cortex_dsl.page import drawing
 from cortex_dsl.page.case import ToldCase
-from cortex_dsl.page.charts import Course, Mark, line_chart
+from cortex_dsl.page.case_tables import params_table, risk_table
 from cortex_dsl.page.element import Element, Node, element, prose
-from cortex_dsl.page.replay import replay_data
+from cortex_dsl.page.player import player
 from cortex_dsl.page.summary import figure
 from cortex_dsl.page.understanding import avoidance_badge
-from cortex_dsl.report.numbers import fixed, significant
-from cortex_dsl.report.params import format_gene
-from cortex_dsl.report.risk_view import PARTS
+from cortex_dsl.report.numbers import fixed
 from cortex_dsl.report.story import Moment
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
 from engine.search.ranking import Case
 from engine.streams import format_key
-from engine.vocabulary import GeneKind, State
-
-KM_H = 3.6
-SPEEDS = (0.25, 0.5, 1, 2, 4)
-PART_MEANINGS = {
-    "C": "contact",
-    "MD": "least distance between outlines",
-    "D_MS": "distance at fastest closing",
-    "TTC_MS": "time to collision at fastest closing",
-}
 
 
 @dataclass(frozen=True)
@@ -43,183 +27,6 @@ class Place:
     folder: Path | None
     answer: Avoidability | None = None
     """Of the reference driver."""
-
-
-def player(told: ToldCase, number: int) -> Element:
-    """The drawing with its controls and plots; `replay.js` moves it by the data of the same number."""
-    return element(
-        "div",
-        element("div", _stage(told), _controls(told), class_="stage-column"),
-        element("div", _plots(told), class_="plots"),
-        class_="player",
-        data_replay=number,
-        tabindex=0,
-        aria_label="replay: space plays and pauses, arrows step, plus and minus change the speed",
-    )
-
-
-def player_data(told: ToldCase) -> dict[str, Any]:
-    """What the player replays."""
-    frame = told.frame
-    return {
-        **replay_data(told.trajectory, told.shapes, told.approach, told.key_time),
-        "frame": [frame.left, -frame.bottom - frame.height, frame.width, frame.height],
-        "point": told.contact_point,
-    }
-
-
-def still(told: ToldCase, **attributes: str) -> Element:
-    """The scene at its key moment."""
-    frame, sample = told.frame, told.key_sample
-    point = told.contact_point
-    return drawing.scene(
-        frame,
-        f"{told.program.name} from above, {_key_words(told)}",
-        drawing.road_layer(told.road, told.program.road_spec.lane_width),
-        drawing.way_layer(told.ways),
-        _ghosts(told),
-        element("g", drawing.actor_layer(told.shapes, told.trajectory.states[sample]), class_="actors"),
-        drawing.contact_mark(*point) if point else None,
-        drawing.scale_bar(frame),
-        **attributes,
-    )
-
-
-def _key_words(told: ToldCase) -> str:
-    what = "at contact" if told.collided else "at the closest approach"
-    return f"{what}, after {fixed(told.key_time, 2)} s"
-
-
-def _ghosts(told: ToldCase) -> Node:
-    """The outlines at contact, which stay while what follows is shown."""
-    if not told.collided:
-        return None
-    states = told.trajectory.states[told.trajectory.contact_sample]
-    return element("g", drawing.actor_layer(told.shapes, states, "ghost"), class_="ghosts")
-
-
-def _stage(told: ToldCase) -> Element:
-    chips = [
-        element("span", element("i", class_=f"swatch actor-{drawing.colour(actor)}"), shape.name, class_="chip")
-        for actor, shape in enumerate(told.shapes)
-    ]
-    return element(
-        "div",
-        still(told),
-        element("div", chips, class_="legend"),
-        element("div", "after contact: physics for illustration, not scored", class_="after-note", hidden=True),
-        class_="stage",
-    )
-
-
-def _controls(told: ToldCase) -> Element:
-    last = len(told.trajectory.time) - 1
-    return element(
-        "div",
-        element("button", "▶", type="button", class_="play", aria_label="play or pause", title="play or pause (space)"),
-        element("button", "‹", type="button", class_="step", data_by=-1, title="one step back (left arrow)"),
-        element("button", "›", type="button", class_="step", data_by=1, title="one step on (right arrow)"),
-        element(
-            "div",
-            element("div", list(_ticks(told)), class_="ticks", aria_hidden="true"),
-            element(
-                "input",
-                type="range",
-                class_="scrub",
-                min=0,
-                max=last,
-                step="any",
-                value=told.key_sample,
-                aria_label="time",
-            ),
-            class_="track",
-        ),
-        element("output", f"{fixed(told.key_time, 2)} s", class_="clock"),
-        element(
-            "span",
-            [
-                element(
-                    "button",
-                    f"{speed:g}×",
-                    type="button",
-                    class_="speed",
-                    data_speed=speed,
-                    aria_pressed=speed == 1 and "true" or "false",
-                )
-                for speed in SPEEDS
-            ],
-            class_="speeds",
-            role="group",
-            aria_label="speed",
-        ),
-        element(
-            "button", "close-up", type="button", class_="zoom", aria_pressed="false", title="stay near the ego (c)"
-        ),
-        class_="controls",
-    )
-
-
-def _ticks(told: ToldCase) -> Iterator[Element]:
-    """Where on the scrubber things happen, and where the scored run is over."""
-    time = told.trajectory.time
-    end = float(time[-1]) or 1.0
-    if told.collided and time[-1] > told.key_time:
-        start = 100 * told.key_time / end
-        yield element("i", class_="after", style=f"left:{start:.2f}%;width:{100 - start:.2f}%")
-    for moment in told.moments:
-        if moment.kind in ("brake", "closest", "contact", "fastest", "left_road"):
-            text = f"{moment.time:.2f} s {moment.text}"
-            yield element("i", class_=f"tick {moment.kind}", style=f"left:{100 * moment.time / end:.2f}%", title=text)
-
-
-def _plots(told: ToldCase) -> Iterator[Element]:
-    time, near = told.trajectory.time, told.approach
-    marks = [Mark(told.key_time, "after", to_end=True)] if told.collided else []
-    marks.append(Mark(told.key_time, "contact" if told.collided else "closest"))
-    speeds = [_speed(told, actor) for actor in range(len(told.shapes))]
-    yield _plot("speed", "km/h", speeds, [c.name for c in speeds], told, marks)
-    if len(told.shapes) > 1:
-        other = told.shapes[told.pair + 1].name
-        distance = _distance(told)
-        closing = Course("closing", "first", time, KM_H * near.closing_speed)
-        yield _plot("distance", "m", [distance], [f"outlines of ego and {other}"], told, marks)
-        yield _plot("closing speed", "km/h", [closing], ["centres, positive while they approach"], told, marks)
-
-
-def _distance(told: ToldCase) -> Course:
-    """Down to 0 at the moment of contact, which lies between two samples."""
-    time, near = told.trajectory.time, told.approach.distance
-    if bool(told.outcomes.collided[0]):
-        after = told.trajectory.contact_sample + 1
-        time, near = np.insert(time, after, told.key_time), np.insert(near, after, 0.0)
-    return Course("apart", "warn", time, near)
-
-
-def _speed(told: ToldCase, actor: int) -> Course:
-    states = told.trajectory.states[:, actor]
-    values = np.where(states[:, State.PRESENT] > 0.5, KM_H * states[:, State.SPEED], np.nan)
-    return Course(told.shapes[actor].name, f"actor-{drawing.colour(actor)}", told.trajectory.time, values)
-
-
-def _plot(
-    name: str, unit: str, courses: Sequence[Course], labels: Sequence[str], told: ToldCase, marks: Sequence[Mark]
-) -> Element:
-    end = float(told.trajectory.time[-1]) or 1.0
-    chart = line_chart(
-        courses, name, width=380, height=132, unit="", x_range=(0.0, end), marks=marks, cursor=True, x_label=""
-    )
-    readings = [
-        element(
-            "span",
-            element("i", class_=f"swatch {course.style}"),
-            element("span", label, class_="of"),
-            element("output", "", data_reading=f"{name}:{index}"),
-            class_="reading",
-        )
-        for index, (course, label) in enumerate(zip(courses, labels, strict=True))
-    ]
-    head = element("figcaption", element("b", name), element("span", f" {unit}", class_="unit"), readings)
-    return element("figure", head, chart, class_="plot")
 
 
 def card(told: ToldCase, place: Place, number: int) -> Element:
@@ -238,7 +45,7 @@ def card(told: ToldCase, place: Place, number: int) -> Element:
         element(
             "div",
             element("section", element("h4", "What happened"), _story(told), class_="story"),
-            element("section", element("h4", "Risk"), _risk(told, place), element("h4", "Params"), _params(told)),
+            element("section", element("h4", "Risk"), risk_table(told), element("h4", "Params"), params_table(told)),
             class_="case-body",
         ),
         _again(told, place),
@@ -281,58 +88,6 @@ def _moment(told: ToldCase, moment: Moment) -> Element:
         data_time=repr(moment.time),
         title="show this moment",
     )
-
-
-def _risk(told: ToldCase, place: Place) -> Element:
-    rows = [
-        element(
-            "tr",
-            element("th", name, scope="row"),
-            element("td", PART_MEANINGS[name]),
-            element("td", _measured(told, name), class_="number"),
-            element("td", element("div", class_=f"gauge part-{name}", style=f"--share:{100 * points / most:.0f}%")),
-            element("td", f"{points} of {most}", class_="number"),
-        )
-        for (name, most, _), points in zip(PARTS, told.parts, strict=True)
-    ]
-    return element("table", element("tbody", rows), class_="risk", data_score=place.case.score)
-
-
-def _measured(told: ToldCase, name: str) -> str:
-    outcomes, pair = told.outcomes, told.pair
-    if name == "C":
-        return "yes" if bool(outcomes.collided[0]) else "no"
-    if not outcomes.min_distance.shape[1]:
-        return "–"
-    array, unit = {
-        "MD": (outcomes.min_distance, "m"),
-        "D_MS": (outcomes.distance_at_ms, "m"),
-        "TTC_MS": (outcomes.ttc_at_ms, "s"),
-    }[name]
-    return f"{fixed(float(array[0, pair]), 2)} {unit}"
-
-
-def _params(told: ToldCase) -> Element:
-    space, genome = told.program.space, told.scenes.genomes[0]
-    rows = []
-    for gene, name in enumerate(space.names):
-        value, low, high = float(genome[gene]), float(space.low[gene]), float(space.high[gene])
-        share = 100 * (value - low) / (high - low) if high > low else 50.0
-        ends = None if space.kinds[gene] == GeneKind.INDEX else f"{significant(low, 3)} to {significant(high, 3)}"
-        rows.append(
-            element(
-                "tr",
-                element("th", name, scope="row"),
-                element("td", element("data", format_gene(space, gene, value), value=repr(value)), class_="number"),
-                element("td", space.units[gene], class_="unit"),
-                element("td", element("div", class_="where", style=f"--at:{share:.1f}%"), title=ends),
-            )
-        )
-    choices = [
-        element("tr", element("th", choice.name, scope="row"), element("td", choice.option, colspan=3))
-        for choice in told.program.variants[int(told.scenes.variant[0])].choices
-    ]
-    return element("table", element("tbody", rows, choices), class_="params")
 
 
 def _again(told: ToldCase, place: Place) -> Element:

@@ -6,6 +6,7 @@ from cortex_dsl.page import case_card
 from cortex_dsl.page.case import ToldCase
 from cortex_dsl.page.document import page
 from cortex_dsl.page.element import element
+from cortex_dsl.page.player import player_data
 from cortex_dsl.report.sample_view import first_line
 from engine.scenes import StreamKey
 from engine.search.ranking import Case
@@ -27,7 +28,7 @@ def case_page(told: ToldCase, case: Case | None = None, folder: Path | None = No
         case_card.card(told, place, 0),
         class_="film",
     )
-    return page(f"{program.name}: replay", body, {"replays": [case_card.player_data(told)]}, ("replay.js",))
+    return page(f"{program.name}: replay", body, {"replays": [player_data(told)]}, ("replay.js",))
 
 
 def case_of(told: ToldCase) -> Case:

@@ -84,7 +84,7 @@ def line_chart(
         [_band(course, across, up) for course in courses if course.low is not None],
         [_course(course, across, up) for course in courses],
         [_mark(mark, across, height) for mark in marks if not mark.to_end],
-        _cursor(courses, across, height) if cursor else None,
+        _cursor(across, height) if cursor else None,
         viewBox=f"0 0 {width} {height}",
         class_="chart",
         role="img",
@@ -119,6 +119,8 @@ def _x_scale(courses: Sequence[Course], x_range: tuple[float, float] | None, wid
     low, high = x_range or (float(values.min()), float(values.max()))
     high = high if high > low else low + 1.0
     ticks = tuple(tick for tick in nice_ticks(low, high, 6) if low - 1e-9 <= tick <= high + 1e-9)
+    if len(values) and np.array_equal(values, np.round(values)):  # generations are counted in whole numbers
+        ticks = tuple(tick for tick in ticks if tick == round(tick))
     return Scale(low, high, LEFT, width - RIGHT, ticks)
 
 
@@ -195,7 +197,7 @@ def _mark(mark: Mark, across: Scale, height: int) -> Element:
     return _rule(across(mark.x), TOP, across(mark.x), height - BOTTOM, f"mark {mark.style}")
 
 
-def _cursor(courses: Sequence[Course], across: Scale, height: int) -> Element:
+def _cursor(across: Scale, height: int) -> Element:
     """A line that a script moves; without one it lies at the start."""
     line = _rule(0, TOP, 0, height - BOTTOM, "cursor-line")
     return element("g", line, class_="cursor", transform=f"translate({number(across.start)} 0)")

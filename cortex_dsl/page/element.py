@@ -32,7 +32,7 @@ class Element:
         return render(self)
 
 
-Node: TypeAlias = "Element | Verbatim | str | int | float | None | Iterable[Node]"
+Node: TypeAlias = "Element | Verbatim | str | int | float | Iterable[Node] | None"
 """What an element may hold: elements, text, lists of such; None is nothing."""
 
 

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from cortex_dsl.page.case import ToldCase
+from cortex_dsl.page.cases import first_cases
 from cortex_dsl.page.drawing import colour
 from cortex_dsl.page.extras import needed
 from cortex_dsl.page.film import ACTORS, ASPHALT, HOT, KERB
 from cortex_dsl.page.heat import HeatMap, heat_maps
 from cortex_dsl.page.run_charts import METRICS
 from cortex_dsl.page.run_page import told_case
-from cortex_dsl.page.cases import first_cases
 from cortex_dsl.report.scene_view import outline_corners
 from cortex_dsl.runs import OpenedRun
 from engine.search.journal_reader import Record
@@ -97,7 +97,7 @@ def _heat(found: HeatMap) -> Any:
 
 
 def _label(name: str, unit: str) -> str:
-    """matplotlib would read a dollar as mathematics."""
+    """Matplotlib would read a dollar as mathematics."""
     return (f"{name} [{unit}]" if unit else name).replace("$", r"\$")
 
 
@@ -116,8 +116,8 @@ def _scene(told: ToldCase) -> Any:
         tint, shape = ACTORS[colour(actor)], told.shapes[actor]
         axes.plot(*told.ways[actor].T, color=tint, linewidth=0.9, linestyle=":")
         if states[actor, State.PRESENT] > 0.5:
-            pose = (float(v) for v in states[actor, [State.X, State.Y, State.HEADING]])
-            corners = outline_corners(*pose, shape.length, shape.width)
+            x, y, heading = (float(v) for v in states[actor, [State.X, State.Y, State.HEADING]])
+            corners = outline_corners(x, y, heading, shape.length, shape.width)
             axes.fill(*zip(*corners, strict=True), color=tint, label=_label(shape.name, ""), zorder=3)
     if told.contact_point:
         axes.plot(*told.contact_point, marker="x", color=HOT, markersize=7, markeredgewidth=1.6, zorder=4)

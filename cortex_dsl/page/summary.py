@@ -1,6 +1,7 @@
 """A search in plain words: what was searched, how much, what was found, and what it does not show."""
 
 from collections.abc import Iterator, Sequence
+from math import isfinite
 from typing import Any
 
 from cortex_dsl.page.element import Node, element, prose
@@ -10,6 +11,7 @@ from engine.risk import HIGHEST_RISK
 from engine.search.figures import Figures, distinct_collisions, figures
 from engine.search.journal_reader import Record
 from engine.search.ranking import worst_cases
+from engine.search.statistics import clopper_pearson
 
 RANDOM = "random"
 """The one method whose simulations are independent of one another, so that an interval can be given for their share."""
@@ -39,10 +41,12 @@ def headline(record: Record) -> str:
     if found:
         kinds = f"{counted(found, 'scene')} in which the ego collides"
         return f"{kinds}, among {tried}. The worst scores {worst[0].score} of {HIGHEST_RISK}."
+    if worst and not isfinite(worst[0].min_distance):
+        return f"Nothing to come near to in {tried}: nobody but the ego was in the scene."
     if worst:
         near = fixed(worst[0].min_distance, 2)
         return f"No collision of the ego among {tried}. The worst case comes as near as {near} m."
-    return f"None of {tried} was valid: no scene met the requirements of the file."
+    return f"Not one of {tried} was valid: no scene met the requirements of the file."
 
 
 def paragraphs(record: Record, different: int, system: Sequence[str] = ()) -> Iterator[Node]:
@@ -50,7 +54,11 @@ def paragraphs(record: Record, different: int, system: Sequence[str] = ()) -> It
     yield _answer("What was searched", _searched(record))
     yield _answer("How much", _how_much(record))
     yield _answer("What was found", _found(record, different))
-    yield _answer("What this does not show", element("ul", [element("li", prose(text)) for text in limits(record, system)]), "limits")
+    yield _answer(
+        "What this does not show",
+        element("ul", [element("li", prose(text)) for text in limits(record, system)]),
+        "limits",
+    )
 
 
 def _answer(question: str, answer: Node, name: str = "") -> Node:
@@ -89,7 +97,8 @@ def _how_much(record: Record) -> Node:
         figure("by_individual.individuals", everyone.individuals, counted(everyone.individuals, "individual")),
         ". ",
         figure("by_simulation.runs", simulated.runs, counted(simulated.runs, "simulation")),
-        " were distinct; the others repeat the best of the generation before.",
+        " were distinct",
+        "; the others repeat the best of the generation before." if record.evaluations.reused.any() else ".",
         took,
     )
 
@@ -165,15 +174,3 @@ def limits(record: Record, system: Sequence[str] = ()) -> Iterator[str]:
         "What happens after contact. Scoring ends at first contact; the motion that is drawn lighter afterwards is "
         "rigid-body physics, for illustration."
     )
-
-
-def clopper_pearson(hits: int, tries: int, level: float = 0.95) -> tuple[float, float]:
-    """Exact interval of a share. Clopper and Pearson (1934), "The use of confidence or fiducial limits illustrated in
-    the case of the binomial".
-    """
-    from scipy.special import betaincinv
-
-    tail = (1.0 - level) / 2.0
-    low = float(betaincinv(hits, tries - hits + 1, tail)) if hits else 0.0
-    high = float(betaincinv(hits + 1, tries - hits, 1.0 - tail)) if hits < tries else 1.0
-    return low, high

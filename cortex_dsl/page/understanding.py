@@ -24,16 +24,36 @@ AVOIDANCE_STYLES = {Avoidance.AVOIDABLE: "hit", Avoidance.BRAKED_AS_HARD: "warn"
 
 def part(name: str, title: str, note: Node, *content: Node) -> Element:
     """A section of a page."""
-    return element("section", element("h2", title), element("p", prose(note) if isinstance(note, str) else note, class_="note"), content, id=name, class_="part")
+    return element(
+        "section",
+        element("h2", title),
+        element("p", prose(note) if isinstance(note, str) else note, class_="note"),
+        content,
+        id=name,
+        class_="part",
+    )
 
 
 def table(head: Sequence[str], rows: Sequence[Element], name: str) -> Element:
     """A table with a head, which scrolls by itself where the screen is narrow."""
-    top = element("thead", element("tr", [element("th", text, scope="col") for text in head]))
+    cells = rows[0].children if rows and len(rows[0].children) == len(head) else (None,) * len(head)
+    top = element("thead", element("tr", [_head(text, cell) for text, cell in zip(head, cells, strict=True)]))
     return element("div", element("table", top, element("tbody", rows), class_=name), class_="wide", tabindex=0)
 
 
+def _head(text: str, below: Node) -> Element:
+    """Over numbers, to the right like them."""
+    numbers = isinstance(below, Element) and "number" in str(below.attributes.get("class_")).split()
+    return element("th", text, scope="col", class_="number" if numbers else None)
+
+
 # -- kinds of failures -------------------------------------------------------------------------------------------------
+
+
+KINDS = (
+    " differ from all before in at least a third of the params by a tenth of their range. Failures that lie together "
+    "are one kind; the condition is what tells it from everything else that was simulated."
+)
 
 
 def kinds(space: ParamSpace, analysis: Analysis) -> Node:
@@ -55,8 +75,7 @@ def kinds(space: ParamSpace, analysis: Analysis) -> Node:
     distinct = len(analysis.distinct)
     note = [
         figure("distinct_failures", distinct, counted(distinct, "failure")),
-        " differ from all before in at least a third of the params by a tenth of their range. Failures that lie "
-        "together are one kind; the condition is what tells it from everything else that was simulated.",
+        KINDS,
     ]
     head = ("failures", "", "where", "collide there", "of the kind")
     return part("kinds", "Kinds of failures", note, table(head, rows, "kinds"))
@@ -159,7 +178,9 @@ def params(space: ParamSpace, analysis: Analysis, evaluations: Evaluations) -> N
     ]
     if analysis.sensitivity is not None:
         last = element("th", "chance", element("small", " lanes, places, …", class_="quiet"), scope="row")
-        rows.append(element("tr", last, *_index_cells(analysis.sensitivity, len(space), most), element("td", colspan=2)))
+        rows.append(
+            element("tr", last, *_index_cells(analysis.sensitivity, len(space), most), element("td", colspan=2))
+        )
     indices = ("total effect on risk", "[95 %]", "on collision") if analysis.sensitivity else ()
     head = ("param", *indices, "trend in the search", "where collisions lie in its range")
     return part("params", "Which params matter", list(_params_note(analysis)), table(head, rows, "genes"))
@@ -190,7 +211,13 @@ def _index_cells(found: Sensitivity | None, row: int, most: float) -> Iterator[E
     share = risk.total / most if most > 0.0 and math.isfinite(risk.total) else 0.0
     name = "bar quiet-bar" if risk.name == CHANCE else "bar total-bar"
     yield element(
-        "td", element("div", element("i", class_=name, style=_share(share)), _index(risk), class_="bar-and-number")
+        "td",
+        element(
+            "div",
+            element("i", class_=name, style=_share(share)) if share else None,
+            _index(risk),
+            class_="bar-and-number",
+        ),
     )
     yield element("td", _interval(risk), class_="number quiet")
     yield element("td", _index(collision), class_="number")
@@ -217,7 +244,7 @@ def _strip(space: ParamSpace, gene: int, values: Floats) -> Element:
 
 
 def _signed(value: float) -> str:
-    return "–" if math.isnan(value) else f"{value:+.2f}".replace("-", "−")
+    return "–" if math.isnan(value) else f"{value:+.2f}".replace("-", "\N{MINUS SIGN}")
 
 
 def _share(share: float) -> str:
@@ -250,4 +277,6 @@ def avoidance_badge(answer: Avoidability | None) -> Node:
     name, _, meaning = AVOIDANCES[answer.avoidance]
     margin = margin_text(answer)
     text = f"{name} for a competent driver{f' ({margin})' if margin else ''}"
-    return element("span", text, class_=f"badge {AVOIDANCE_STYLES.get(answer.avoidance, '')}".strip(), title=f"{meaning}. {DRIVER}")
+    return element(
+        "span", text, class_=f"badge {AVOIDANCE_STYLES.get(answer.avoidance, '')}".strip(), title=f"{meaning}. {DRIVER}"
+    )

@@ -16,12 +16,13 @@ from cortex_dsl.syntax import nodes, parse
 
 
 def enter(desk: Desk, chunk: str) -> None:
-    """Add a chunk to the draft; a refused one leaves everything as it was."""
+    """Add a chunk to the draft; a refused one leaves everything as it was, and a person is told so."""
     index, refused = desk.editing, desk.mistakes
     desk.editing = None
     _enter(desk, chunk, index)
     if desk.interactive and desk.mistakes > refused:
         desk.editing = index
+        desk.terminal.err.print("nothing was changed, so there is nothing to undo", style="quiet")
 
 
 def _enter(desk: Desk, chunk: str, index: int | None) -> None:

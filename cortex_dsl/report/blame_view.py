@@ -39,11 +39,11 @@ def blame_note(account: "Account") -> str:
     """What the numbers of the table are shares of."""
     weighing = account.weighing
     met = f"{percent(weighing.acceptance, 2)} met all"
-    return f"{counted(len(weighing), 'single attempt')}, each tested on everything; {met}"
+    return f"{counted(len(weighing), 'single attempt')}, each tested on all; {met}"
 
 
 def _table(account: "Account", failing: Sequence["Blame"]) -> RenderableType:
-    head = (left("requirement", wrap=True), right("held alone"), right("accepted without it"), right("missed by"))
+    head = (left("requirement", wrap=True), right("held alone"), right("accepted without it"), right("nearest miss"))
     rows = [
         (
             Text(account.weighing.program.requirements[blame.requirement].name),
@@ -133,6 +133,21 @@ def _conflict(account: "Account") -> Text | None:
     if len(conflict.requirements) == 1:
         return Text.assemble("never held: ", *names, f"; {known}")
     return Text.assemble("never together: ", *names, f"; {known}")
+
+
+def cure_of_conflict(account: "Account") -> str:
+    """What to do where requirements are proved never to hold; empty where nothing is proved."""
+    conflict, program = account.conflict, account.weighing.program
+    if conflict is None or not conflict.proved:
+        return ""
+    ours = [r for r in conflict.requirements if program.requirements[r].line]
+    if not ours:
+        return "place the objects elsewhere, or widen the range of a param that their places depend on"
+    if len(conflict.requirements) > 1:
+        return "relax one of those that never hold together, or take it out"
+    named = f"{_quoted(account, ours[0])}{_place(program, ours[0])}"
+    amounts = [r.amount for r in account.relaxations if r.requirement == ours[0] and math.isfinite(r.amount)]
+    return f"relax {named} by {_amount(account, ours[0], amounts[0])}, or take it out" if amounts else f"change {named}"
 
 
 def _place(program: Program, requirement: int) -> str:

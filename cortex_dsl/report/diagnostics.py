@@ -1,7 +1,7 @@
 """The one renderer of diagnostics: for a terminal, as plain text, and as data for other programs."""
 
 import textwrap
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from cortex_dsl.diagnostics import Diagnostic, Label, Severity
@@ -29,17 +29,32 @@ _STYLES = {
 }
 
 
-def render(source: Source, diagnostics: Iterable[Diagnostic], console: "Console") -> None:
+MOST_DRAWN = 100
+"""Diagnostics that are drawn; whoever wants thousands reads them from a document."""
+
+
+def render(source: Source, diagnostics: Sequence[Diagnostic], console: "Console") -> None:
     """Print diagnostics in colour, a blank line between them."""
     from rich.text import Text
 
-    for index, diagnostic in enumerate(diagnostics):
+    drawn = _drawn(diagnostics)
+    for index, diagnostic in enumerate(drawn):
         if index:
             console.print()
         styles = _STYLES | {"primary": _COLOURS[diagnostic.severity], "severity": _COLOURS[diagnostic.severity]}
         for line in draw(source, diagnostic, console.width):
             text = Text.assemble(*((piece, styles[style]) for piece, style in line))
             console.print(text, soft_wrap=True)
+    if left := len(diagnostics) - len(drawn):
+        console.print(f"\nand {left:,} more; --format json tells all", soft_wrap=True)
+
+
+def _drawn(diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
+    """As many as one would read, errors before all others, in the order of the file."""
+    if len(diagnostics) <= MOST_DRAWN:
+        return diagnostics
+    grave = sorted(range(len(diagnostics)), key=lambda index: diagnostics[index].severity is not Severity.ERROR)
+    return [diagnostics[index] for index in sorted(grave[:MOST_DRAWN])]
 
 
 def render_text(source: Source, diagnostics: Iterable[Diagnostic], width: int = 100) -> str:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.report.blame_view import blame_note, blame_view
+from cortex_dsl.report.blame_view import blame_note, blame_view, cure_of_conflict
 from cortex_dsl.report.layout import section
 from cortex_dsl.report.numbers import counted
 from cortex_dsl.report.params import params_view
@@ -33,12 +33,7 @@ def exhausted_view(
     account: "Account | None" = None,
 ) -> RenderableType:
     """What exit code 3 says."""
-    tried = counted(tally.attempts, "attempt")
-    if tally.scenes > 1:
-        tried += f" over {counted(tally.scenes, 'draw')} of the params"
-    parts: list[RenderableType] = [
-        Text.assemble(("no valid scene", "bad"), f" in {tried}: {REASONS.get(verdict, '')}"),
-    ]
+    parts: list[RenderableType] = [Text.assemble(("no valid scene", "bad"), _tried(tally, verdict))]
     if len(tally.tested):
         parts.append(
             section("Requirements", requirements_view(program, tally), "tested only where the earlier ones held")
@@ -51,10 +46,16 @@ def exhausted_view(
     return Group(*parts)
 
 
+def _tried(tally: Tally, verdict: Verdict) -> str:
+    if tally.scenes == 0:
+        return " can be drawn from this file; that is proved, so none was tried"
+    draws = f" over {counted(tally.scenes, 'draw')} of the params" if tally.scenes > 1 else ""
+    return f" in {counted(tally.attempts, 'attempt')}{draws}: {REASONS.get(verdict, '')}"
+
+
 def _cure(verdict: Verdict, account: "Account | None") -> Text:
     if verdict == Verdict.ABORTED:
         return Text("help: another --seed may keep the rule")
-    if account is not None and account.conflict is not None and account.conflict.proved:
-        one = len(account.conflict.requirements) == 1
-        return Text("help: relax it" if one else "help: relax one of those that never hold together")
+    if account is not None and (cure := cure_of_conflict(account)):
+        return Text(f"help: {cure}")
     return Text("help: another --seed, a wider range or window in the file, or more --max-attempts")

@@ -1,5 +1,7 @@
 """What `--check` says of a file's ranges: which part of each can hold at all, and why."""
 
+from collections.abc import Sequence
+
 from rich.console import Group, RenderableType
 from rich.text import Text
 
@@ -11,16 +13,25 @@ from engine.program import Program
 
 
 def feasibility_view(program: Program, found: Feasibility) -> RenderableType | None:
-    """A line for each end of a range that cannot hold, and one for impossible variants; None where there are none."""
-    lines = [
-        Text.assemble(_range(program, cut), " cannot hold: ", (_reason(program, cut), "quiet")) for cut in found.cuts
-    ]
+    """A line for each reason why ends of ranges cannot hold, and one for impossible variants; None where there are none."""
+    lines = _cut_ranges(program, found.cuts)
     rejected = int((program.code.variant_template < 0).sum())
     impossible = int((found.impossible >= 0).sum()) - rejected
     if impossible:
         who = Text.assemble(counted(impossible, "variant"), " cannot be: ", (_ruled_out(program, found), "quiet"))
         lines.append(who)
     return indented(Group(*lines)) if lines else None
+
+
+def _cut_ranges(program: Program, cuts: Sequence[Cut]) -> list[Text]:
+    """Ranges of one reason in one line, in the order in which the first of each was found."""
+    together: dict[str, list[Text]] = {}
+    for cut in cuts:
+        together.setdefault(_reason(program, cut), []).append(_range(program, cut))
+    return [
+        Text.assemble(Text(", ").join(ranges), " cannot hold: ", (reason, "quiet"))
+        for reason, ranges in together.items()
+    ]
 
 
 def _range(program: Program, cut: Cut) -> Text:

@@ -22,7 +22,8 @@ def paper_sections(findings: Findings, width: int) -> Iterator[RenderableType]:
             "Beside the paper", Group(_beside_table(findings.beside, width), *_differences(findings.beside)), note
         )
     if findings.rates:
-        yield section("Random sampling", _rates_table(findings.rates, width), "independent draws: Clopper-Pearson 95 %")
+        note = "independent draws, the same in every scenario; Clopper-Pearson 95 %"
+        yield section("Random sampling", _rates_table(findings.rates, width), note)
     if findings.beside:
         yield section("Among other studies", _studies_table(findings.studies), "the paper's table, and this study")
 

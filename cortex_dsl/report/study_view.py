@@ -42,6 +42,8 @@ FILES = (
 
 def study_view(study: Study, findings: Findings, width: int) -> RenderableType:
     """The whole report."""
+    if not study.records:
+        return Group(*_head(study, findings))
     return Group(
         *_head(study, findings),
         *(_scenario(study, findings, subject.name, width) for subject in study.plan.subjects),

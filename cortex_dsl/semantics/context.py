@@ -32,6 +32,12 @@ from engine.vocabulary import GeneKind, Op, RuleKind
 
 EVALUATION_LIMIT = 1_000_000
 """How many expressions a file may evaluate, all variants together."""
+BODY_LIMIT = 2_000
+"""How many behaviours and scenarios may be written out in a variant."""
+BODY_COST = 40
+"""What writing one out costs, in evaluations."""
+NESTING_LIMIT = 60
+"""How deep blocks may lie in one another, with those of the behaviours that they run."""
 
 
 RuleKey = tuple[Span, RuleKind]
@@ -91,6 +97,19 @@ class FileContext:
         self.rules.setdefault((span, kind), name)
         return list(self.rules).index((span, kind))
 
+    def spend(self, span: Span, evaluations: int = 1) -> None:
+        """Count work.
+
+        Raises:
+            Mistake: it has become too much, which is said once.
+        """
+        told = self.evaluations >= EVALUATION_LIMIT
+        self.evaluations += evaluations
+        if told:
+            raise Mistake
+        if self.evaluations >= EVALUATION_LIMIT:
+            raise errors.TOO_MUCH_WORK.mistake(span, limit=EVALUATION_LIMIT)
+
     def line(self, span: Span) -> int:
         """Counted through all files."""
         return self.source.row(span.start)
@@ -135,6 +154,8 @@ class Variant:
     """Sites of the draws that pick one of finitely many numbers."""
     calls: int = 0
     """How many lambdas are being called, one inside the other."""
+    blocks: int = 0
+    """How many blocks of behaviours are being written out, one inside the other."""
     visits: Counter[Span] = field(default_factory=Counter)
     """How often each `Fixed(...)` was evaluated."""
     draw_count: int = 0
@@ -151,9 +172,34 @@ class Variant:
         self.local_count += 1
         return self.local_count - 1
 
-    def new_scope(self) -> int:
+    def new_scope(self, span: Span) -> int:
+        """The number of a body that is written out.
+
+        Raises:
+            Mistake: there are too many.
+        """
+        self.file.spend(span, BODY_COST)
         self.scope_count += 1
+        if self.scope_count == BODY_LIMIT:
+            raise errors.TOO_MANY_BODIES.mistake(span, limit=BODY_LIMIT)
+        if self.scope_count > BODY_LIMIT:
+            raise Mistake
         return self.scope_count - 1
+
+    @contextmanager
+    def nested(self, span: Span) -> Iterator[None]:
+        """Around a block that is written out.
+
+        Raises:
+            Mistake: it lies too deep.
+        """
+        if self.blocks == NESTING_LIMIT:
+            raise errors.TOO_DEEP_BODIES.mistake(span, limit=NESTING_LIMIT)
+        self.blocks += 1
+        try:
+            yield
+        finally:
+            self.blocks -= 1
 
     @property
     def ego(self) -> Actor | None:
@@ -248,7 +294,7 @@ class Evaluator:
         """
         algebra, before = self.run.algebra, self.run.algebra.span
         algebra.span = node.span
-        self._spend(node.span)
+        self.file.spend(node.span)
         try:
             value = self.handlers[type(node)](self, node)
         finally:
@@ -256,13 +302,6 @@ class Evaluator:
         if self.file.observe is not None:
             self.file.observe(self, node, value)
         return value
-
-    def _spend(self, span: Span) -> None:
-        self.file.evaluations += 1
-        if self.file.evaluations == EVALUATION_LIMIT:
-            raise errors.TOO_MUCH_WORK.mistake(span, limit=EVALUATION_LIMIT)
-        if self.file.evaluations > EVALUATION_LIMIT:
-            raise Mistake
 
     def evaluate_all(self, expressions: Iterable[nodes.Expression]) -> list[Value]:
         """Values of several expressions; reports every mistake in them before giving up."""

@@ -84,7 +84,8 @@ def _finished_actors(ev: Evaluator) -> list[Actor]:
     undecided = any(finding.code == errors.WHICH_SCENARIO.code for finding in ev.file.findings)
     taken = ev.run.names.get("ego") is POISON
     if (ego is None or ego.index != 0) and not taken and not undecided:
-        ev.report(errors.NO_EGO.at(Span(0, 0)))
+        end = len(ev.file.source.text.rstrip())
+        ev.report(errors.NO_EGO.at(Span(end, end), label="the file ends without one"))
     return sorted(ev.run.actors, key=lambda actor: actor.index)
 
 

@@ -24,6 +24,9 @@ _OPERAND = re.compile(
 """What follows a temporal operator, and not a name of the same spelling."""
 _UNFINISHED = re.compile(r"(?:[-+*/%@=<>]|\b(?:and|or|not|in|is|if|else|by|to|from|of|at))\Z")
 
+_OBJECT = re.compile(r"\bnew\b|=[ \t]*[A-Z]\w*[ \t]+[a-z]")
+"""An object in a line, with `new` or, by mistake, without it."""
+
 
 @dataclass(frozen=True)
 class Layout:
@@ -140,7 +143,7 @@ class _Arrangement:
     def stray_indent(self, line: Line, previous: Line | None) -> None:
         if self.mixed:
             return
-        if previous is not None and line.word in SPECIFIER_WORDS and "new" in self.text[previous.start : previous.end]:
+        if previous is not None and line.word in SPECIFIER_WORDS and _OBJECT.search(self.text, previous.start, previous.end):
             self.diagnostics.append(
                 errors.MISSING_COMMA.at(
                     Span(previous.end, previous.end),

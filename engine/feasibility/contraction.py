@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from engine.feasibility.forward import FORWARD, TRUTHS, table
 from engine.feasibility.geometry import GEOMETRY
-from engine.feasibility.intervals import FORWARD, TRUTHS, Bools, Interval, surely_false, table
+from engine.feasibility.intervals import Bools, Interval, surely_false
 from engine.feasibility.inverses import Ends, narrowed
 from engine.feasibility.tape import Instruction, Tape
 from engine.program import Program

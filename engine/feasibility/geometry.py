@@ -1,290 +1,16 @@
-"""Interval versions of the geometry instructions.
+"""The interval version of every geometry instruction, and what each reads and gives.
 
-A path's pose over an arc-length interval is exact on straight lines and held by the sagitta on arcs. A distance changes
-no faster than the point moves (it is 1-Lipschitz), so over a box it lies within half the box's diagonal of its value at
-the centre. Containment is decided only where that bound decides it. Path and region ids are known numbers in nearly
-every program; where one is not, nothing is said.
+Path and region ids are known numbers in nearly every program; where one is not, nothing is said.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
-import numpy as np
-
-from engine.feasibility.distances import (
-    COS,
-    CURVATURE,
-    HEADING,
-    LENGTH,
-    S0,
-    SIN,
-    X,
-    Y,
-    boundary_distance,
-    path_distance,
-    path_primitives,
-    region_edges,
-)
-from engine.feasibility.intervals import Bools, Interval, between, everything, truth
-from engine.tables import Floats, RoadTables
+from engine.feasibility import outline_bounds, path_bounds, region_bounds
+from engine.feasibility.intervals import Interval, between, everything
+from engine.tables import RoadTables
 from engine.vocabulary import Op
 
-SLACK = 1e-7
-"""Far above the rounding of any of these in a road of kilometres [m]."""
-
 Geometry = Callable[[RoadTables, Sequence[Interval]], Sequence[Interval]]
-
-
-def _numbers(*intervals: Interval) -> Bools:
-    """Boxes in which all of these are finite."""
-    known = np.ones(len(intervals[0].low), dtype=bool)
-    for interval in intervals:
-        known &= np.isfinite(interval.low) & np.isfinite(interval.high) & ~interval.undefined
-    return known
-
-
-def _by_id(ids: Interval, known: Bools) -> Iterator[tuple[int, np.ndarray]]:
-    """Each known id, and the boxes that have it."""
-    settled = known & (ids.low == ids.high)
-    for value in np.unique(ids.low[settled]):
-        yield int(value), np.flatnonzero(settled & (ids.low == value))
-
-
-def _undecided(count: int) -> Interval:
-    return between(0.0, 1.0, count)
-
-
-def _unknown(*operands: Interval) -> Interval:
-    """Any number; NaN only from a NaN."""
-    count = len(operands[0].low)
-    undefined = ~_numbers(*operands)
-    return Interval(np.full(count, -np.inf), np.full(count, np.inf), undefined)
-
-
-def _put(target: Interval, rows: np.ndarray, low: Floats, high: Floats) -> None:
-    target.low[rows], target.high[rows], target.undefined[rows] = low, high, False
-
-
-# -- paths ------------------------------------------------------------------------------------------------------------
-
-
-def _path_pose(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
-    path, s = operands
-    results = [_unknown(*operands) for _ in range(3)]
-    for number, rows in _by_id(path, _numbers(path) & ~s.undefined):
-        for result, (low, high) in zip(results, _pose_hull(road, number, s.low[rows], s.high[rows]), strict=True):
-            _put(result, rows, low - SLACK, high + SLACK)
-    return results
-
-
-def _pose_hull(road: RoadTables, path: int, start: Floats, end: Floats) -> list[tuple[Floats, Floats]]:
-    """Ends of x, y and heading over arc lengths [start, end], held inside the path."""
-    primitives = path_primitives(road, path)
-    start = np.clip(start, 0.0, road.path_length[path])
-    end = np.clip(end, 0.0, road.path_length[path])
-    hull = [(np.full(len(start), np.inf), np.full(len(start), -np.inf)) for _ in range(3)]
-    for primitive in primitives:
-        low = np.clip(start - primitive[S0], 0.0, primitive[LENGTH])
-        high = np.clip(end - primitive[S0], 0.0, primitive[LENGTH])
-        touched = (end >= primitive[S0] - SLACK) & (start <= primitive[S0] + primitive[LENGTH] + SLACK)
-        touched |= len(primitives) == 1
-        for axis, (least, greatest) in enumerate(_primitive_hull(primitive, low, high)):
-            known = hull[axis]
-            hull[axis] = (
-                np.where(touched, np.minimum(known[0], least), known[0]),
-                np.where(touched, np.maximum(known[1], greatest), known[1]),
-            )
-    return hull
-
-
-def _primitive_hull(primitive: Floats, low: Floats, high: Floats) -> list[tuple[Floats, Floats]]:
-    """The chord's box, widened by the arc's height above the chord."""
-    x0, y0 = _place(primitive, low)
-    x1, y1 = _place(primitive, high)
-    curvature = primitive[CURVATURE]
-    height = np.zeros(len(low))
-    if curvature != 0.0:
-        half = np.minimum(0.5 * abs(curvature) * (high - low), np.pi)
-        height = (1.0 - np.cos(half)) / abs(curvature)
-    angles = primitive[HEADING] + curvature * low, primitive[HEADING] + curvature * high
-    return [
-        (np.minimum(x0, x1) - height, np.maximum(x0, x1) + height),
-        (np.minimum(y0, y1) - height, np.maximum(y0, y1) + height),
-        (np.minimum(*angles), np.maximum(*angles)),
-    ]
-
-
-def _place(primitive: Floats, along: Floats) -> tuple[Floats, Floats]:
-    curvature, cos, sin = primitive[CURVATURE], primitive[COS], primitive[SIN]
-    ahead, left = along, np.zeros(len(along))
-    if curvature != 0.0:
-        angle = curvature * along
-        ahead, left = np.sin(angle) / curvature, 2.0 * np.square(np.sin(0.5 * angle)) / curvature
-    return primitive[X] + ahead * cos - left * sin, primitive[Y] + ahead * sin + left * cos
-
-
-def _path_length(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
-    (path,) = operands
-    result = between(0.0, float(road.path_length.max(initial=0.0)), len(path.low))
-    for number, rows in _by_id(path, _numbers(path)):
-        _put(result, rows, road.path_length[number], road.path_length[number])
-    return [result]
-
-
-def _path_distance(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
-    path, x, y = operands
-    result = _at_least_zero(_unknown(*operands))
-    for number, rows in _by_id(path, _numbers(*operands)):
-        middle, reach = _centre(x, y, rows)
-        distance = path_distance(path_primitives(road, number), *middle)
-        _put(result, rows, np.maximum(distance - reach, 0.0), distance + reach)
-    return [result]
-
-
-def _path_project(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
-    path, *point = operands
-    result = between(0.0, float(road.path_length.max(initial=0.0)), len(path.low))
-    for number, rows in _by_id(path, _numbers(path)):
-        _put(result, rows, np.zeros(len(rows)), np.full(len(rows), road.path_length[number]))
-    return [result._replace(undefined=~_numbers(*point))]
-
-
-# -- regions ----------------------------------------------------------------------------------------------------------
-
-
-def _centre(x: Interval, y: Interval, rows: np.ndarray) -> tuple[tuple[Floats, Floats], Floats]:
-    """Middles of boxes of points, and how far their corners are from them."""
-    half_x, half_y = 0.5 * (x.high[rows] - x.low[rows]), 0.5 * (y.high[rows] - y.low[rows])
-    return (x.low[rows] + half_x, y.low[rows] + half_y), np.hypot(half_x, half_y) + SLACK
-
-
-def _at_least_zero(interval: Interval) -> Interval:
-    return interval._replace(low=np.maximum(interval.low, 0.0))
-
-
-def _off_region(road: RoadTables, region: Interval, x: Interval, y: Interval) -> tuple[Interval, Interval]:
-    """Distance from outside, and from inside to the boundary (negative: depth below which nothing is known)."""
-    off = _at_least_zero(_unknown(region, x, y))
-    depth = Interval(np.full(len(x.low), -np.inf), np.full(len(x.low), np.inf), off.undefined.copy())
-    for number, rows in _by_id(region, _numbers(region, x, y)):
-        middle, reach = _centre(x, y, rows)
-        distance, inside = boundary_distance(region_edges(road, number), *middle)
-        outward = np.where(inside, -distance, distance)
-        _put(off, rows, np.maximum(outward - reach, 0.0), np.maximum(outward + reach, 0.0))
-        _put(depth, rows, -outward - reach, -outward + reach)
-    return off, depth
-
-
-def _region_distance(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
-    region, x, y = operands
-    return [_off_region(road, region, x, y)[0]]
-
-
-def _region_contains(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
-    region, x, y = operands
-    off, depth = _off_region(road, region, x, y)
-    return [truth((depth.low > 0.0) & ~depth.undefined, off.low > 0.0)]
-
-
-def _region_contains_box(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
-    region, *box = operands
-    reach = 0.5 * np.hypot(_largest(box[3]), _largest(box[4]))
-    sure, never = _in_core(road, region, box[0], box[1], reach) & _numbers(*box), np.zeros(len(reach), dtype=bool)
-    rows = np.flatnonzero(~sure)
-    if len(rows):
-        region, *box = (Interval(i.low[rows], i.high[rows], i.undefined[rows]) for i in operands)
-        for x, y in _outline_points(box):
-            never[rows] |= _off_region(road, region, x, y)[0].low > 0.0
-    return [truth(sure, never)]
-
-
-def _in_core(road: RoadTables, region: Interval, x: Interval, y: Interval, reach: Floats) -> Bools:
-    """Whether all within reach of the point lies in one of the rectangles that are known to be inside."""
-    inside = np.zeros(len(reach), dtype=bool)
-    for number, rows in _by_id(region, _numbers(region, x, y)):
-        margin = reach[rows] + SLACK
-        for x1, y1, x2, y2 in road.cores[road.core_start[number] : road.core_start[number + 1]]:
-            wide = (x1 <= x.low[rows] - margin) & (x.high[rows] + margin <= x2)
-            inside[rows] |= wide & (y1 <= y.low[rows] - margin) & (y.high[rows] + margin <= y2)
-    return inside
-
-
-def _outline_points(box: Sequence[Interval]) -> Iterator[tuple[Interval, Interval]]:
-    """Boxes around the four corners of an outline and around its centre."""
-    x, y, heading, length, width = box
-    known = _numbers(*box)
-    middle, turn = 0.5 * (heading.low + heading.high), 0.5 * (heading.high - heading.low)
-    half = 0.25 * (length.low + length.high), 0.25 * (width.low + width.high)
-    reach = np.hypot(*half)
-    # A turn moves a corner along its circle, a change of size along its sides.
-    moved = turn * reach + 0.25 * (length.high - length.low) + 0.25 * (width.high - width.low) + SLACK
-    for along, across in ((0.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)):
-        ahead, left = along * half[0], across * half[1]
-        shift = ahead * np.cos(middle) - left * np.sin(middle), ahead * np.sin(middle) + left * np.cos(middle)
-        margin = np.zeros(len(moved)) if along == 0.0 else moved
-        yield (
-            Interval(x.low + shift[0] - margin, x.high + shift[0] + margin, ~known),
-            Interval(y.low + shift[1] - margin, y.high + shift[1] + margin, ~known),
-        )
-
-
-def _largest(size: Interval) -> Floats:
-    return np.maximum(np.abs(size.low), np.abs(size.high))
-
-
-def _circles(box: Sequence[Interval]) -> tuple[Floats, Floats]:
-    """Radii of a circle that lies in an outline, and of one that holds it."""
-    least = np.maximum(np.minimum(box[3].low, box[4].low), 0.0)
-    return 0.5 * least, 0.5 * np.hypot(_largest(box[3]), _largest(box[4]))
-
-
-def _region_box_distance(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
-    region, *box = operands
-    off = _off_region(road, region, box[0], box[1])[0]
-    inner, outer = _circles(box)
-    high = np.maximum(off.high - inner, 0.0) + SLACK
-    return [Interval(np.maximum(off.low - outer - SLACK, 0.0), high, off.undefined | ~_numbers(*box))]
-
-
-def _between_centres(a: Sequence[Interval], b: Sequence[Interval]) -> tuple[Floats, Floats]:
-    """Least and greatest distance between two points."""
-    gaps = [np.maximum(np.maximum(p.low - q.high, q.low - p.high), 0.0) for p, q in zip(a[:2], b[:2], strict=True)]
-    spans = [np.maximum(p.high - q.low, q.high - p.low) for p, q in zip(a[:2], b[:2], strict=True)]
-    return np.hypot(*gaps) - SLACK, np.hypot(*spans) + SLACK
-
-
-def _box_distance(_road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
-    a, b = operands[:5], operands[5:]
-    known = _numbers(*operands)
-    near, far = _between_centres(a, b)
-    (inner_a, outer_a), (inner_b, outer_b) = _circles(a), _circles(b)
-    low = np.where(known, np.maximum(near - outer_a - outer_b, 0.0), 0.0)
-    high = np.where(known, np.maximum(far - inner_a - inner_b, 0.0), np.inf)
-    return [Interval(low, high, ~known)]
-
-
-def _can_see(_road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
-    viewer, outline = operands[:5], operands[5:]
-    near = _between_centres(viewer, outline)[0] - _circles(outline)[1]
-    never = _numbers(*operands) & (near > viewer[4].high)
-    return [truth(np.zeros(len(never), dtype=bool), never)]
-
-
-def _region_sample(road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
-    region, share, _ = operands
-    results = [_unknown(*operands) for _ in range(2)]
-    for number, rows in _by_id(region, _numbers(*operands)):
-        triangles = road.triangles[road.triangle_start[number] : road.triangle_start[number + 1]]
-        before = np.concatenate([[0.0], triangles[:-1, 0]])
-        met = (share.high[rows, np.newaxis] >= before) & (share.low[rows, np.newaxis] <= triangles[:, 0])
-        met[:, -1] |= ~met.any(axis=1)
-        for result, corners in zip(results, (triangles[:, 1::2], triangles[:, 2::2]), strict=True):
-            low = np.where(met, corners.min(axis=1), np.inf).min(axis=1)
-            high = np.where(met, corners.max(axis=1), -np.inf).max(axis=1)
-            _put(result, rows, low - SLACK, high + SLACK)
-    return results
-
-
-# -- lanes ------------------------------------------------------------------------------------------------------------
 
 
 def _one_of(count: Callable[[RoadTables], int]) -> Geometry:
@@ -296,17 +22,17 @@ def _any(width: int) -> Geometry:
 
 
 GEOMETRY: Mapping[Op, Geometry] = {
-    Op.PATH_POSE: _path_pose,
-    Op.PATH_LENGTH: _path_length,
-    Op.PATH_DISTANCE: _path_distance,
-    Op.PATH_PROJECT: _path_project,
-    Op.REGION_SAMPLE: _region_sample,
-    Op.REGION_DISTANCE: _region_distance,
-    Op.REGION_CONTAINS: _region_contains,
-    Op.REGION_CONTAINS_BOX: _region_contains_box,
-    Op.REGION_BOX_DISTANCE: _region_box_distance,
-    Op.BOX_DISTANCE: _box_distance,
-    Op.CAN_SEE: _can_see,
+    Op.PATH_POSE: path_bounds.path_pose,
+    Op.PATH_LENGTH: path_bounds.path_length_of,
+    Op.PATH_DISTANCE: path_bounds.distance_to_path,
+    Op.PATH_PROJECT: path_bounds.projection,
+    Op.REGION_SAMPLE: region_bounds.sampled,
+    Op.REGION_DISTANCE: region_bounds.distance_to_region,
+    Op.REGION_CONTAINS: region_bounds.contains,
+    Op.REGION_CONTAINS_BOX: region_bounds.contains_outline,
+    Op.REGION_BOX_DISTANCE: region_bounds.outline_to_region,
+    Op.BOX_DISTANCE: outline_bounds.between_outlines,
+    Op.CAN_SEE: outline_bounds.sees,
     Op.ROAD_HEADING: _any(1),
     Op.ROAD_FOLLOW: _any(3),
     Op.LANE_ROUTE: _one_of(lambda road: len(road.path_length)),

@@ -10,8 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
+from engine.feasibility.forward import FORWARD
 from engine.feasibility.geometry import OPERANDS, RESULTS
-from engine.feasibility.intervals import FORWARD
 from engine.program import Program
 from engine.tables import CodeTables
 from engine.vocabulary import Column, Op

@@ -5,22 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from engine.kernels.attempts import copy, has_nan, make_draws, pick_variant, toss_coins
+from engine.kernels.built_in import inside_road, overlap
 from engine.kernels.evaluate import run_segment
 from engine.kernels.jit import kernel
 from engine.kernels.philox import ATTEMPT_CHANNEL, open_stream, uniform_pair
-from engine.kernels.sampling import (
-    Draws,
-    Recipe,
-    Request,
-    Scratch,
-    _copy,
-    _has_nan,
-    _inside_road,
-    _make_draws,
-    _overlap,
-    _pick_variant,
-    _toss_coins,
-)
+from engine.kernels.recipe import Draws, Recipe, Request, Scratch
 from engine.tables import Floats, Ints
 from engine.vocabulary import Purpose
 
@@ -41,10 +31,10 @@ class Weighed(NamedTuple):
 @kernel
 def weigh_rows(recipe: Recipe, request: Request, scratch: Scratch, out: Weighed) -> None:
     """One attempt a row: the first of the row's stream."""
-    _copy(recipe.code.literals, scratch.registers, 0)
+    copy(recipe.code.literals, scratch.registers, 0)
     for row in range(len(request.keys)):
-        _copy(request.genes[row], scratch.registers, recipe.layout.genes)
-        _toss_coins(recipe.code.requirement_probability, request.keys[row], scratch.enforced)
+        copy(request.genes[row], scratch.registers, recipe.layout.genes)
+        toss_coins(recipe.code.requirement_probability, request.keys[row], scratch.enforced)
         _weigh_attempt(recipe, request, row, scratch, out)
 
 
@@ -53,7 +43,7 @@ def _weigh_attempt(recipe: Recipe, request: Request, row: int, scratch: Scratch,
     code, layout, registers = recipe.code, recipe.layout, scratch.registers
     stream = open_stream(request.keys[row], Purpose.SCENE, ATTEMPT_CHANNEL)
     choice, first = uniform_pair(stream, np.uint64(0))
-    variant = _pick_variant(code.group_start, code.variant_cumulative, request.group[row], choice)
+    variant = pick_variant(code.group_start, code.variant_cumulative, request.group[row], choice)
     out.variant[row] = variant
     template = code.variant_template[variant]
     if template < 0:
@@ -63,7 +53,7 @@ def _weigh_attempt(recipe: Recipe, request: Request, row: int, scratch: Scratch,
         registers[layout.variant_values + value] = code.variant_values[variant, value]
     if layout.draw_count > 0:
         registers[layout.draws] = first
-    _make_draws(layout, Draws(stream, np.uint64(0), first), 1, layout.draw_count, registers)
+    make_draws(layout, Draws(stream, np.uint64(0), first), 1, layout.draw_count, registers)
     for requirement in range(layout.requirements):
         holds = _run(recipe, code.requirement_segment[template, requirement], registers)
         failed = holds == 0.0 or math.isnan(holds)
@@ -87,8 +77,8 @@ def _weigh_scene(recipe: Recipe, template: int, row: int, registers: Floats, out
     run_segment(code.scene_code, start, end, registers, code.pool, recipe.road)
     for value in range(len(values)):
         values[value] = registers[code.output_register[template, value]]
-    if _has_nan(values):
+    if has_nan(values):
         return
     reasons = recipe.layout.reasons
-    out.holds[row, reasons] = 1 if _inside_road(recipe.road, code.road_check, values) else 0
-    out.holds[row, reasons + 1] = 0 if _overlap(code.overlap_check, values) else 1
+    out.holds[row, reasons] = 1 if inside_road(recipe.road, code.road_check, values) else 0
+    out.holds[row, reasons + 1] = 0 if overlap(code.overlap_check, values) else 1

@@ -30,6 +30,8 @@ class Parameter:
     low: float
     high: float
     options: tuple[str, ...]
+    system: bool = False
+    """Whether it belongs to the system under test."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +146,7 @@ def _parameters(program: Program) -> tuple[Parameter, ...]:
     space = program.space
     numbers = space.kinds.tolist(), space.low.tolist(), space.high.tolist()
     rows = zip(space.names, space.units, *numbers, space.options, strict=True)
-    return tuple(Parameter(*row) for row in rows)
+    return tuple(Parameter(*row, system=row[0] in space.system) for row in rows)
 
 
 def _versions(method: str) -> dict[str, str]:

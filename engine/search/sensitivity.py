@@ -20,7 +20,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.random import Generator, Philox
+from numpy.random import Generator, Philox, default_rng
 
 from engine.program import ParamSpace
 from engine.search.assessment import Assessment, Evaluate
@@ -94,7 +94,7 @@ def _designs(space: ParamSpace, rows: int, seed: int) -> tuple[Floats, Ints]:
     from scipy.stats.qmc import Sobol
 
     d = len(space)
-    points = Sobol(2 * d, seed=seed & 0xFFFF_FFFF).random(rows) if d else np.zeros((rows, 0))
+    points = Sobol(2 * d, rng=default_rng(seed)).random(rows) if d else np.zeros((rows, 0))
     first, second = points[:, :d], points[:, d:]
     keys = [key_rows(seed, int(Method.SAMPLE), SALTELLI_RUN, half, range(rows)) for half in (0, 1)]
     uniforms, every_key = [first, second], list(keys)

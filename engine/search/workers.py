@@ -106,7 +106,7 @@ def _dask(workers: Workers) -> Iterator[Executor]:
     try:
         if workers.address == "local":
             cluster = distributed.LocalCluster(
-                n_workers=workers.jobs, threads_per_worker=1, processes=True, dashboard_address=None
+                n_workers=workers.jobs, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
             )
         client = distributed.Client(cluster or workers.address, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:

@@ -135,7 +135,7 @@ class Inliner:
         acts = library.acts(library.Job(ev, fixed, self.actor, at_start, partial(self._inner, ev.moment, at_start)))
         if any(isinstance(each, BehaviourValue) and each.node.invariants for each in self.stack):
             # Its turns are not those of the behaviour around it, whose invariants rest meanwhile.
-            acts = (ir.Scope(call.span, call.name, ev.run.new_scope(), acts),)
+            acts = (ir.Scope(call.span, call.name, ev.run.new_scope(call.span), acts),)
         return Invocation(prologue, acts)
 
     def _inner(self, moment: Moment, at_start: bool, call: BehaviourCall) -> ir.Block:

@@ -116,7 +116,7 @@ class Body:
 
     def inlined(self, call: BehaviourCall | MonitorCall, node: Defined) -> Invocation:
         """The body of a definition. Guards see its parameters, which get their values before."""
-        self.scope = self.inliner.ev.run.new_scope()
+        self.scope = self.inliner.ev.run.new_scope(call.span)
         counts = list(assigned_names(node.body, repeated=False))
         self.assigned = frozenset(name for name in counts if counts.count(name) > 1)
         prologue: list[ir.Act] = []
@@ -160,16 +160,22 @@ class Body:
 
     def block(self, statements: Sequence[nodes.Statement]) -> ir.Block:
         """Acts of statements; a mistake in one does not hide those in the next."""
+        if not statements:
+            return ()
         acts: list[ir.Act] = []
-        for statement in statements:
-            try:
-                acts += ACTS[type(statement)](self, statement)
-            except Mistake as mistake:
-                self.ev.report(mistake)
-                self._poison(statement)
-                # Stands for what could not be understood, so that nothing is said to never act.
-                acts.append(ir.Wait(statement.span))
+        with self.ev.run.nested(statements[0].span):
+            for statement in statements:
+                acts += self._acts(statement)
         return tuple(acts)
+
+    def _acts(self, statement: nodes.Statement) -> ir.Block:
+        try:
+            return ACTS[type(statement)](self, statement)
+        except Mistake as mistake:
+            self.ev.report(mistake)
+            self._poison(statement)
+            # Stands for what could not be understood, so that nothing is said to never act.
+            return (ir.Wait(statement.span),)
 
     def _poison(self, statement: nodes.Statement) -> None:
         if isinstance(statement, nodes.Assign):

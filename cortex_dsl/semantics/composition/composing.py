@@ -51,7 +51,7 @@ class Composer(Inliner):
         moment = Moment(running=True, scenario=self.instance)
         counts = list(assigned_names(self.node.compose, repeated=False))
         assigned = frozenset(name for name in counts if counts.count(name) > 1)
-        return Body(self, moment, assigned=assigned, scope=self.ev.run.new_scope())
+        return Body(self, moment, assigned=assigned, scope=self.ev.run.new_scope(self.node.name_span))
 
     def guarded(self, body: Body, call: Span) -> tuple[Guards, Guards]:
         """Preconditions and invariants, `require always` of the setup among the latter."""
@@ -177,8 +177,10 @@ def set_up_run(ev: Evaluator) -> Composer | None:
     if node is None:
         number(ev.run)
         return None
-    root, scenario = ev.run.root, ev.names[node.name]
-    assert isinstance(scenario, ScenarioValue)
+    root, scenario = ev.run.root, ev.names.get(node.name)
+    if not isinstance(scenario, ScenarioValue):
+        number(ev.run)
+        return None  # it was said that something else has its name
     root.name = node.name
     set_up(ev, scenario, root, {})
     return composer_of(ev, scenario, root)

@@ -74,6 +74,8 @@ class _Linker:
     def follow(self, module: nodes.Module, stack: tuple[str, ...]) -> None:
         """Read everything that a module imports; `stack` holds the names of the files that led here."""
         for statement in import_statements(module):
+            if len(self.diagnostics) >= FILE_LIMIT:
+                return
             file = self._file(statement, stack)
             if file is not None:
                 self.found[statement.span] = file

@@ -194,3 +194,34 @@ MAY_NOT_ACT = warning(
         "ego = new Car on road, with behavior Creep()\n",
     ),
 )
+TOO_MANY_BODIES = Problem(
+    "SCN613",
+    "behaviors and scenarios are written out more than {limit} times",
+    "each `do` is replaced by what it runs, and here they multiply",
+    "let each run fewer of the others: a `while` repeats one without writing it out again",
+    page=Page(
+        "behaviors that multiply",
+        "What a `do` runs is written out in its place when the file is compiled. Twelve behaviors of which each runs "
+        "the next one twice are written out 4,096 times.",
+        "behavior B0():\n    wait\n"
+        + "".join(f"behavior B{k}():\n    do B{k - 1}()\n    do B{k - 1}()\n" for k in range(1, 12))
+        + "\nego = new Car on road, with behavior B11()\n",
+        "behavior B0():\n    wait\n\nbehavior B1():\n    while True:\n        do B0()\n\n"
+        "ego = new Car on road, with behavior B1()\n",
+    ),
+)
+TOO_DEEP_BODIES = Problem(
+    "SCN614",
+    "this block lies more than {limit} blocks deep, with those of the behaviors and scenarios that run it",
+    "each `do` is replaced by what it runs",
+    "let one behavior `do` several after one another, instead of each the next",
+    page=Page(
+        "blocks that lie too deep",
+        "What a `do` runs is written out in its place when the file is compiled, so that a chain of behaviors of which "
+        "each runs the next one becomes a block within a block, as if all of it were written in one place.",
+        "behavior B0():\n    wait\n"
+        + "".join(f"behavior B{k}():\n    do B{k - 1}()\n" for k in range(1, 70))
+        + "\nego = new Car on road, with behavior B69()\n",
+        "behavior B0():\n    wait\n\nbehavior B1():\n    do B0()\n\nego = new Car on road, with behavior B1()\n",
+    ),
+)

@@ -38,7 +38,7 @@ NOT_IN_SETUP: dict[type, str] = {
     nodes.MonitorDefinition: "monitors are shared by all scenarios",
     nodes.ScenarioDefinition: "scenarios are shared by all scenarios",
 }
-"""Statements that a scenario's setup cannot have, and why."""
+"""Statements that a scenario cannot have, and why."""
 
 INSIDE: dict[type, str] = {
     nodes.Do: "do",
@@ -95,7 +95,7 @@ def _check(statement: nodes.Statement, around: _Around, findings: Findings) -> N
     if kind is nodes.Override and not around.setup:
         here = "in a `compose`" if around.compose else "in a behavior" if around.behaviour else "at the top level"
         _report(findings, statement, "override", here, "in the setup of a scenario")
-    elif around.setup and kind in NOT_IN_SETUP:
+    elif (around.setup or around.compose) and kind in NOT_IN_SETUP:
         _refuse(findings, statement, TOP_LEVEL[kind], NOT_IN_SETUP[kind])
     elif around.setup and kind in INSIDE:
         _report(findings, statement, INSIDE[kind], "in a setup", "in a behavior or a `compose`")

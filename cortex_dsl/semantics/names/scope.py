@@ -101,10 +101,17 @@ class _Resolver:
                 names.visit(part)
         for name in self.bound(statement):
             self.check_assignable(name, statement.span)
+            self._check_scenario(name, statement)
 
     def check_assignable(self, name: str, span: Span) -> None:
         if name in UNASSIGNABLE:
             self.findings.add(errors.CANNOT_ASSIGN.at(span, name=name, reason=UNASSIGNABLE[name]))
+
+    def _check_scenario(self, name: str, statement: nodes.Statement) -> None:
+        """The scenario that the run is, is found by its name: nothing else may be called so."""
+        first = next((each.name_span for each in self.scenarios if each.name == name), None)
+        if first is not None and not _is_class(statement):
+            self.findings.add(duplicate("the name", name, statement.span, first))
 
     def _report_doubles(self) -> None:
         maps = [s for s in self.module.statements if isinstance(s, nodes.Map)]

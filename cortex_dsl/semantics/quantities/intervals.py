@@ -1,4 +1,9 @@
-"""Interval reasoning: between which numbers an expression lies, and whether a condition is decided, over all genes."""
+"""Interval reasoning: between which numbers an expression lies, and whether a condition is decided, over all genes.
+
+`engine.feasibility` has intervals of its own, and for good reason: there each operation answers for thousands of boxes
+at once, on compiled code, and keeps account of NaN. Here an expression is asked once or twice while a file is compiled,
+where one such array would cost more than the whole answer. A test holds the two together.
+"""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -45,6 +50,10 @@ def _roots(a: Interval) -> Interval:
     return EVERYTHING if a[0] < 0.0 else (math.sqrt(a[0]), math.sqrt(a[1]))
 
 
+def _floor(end: float) -> float:
+    return end if math.isinf(end) else float(math.floor(end))
+
+
 def _truth(always: bool, never: bool) -> Interval:
     return (float(always), float(not never))
 
@@ -65,7 +74,7 @@ _INTERVALS: Mapping[Op, Callable[..., Interval]] = {
     Op.ABS: lambda a: (0.0 if a[0] <= 0.0 <= a[1] else min(map(abs, a)), max(map(abs, a))),
     Op.MIN: lambda a, b: (min(a[0], b[0]), min(a[1], b[1])),
     Op.MAX: lambda a, b: (max(a[0], b[0]), max(a[1], b[1])),
-    Op.FLOOR: lambda a: a if math.inf in map(abs, a) else (math.floor(a[0]), math.floor(a[1])),
+    Op.FLOOR: lambda a: (_floor(a[0]), _floor(a[1])),
     Op.SELECT: lambda _, b, c: _hull(*b, *c),
     Op.LT: lambda a, b: _truth(a[1] < b[0], a[0] >= b[1]),
     Op.LE: lambda a, b: _truth(a[1] <= b[0], a[0] > b[1]),

@@ -162,8 +162,12 @@ def of_lane_now(ev: Evaluator, lane: LaneNow, name: str, span: Span) -> Value:
     if name == "isForward":
         return Truth(looked_up(ev, lane.id, [float(is_forward(each)) for each in network.lanes]))
     known = ("lane", "sections", "sectionAt", "isForward", *_NUMBERS, *(NEIGHBOURS if lane.section else ()))
-    raise errors.LANE_OF_THE_RUN.mistake(span, name=name, suggestion=did_you_mean(name, known))
+    suggestion = LIGHT_OF_THE_RUN if name == "signal" else did_you_mean(name, known)
+    raise errors.LANE_OF_THE_RUN.mistake(span, name=name, suggestion=suggestion)
 
+
+LIGHT_OF_THE_RUN = "ask with `getClosestTrafficLightStatus(car)` what the light shows at the end of the lane of a car"
+"""What to write instead of the signal of a lane of the run."""
 
 _NUMBERS: Mapping[str, Callable[[Lane], float]] = {
     "width": lambda lane: lane.width,

@@ -32,7 +32,7 @@ class NonDominatedSorting:
         self._generation = -1
         self._asked: list[Proposal] = []
         self._bred: Any = None
-        self._algorithm = self._start() if len(box) else None
+        self._algorithm: Any = self._start() if len(box) else None
 
     def _start(self) -> Any:
         problem = needed("pymoo.core.problem", "nsga2").Problem(

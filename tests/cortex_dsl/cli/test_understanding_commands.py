@@ -1,5 +1,6 @@
 """`cortexc analyse`, `cortexc probability` and `--freeze`, as a user meets them."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -99,3 +100,10 @@ def test_params_to_freeze_can_be_named(cortexc: Command, left_turn: Path) -> Non
     silent = cortexc(left_turn, "--freeze", "--check")
     assert silent.code == 2
     assert "simulation(system=" in silent.err
+
+
+def test_the_manifest_knows_whose_the_params_are(run: Path) -> None:
+    """So that a run can be judged without its file."""
+    manifest = json.loads((run / "summary.json").read_text(encoding="utf-8"))["manifest"]
+    system = [parameter["name"] for parameter in manifest["parameters"] if parameter["system"]]
+    assert system == ["EGO_BRAKE", "SAFETY_DIST", "CRASH_DIST"]

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from cortex_dsl.cli import main
-from cortex_dsl.page.run_page import how_runs_ended
 from cortex_dsl.page.cases import box_of, first_cases
+from cortex_dsl.page.endings import how_runs_ended
 from cortex_dsl.runs import OpenedRun
 from engine.search.diversity import distinct_failures
 from engine.search.figures import distinct_collisions, figures
@@ -165,3 +165,36 @@ def test_missing_extra_has_a_cure(
     monkeypatch.setitem(sys.modules, "PIL.Image", None)
     assert main(["replay", str(folder), "--to", str(tmp_path / "film.gif")]) == 2
     assert "cortexc[report]" in capsys.readouterr().err
+
+
+ODD = {
+    "nobody else": """
+map intersection(ways=4, lanes=1, lane_width=3.5 m, corner_radius=6 m, approach=50 m)
+param KIND = Uniform(1, 2, 3)
+lane = Uniform(*intersection.incomingLanes)
+ego = new Car at (new OrientedPoint in lane.centerline), with speed KIND * 3 m/s
+terminate after 3 s
+""",
+    "nothing valid": """
+map intersection(ways=4, lanes=1, lane_width=3.5 m, corner_radius=6 m, approach=50 m)
+param NEAR = Range(1, 2) m
+lane = Uniform(*intersection.incomingLanes)
+ego = new Car at (new OrientedPoint in lane.centerline)
+other = new Car at (new OrientedPoint in lane.centerline)
+require (distance from ego to other) < NEAR
+terminate after 3 s
+""",
+}
+
+
+@pytest.mark.parametrize("what", ODD)
+def test_searches_that_find_nothing_have_a_page(what: str, tmp_path: Path) -> None:
+    """A page says so in words, and shows no number that is none."""
+    file, run = tmp_path / "odd.scn", tmp_path / "run"
+    file.write_text(ODD[what], encoding="utf-8")
+    main([str(file), "--random", "--generations", "2", "--population", "8", "--out", str(run), "--json"])
+    assert main(["report", str(run)]) == 0
+    text = (run / "report.html").read_text(encoding="utf-8")
+    words = {"nobody else": "nobody but the ego", "nothing valid": "no scene met the requirements"}
+    assert words[what] in text
+    assert not re.search(r">[^<]*\b(nan|inf|None)\b[^<]*<", text.split("<script", maxsplit=1)[0].split("</style>")[-1])

@@ -28,6 +28,7 @@ ELSEWHERE = {p.code for p in PROBLEMS if p.page is not None and (p.page.shown or
 def _little_patience(monkeypatch: pytest.MonkeyPatch) -> None:
     """Files that would take too long are refused sooner here."""
     monkeypatch.setattr(context, "EVALUATION_LIMIT", 20_000)
+    monkeypatch.setattr(context, "BODY_LIMIT", 200)
 
 
 def transcript(path: Path) -> tuple[str, set[str], bool]:

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from engine.feasibility.intervals import FORWARD, Interval, everything, surely_false, surely_true
+from engine.feasibility.forward import FORWARD
+from engine.feasibility.intervals import Interval, everything, surely_false, surely_true
 from engine.feasibility.inverses import narrowed
 from engine.feasibility.tape import THREE, TWO
 from engine.kernels import scalar

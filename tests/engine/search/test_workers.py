@@ -86,8 +86,18 @@ def cluster(tmp_path: Path) -> Iterator[tuple[str, list["subprocess.Popen[bytes]
     file, local = tmp_path / "scheduler.json", tmp_path / "dask"
     command = [sys.executable, "-W", "ignore", "-m"]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": Path(__file__).parents[3]}
-    head = ["distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard"]
+    head = [
+        "distributed.cli.dask_scheduler",
+        "--host",
+        "127.0.0.1",
+        "--port",
+        "0",
+        "--no-dashboard",
+        "--idle-timeout",
+        "60",
+    ]
     hand = ["distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny", "--no-dashboard", "--host", "127.0.0.1"]
+    hand += ["--death-timeout", "30"]  # nothing is left behind, whatever ends the tests
     told = ["--scheduler-file", str(file)]
     everyone = [subprocess.Popen([*command, *head, *told], **quiet)]
     try:

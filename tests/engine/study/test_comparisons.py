@@ -1,7 +1,10 @@
 """What a study claims: tests run by run, corrected by families, and words that say no more than they show."""
 
+import csv
+import json
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -173,9 +176,6 @@ def test_smoothing_keeps_a_parabola_and_short_courses() -> None:
 
 
 def test_exports_say_what_the_records_say(study: Study) -> None:
-    import csv
-    import json
-
     write_study(study, findings(study.plan, study.records))
     with (study.folder / RUNS).open() as file:
         runs = list(csv.DictReader(file))
@@ -198,3 +198,11 @@ def test_exports_say_what_the_records_say(study: Study) -> None:
 def test_addresses_fill_all_cells_evenly(study: Study) -> None:
     first = list(study.plan.addresses())[:4]
     assert first == [Address(s, m, 0) for s in (0, 1) for m in ("random", "ga")]
+
+
+def test_a_study_without_a_single_run_can_be_told(study: Study, tmp_path: Path) -> None:
+    """Ctrl-C may come first."""
+    found = findings(study.plan, [])
+    assert "0 runs" in found.verdict[-1]
+    assert not any(row.beats or row.loses for row in found.comparisons)
+    write_study(replace(study, folder=tmp_path, records=()), found)

@@ -1,5 +1,6 @@
 """What holds of every way to search, in a toy world with invalid regions and failing engines."""
 
+import sys
 from collections.abc import Callable
 from functools import partial
 
@@ -8,21 +9,27 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.config import SearchConfig
+from engine.config import Config, SearchConfig
 from engine.program import ParamSpace
 from engine.search.assessment import Evaluate
 from engine.search.campaign import Campaign, run_campaign
 from engine.search.methods.annealing import Annealing, reflected
+from engine.search.methods.cma import CovarianceAdaptation
 from engine.search.methods.cross_entropy import CrossEntropy, truncated_normal
 from engine.search.methods.cube import Cube
 from engine.search.methods.differential_evolution import DifferentialEvolution
+from engine.search.methods.extras import MissingExtra
 from engine.search.methods.ga import GeneticAlgorithm
+from engine.search.methods.illumination import Illumination
 from engine.search.methods.niching import NichingSearch, gene_weights
+from engine.search.methods.nsga2 import NonDominatedSorting, objectives
 from engine.search.methods.quasi_random import QuasiRandom
 from engine.search.methods.random_search import RandomSearch
-from engine.search.protocol import Box, Searcher, StreamAt
-from engine.streams import operator_generator
-from engine.vocabulary import GeneKind, Method
+from engine.search.methods.table import SEARCHERS
+from engine.search.protocol import Box, Result, Searcher, Status, StreamAt
+from engine.search.searchers import UnknownMethod, build_searcher, canonical
+from engine.streams import FIELD_BITS, operator_generator
+from engine.vocabulary import GeneKind, Method, Verdict
 
 CONFIG = SearchConfig(generations=8, population=20, seed=3, probes=0)
 Build = Callable[[Box, int, StreamAt], Searcher]
@@ -37,8 +44,12 @@ METHODS: dict[str, Build] = {
     "annealing": lambda box, population, streams: Annealing(box, population, CONFIG.generations, streams),
     "differential_evolution": DifferentialEvolution,
     "niching": NichingSearch,
+    "cmaes": CovarianceAdaptation,
+    "nsga2": NonDominatedSorting,
+    "map_elites": partial(Illumination, method="map_elites"),
+    "cma_me": partial(Illumination, method="cma_me"),
 }
-LEARNING = ("ga", "cross_entropy", "annealing", "differential_evolution", "niching")
+LEARNING = ("ga", "cross_entropy", "annealing", "differential_evolution", "niching", "cmaes")
 
 
 def search(
@@ -161,3 +172,43 @@ def test_gene_weights_tell_what_matters() -> None:
     weights = gene_weights(points, points[:, 1] > 0.5)
     assert weights[1] == 1.0
     assert max(weights[0], weights[2]) < 0.3
+
+
+# -- the table --------------------------------------------------------------------------------------------------------
+
+
+def test_every_method_of_the_vocabulary_has_a_row() -> None:
+    """A name is the name of its `Method`; two are those of single runs and samples, one is for other packages."""
+    named = {entry.method: name for name, entry in SEARCHERS.items()}
+    assert all(method.name.lower() == name for method, name in named.items())
+    assert set(Method) - set(named) == {Method.SINGLE, Method.SAMPLE, Method.CUSTOM}
+    assert max(Method) < 1 << FIELD_BITS.method
+
+
+@pytest.mark.parametrize("name", [name for name, entry in SEARCHERS.items() if entry.package])
+def test_a_missing_package_is_named_with_its_extra(
+    space: ParamSpace, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the line that installs it."""
+    package = SEARCHERS[name].package
+    for module in [package, *(each for each in sys.modules if each.startswith(f"{package}."))]:
+        monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(MissingExtra, match=rf"`{name}` needs the package `{package}`.*cortexc\[search\]"):
+        build_searcher(name, Box.of(space), Config(search=CONFIG))
+
+
+def test_names_are_forgiving() -> None:
+    """Aliases, capitals and hyphens lead to the one name."""
+    for word in ("ce", "Cross-Entropy", " cross_entropy "):
+        assert canonical(word) == "cross_entropy"
+    with pytest.raises(UnknownMethod, match="is none of"):
+        canonical("nichng")
+
+
+def test_objectives_keep_what_is_invalid_out() -> None:
+    """Nearer and faster is better; what has no distance is worse than anything that has."""
+    near = Result(Status.VALID, 9.0, Verdict.VALID, 9.0, measures=(0.5, 12.0, 1.0, 2.0, 0.0))
+    invalid = Result(Status.INVALID, float("nan"), Verdict.EXHAUSTED)
+    table = objectives([near, invalid])
+    np.testing.assert_array_equal(table[0], [0.5, -12.0])
+    assert (table[1] > 1e6).all()

@@ -1,0 +1,87 @@
+"""The last sections of a run's page: how its runs ended, and how to do it all again."""
+
+from shlex import join, quote
+
+import numpy as np
+
+from cortex_dsl.page import run_charts
+from cortex_dsl.page.element import Element, element
+from cortex_dsl.page.understanding import part
+from cortex_dsl.report.story import end_text
+from cortex_dsl.runs import OpenedRun
+from engine.vocabulary import EndReason, Verdict
+
+STREAMS = (
+    "seed.method.run.generation.index.rollout: each scene draws from a stream of its own, so results depend neither on "
+    "threads nor on order"
+)
+
+
+def ends(run: OpenedRun) -> Element:
+    rows, whole = how_runs_ended(run)
+    note = "Every distinct simulation, by what became of it."
+    return part("ends", "How runs ended", note, run_charts.bars(rows, whole))
+
+
+def how_runs_ended(run: OpenedRun) -> tuple[list[tuple[str, int, str]], int]:
+    """(words, count, style) of each end, most frequent first, and how many there are."""
+    evaluations = run.record.evaluations
+    runs = evaluations.rollouts
+    new = np.repeat(evaluations.simulated[:, np.newaxis], runs.verdict.shape[1], axis=1)
+    verdict, reason, rule = runs.verdict[new], runs.end_reason[new], runs.end_rule[new]
+    ends, counts = np.unique(np.stack([verdict, reason, rule]), axis=1, return_counts=True)
+    rows = [(*_end(run, *end), int(count)) for end, count in zip(ends.T.tolist(), counts.tolist(), strict=True)]
+    return [(text, count, style) for text, style, count in sorted(rows, key=lambda row: -row[2])], len(verdict)
+
+
+def _end(run: OpenedRun, verdict: int, reason: int, rule: int) -> tuple[str, str]:
+    program = run.scenario.program
+    if verdict == Verdict.VALID or reason >= 0:
+        style = "hit" if reason == EndReason.COLLISION else "" if verdict == Verdict.VALID else "invalid"
+        return end_text(program, EndReason(reason), rule), style
+    return run_charts.VERDICTS[Verdict(verdict)], "invalid"
+
+
+def again(run: OpenedRun) -> Element:
+    manifest, folder = run.record.manifest, run.folder
+    command = join(("cortexc", *manifest.command_line)) if manifest.command_line else ""
+    facts = [
+        ("file", manifest.file),
+        ("digest of the text", manifest.file_digest),
+        ("digest of the program", manifest.program_digest),
+        ("seed, run", f"{manifest.seed}, {manifest.run}"),
+        ("risk profile", manifest.profile),
+        ("versions", ", ".join(f"{name} {version}" for name, version in manifest.versions.items())),
+        ("platform", manifest.platform),
+        (
+            "stream keys",
+            STREAMS,
+        ),
+    ]
+    settings = [
+        element("tr", element("th", f"{group}.{name}", scope="row"), element("td", str(value)))
+        for group, table in manifest.settings.items()
+        for name, value in table.items()
+    ]
+    rows = [element("tr", element("th", name, scope="row"), element("td", value)) for name, value in facts]
+    edited = [
+        element(
+            "p",
+            f"{name} says something else today than when this run was started; the text below is that of the run.",
+            class_="note",
+        )
+        for name in run.edited
+    ]
+    return part(
+        "again",
+        "Do it again",
+        "The same command gives the same journal, row by row.",
+        element("pre", command, class_="command") if command else None,
+        element("pre", f"cortexc report {quote(str(folder))}", class_="command"),
+        edited,
+        element("div", element("table", element("tbody", rows), class_="facts"), class_="wide"),
+        element(
+            "details", element("summary", "Every setting"), element("table", element("tbody", settings), class_="facts")
+        ),
+        element("details", element("summary", "The scenario"), element("pre", manifest.file_text, class_="source")),
+    )

@@ -1,0 +1,155 @@
+"""The tables of a study on its page: the primary outcome, every test, random sampling, and the paper beside it."""
+
+from cortex_dsl.page.element import Element, Node, element
+from cortex_dsl.page.summary import figure, method_name
+from cortex_dsl.page.understanding import part, table
+from cortex_dsl.report.numbers import counted, fixed, percent
+from engine.search.statistics import Interval
+from engine.study.comparisons import Comparison, Spread
+from engine.study.findings import Findings
+from engine.study.measures import DISTINCT_FAILURES, FAILING_CELLS, PRIMARY, Measure
+from engine.study.reading import Study
+
+
+def primary(study: Study, found: Findings) -> Node:
+    if not found.comparisons:
+        return None
+    rows = [
+        element(
+            "tr",
+            element("th", row.scenario, scope="row"),
+            element("td", method_name(row.method)),
+            element("td", _figure(row, "median", row.spread.median), class_="number"),
+            element("td", _quartiles(row.spread, row.measure), class_="number quiet"),
+            element("td", fixed(row.baseline_spread.median, row.measure.decimals), class_="number"),
+            element("td", _quartiles(row.baseline_spread, row.measure), class_="number quiet"),
+            element("td", _p(row.p_holm), " ", element("b", row.stars), class_="number"),
+            element("td", fixed(row.a12, 2), class_="number"),
+            element("td", _interval(row.interval), class_="number quiet"),
+            element("td", _words(row), class_="verdict-word"),
+        )
+        for measure in (PRIMARY, DISTINCT_FAILURES)
+        for row in found.comparisons
+        if row.measure is measure
+    ]
+    half = len(rows) // 2
+    head = (
+        "scenario",
+        "method",
+        "median",
+        "middle half",
+        study.plan.baseline,
+        "middle half",
+        "p, Holm",
+        "A12",
+        "95 %",
+        "",
+    )
+    note = f"Primary outcome, named before the study was run: {PRIMARY.meaning}."
+    second = f"And how many of them are clearly different: {DISTINCT_FAILURES.meaning}."
+    return part(
+        "primary",
+        "Who finds more",
+        note,
+        table(head, rows[:half], "tests"),
+        element("p", second, class_="note"),
+        table(head, rows[half:], "tests"),
+    )
+
+
+def _figure(row: Comparison, field: str, value: float) -> Node:
+    name = f"{row.scenario}.{row.method}.{row.measure.name}.{field}"
+    return figure(name, value, fixed(value, row.measure.decimals))
+
+
+def _quartiles(spread: Spread, measure: Measure) -> str:
+    return f"{fixed(spread.quartiles.low, measure.decimals)} to {fixed(spread.quartiles.high, measure.decimals)}"
+
+
+def _interval(interval: Interval) -> str:
+    return f"{fixed(interval.low, 2)} to {fixed(interval.high, 2)}"
+
+
+def _p(value: float) -> str:
+    return "< 0.0001" if value < 0.0001 else fixed(value, 4)
+
+
+def _words(row: Comparison) -> str:
+    return "better" if row.beats else "worse" if row.loses else "no clear difference"
+
+
+def tests(found: Findings) -> Node:
+    if not found.comparisons:
+        return None
+    rows = [
+        element(
+            "tr",
+            element("td", row.scenario),
+            element("td", row.measure.name, element("small", f" {row.measure.unit}", class_="quiet")),
+            element("td", row.method),
+            element("td", _figure(row, "median", row.spread.median), class_="number"),
+            element("td", fixed(row.baseline_spread.median, row.measure.decimals), class_="number"),
+            element("td", _p(row.p), class_="number quiet"),
+            element("td", _p(row.p_holm), " ", element("b", row.stars), class_="number"),
+            element("td", fixed(row.a12, 2), class_="number"),
+            element("td", _interval(row.interval), class_="number quiet"),
+            element("td", _words(row)),
+        )
+        for row in found.comparisons
+        if row.measure not in (PRIMARY, DISTINCT_FAILURES, FAILING_CELLS)
+    ]
+    head = ("scenario", "measure", "method", "median", found.comparisons[0].baseline, "p", "p, Holm", "A12", "95 %", "")
+    note = "Two-sided Mann-Whitney tests, Holm's correction in each family; A12 above 0.5: the method is better."
+    inner = element("details", element("summary", counted(len(rows), "test")), table(head, rows, "tests"))
+    return part("tests", "Every test", note, inner)
+
+
+def rates(found: Findings) -> Node:
+    if not found.rates:
+        return None
+    rows = [
+        element(
+            "tr",
+            element("th", row.scenario, scope="row"),
+            element("td", percent(row.valid / row.individuals if row.individuals else float("nan")), class_="number"),
+            element("td", _percents(row.valid_rate), class_="number quiet"),
+            element("td", percent(row.collisions / row.valid if row.valid else float("nan")), class_="number"),
+            element("td", _percents(row.collision_rate), class_="number quiet"),
+        )
+        for row in found.rates
+    ]
+    head = ("scenario", "valid", "95 %", "collide, of valid", "95 %")
+    note = "What a uniformly random set of params comes to: independent draws, intervals of Clopper and Pearson."
+    return part("rates", "Random sampling", note, table(head, rows, "rates"))
+
+
+def _percents(interval: Interval) -> str:
+    return f"{percent(interval.low)} to {percent(interval.high)}"
+
+
+def paper(found: Findings) -> Node:
+    """Our numbers beside the paper's, and the paper's table of studies with our row."""
+    if not found.beside:
+        return None
+    beside = [
+        element(
+            "tr",
+            element("td", row.letter),
+            element("td", row.measure.name, element("small", f" {row.measure.unit}", class_="quiet")),
+            *(_cell(value, row.measure.decimals) for value in (row.ga, row.random)),
+            _cell(row.ratio, 2),
+            *(_cell(value, row.measure.decimals) for value in (row.paper_ga, row.paper_random)),
+            _cell(row.paper_ratio, 2),
+            element("td", "" if row.same_direction else "the other way"),
+        )
+        for row in found.beside
+    ]
+    studies = [element("tr", [element("td", str(value)) for value in vars(row).values()]) for row in found.studies]
+    head = ("", "metric", "ga", "random", "ga / random", "paper: ga", "random", "ga / random", "")
+    others = ("study", "test cases", "seconds each", "collisions", "valid", "metrics")
+    note = "Medians of our runs beside the paper's one run. Another simulator: direction can be compared, size cannot."
+    return part("paper", "Beside the paper", note, table(head, beside, "tests"), table(others, studies, "tests"))
+
+
+def _cell(value: float, decimals: int) -> Element:
+    return element("td", fixed(value, decimals), class_="number")

@@ -1,0 +1,96 @@
+"""`--method`: every way to search by its name, several side by side, and what is said of a wrong name."""
+
+from collections.abc import Callable
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cortex_dsl.runs import open_run
+from cortex_dsl.session import load
+from engine.search.methods.table import SEARCHERS
+
+Command = Callable[..., Any]
+SMALL = ("--generations", 3, "--population", 12, "--jobs", 1)
+
+
+def test_the_list(cortexc: Command) -> None:
+    """One line each, without a file."""
+    result = cortexc("--method", "list")
+    assert result.code == 0
+    assert len(result.out.splitlines()) == len(SEARCHERS)
+    assert all(name in result.out for name in SEARCHERS)
+
+
+def test_several_side_by_side(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+    """One table for all; each in a directory of its own, each once."""
+    result = cortexc(left_turn, "--ga", "--method", "ce,lhs,ga", *SMALL, "--out", tmp_path / "all")
+    assert result.code == 0
+    assert "Side by side" in result.out
+    assert sorted(path.name for path in (tmp_path / "all").iterdir()) == ["cross_entropy", "ga", "lhs"]
+    document = cortexc(left_turn, "--method", "sobol", *SMALL, "--out", tmp_path / "one", "--json").document
+    assert [search["method"] for search in document["searches"]] == ["sobol"]
+
+
+@pytest.mark.parametrize("name", [name for name in SEARCHERS if name not in ("ga", "random")])
+def test_every_method_runs_to_its_report(cortexc: Command, left_turn: Path, tmp_path: Path, name: str) -> None:
+    """And its journal opens again."""
+    result = cortexc(left_turn, "--method", name, *SMALL, "--out", tmp_path / "run")
+    assert result.code == 0
+    assert "among 36 individuals" in result.out
+    run = open_run(tmp_path / "run")
+    assert (run.record.manifest.method, run.record.status, run.edited) == (name, "finished", ())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--method", "nichng"], "did you mean `niching`?"),
+        (["--method", "niching,xyzzy"], "`cortexc --method list` tells them all"),
+        (["--method", "niching", "--check"], "--method and --check ask for different things"),
+        (["--method", "niching", "--preset", "cortex"], "--preset has no effect without the genetic algorithm"),
+        (["--dask", "local"], "--dask has no effect on a single run"),
+        (["--method", "lhs", "--dask", "nowhere"], "there is no Dask scheduler at `nowhere`"),
+    ],
+)
+def test_slips(cortexc: Command, left_turn: Path, tmp_path: Path, arguments: list[str], message: str) -> None:
+    """Said with a cure, and 2."""
+    out = ("--out", tmp_path / "run") if "--dask" in arguments and "--method" in arguments else ()
+    result = cortexc(left_turn, *arguments, *out)
+    assert result.code == 2
+    assert message in result.err
+
+
+def test_a_package_that_is_missing(cortexc: Command, left_turn: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The line that installs it, before anything is made."""
+    monkeypatch.setitem(__import__("sys").modules, "cma", None)
+    result = cortexc(left_turn, "--method", "cmaes", "--out", "never")
+    assert result.code == 2
+    assert "pip install 'cortexc[search]'" in result.err
+    assert not Path("never").exists()
+
+
+def test_a_broken_searcher_of_another_package(
+    cortexc: Command, left_turn: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its fault is told as its own, not as a bug of ours."""
+    point = EntryPoint("shaky", "nowhere.at.all:make", "cortexc.searchers")
+    monkeypatch.setattr("engine.search.plugins.entry_points", lambda **_: [point])
+    result = cortexc(left_turn, "--method", "shaky", "--out", "never")
+    assert result.code == 2
+    assert "the searcher `shaky` cannot be loaded" in result.err
+
+
+def test_from_python(tmp_path: Path, left_turn: Path) -> None:
+    """`search(out=…)` keeps what it finds; `resume` goes on with it; both are what a longer search gives."""
+    from cortex_dsl.hunting import resume
+
+    scenario = load(left_turn, EGO_SPEED="50 km/h")
+    short = scenario.search("de", generations=2, population=10, seed=3, out=tmp_path / "run")
+    found = resume(tmp_path / "run", generations=4)
+    whole = scenario.search("de", generations=4, population=10, seed=3)
+    assert len(short.generations) == 2
+    assert found.campaign.evaluations.genomes.tobytes() == whole.evaluations.genomes.tobytes()
+    assert open_run(tmp_path / "run" / "journal.sqlite").scenario.overrides == {"EGO_SPEED": "50 km/h"}
+    assert all(path.exists() for path in found.worst_files)

@@ -1,0 +1,68 @@
+"""The compiler's intervals hold what the engine computes: two definitions of one arithmetic."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.quantities.intervals import interval
+from cortex_dsl.source import Span
+from engine.feasibility import forward
+from engine.feasibility.intervals import Interval
+from engine.feasibility.tape import THREE, TWO
+from engine.vocabulary import Op
+
+PLACE = Span(0, 0)
+ENDS = (-math.inf, -7.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.5, 1e8, math.inf)
+KNOWN = (
+    Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.SQRT, Op.SIN, Op.COS, Op.NEG, Op.ABS, Op.MIN, Op.MAX, Op.FLOOR, Op.SELECT,
+    Op.LT, Op.LE, Op.EQ, Op.NE, Op.AND, Op.OR, Op.NOT, Op.HYPOT,
+)  # fmt: skip
+"""What the compiler reasons about, and the engine too."""
+
+numbers = st.floats(-1e6, 1e6) | st.sampled_from([end for end in ENDS if math.isfinite(end)])
+
+
+@st.composite
+def operands(draw: st.DrawFn) -> tuple[tuple[float, float], float]:
+    """Ends between which an operand lies, finite or not, and a number there."""
+    number = draw(numbers)
+    low, high = draw(numbers | st.just(-math.inf)), draw(numbers | st.just(math.inf))
+    return (min(low, number), max(high, number)), number
+
+
+def held(op: Op, within: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """What the compiler knows of an operation on genes that lie there."""
+    genes = tuple(ir.Gene(PLACE, i) for i in range(len(within)))
+    return interval(ir.Apply(PLACE, op, genes), dict(enumerate(within)))
+
+
+def computed(op: Op, values: Sequence[float]) -> Interval:
+    """What the engine knows of it on these very numbers."""
+    points = (Interval(np.array([v]), np.array([v]), np.zeros(1, dtype=bool)) for v in values)
+    with np.errstate(all="ignore"):
+        return forward.FORWARD[op](*points)
+
+
+@pytest.mark.parametrize("op", KNOWN, ids=lambda op: op.name)
+@given(st.data())
+def test_the_compiler_holds_what_the_engine_computes(op: Op, data: st.DataObject) -> None:
+    """Of numbers between the ends, the result lies between the ends that the compiler gives."""
+    arity = 3 if op in THREE else 2 if op in TWO else 1
+    within, values = zip(*(data.draw(operands()) for _ in range(arity)), strict=True)
+    low, high = held(op, within)
+    result = computed(op, values)
+    if not result.undefined[0]:
+        slack = 1e-9 * (1.0 + abs(float(result.low[0])))
+        assert low <= result.high[0] + slack, (values, within)
+        assert high >= result.low[0] - slack, (values, within)
+
+
+@pytest.mark.parametrize("ends", [(0.5, math.inf), (-math.inf, 0.5), (-0.5, 2.5)])
+def test_the_floor_of_an_end_is_rounded_even_if_the_other_is_infinite(ends: tuple[float, float]) -> None:
+    """Half a metre is zero whole metres, however long the rest may be."""
+    assert held(Op.FLOOR, [ends]) == tuple(end if math.isinf(end) else math.floor(end) for end in ends)
