@@ -23,6 +23,7 @@ from cortex_dsl.syntax.reading import read_source
 from engine.search.journal_reader import Record, read_journal
 from engine.search.manifest import Link, Manifest, Origin, Text
 from engine.search.store import JOURNAL, StoreError
+from engine.study.store import is_study
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,8 @@ def _run_folder(path: Path) -> Path:
         raise StoreError(f"`{folder}` is no folder", "name the folder of a run, such as runs/left_turn-ga-001")
     if inside := sorted(each.parent for each in folder.glob(f"*/{JOURNAL}")):
         raise StoreError(f"`{folder}` holds {len(inside)} runs", f"name one of them, such as `{inside[0]}`")
+    if is_study(folder):
+        raise StoreError(f"`{folder}` is a study, and no single run", f"`cortexc report {folder}` tells it")
     raise StoreError(
         f"there is no journal in `{folder}`", "if a search into it was ended before it began, start that search again"
     )

@@ -28,10 +28,10 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
         "sleep": "write `do IdleBehavior() for 3 s`",
         "light": "write `signals()` to have lights; `FollowLaneBehavior(5 m/s, obey_signals=True)` stops at red ones",
         "collision": "contact is always looked for, and ends the run",
-    "STRAIGHT": "write `ManeuverType.STRAIGHT`",
-    "LEFT_TURN": "write `ManeuverType.LEFT_TURN`",
-    "RIGHT_TURN": "write `ManeuverType.RIGHT_TURN`",
-    "U_TURN": "write `ManeuverType.U_TURN`",
+        "STRAIGHT": "write `ManeuverType.STRAIGHT`",
+        "LEFT_TURN": "write `ManeuverType.LEFT_TURN`",
+        "RIGHT_TURN": "write `ManeuverType.RIGHT_TURN`",
+        "U_TURN": "write `ManeuverType.U_TURN`",
     }
 )
 """Names of Scenic and Python that are not here, and what to write instead."""

@@ -94,6 +94,20 @@ def test_a_requirement_at_the_end_beats_the_end(engine: str) -> None:
     assert verdict(text, engine) == aborted(f"always {BEFORE}", LINE)
 
 
+IN_RUN = f"scenario Main():\n    setup:\n        require always {BEFORE}\n"
+IN_PART = (
+    "scenario Main():\n    compose:\n        do Part()\n        wait\n"
+    f"scenario Part():\n    setup:\n        require always {BEFORE}\n        terminate when {BEYOND}\n"
+)
+
+
+@ENGINES
+@pytest.mark.parametrize("text", [f"terminate when {BEYOND}\n{IN_RUN}", IN_PART], ids=["run", "part"])
+def test_a_requirement_of_a_scenario_beats_its_end(text: str, engine: str) -> None:
+    """What a setup requires holds at the sample too at which the run, or the scenario itself, is ended."""
+    assert verdict(STRAIGHT + text, engine) == aborted(f"always {BEFORE}", LINE)
+
+
 @ENGINES
 def test_contact_stays_contact(engine: str) -> None:
     """What would break after contact is not looked at."""

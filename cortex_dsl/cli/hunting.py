@@ -6,15 +6,11 @@ from contextlib import contextmanager
 from dataclasses import replace
 from math import nan
 
-import numpy as np
-
 from cortex_dsl.cli.compiling import show
 from cortex_dsl.cli.exits import Exit, UsageError
+from cortex_dsl.cli.failed_runs import mistake_of
 from cortex_dsl.cli.request import Request
-from cortex_dsl.cli.stuck import never_acts
 from cortex_dsl.cli.terminal import Terminal
-from cortex_dsl.cli.undefined import undefined_value
-from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.hunting import Found
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.progress import SearchProgress
@@ -29,7 +25,6 @@ from engine.search.methods.extras import MissingExtra
 from engine.search.plugins import PluginError
 from engine.search.store import StoreError
 from engine.search.workers import Workers, WorkersLost, workers_for
-from engine.vocabulary import EndReason, Verdict
 
 
 @contextmanager
@@ -68,7 +63,7 @@ def watched(terminal: Terminal, method: str, total: int, record: Record | None =
 def tell(found: Sequence[Found], scenario: Scenario, request: Request, terminal: Terminal) -> Exit:
     """Show what was found, and say how the command ends."""
     campaigns = [each.campaign for each in found]
-    mistake = next((m for campaign in campaigns if (m := _mistake(scenario, campaign)) is not None), None)
+    mistake = next((m for campaign in campaigns if (m := mistake_of(scenario, campaign)) is not None), None)
     if request.json:
         terminal.write(_document(request, found))
     else:
@@ -83,21 +78,6 @@ def tell(found: Sequence[Found], scenario: Scenario, request: Request, terminal:
         show(scenario.compiled.source, [mistake], replace(request, json=False), terminal)
         return Exit.DIAGNOSTICS
     return _exit_code(campaigns)
-
-
-def _mistake(scenario: Scenario, campaign: Campaign) -> Diagnostic | None:
-    """What to tell of runs that failed over the file itself: a behaviour that never acts, a number that is none."""
-    evaluations = campaign.evaluations
-    rollouts = evaluations.rollouts
-    stuck = np.argwhere(rollouts.end_reason == EndReason.STUCK)
-    if len(stuck):
-        first = tuple(stuck[0])
-        return never_acts(scenario, int(rollouts.end_rule[first]), float(rollouts.end_time[first]))
-    failed = np.argwhere(rollouts.verdict == Verdict.ERROR)
-    if not len(failed):
-        return None
-    row, rollout = failed[0]
-    return undefined_value(scenario, scenario.scene_of(evaluations.genomes[row], evaluations.keys[row, rollout]))
 
 
 def _show(program: Program, found: Sequence[Found], terminal: Terminal, *, ours: bool) -> None:

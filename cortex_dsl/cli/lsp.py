@@ -19,7 +19,12 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
         if (missing.name or "").split(".")[0] not in ("pygls", "lsprotocol"):
             raise
         raise UsageError("the language server needs pygls: install `cortexc[lsp]`") from None
-    serve()
+    try:
+        serve()
+    except MemoryError:
+        raise UsageError(
+            "a message is longer than the memory", "its `Content-Length` is wrong, or the editor has opened a huge file"
+        ) from None
     return Exit.FINE
 
 

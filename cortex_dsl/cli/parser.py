@@ -61,7 +61,7 @@ class Parser(argparse.ArgumentParser):
     """argparse with messages that name the nearest option, and raise instead of ending the process."""
 
     def error(self, message: str) -> NoReturn:
-        raise UsageError(_tidy(message, self), "`cortexc --help` lists every option")
+        raise UsageError(_tidy(message, self), f"`{self.prog} --help` lists every option")
 
     def format_help(self) -> str:
         return _coloured(super().format_help()) if _colour_wanted(sys.stdout) else super().format_help()

@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Sequence
+from math import isnan
 from pathlib import Path
 
 from cortex_dsl.cli.arguments import SEED_LIMIT, assignment, whole_number
@@ -47,7 +48,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
         terminal.write(document("probability", {"file": options.file, **vars(found)}))
     else:
         terminal.out.print(probability_view(scenario.program, found))
-    return Exit.FINE if found.valid else Exit.NO_SCENE
+    return Exit.NO_SCENE if isnan(found.value) else Exit.FINE
 
 
 def _parser() -> Parser:

@@ -36,6 +36,8 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
     if options.what is None:
         raise UsageError("replay what? name a run or a scenario", "cortexc replay runs/left_turn-ga-001 --case 1")
     _check_target(options.to)
+    if options.seed is not None and options.what.suffix != ".scn":
+        raise UsageError("--seed draws a scenario's scene, and a run has its own", "name a case with --case K")
     found = _of_file(options, terminal) if options.what.suffix == ".scn" else _of_run(options.what, options.case or 1)
     if isinstance(found, int):
         return found

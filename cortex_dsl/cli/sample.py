@@ -20,8 +20,8 @@ from cortex_dsl.report.blame_view import blame_content
 from cortex_dsl.report.exhausted_view import exhausted_view
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.run_document import requirements_content
-from cortex_dsl.report.sample_view import sample_view
-from cortex_dsl.report.tally import Tally, first_culprit
+from cortex_dsl.report.sample_view import most_to_blame, sample_view
+from cortex_dsl.report.tally import Tally
 from cortex_dsl.session import Scenario
 from engine.config import SimulationConfig
 from engine.feasibility import explain
@@ -113,7 +113,7 @@ def _chunks(program: Program, request: Request, config: SimulationConfig) -> Ite
 def _document(
     request: Request, program: Program, tally: Tally, seconds: float, told: "Account | None", *, interrupted: bool
 ) -> str:
-    culprit = first_culprit(program, tally)
+    culprit = most_to_blame(program, tally, told)
     content = {
         "file": request.file,
         "program": program.digest,

@@ -6,8 +6,10 @@ from dataclasses import dataclass, field
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.definitions import Actor
 from cortex_dsl.semantics.quantities.units import dimension_name, si_formula, si_word
-from cortex_dsl.semantics.values import Actor, Quantity, Truth, Value, kind_name, option_name
+from cortex_dsl.semantics.values import Quantity, Truth, Value
+from cortex_dsl.semantics.wording import kind_name, option_name
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import GeneKind

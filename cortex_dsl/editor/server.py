@@ -51,8 +51,18 @@ class ScenarioServer(LanguageServer):
                 each.files = Buffers(texts=texts)
                 each.check(self.tell, pause)
 
+    def file(self, uri: str) -> OpenFile:
+        """An open file.
+
+        Raises:
+            JsonRpcInvalidParams: it is not open.
+        """
+        if uri not in self.files:
+            raise JsonRpcInvalidParams(f"`{uri}` is not open")
+        return self.files[uri]
+
     def place(self, document: types.TextDocumentIdentifier, position: types.Position) -> tuple[OpenFile, int]:
-        file = self.files[document.uri]
+        file = self.file(document.uri)
         return file, self.offset(file, position)
 
 
@@ -67,18 +77,19 @@ async def opened(ls: ScenarioServer, params: types.DidOpenTextDocumentParams) ->
 
 
 async def changed(ls: ScenarioServer, params: types.DidChangeTextDocumentParams) -> None:
-    file = ls.files[params.text_document.uri]
+    file = ls.file(params.text_document.uri)
     file.change(ls.workspace.get_text_document(file.uri).source)
     ls.check(file)
 
 
 async def saved(ls: ScenarioServer, params: types.DidSaveTextDocumentParams) -> None:
     """Files that are not open may have changed, too."""
-    ls.check(ls.files[params.text_document.uri])
+    ls.check(ls.file(params.text_document.uri))
 
 
 async def closed(ls: ScenarioServer, params: types.DidCloseTextDocumentParams) -> None:
-    ls.files.pop(params.text_document.uri).closed = True
+    ls.file(params.text_document.uri).closed = True
+    del ls.files[params.text_document.uri]
     ls.text_document_publish_diagnostics(types.PublishDiagnosticsParams(params.text_document.uri, []))
 
 
@@ -132,7 +143,7 @@ async def used(ls: ScenarioServer, params: types.ReferenceParams) -> list[types.
 
 
 async def outlined(ls: ScenarioServer, params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
-    file = ls.files[params.text_document.uri]
+    file = ls.file(params.text_document.uri)
     view = await file.settled()
     positions = messages.Positions(view.analysis.source.text, ls.encoding)
     return [messages.document_symbol(each, positions) for each in outline(view)]
@@ -148,7 +159,7 @@ def _signature(form: str, arguments: tuple[tuple[str, str], ...], active: int) -
 
 
 async def laid_out(ls: ScenarioServer, params: types.DocumentFormattingParams) -> list[types.TextEdit] | None:
-    file = ls.files[params.text_document.uri]
+    file = ls.file(params.text_document.uri)
     text = await asyncio.to_thread(formatted, file.name, file.text)
     if text is None or text == file.text:
         return None
@@ -168,7 +179,7 @@ async def renamed(ls: ScenarioServer, params: types.RenameParams) -> types.Works
 
 
 async def cured(ls: ScenarioServer, params: types.CodeActionParams) -> list[types.CodeAction]:
-    file = ls.files[params.text_document.uri]
+    file = ls.file(params.text_document.uri)
     await file.settled()
     if file.latest.source.text != file.text:
         return []
@@ -206,11 +217,25 @@ def build_server() -> ScenarioServer:
     return server
 
 
+class OneLine(logging.Formatter):
+    """What went wrong, without the way there: whoever sits at an editor has not written this server."""
+
+    def formatException(self, ei: object) -> str:  # noqa: N802 - its name in the base class
+        error = ei[1] if isinstance(ei, tuple) else None
+        return f"({type(error).__name__}: {error})" if error is not None else ""
+
+
+def _log_in_lines() -> None:
+    handler = logging.StreamHandler()
+    handler.setFormatter(OneLine("cortexc lsp: %(message)s"))
+    logging.basicConfig(level=logging.ERROR, handlers=[handler])
+
+
 def serve() -> None:
     """Answer on standard input and output until the client says so or leaves.
 
     The server closes its output in the end, so it gets a copy; whoever else prints must not disturb the protocol.
     """
-    logging.basicConfig(level=logging.ERROR, format="cortexc lsp: %(message)s")
+    _log_in_lines()
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as output, contextlib.redirect_stdout(sys.stderr):
         build_server().start_io(stdout=output)

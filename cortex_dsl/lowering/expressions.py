@@ -13,22 +13,8 @@ from cortex_dsl.lowering.operands import (
     Register,
     Temporary,
 )
+from cortex_dsl.semantics.quantities.algebra import changes, operands
 from engine.vocabulary import Op
-
-DYNAMIC_OPS = frozenset({Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING})
-
-
-def operands_of(expression: ir.Expr) -> tuple[ir.Expr, ...]:
-    """The expressions that this one is made of."""
-    match expression:
-        case ir.Apply(arguments=arguments):
-            return arguments
-        case ir.Pack(items=items):
-            return items
-        case ir.Item(bundle=bundle):
-            return (bundle,)
-        case _:
-            return ()
 
 
 @dataclass
@@ -44,11 +30,7 @@ class Dynamics:
         return self.known[key]
 
     def _decide(self, expression: ir.Expr) -> bool:
-        if isinstance(expression, ir.Local | ir.Running) or (
-            isinstance(expression, ir.Apply) and expression.op in DYNAMIC_OPS
-        ):
-            return True
-        return any(self.is_dynamic(operand) for operand in operands_of(expression))
+        return changes(expression) or any(map(self.is_dynamic, operands(expression)))
 
 
 @dataclass

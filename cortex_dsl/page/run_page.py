@@ -152,7 +152,7 @@ def _tiles(found: RunPage) -> Iterator[Element]:
         score = int(record.evaluations.score.max())
         yield _tile("worst.score", score, f"{score}", f"highest risk, of {HIGHEST_RISK}", style)
     yield _tile("by_simulation.rl", simulated.rl, fixed(simulated.rl, 2), "mean risk of a valid simulation")
-    yield _tile("by_simulation.nis", simulated.nis, f"{simulated.nis:,}", "invalid, could not be run")
+    yield _tile("by_simulation.nis", simulated.nis, f"{simulated.nis:,}", "invalid individuals")
     yield _tile("by_simulation.runs", simulated.runs, f"{simulated.runs:,}", "distinct simulations")
 
 

@@ -12,6 +12,7 @@ from engine.search.figures import Figures, distinct_collisions, figures
 from engine.search.journal_reader import Record
 from engine.search.ranking import worst_cases
 from engine.search.statistics import clopper_pearson
+from engine.vocabulary import Verdict
 
 RANDOM = "random"
 """The one method whose simulations are independent of one another, so that an interval can be given for their share."""
@@ -45,8 +46,9 @@ def headline(record: Record) -> str:
         return f"Nothing to come near to in {tried}: nobody but the ego was in the scene."
     if worst:
         near = fixed(worst[0].min_distance, 2)
-        return f"No collision of the ego among {tried}. The worst case comes as near as {near} m."
-    return f"Not one of {tried} was valid: no scene met the requirements of the file."
+        of = tried if simulated.valid_runs == simulated.runs else f"{simulated.valid_runs:,} valid of {tried}"
+        return f"No collision of the ego among {of}. The worst case comes as near as {near} m."
+    return f"Not one of {tried} was valid{_why_invalid(record)}."
 
 
 def paragraphs(record: Record, different: int, system: Sequence[str] = ()) -> Iterator[Node]:
@@ -121,13 +123,28 @@ def _found(record: Record, different: int) -> Node:
         figure("by_simulation.valid_runs", simulated.valid_runs, counted(simulated.valid_runs, "valid simulation")),
         f", {share}. " if simulated.valid_runs else ". ",
         f"The first came with simulation {first:,}. " if first else "",
-        figure("by_simulation.nis", simulated.nis, counted(simulated.nis, "simulation")),
-        f" ({percent(ratio(simulated.nis, simulated.individuals))}) could not be run, "
-        "for no scene with their params meets the file's requirements. "
-        if simulated.nis
-        else " were invalid. ",
+        figure("by_simulation.nis", simulated.nis, counted(simulated.nis, "individual")),
+        f" ({percent(ratio(simulated.nis, simulated.individuals))})",
+        f" {'was' if simulated.nis == 1 else 'were'} invalid{_why_invalid(record)}. ",
         _worst(record),
     )
+
+
+INVALID = {
+    Verdict.INFEASIBLE: "no scene with its params can meet the file's requirements",
+    Verdict.EXHAUSTED: "no scene that meets the file's requirements was found with its params",
+    Verdict.ABORTED: "a requirement on the run broke, and what came after that was not simulated",
+}
+"""Why a simulation counts as invalid."""
+
+
+def _why_invalid(record: Record) -> str:
+    """`: 12 times …`, most frequent first; empty where all were valid."""
+    verdicts = record.evaluations.rollouts.verdict[record.evaluations.simulated]
+    counts = {why: int((verdicts == verdict).sum()) for verdict, why in INVALID.items()}
+    seen = sorted((why for why in counts if counts[why]), key=lambda why: -counts[why])
+    reasons = "; ".join(f"{counted(counts[why], 'time')} {why}" for why in seen)
+    return f": {reasons}" if reasons else ""
 
 
 def _worst(record: Record) -> str:

@@ -7,11 +7,11 @@ from cortex_dsl.page.drawing import number
 from cortex_dsl.page.element import Element, Node, element, prose
 from cortex_dsl.page.run_charts import bars, strip
 from cortex_dsl.page.summary import figure
-from cortex_dsl.report.analysis_view import AVOIDANCES, DRIVER, condition_text, margin_text
+from cortex_dsl.report.analysis_view import AVOIDANCES, DRIVER, condition_text, lost_text, margin_text
 from cortex_dsl.report.numbers import counted, fixed, percent
 from engine.avoidability import Avoidability, Avoidance
 from engine.program import ParamSpace
-from engine.search.analysis import Analysis
+from engine.search.analysis import Analysis, Avoided
 from engine.search.diversity import Grid
 from engine.search.evaluations import Evaluations
 from engine.search.sensitivity import CHANCE, GeneIndex, Sensitivity
@@ -265,9 +265,15 @@ def avoided(analysis: Analysis) -> Node:
     ]
     note = (
         f"{counted(found.driven, 'different collision')}, each driven again by the reference driver of {DRIVER}. "
-        "An avoidable collision speaks against the ego; an unavoidable one may speak against the scene."
+        "An avoidable collision speaks against the ego; an unavoidable one may speak against the scene. "
+        f"{_lost(found)}"
     )
     return part("avoidable", "Would a competent driver have avoided it?", note, bars(rows, found.driven))
+
+
+def _lost(found: Avoided) -> str:
+    text = lost_text(found)
+    return f"{text}." if text else ""
 
 
 def avoidance_badge(answer: Avoidability | None) -> Node:

@@ -22,7 +22,7 @@ def enter(desk: Desk, chunk: str) -> None:
     _enter(desk, chunk, index)
     if desk.interactive and desk.mistakes > refused:
         desk.editing = index
-        desk.terminal.err.print("nothing was changed, so there is nothing to undo", style="quiet")
+        desk.terminal.err.print("refused: nothing was changed", style="quiet")
 
 
 def _enter(desk: Desk, chunk: str, index: int | None) -> None:

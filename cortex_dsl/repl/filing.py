@@ -26,7 +26,7 @@ def do_load(desk: Desk, argument: str) -> None:
         raise UsageError("which file?", "as in `:load left_turn.scn`")
     if desk.interactive and desk.unsaved and not _agreed("What was entered is not saved. Drop it?"):
         return
-    load(desk, Path(argument).expanduser())
+    load(desk, _path(argument))
 
 
 def load(desk: Desk, path: Path) -> None:
@@ -51,14 +51,30 @@ def load(desk: Desk, path: Path) -> None:
         desk.terminal.out.print(what, style="quiet", soft_wrap=True)
 
 
+def _path(name: str) -> Path:
+    """A path as typed, `~` being the home of a user.
+
+    Raises:
+        UsageError: it cannot be one.
+    """
+    if "\0" in name:
+        raise UsageError(f"`{name}` cannot be the name of a file")
+    try:
+        return Path(name).expanduser()
+    except RuntimeError:
+        raise UsageError(f"there is no home folder `{name.split('/')[0]}`", "write the whole path") from None
+
+
 def do_save(desk: Desk, argument: str) -> None:
     loud, name = argument.startswith("!"), argument.removeprefix("!").strip()
     if not desk.draft.entries:
         raise UsageError("there is nothing to save yet")
     if not name and desk.file is None:
         raise UsageError("under which name?", "as in `:save crossing.scn`")
-    path = Path(name).expanduser() if name else desk.file
+    path = _path(name) if name else desk.file
     assert path is not None
+    if path.is_dir():
+        raise UsageError(f"`{path}` is a folder", f"name a file in it, as in `:save {path / 'crossing.scn'}`")
     path = path if path.suffix else path.with_name(path.name + SUFFIX)
     if not loud and not _may_write(desk, path):
         return

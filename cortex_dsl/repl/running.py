@@ -2,20 +2,15 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from cortex_dsl.cli.arguments import SEED_LIMIT
 from cortex_dsl.cli.exits import Exit, UsageError
+from cortex_dsl.cli.failed_runs import mistake_of
 from cortex_dsl.cli.request import Mode, Request
-from cortex_dsl.cli.stuck import never_acts
-from cortex_dsl.cli.undefined import undefined_value
-from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.repl.commands import whole_number
 from cortex_dsl.repl.desk import Desk
 from cortex_dsl.repl.entering import refuse
 from cortex_dsl.session import Scenario
 from engine.search.campaign import Campaign, Progress
-from engine.vocabulary import EndReason, Verdict
 
 GENERATIONS = 10
 MOST_GENERATIONS = 10_000
@@ -59,7 +54,7 @@ def _search(desk: Desk, method: str, argument: str) -> None:
     if not len(scenario.program.space):
         raise UsageError("there is no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
     campaign = _campaign(desk, scenario, method, generations)
-    mistake = _mistake(scenario, campaign)
+    mistake = mistake_of(scenario, campaign)
     if mistake is not None:
         refuse(desk, scenario.compiled.source, [mistake])
         return
@@ -83,18 +78,3 @@ def _campaign(desk: Desk, scenario: Scenario, method: str, generations: int) -> 
             progress.generation_done(done.figures.by_individual, done.simulations, best)
 
         return scenario.search(method, generations=generations, seed=desk.seed, on_generation=on_generation)
-
-
-def _mistake(scenario: Scenario, campaign: Campaign) -> Diagnostic | None:
-    """What to tell of runs that failed over the scenario itself."""
-    evaluations = campaign.evaluations
-    rollouts = evaluations.rollouts
-    stuck = np.argwhere(rollouts.end_reason == EndReason.STUCK)
-    if len(stuck):
-        first = tuple(stuck[0])
-        return never_acts(scenario, int(rollouts.end_rule[first]), float(rollouts.end_time[first]))
-    failed = np.argwhere(rollouts.verdict == Verdict.ERROR)
-    if not len(failed):
-        return None
-    row, rollout = failed[0]
-    return undefined_value(scenario, scenario.scene_of(evaluations.genomes[row], evaluations.keys[row, rollout]))

@@ -105,6 +105,8 @@ def _cures(account: "Account") -> Text | None:
     if target is None or weighing.acceptance >= target:
         return None
     if not account.relaxations:
+        if account.conflict is not None and len(account.conflict.requirements) == 1:
+            return None  # that one has no amount, and has been named
         return Text(f"no single requirement can be relaxed to accept {percent(target, 2)}")
     text = Text(f"to accept {percent(target, 2)}: ")
     for position, relaxation in enumerate(account.relaxations[:MOST_CURES]):

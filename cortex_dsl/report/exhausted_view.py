@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 REASONS = {
     Verdict.INFEASIBLE: "the requirements contradict each other for these params",
     Verdict.EXHAUSTED: "no attempt met every requirement",
-    Verdict.ABORTED: "the run broke a rule that must always hold",
 }
 
 
@@ -32,7 +31,7 @@ def exhausted_view(
     genome: Sequence[float],
     account: "Account | None" = None,
 ) -> RenderableType:
-    """What exit code 3 says."""
+    """What exit code 3 says where nothing could be run; `verdict` is one of `REASONS`."""
     parts: list[RenderableType] = [Text.assemble(("no valid scene", "bad"), _tried(tally, verdict))]
     if len(tally.tested):
         parts.append(
@@ -42,7 +41,7 @@ def exhausted_view(
         parts.append(section("Who is to blame", blame_view(account), blame_note(account)))
     if len(program.space) and tally.scenes == 1:
         parts.append(section("Params of this attempt", params_view(program.space, genome)))
-    parts += [Text(), _cure(verdict, account)]
+    parts += [Text(), _cure(account)]
     return Group(*parts)
 
 
@@ -50,12 +49,10 @@ def _tried(tally: Tally, verdict: Verdict) -> str:
     if tally.scenes == 0:
         return " can be drawn from this file; that is proved, so none was tried"
     draws = f" over {counted(tally.scenes, 'draw')} of the params" if tally.scenes > 1 else ""
-    return f" in {counted(tally.attempts, 'attempt')}{draws}: {REASONS.get(verdict, '')}"
+    return f" in {counted(tally.attempts, 'attempt')}{draws}: {REASONS[verdict]}"
 
 
-def _cure(verdict: Verdict, account: "Account | None") -> Text:
-    if verdict == Verdict.ABORTED:
-        return Text("help: another --seed may keep the rule")
+def _cure(account: "Account | None") -> Text:
     if account is not None and (cure := cure_of_conflict(account)):
         return Text(f"help: {cure}")
     return Text("help: another --seed, a wider range or window in the file, or more --max-attempts")

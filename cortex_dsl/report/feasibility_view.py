@@ -13,7 +13,7 @@ from engine.program import Program
 
 
 def feasibility_view(program: Program, found: Feasibility) -> RenderableType | None:
-    """A line for each reason why ends of ranges cannot hold, and one for impossible variants; None where there are none."""
+    """A line for each reason that cuts ranges, and one for impossible variants; None where there are none."""
     lines = _cut_ranges(program, found.cuts)
     rejected = int((program.code.variant_template < 0).sum())
     impossible = int((found.impossible >= 0).sum()) - rejected

@@ -1,6 +1,7 @@
 """How probable a collision is, for people."""
 
 import math
+from collections.abc import Iterator
 
 from rich.console import Group, RenderableType
 from rich.text import Text
@@ -15,15 +16,19 @@ HOW = {
     "subset": "subset simulation (Au and Beck 2001); Student's interval over ten independent repetitions",
 }
 
+TOO_RARE = "valid runs are too rare for subset simulation to begin with; `--method mc` takes those that it finds"
+
 
 def probability_view(program: Program, found: Probability) -> RenderableType:
     """The estimate with its interval, what it is conditioned on, and how it was made."""
     if not found.valid:
-        return Group(heading(program.name), Text("no valid scene: there is nothing to estimate", "bad"))
+        return Group(heading(program.name), Text(f"no valid {_given(found)}: there is nothing to estimate", "bad"))
+    if math.isnan(found.value):
+        return Group(heading(program.name), Text(TOO_RARE, "bad"), Text(_work(found), "quiet"))
     lines = [
-        Text.assemble("probability of a collision, given a valid scene: ", (_number(found.value), "bad")),
+        Text.assemble(f"probability of a collision, given a valid {_given(found)}: ", (_number(found.value), "bad")),
         Text(_interval(found)),
-        Text(f"{percent(found.valid_share)} of all draws allow a valid scene; the others are conditioned out", "quiet"),
+        *_conditions(found),
         Text(_work(found), "quiet"),
         Text(HOW[found.method], "quiet"),
     ]
@@ -31,6 +36,22 @@ def probability_view(program: Program, found: Probability) -> RenderableType:
         steps = ", ".join(f"{level:.2f} m" if level else "contact" for level in found.levels)
         lines.append(Text(f"levels of the first repetition: {steps}", "quiet"))
     return Group(heading(program.name), *lines)
+
+
+def _given(found: Probability) -> str:
+    """What must be valid: where requirements on the run were broken, more than its beginning."""
+    return "run" if found.aborted else "scene"
+
+
+def _conditions(found: Probability) -> Iterator[Text]:
+    """What the probability leaves out."""
+    share = percent(found.valid_share)
+    if not found.aborted:
+        yield Text(f"{share} of all draws allow a valid scene; the others are conditioned out", "quiet")
+        return
+    broken = counted(found.aborted, "simulation")
+    yield Text(f"{share} of all draws give a valid run; the others are conditioned out", "quiet")
+    yield Text(f"{broken} broke a requirement on the run and ended there: what they came to is not counted", "warn")
 
 
 def _number(value: float) -> str:
@@ -49,5 +70,7 @@ def _interval(found: Probability) -> str:
 
 
 def _work(found: Probability) -> str:
-    hits = counted(found.collisions, "collision")
-    return f"{hits} among {whole(found.valid)} valid of {counted(found.simulations, 'simulation')}"
+    tried = f"{whole(found.valid)} valid of {counted(found.simulations, 'simulation')}"
+    if found.levels:
+        return f"{tried}; those of chains depend on one another, so their share is no estimate"
+    return f"{counted(found.collisions, 'collision')} among {tried}"

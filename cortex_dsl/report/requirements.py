@@ -12,9 +12,8 @@ from engine.program import Program
 BAR = 12
 
 
-def requirements_table(program: Program, tally: Tally) -> RenderableType:
+def requirements_table(program: Program, tally: Tally, culprit: int | None) -> RenderableType:
     """Counts are conditional: a requirement is tested only where the earlier ones held."""
-    culprit = first_culprit(program, tally)
     rows = []
     for index, requirement in enumerate(program.requirements):
         tested, rate = int(tally.tested[index]), tally.pass_rate(index)
@@ -33,9 +32,8 @@ def requirements_table(program: Program, tally: Tally) -> RenderableType:
     return columns(*head, rows=rows, header=True)
 
 
-def culprit_line(program: Program, tally: Tally) -> Text:
-    """One sentence about the first culprit; empty where nothing ever failed."""
-    culprit = first_culprit(program, tally)
+def culprit_line(program: Program, tally: Tally, culprit: int | None) -> Text:
+    """One sentence about the first culprit."""
     if culprit is None:
         return Text("every requirement always held", "quiet")
     requirement, rate = program.requirements[culprit], tally.pass_rate(culprit)
@@ -44,5 +42,7 @@ def culprit_line(program: Program, tally: Tally) -> Text:
     return Text.assemble("first culprit: ", (requirement.name, "warn"), where, f" {often}")
 
 
-def requirements_view(program: Program, tally: Tally) -> RenderableType:
-    return Group(requirements_table(program, tally), Text(), culprit_line(program, tally))
+def requirements_view(program: Program, tally: Tally, culprit: int | None = None) -> RenderableType:
+    """The table and its culprit, which the counts tell where nothing better is known."""
+    culprit = first_culprit(program, tally) if culprit is None else culprit
+    return Group(requirements_table(program, tally, culprit), Text(), culprit_line(program, tally, culprit))

@@ -11,7 +11,7 @@ from cortex_dsl.report.layout import columns, heading, left, right, section
 from cortex_dsl.report.numbers import counted, percent, ratio, whole
 from cortex_dsl.report.requirements import requirements_view
 from cortex_dsl.report.sparkline import bar
-from cortex_dsl.report.tally import Tally
+from cortex_dsl.report.tally import Tally, first_culprit
 from engine.program import Program
 from engine.vocabulary import Verdict
 
@@ -38,12 +38,22 @@ def sample_view(
         f", {percent(tally.acceptance)} of them accepted",
         (f"  {rate / 1e6:.1f} million a second" if rate > 1e5 else "", "quiet"),
     )
+    requirements = requirements_view(program, tally, most_to_blame(program, tally, account))
     return Group(
         heading(program.name, first_line(program.description)),
         section(counted(tally.scenes, "scene"), Group(verdicts_table(tally), Text(), attempts), reproduce),
-        section("Requirements", requirements_view(program, tally), "tested only where the earlier ones held"),
+        section("Requirements", requirements, "tested only where the earlier ones held"),
         *([] if account is None else [section("Who is to blame", blame_view(account), blame_note(account))]),
     )
+
+
+def most_to_blame(program: Program, tally: Tally, account: "Account | None") -> int | None:
+    """The requirement without which most would be accepted, or the tally's culprit where nothing was weighed.
+
+    In the tally, a draw of the params counts once where it is proved hopeless, else as often as it was tried.
+    """
+    failing = [] if account is None else [b for b in account.blames if b.alone < 1.0 and tally.failed[b.requirement]]
+    return max(failing, key=lambda blame: blame.without).requirement if failing else first_culprit(program, tally)
 
 
 def verdicts_table(tally: Tally) -> RenderableType:

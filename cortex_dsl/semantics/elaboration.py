@@ -4,8 +4,9 @@ The file is run once for every way of making its finite choices. A run leaves be
 rules of its variant as expressions over what is still unknown: genes, draws, and the state of the simulation.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import PurePath
 
 from cortex_dsl import ir
@@ -14,7 +15,7 @@ from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting import acts as _acts  # noqa: F401 - fills the table of statements
 from cortex_dsl.semantics.composition import scenarios
 from cortex_dsl.semantics.composition.imports import NO_FILES, ImportedFile
-from cortex_dsl.semantics.context import FileContext, Observer
+from cortex_dsl.semantics.context import Observer
 from cortex_dsl.semantics.findings import Findings
 from cortex_dsl.semantics.names.overrides import param_entries, read_overrides
 from cortex_dsl.semantics.names.scope import check_names
@@ -24,6 +25,7 @@ from cortex_dsl.semantics.randomness.choices import VARIANT_LIMIT, TooManyVarian
 from cortex_dsl.semantics.remarks.advice import advised
 from cortex_dsl.semantics.road.default_map import default_road, map_with_lights, reasons, spelled
 from cortex_dsl.semantics.running.temporal import judged
+from cortex_dsl.semantics.state import FileContext
 from cortex_dsl.semantics.tree import everything_in
 from cortex_dsl.semantics.variants import Draft, elaborate_variant
 from cortex_dsl.source import Source, Span
@@ -56,28 +58,32 @@ def elaborate(
     values = read_overrides(whole, overrides)
     check_names(module, findings, imports)
     system = system_params(module, param_entries(whole), findings)
-    default_road = _default_road(whole, findings)
-    entry = scenarios.entry(module, scenario, findings)
+    fresh = partial(
+        FileContext,
+        source,
+        values,
+        imports,
+        _default_road(whole, findings),
+        observe=observe,
+        entry=scenarios.entry(module, scenario, findings),
+        default_signals=map_with_lights(whole),
+        from_scenic=any(isinstance(statement, nodes.Model) for statement in whole.statements),
+    )
+    file, drafts = _drafted(module, fresh, findings)
+    return advised(module, file, replace(_scenario(module, file, drafts), system=system))
+
+
+def _drafted(
+    module: nodes.Module, fresh: Callable[..., FileContext], findings: Findings
+) -> tuple[FileContext, list[Draft]]:
+    """Every variant; begins anew where a numeric choice turns out to be needed concretely."""
     expanded: frozenset[Span] = frozenset()
     while True:
-        file = FileContext(
-            source,
-            values,
-            imports,
-            default_road,
-            expanded,
-            findings.copy(),
-            observe=observe,
-            entry=entry,
-            default_signals=map_with_lights(whole),
-            from_scenic=any(isinstance(statement, nodes.Model) for statement in whole.statements),
-        )
+        file = fresh(expanded=expanded, findings=findings.copy())
         try:
-            drafts = _enumerate(module, file)
+            return file, _enumerate(module, file)
         except NeedsExpansion as need:
             expanded = _expanded(expanded, need.sites)
-        else:
-            return advised(module, file, replace(_scenario(module, file, drafts), system=system))
 
 
 def _whole(module: nodes.Module, imports: Mapping[Span, ImportedFile]) -> nodes.Module:

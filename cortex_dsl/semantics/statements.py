@@ -7,6 +7,15 @@ from cortex_dsl import ir
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.composition.imports import bound_name
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.definitions import (
+    Actor,
+    BehaviourCall,
+    BehaviourValue,
+    MonitorCall,
+    MonitorValue,
+    ScenarioCall,
+    ScenarioValue,
+)
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
 from cortex_dsl.semantics.evaluation.functions import whole_number
 from cortex_dsl.semantics.evaluation.operators import combine, unpack
@@ -22,19 +31,8 @@ from cortex_dsl.semantics.road import roads, signals
 from cortex_dsl.semantics.road.default_map import reasons, spelled
 from cortex_dsl.semantics.running import temporal
 from cortex_dsl.semantics.running.monitors import require_monitor
-from cortex_dsl.semantics.values import (
-    POISON,
-    Actor,
-    BehaviourCall,
-    BehaviourValue,
-    MonitorCall,
-    MonitorValue,
-    Quantity,
-    ScenarioCall,
-    ScenarioValue,
-    Value,
-    kind_name,
-)
+from cortex_dsl.semantics.values import POISON, Quantity, Value
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes

@@ -13,15 +13,17 @@ from cortex_dsl.semantics.acting.behaviours import actor_behaviour, warn_if_idle
 from cortex_dsl.semantics.acting.yielding import everything
 from cortex_dsl.semantics.composition.composing import Composer, run_by, set_up_run
 from cortex_dsl.semantics.composition.modules import OF_THE_RUN, run_module
-from cortex_dsl.semantics.context import Evaluator, FileContext, Moment, RuleKey, Variant
+from cortex_dsl.semantics.context import Evaluator, Moment
+from cortex_dsl.semantics.definitions import Actor
 from cortex_dsl.semantics.evaluation.expressions import evaluator
 from cortex_dsl.semantics.problems import Mistake, Rejection
 from cortex_dsl.semantics.randomness.choices import Oracle
 from cortex_dsl.semantics.road.roads import network_of
 from cortex_dsl.semantics.running import monitors
 from cortex_dsl.semantics.running.rules import rules_of_run
+from cortex_dsl.semantics.state import FileContext, RuleKey, Variant
 from cortex_dsl.semantics.things.classes import OFF_ROAD, PROPERTIES
-from cortex_dsl.semantics.values import POISON, Actor, Value
+from cortex_dsl.semantics.values import POISON, Value
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Column
@@ -78,10 +80,14 @@ def _rejected(run: Variant, rejection: Rejection) -> ir.Variant:
     )
 
 
+HIDES_THE_EGO = (errors.WHICH_SCENARIO.code, errors.DUPLICATE.code)
+"""Mistakes after which nobody knows whether there is an ego."""
+
+
 def _finished_actors(ev: Evaluator) -> list[Actor]:
     """All objects by number, the ego first."""
     ego = ev.run.ego
-    undecided = any(finding.code == errors.WHICH_SCENARIO.code for finding in ev.file.findings)
+    undecided = any(finding.code in HIDES_THE_EGO for finding in ev.file.findings)
     taken = ev.run.names.get("ego") is POISON
     if (ego is None or ego.index != 0) and not taken and not undecided:
         end = len(ev.file.source.text.rstrip())
@@ -99,12 +105,13 @@ def _compose(ev: Evaluator, composer: Composer | None) -> None:
 
 def _rules(ev: Evaluator, statements: Sequence[nodes.Statement], composer: Composer | None) -> None:
     """What speaks of the run, once all objects are there."""
-    running = Moment(running=True)
-    for names, own in _imported(ev):
-        rules_of_run(ev.at_home(names).at_moment(running), own)
-    rules_of_run(ev.at_moment(running), statements)
+    running = ev.at_moment(Moment(running=True))
+    places = [(running.at_home(names), own) for names, own in _imported(ev)]
+    places.append((running, statements))
     if composer is not None:
-        rules_of_run(composer.ev.at_moment(Moment(running=True, scenario=ev.run.root)), ev.run.root.rules)
+        root = ev.run.root
+        places.append((composer.ev.at_moment(Moment(running=True, scenario=root)), root.rules))
+    rules_of_run(places)
     required = list(monitors.started(ev))
     ev.run.monitors[: len(required)] = required
 

@@ -23,7 +23,9 @@ def parse(source: Source) -> Module:
     """
     from cortex_dsl.syntax.builder import build
     from cortex_dsl.syntax.parser import read_tree
+    from cortex_dsl.syntax.reading import check_size
 
+    check_size(source.name, len(source.text))
     tree, diagnostics = read_tree(source)
     module, more = build(tree, source) if tree is not None else (None, [])
     _raise_if_any(source, [*diagnostics, *more])

@@ -143,7 +143,11 @@ class _Arrangement:
     def stray_indent(self, line: Line, previous: Line | None) -> None:
         if self.mixed:
             return
-        if previous is not None and line.word in SPECIFIER_WORDS and _OBJECT.search(self.text, previous.start, previous.end):
+        if (
+            previous is not None
+            and line.word in SPECIFIER_WORDS
+            and _OBJECT.search(self.text, previous.start, previous.end)
+        ):
             self.diagnostics.append(
                 errors.MISSING_COMMA.at(
                     Span(previous.end, previous.end),

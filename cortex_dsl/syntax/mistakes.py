@@ -52,13 +52,7 @@ def assignment_in_condition(trouble: Trouble) -> Diagnostic | None:
     in_condition = trouble.first.text in ("require", "if", "elif", "while", "terminate", "interrupt", "do")
     if trouble.found.text != "=" or not in_condition:
         return None
-    return errors.ASSIGNMENT_IN_CONDITION.at(
-        trouble.found.span,
-        "`=` does not compare",
-        "did you mean `==`?",
-        reason=errors.ASSIGNMENT_IN_CONDITION.why,
-        cure="write `==`",
-    )
+    return phrases.does_not_compare(trouble)
 
 
 def second_assignment(trouble: Trouble) -> Diagnostic | None:

@@ -46,6 +46,11 @@ def assignment_in_lambda(trouble: Trouble) -> Diagnostic | None:
     inside = [word.text for word in trouble.words[: trouble.place] if trouble.bracket is not None]
     if trouble.found.text != "=" or not ({"lambda", "if"} & set(inside)):
         return None
+    return does_not_compare(trouble)
+
+
+def does_not_compare(trouble: Trouble) -> Diagnostic:
+    """`=` where `==` is meant."""
     return errors.ASSIGNMENT_IN_CONDITION.at(
         trouble.found.span,
         "`=` does not compare",

@@ -50,16 +50,7 @@ def decode_text(name: str, content: bytes) -> Source:
     Raises:
         CompileError: it is no text in UTF-8, or too large.
     """
-    if len(content) > MAX_BYTES:
-        _refuse(
-            Source(name, ""),
-            errors.LARGE_FILE.at(
-                Span(0, 0),
-                f"this file is larger than {MAX_BYTES >> 10} KiB",
-                reason=errors.LARGE_FILE.why,
-                cure="check whether it is a scenario at all, or split it",
-            ),
-        )
+    check_size(name, len(content))
     if b"\0" in content:
         _refuse(
             Source(name, ""),
@@ -74,6 +65,20 @@ def decode_text(name: str, content: bytes) -> Source:
         return Source(name, content.decode("utf-8-sig"))
     except UnicodeDecodeError as bad:
         _refuse(*_wrong_encoding(name, content, bad))
+
+
+def check_size(name: str, size: int) -> None:
+    """Raise CompileError for a text of more bytes or characters than a scenario ever has."""
+    if size > MAX_BYTES:
+        _refuse(
+            Source(name, ""),
+            errors.LARGE_FILE.at(
+                Span(0, 0),
+                f"this file is larger than {MAX_BYTES >> 10} KiB",
+                reason=errors.LARGE_FILE.why,
+                cure="check whether it is a scenario at all, or split it",
+            ),
+        )
 
 
 def _wrong_encoding(name: str, content: bytes, bad: UnicodeDecodeError) -> tuple[Source, Diagnostic]:

@@ -1,5 +1,6 @@
 """What a search's failures are, taken together: how many different ones, where, of what kinds, and whose fault."""
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -34,6 +35,8 @@ class Avoided:
     """Failures that were driven again."""
     by: dict[Avoidance, int]
     """How many of them came out in each way."""
+    lost: int = 0
+    """How many of them not even full braking from the first moment on avoids."""
 
     @property
     def avoidable(self) -> int:
@@ -114,8 +117,9 @@ def _spread_evenly(rows: Sequence[int]) -> list[int]:
 
 
 def _avoided(answers: Sequence[Avoidability | None]) -> Avoided:
-    known = [answer.avoidance for answer in answers if answer is not None]
-    return Avoided(len(known), dict(sorted(Counter(known).items())))
+    known = [answer for answer in answers if answer is not None]
+    by = Counter(answer.avoidance for answer in known)
+    return Avoided(len(known), dict(sorted(by.items())), sum(answer.margin == -math.inf for answer in known))
 
 
 def variant_labels(program: Program) -> list[str]:

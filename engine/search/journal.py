@@ -20,7 +20,7 @@ blobs (float64; int32, tested then failed); NaN is NULL.
 import json
 import sqlite3
 from collections.abc import Iterable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import asdict, fields
 from math import isfinite
 from pathlib import Path
@@ -134,7 +134,8 @@ class Journal:
             with _transaction(self._connection) as connection:
                 status = "stopped" if campaign.stopped else "finished"
                 connection.execute("UPDATE status SET status = ?, seconds = ?", (status, campaign.elapsed))
-            self._connection.execute("PRAGMA journal_mode = DELETE")
+            with suppress(sqlite3.OperationalError):  # while somebody reads it stays as it is, and is as good
+                self._connection.execute("PRAGMA journal_mode = DELETE")
         self.close()
 
     def close(self) -> None:

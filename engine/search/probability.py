@@ -67,6 +67,8 @@ class Probability:
     """Of them with a collision; under `subset` these are not independent."""
     valid_share: float
     """Estimated probability that a draw gives a valid run."""
+    aborted: int = 0
+    """Of the simulations, those that a requirement on the run made invalid: they did run."""
     levels: tuple[float, ...] = ()
     """Of the first repetition: least distances at which it stopped over [m]; 0 stands for contact."""
 
@@ -85,15 +87,16 @@ def monte_carlo(space: ParamSpace, evaluate: Evaluate, samples: int, seed: int =
     """Plain Monte Carlo with `samples` draws."""
     from engine.genomes import draw_genomes
 
-    valid = collisions = 0
+    valid = collisions = aborted = 0
     for start in range(0, samples, BLOCK):
         keys = key_rows(seed, int(Method.SAMPLE), 0, 0, range(start, min(samples, start + BLOCK)))
         runs = evaluate(draw_genomes(space, keys), keys)
         valid += int((runs.verdict == Verdict.VALID).sum())
         collisions += int(runs.collided.sum())
+        aborted += int((runs.verdict == Verdict.ABORTED).sum())
     value = collisions / valid if valid else math.nan
     interval = clopper_pearson(collisions, valid, level)
-    return Probability("mc", value, interval, level, samples, valid, collisions, valid / samples)
+    return Probability("mc", value, interval, level, samples, valid, collisions, valid / samples, aborted)
 
 
 @dataclass(frozen=True)
@@ -115,7 +118,10 @@ class _Level:
 
 @dataclass
 class _Chain:
-    """One repetition of subset simulation: where its random numbers come from, and what it has spent."""
+    """One repetition of subset simulation: where its random numbers come from, and what it has spent.
+
+    Of the `drawn` draws of its first level `filled` were valid.
+    """
 
     evaluate: Evaluate
     genomes: Genomes
@@ -125,7 +131,9 @@ class _Chain:
     simulations: int = 0
     valid: int = 0
     drawn: int = 0
+    filled: int = 0
     collisions: int = 0
+    aborted: int = 0
     step: int = 0
 
     def numbers(self) -> Generator:
@@ -145,6 +153,7 @@ class _Chain:
         self.simulations += len(keys)
         self.valid += int((runs.verdict == Verdict.VALID).sum())
         self.collisions += int(runs.collided.sum())
+        self.aborted += int((runs.verdict == Verdict.ABORTED).sum())
         return runs
 
 
@@ -173,7 +182,6 @@ def subset_simulation(
     value = float(values.mean())
     known = bool(value > 0.0)
     drawn = sum(chain.drawn for chain in chains)
-    first_valid = REPETITIONS * size
     return Probability(
         method="subset",
         value=value,
@@ -182,7 +190,8 @@ def subset_simulation(
         simulations=sum(chain.simulations for chain in chains),
         valid=sum(chain.valid for chain in chains),
         collisions=sum(chain.collisions for chain in chains),
-        valid_share=min(1.0, first_valid / drawn) if drawn else math.nan,
+        valid_share=sum(chain.filled for chain in chains) / drawn,
+        aborted=sum(chain.aborted for chain in chains),
         levels=estimates[0][1],
     )
 
@@ -218,6 +227,7 @@ def _first_level(chain: _Chain, size: int) -> _Level | None:
         runs = chain.simulate(points, keys)
         rows = np.flatnonzero(runs.verdict == Verdict.VALID)[: size - found]
         found += len(rows)
+        chain.filled += len(rows)
         chain.drawn += int(rows[-1]) + 1 if found == size and len(rows) else count
         parts.append(_Level(points, keys, runs).rows(rows))
         if found == size:

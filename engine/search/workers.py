@@ -105,9 +105,10 @@ def _dask(workers: Workers) -> Iterator[Executor]:
     cluster = None
     try:
         if workers.address == "local":
-            cluster = distributed.LocalCluster(
-                n_workers=workers.jobs, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
-            )
+            with _unheard_by_children():
+                cluster = distributed.LocalCluster(
+                    n_workers=workers.jobs, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
+                )
         client = distributed.Client(cluster or workers.address, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise WorkersLost(
@@ -121,6 +122,19 @@ def _dask(workers: Workers) -> Iterator[Executor]:
         client.close()
         if cluster is not None:
             cluster.close()
+
+
+@contextmanager
+def _unheard_by_children() -> Iterator[None]:
+    """Hold Ctrl-C back for a moment: processes that are started meanwhile never hear it, this one does afterwards."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _first_line(error: Exception) -> str:

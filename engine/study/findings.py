@@ -64,5 +64,8 @@ def _tally(method: str, comparisons: Sequence[Comparison], measure: Measure) -> 
     return f"{', '.join(parts)} of {scenarios}"
 
 
-RULE = f"beats: better median, Holm-corrected Mann-Whitney p < {LEVEL:g}, A12 > {MEDIUM:g}; one run is one observation"
+RULE = (
+    f"beats: better median, Holm-corrected Mann-Whitney p < {LEVEL:g}, A12 > {MEDIUM:g}; A12: how often a run of the "
+    "method is better than one of the baseline; one run is one observation"
+)
 """What the words of a verdict mean."""

@@ -15,7 +15,8 @@ from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.quantities import numbers
 from cortex_dsl.semantics.quantities.units import TIME
 from cortex_dsl.semantics.statements import check_called, soft_probability
-from cortex_dsl.semantics.values import ActionCall, BuiltinValue, Effect, Value, kind_name
+from cortex_dsl.semantics.values import ActionCall, BuiltinValue, Effect, Value
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes

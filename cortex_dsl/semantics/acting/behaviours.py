@@ -17,18 +17,11 @@ from cortex_dsl.semantics.acting.variables import snapshot
 from cortex_dsl.semantics.acting.yielding import ever_acts
 from cortex_dsl.semantics.builtins import Kind, names_of
 from cortex_dsl.semantics.context import Evaluator, Moment
+from cortex_dsl.semantics.definitions import Actor, BehaviourCall, BehaviourValue, Instance, MonitorCall, MonitorValue
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.problems import Mistake
-from cortex_dsl.semantics.values import (
-    Actor,
-    BehaviourCall,
-    BehaviourValue,
-    Instance,
-    MonitorCall,
-    MonitorValue,
-    Value,
-    kind_name,
-)
+from cortex_dsl.semantics.values import Value
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes

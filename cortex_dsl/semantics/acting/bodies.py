@@ -13,11 +13,13 @@ from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting import guards
 from cortex_dsl.semantics.acting.variables import assigned_names, snapshot
 from cortex_dsl.semantics.context import Evaluator, Moment
+from cortex_dsl.semantics.definitions import BehaviourCall, MonitorCall
 from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.quantities import numbers
 from cortex_dsl.semantics.quantities.algebra import is_dynamic
 from cortex_dsl.semantics.quantities.units import dimension_name
-from cortex_dsl.semantics.values import POISON, BehaviourCall, MonitorCall, Quantity, Truth, Value, kind_name
+from cortex_dsl.semantics.values import POISON, Quantity, Truth, Value
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Op

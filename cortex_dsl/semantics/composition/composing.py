@@ -18,9 +18,11 @@ from cortex_dsl.semantics.acting.variables import assigned_names
 from cortex_dsl.semantics.composition.coroutines import Coroutine
 from cortex_dsl.semantics.composition.scenarios import number, place_of, set_up, surely_first
 from cortex_dsl.semantics.context import Evaluator, Moment
+from cortex_dsl.semantics.definitions import Actor, Instance, ScenarioCall, ScenarioValue
 from cortex_dsl.semantics.evaluation.calls import as_scenario
 from cortex_dsl.semantics.evaluation.motion import is_present
-from cortex_dsl.semantics.values import Actor, Instance, ScenarioCall, ScenarioValue, Value, kind_name
+from cortex_dsl.semantics.values import Value
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes

@@ -10,6 +10,7 @@ from cortex_dsl.semantics.acting import guards
 from cortex_dsl.semantics.acting.behaviours import stop
 from cortex_dsl.semantics.acting.bodies import Body, Guards
 from cortex_dsl.semantics.context import Evaluator, Moment
+from cortex_dsl.semantics.definitions import Instance
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.quantities import numbers
@@ -17,7 +18,6 @@ from cortex_dsl.semantics.quantities.units import TIME
 from cortex_dsl.semantics.running import monitors
 from cortex_dsl.semantics.running.temporal import always_condition
 from cortex_dsl.semantics.statements import known_number
-from cortex_dsl.semantics.values import Instance
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
@@ -51,7 +51,7 @@ class Coroutine:
         during = (*during, *self._always(body))
         starts = tuple(ir.Start(span, number) for number in self._watchers(body))
         acts = body.block(composer.node.compose) if composer.node.compose else self._for_ever()
-        clock, handlers = self._ends(body)
+        clock, handlers = self._ends(body, during)
         inner: ir.Block = (ir.Scope(span, composer.node.name, body.scope, acts, during),)
         if handlers:
             inner = (ir.TryInterrupt(span, inner, handlers),)
@@ -101,26 +101,31 @@ class Coroutine:
             run.monitors.append(ir.Monitor(statement.name or call.name, block, False, statement.span))
             yield len(run.monitors) - 1
 
-    def _ends(self, body: Body) -> tuple[ir.Block, tuple[tuple[ir.Expr, ir.Block], ...]]:
-        """What `terminate when` and `terminate after` of the setup do: acts at the start, and handlers."""
+    def _ends(self, body: Body, during: Guards) -> tuple[ir.Block, tuple[tuple[ir.Expr, ir.Block], ...]]:
+        """What `terminate when` and `terminate after` of the setup do: acts at the start, and handlers. What must hold
+        while the scenario runs must hold at its last sample too.
+        """
         clock: list[ir.Act] = []
         handlers = []
         for statement in self.composer.instance.rules:
-            leave: ir.Block = (ir.Abort(statement.span),)
+            demands = tuple(ir.Demand(statement.span, holds, rule) for holds, rule in during)
             try:
                 if isinstance(statement, nodes.TerminateAfter):
-                    handlers.append((self._elapsed(body, statement, clock), leave))
+                    leave = ir.Abort(statement.span)
+                    handlers.append((self._elapsed(body, statement, clock), (*demands, leave)))
                 elif isinstance(statement, nodes.TerminateWhen):
                     condition = body.condition(statement.condition, repeated=True)
-                    handlers.append((condition, self._whole(body, statement) if statement.simulation else leave))
+                    handlers.append((condition, (*demands, self._end(body, statement))))
             except Mistake as mistake:
                 body.ev.report(mistake)
         return tuple(clock), tuple(handlers)
 
-    def _whole(self, body: Body, node: nodes.TerminateWhen) -> ir.Block:
-        """`terminate simulation when` ends the run."""
+    def _end(self, body: Body, node: nodes.TerminateWhen) -> ir.Act:
+        """`terminate when` ends the scenario, `terminate simulation when` the run."""
+        if not node.simulation:
+            return ir.Abort(node.span)
         name = node.name or guards.source_of(body.ev, node.condition)
-        return (ir.Terminate(node.span, body.ev.file.rule(node.span, name)),)
+        return ir.Terminate(node.span, body.ev.file.rule(node.span, name))
 
     def _elapsed(self, body: Body, node: nodes.TerminateAfter, clock: list[ir.Act]) -> ir.Expr:
         algebra, scene = body.ev.algebra, place(body.ev, self.composer.instance)

@@ -9,10 +9,11 @@ from collections.abc import Mapping, Sequence
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.composition.imports import ImportedFile, bound_name
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.definitions import BehaviourValue, MonitorValue, Namespace, ScenarioValue
 from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.statements import STATEMENTS, run_statement
 from cortex_dsl.semantics.things import making, mutation
-from cortex_dsl.semantics.values import BehaviourValue, MonitorValue, Namespace, ScenarioValue, Value
+from cortex_dsl.semantics.values import Value
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes

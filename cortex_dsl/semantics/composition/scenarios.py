@@ -8,15 +8,17 @@ Source: Scenic 3 reference, "Modular Scenario Definition", and its tutorial "Com
 from collections.abc import Iterator, Sequence
 
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.context import Evaluator, Moment, Variant
+from cortex_dsl.semantics.context import Evaluator, Moment
+from cortex_dsl.semantics.definitions import Instance, ScenarioValue
 from cortex_dsl.semantics.findings import Findings
 from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.running.rules import speaks_of_run
+from cortex_dsl.semantics.state import Variant
 from cortex_dsl.semantics.statements import run_statement
 from cortex_dsl.semantics.things import mutation
 from cortex_dsl.semantics.things.overriding import override
 from cortex_dsl.semantics.tree import everything_in
-from cortex_dsl.semantics.values import Instance, ScenarioValue, Value
+from cortex_dsl.semantics.values import Value
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes

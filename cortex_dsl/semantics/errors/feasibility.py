@@ -22,7 +22,7 @@ OFF_THE_ROAD = Problem(
     "`{name}` does not stand on the road",
     "at the start all of its outline must lie on the road, so every scene would be thrown away",
     "put it into a lane, as in `in lane.centerline`, or turn it, as in `facing roadDirection`; if it is to stand "
-    "beside the road write `facing 90 deg, with regionContainedIn None`",
+    "beside the road write `with regionContainedIn None`, and after `at` also `facing 90 deg`",
     page=Page(
         "object off the road",
         "Vehicles begin on the road, with all of their outline. x counts to the east and y to the north, in metres "

@@ -193,3 +193,16 @@ SUSPICIOUS_ACCELERATION = warning(
         "ego = new Car in network.lanes[0].centerline,\n    with behavior FollowLaneBehavior(max_lateral=0.3 g)\n",
     ),
 )
+BARE_BESIDE_UNIT = warning(
+    "SCN325",
+    "a bare {value:g} beside a number in {unit} is {value:g} {si}, which is {converted:.4g} {unit}",
+    "a number without a unit counts in SI, whatever unit its neighbour is written in",
+    "write `{value:g} {unit}`, or `{value:g} {si}` if that is meant",
+    page=Page(
+        "bare number beside another unit",
+        "A number without a unit is SI: added to a param in km/h, or compared with it, it counts metres a second.",
+        "param V = Range(20, 80) km/h\nego = new Car in network.lanes[0].centerline, with speed V\nrequire V > 10\n",
+        "param V = Range(20, 80) km/h\nego = new Car in network.lanes[0].centerline, with speed V\n"
+        "require V > 30 km/h\n",
+    ),
+)

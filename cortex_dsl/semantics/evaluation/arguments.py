@@ -9,7 +9,8 @@ from cortex_dsl.semantics.builtins import Builtin, Parameter
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.quantities.numbers import adopt, in_range
-from cortex_dsl.semantics.values import POISON, Value, kind_name
+from cortex_dsl.semantics.values import POISON, Value
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes

@@ -7,6 +7,7 @@ from typing import TypeVar
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.definitions import Actor, Namespace, ScenarioCall
 from cortex_dsl.semantics.evaluation import nearby
 from cortex_dsl.semantics.evaluation.motion import as_written, check_settled, current_pose, state
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
@@ -14,24 +15,21 @@ from cortex_dsl.semantics.road import lanes, signals
 from cortex_dsl.semantics.road.roads import ROAD
 from cortex_dsl.semantics.things.classes import PROPERTIES, property_value
 from cortex_dsl.semantics.values import (
-    Actor,
     Centerline,
     Closure,
     DirectionField,
     EnumValue,
     GlobalParameters,
     LaneNow,
-    Namespace,
     Pose,
     Quantity,
-    ScenarioCall,
     Signal,
     Truth,
     Unfinished,
     Value,
     Vector,
-    kind_name,
 )
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from engine.road.network import Intersection, Lane, Maneuver, Network

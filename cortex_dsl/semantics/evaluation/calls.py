@@ -5,6 +5,14 @@ from collections.abc import Sequence
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS, Builtin, Kind
 from cortex_dsl.semantics.context import Evaluator, Moment
+from cortex_dsl.semantics.definitions import (
+    BehaviourCall,
+    BehaviourValue,
+    MonitorCall,
+    MonitorValue,
+    ScenarioCall,
+    ScenarioValue,
+)
 from cortex_dsl.semantics.evaluation import driving as _driving  # noqa: F401 - fills the table of functions
 from cortex_dsl.semantics.evaluation import steering
 from cortex_dsl.semantics.evaluation.arguments import Given, Slot, bind, bind_builtin, evaluate_arguments, number_for
@@ -12,21 +20,8 @@ from cortex_dsl.semantics.evaluation.functions import FUNCTIONS
 from cortex_dsl.semantics.quantities.algebra import is_dynamic
 from cortex_dsl.semantics.randomness import distributions
 from cortex_dsl.semantics.randomness.draws import Site
-from cortex_dsl.semantics.values import (
-    ActionCall,
-    BehaviourCall,
-    BehaviourValue,
-    BuiltinValue,
-    Closure,
-    MonitorCall,
-    MonitorValue,
-    Quantity,
-    ScenarioCall,
-    ScenarioValue,
-    Truth,
-    Value,
-    kind_name,
-)
+from cortex_dsl.semantics.values import ActionCall, BuiltinValue, Closure, Quantity, Truth, Value
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Command

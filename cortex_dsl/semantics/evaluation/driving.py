@@ -9,7 +9,8 @@ from cortex_dsl.semantics.evaluation.arguments import Given, number_for
 from cortex_dsl.semantics.evaluation.functions import function
 from cortex_dsl.semantics.road import signal_changes, signals
 from cortex_dsl.semantics.road.signal_plan import RED, YELLOW
-from cortex_dsl.semantics.values import Colour, Effect, Signal, Truth, Value, kind_name
+from cortex_dsl.semantics.values import Colour, Effect, Signal, Truth, Value
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from engine.road.network import Intersection
 from engine.vocabulary import Op

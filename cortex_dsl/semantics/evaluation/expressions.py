@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping
 
-from cortex_dsl.semantics.context import Evaluator, Handler, Variant
+from cortex_dsl.semantics.context import Evaluator, Handler
 from cortex_dsl.semantics.evaluation import calls, geometry, operators
 from cortex_dsl.semantics.running import temporal
+from cortex_dsl.semantics.state import Variant
 from cortex_dsl.semantics.things import objects
 from cortex_dsl.syntax import nodes
 

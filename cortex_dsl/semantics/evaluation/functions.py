@@ -7,11 +7,13 @@ from cortex_dsl import ir
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.definitions import Actor
 from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin, items_of, no_names, number_for
-from cortex_dsl.semantics.quantities import numbers
+from cortex_dsl.semantics.quantities import numbers, operations
 from cortex_dsl.semantics.quantities.algebra import closed_value
 from cortex_dsl.semantics.quantities.units import ANGLE, PURE, dimension_name
-from cortex_dsl.semantics.values import Actor, Closure, Quantity, Truth, Value, kind_name
+from cortex_dsl.semantics.values import Closure, Quantity, Truth, Value
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from engine.vocabulary import Op
 
@@ -92,12 +94,12 @@ def _abs(ev: Evaluator, x: Given, _span: Span) -> Value:
 
 @function("sqrt")
 def _sqrt(ev: Evaluator, x: Given, span: Span) -> Value:
-    return numbers.square_root(ev, numbers.quantity(x.value, x.span, "the argument of `sqrt`"), span)
+    return operations.square_root(ev, numbers.quantity(x.value, x.span, "the argument of `sqrt`"), span)
 
 
 def _two_alike(ev: Evaluator, op: Op, x: Given, y: Given, span: Span) -> Quantity:
     left, right = (numbers.quantity(g.value, g.span) for g in (x, y))
-    dimension = numbers.common(left.dimension, right.dimension, span, "combined")
+    dimension = operations.common(left.dimension, right.dimension, span, "combined")
     return Quantity(ev.algebra.apply(op, left.expr, right.expr), dimension)
 
 
@@ -139,7 +141,7 @@ _extremum("max", Op.MAX)
 def _sum(ev: Evaluator, items: Given, span: Span) -> Value:
     total = Quantity(ev.algebra.literal(0.0), None)
     for item in items_of(items.value, items.span):
-        total = numbers.add(ev, total, numbers.quantity(item, items.span), span)
+        total = operations.add(ev, total, numbers.quantity(item, items.span), span)
     return total
 
 

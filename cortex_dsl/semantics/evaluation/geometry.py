@@ -8,22 +8,13 @@ import math
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.definitions import Actor
 from cortex_dsl.semantics.evaluation.motion import as_meant, current_pose
 from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.quantities.numbers import adopt
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
-from cortex_dsl.semantics.values import (
-    Actor,
-    Centerline,
-    DirectionField,
-    Pose,
-    Quantity,
-    Region,
-    Truth,
-    Value,
-    Vector,
-    kind_name,
-)
+from cortex_dsl.semantics.values import Centerline, DirectionField, Pose, Quantity, Region, Truth, Value, Vector
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.road.network import Intersection, Lane

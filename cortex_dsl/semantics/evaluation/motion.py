@@ -7,7 +7,8 @@ from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
-from cortex_dsl.semantics.values import Actor, Pose
+from cortex_dsl.semantics.definitions import Actor
+from cortex_dsl.semantics.values import Pose
 from engine.vocabulary import Op, State
 
 

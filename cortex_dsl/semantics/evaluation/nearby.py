@@ -9,6 +9,7 @@ from cortex_dsl import ir
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.definitions import Actor
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for
 from cortex_dsl.semantics.evaluation.motion import (
     all_of,
@@ -25,7 +26,8 @@ from cortex_dsl.semantics.quantities.units import LENGTH, TIME
 from cortex_dsl.semantics.road.lanes import index_of, lane_at, looked_up
 from cortex_dsl.semantics.road.roads import network_of
 from cortex_dsl.semantics.things.classes import ACTOR_KINDS
-from cortex_dsl.semantics.values import Actor, BuiltinValue, Pose, Quantity, Truth, Value, kind_name
+from cortex_dsl.semantics.values import BuiltinValue, Pose, Quantity, Truth, Value
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from engine.vocabulary import ActorKind, Op
 

@@ -10,24 +10,14 @@ from cortex_dsl.semantics.evaluation import attributes, geometry
 from cortex_dsl.semantics.evaluation.arguments import Given, items_of
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth, whole_number
 from cortex_dsl.semantics.problems import Mistake
-from cortex_dsl.semantics.quantities import numbers
+from cortex_dsl.semantics.quantities import numbers, operations
 from cortex_dsl.semantics.quantities.units import UNITS, Unit
 from cortex_dsl.semantics.randomness import distributions
 from cortex_dsl.semantics.randomness.draws import Site, scaled
 from cortex_dsl.semantics.road import lanes, signals
 from cortex_dsl.semantics.road.roads import named_constant
-from cortex_dsl.semantics.values import (
-    POISON,
-    Centerline,
-    Closure,
-    Pose,
-    Quantity,
-    Truth,
-    Value,
-    Vector,
-    Weights,
-    kind_name,
-)
+from cortex_dsl.semantics.values import POISON, Centerline, Closure, Pose, Quantity, Truth, Value, Vector, Weights
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
@@ -171,13 +161,13 @@ def _indices(count: int) -> str:
 # -- arithmetic -------------------------------------------------------------------------------------------------------
 
 _ARITHMETIC = {
-    "+": numbers.add,
-    "-": numbers.subtract,
-    "*": numbers.multiply,
-    "/": numbers.divide,
-    "//": numbers.floor_divide,
-    "%": numbers.modulo,
-    "**": numbers.raised,
+    "+": operations.add,
+    "-": operations.subtract,
+    "*": operations.multiply,
+    "/": operations.divide,
+    "//": operations.floor_divide,
+    "%": operations.modulo,
+    "**": operations.raised,
 }
 
 
@@ -186,7 +176,7 @@ def unary(ev: Evaluator, node: nodes.Unary) -> Value:
     if node.operator == "not":
         return Truth(ev.algebra.apply(Op.NOT, numbers.truth(ev, value, node.operand.span)))
     operand = numbers.quantity(value, node.operand.span, f"the operand of `{node.operator}`")
-    return numbers.negated(ev, operand) if node.operator == "-" else operand
+    return operations.negated(ev, operand) if node.operator == "-" else operand
 
 
 def binary(ev: Evaluator, node: nodes.Binary) -> Value:
@@ -198,7 +188,7 @@ def combine(ev: Evaluator, operator: str, left: Value, right: Value, node: nodes
     if operator == "@":
         return geometry.vector(ev, (left, right), node.span)
     if isinstance(left, Quantity) and isinstance(right, Quantity):
-        with numbers.sides((node.left.span, left), (node.right.span, right)):
+        with operations.sides((node.left.span, left), (node.right.span, right)):
             return _ARITHMETIC[operator](ev, left, right, node.span)
     if isinstance(left, tuple) and isinstance(right, tuple) and operator == "+":
         if len(left) + len(right) > RANGE_LIMIT:
@@ -220,7 +210,7 @@ def compare(ev: Evaluator, node: nodes.Compare) -> Value:
     result: ir.Expr = ev.algebra.truth(True)
     for i, (operator, operand) in enumerate(node.rest):
         span = operands[i].span.to(operand.span)
-        with numbers.sides((operands[i].span, values[i]), (operand.span, values[i + 1])):
+        with operations.sides((operands[i].span, values[i]), (operand.span, values[i + 1])):
             result = ev.algebra.apply(Op.AND, result, _link(ev, operator, values[i], values[i + 1], span))
     return Truth(result)
 
@@ -232,7 +222,7 @@ def _link(ev: Evaluator, operator: str, left: Value, right: Value, span: Span) -
     if isinstance(left, Quantity) and isinstance(right, Quantity):
         if operator in ("is", "is not"):
             operator = "==" if operator == "is" else "!="
-        return numbers.compare(ev, operator, left, right, span)
+        return operations.compare(ev, operator, left, right, span)
     if operator in ("<", "<=", ">", ">="):
         raise errors.NO_OPERATOR.mistake(span, operator=operator, left=kind_name(left), right=kind_name(right))
     same = _same(ev, left, right)
@@ -297,8 +287,8 @@ def conditional(ev: Evaluator, node: nodes.Conditional) -> Value:
         return ev.evaluate(node.then if condition.value else node.otherwise)
     then, otherwise = ev.evaluate_all((node.then, node.otherwise))
     if isinstance(then, Quantity) and isinstance(otherwise, Quantity):
-        with numbers.sides((node.then.span, then), (node.otherwise.span, otherwise)):
-            return numbers.select(ev, condition, then, otherwise, node.span)
+        with operations.sides((node.then.span, then), (node.otherwise.span, otherwise)):
+            return operations.select(ev, condition, then, otherwise, node.span)
     if isinstance(then, Truth) and isinstance(otherwise, Truth):
         return Truth(ev.algebra.apply(Op.SELECT, condition, then.expr, otherwise.expr))
     known = known_truth(ev, Truth(condition), node.condition.span, "a condition that chooses between objects")

@@ -5,33 +5,26 @@ of the file, because they run after it. In a behaviour, a name that is assigned 
 """
 
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import PurePath
-from typing import TypeGuard
 
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.builtins import BUILTINS, SPECIAL_NAMES, Kind, names_of
 from cortex_dsl.semantics.composition.imports import NO_FILES, ImportedFile, bound_name
 from cortex_dsl.semantics.findings import Findings
+from cortex_dsl.semantics.names.binding import Definition, bound_by, duplicate, is_class, looked_at
+from cortex_dsl.semantics.names.bodies import BodyNames
+from cortex_dsl.semantics.names.looking_up import Names, NameTable
 from cortex_dsl.semantics.names.overrides import param_entries
 from cortex_dsl.semantics.names.placement import check_placement
 from cortex_dsl.semantics.names.system import lists_names
 from cortex_dsl.semantics.running.rules import speaks_of_run
-from cortex_dsl.semantics.running.temporal import TIMED, atoms
 from cortex_dsl.semantics.tree import parts
 from cortex_dsl.source import Span
-from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
 
-Definition = nodes.BehaviorDefinition | nodes.MonitorDefinition | nodes.ScenarioDefinition
 Imports = Mapping[Span, ImportedFile]
-UNASSIGNABLE: Mapping[str, str] = {
-    "self": "it is the object that a behavior drives",
-    "none": "it stands for no value",
-    "globalParameters": "it holds the params",
-}
 SEARCHED = ("Range", "TruncatedNormal", "DiscreteRange", "VerifaiRange", "VerifaiDiscreteRange", "VerifaiOptions")
 """Distributions that make a param a gene whatever their arguments are."""
 
@@ -44,18 +37,19 @@ def check_names(module: nodes.Module, findings: Findings, imports: Imports = NO_
     for resolver in (*others, main):
         check_placement(resolver.module, findings)
         resolver.resolve()
-        main.used |= resolver.used & params.keys()
+        main.table.used.update(resolver.table.used & params.keys())
     main.report_unused()
 
 
 @dataclass
 class _Resolver:
+    """The names of one file's top level, statement by statement."""
+
     module: nodes.Module
     findings: Findings
     imports: Imports
     params: Mapping[str, nodes.ParamEntry]
     """Of all files."""
-    used: set[str] = field(default_factory=set)
     known: set[str] = field(default_factory=set)
     """Names of the top level that have a value by now."""
 
@@ -63,13 +57,14 @@ class _Resolver:
         self.behaviours = [s for s in self.module.statements if isinstance(s, nodes.BehaviorDefinition)]
         self.monitors = [s for s in self.module.statements if isinstance(s, nodes.MonitorDefinition)]
         self.scenarios = [s for s in self.module.statements if isinstance(s, nodes.ScenarioDefinition)]
-        self.all_names = {name for s in self.module.statements for name in self.bound(s)}
+        names = frozenset(name for s in self.module.statements for name in self.bound(s))
+        self.table = NameTable(self.findings, self.params, names)
         self.known = {b.name for b in (*self.behaviours, *self.monitors, *self.scenarios)}
 
     def bound(self, statement: nodes.Statement) -> tuple[str, ...]:
         """Names that a statement gives a value to; `from x import *` those of the file x."""
         if not isinstance(statement, nodes.ImportFrom) or statement.names or statement.span not in self.imports:
-            return _bound(statement)
+            return bound_by(statement)
         others = self.imports[statement.span].module.statements
         return tuple(name for each in others for name in self.bound(each))
 
@@ -80,18 +75,18 @@ class _Resolver:
         for statement in self.module.statements:
             self._statement(statement)
             self.known.update(self.bound(statement))
-        late = _Names(self, self.all_names, frozenset())
+        late = Names(self.table, self.table.all_names, frozenset())
         for statement in self.module.statements:
             if speaks_of_run(statement):
-                for part in _looked_at(statement):
+                for part in looked_at(statement):
                     late.visit(part)
         for definition in (*self.behaviours, *self.monitors, *self.scenarios):
-            _BehaviourNames(self, definition).check()
+            BodyNames(self.table, definition).check()
 
     def _statement(self, statement: nodes.Statement) -> None:
         if isinstance(statement, Definition) or speaks_of_run(statement):
             return
-        names = _Names(self, self.known, frozenset(), in_behaviour=isinstance(statement, nodes.ClassDefinition))
+        names = Names(self.table, self.known, frozenset(), in_behaviour=isinstance(statement, nodes.ClassDefinition))
         if isinstance(statement, nodes.Import) and bound_name(statement) is None:
             self.findings.add(_nameless(statement))
         if isinstance(statement, nodes.AugmentedAssign):
@@ -100,17 +95,13 @@ class _Resolver:
             if not lists_names(statement, part):
                 names.visit(part)
         for name in self.bound(statement):
-            self.check_assignable(name, statement.span)
+            self.table.check_assignable(name, statement.span)
             self._check_scenario(name, statement)
-
-    def check_assignable(self, name: str, span: Span) -> None:
-        if name in UNASSIGNABLE:
-            self.findings.add(errors.CANNOT_ASSIGN.at(span, name=name, reason=UNASSIGNABLE[name]))
 
     def _check_scenario(self, name: str, statement: nodes.Statement) -> None:
         """The scenario that the run is, is found by its name: nothing else may be called so."""
         first = next((each.name_span for each in self.scenarios if each.name == name), None)
-        if first is not None and not _is_class(statement):
+        if first is not None and not is_class(statement):
             self.findings.add(duplicate("the name", name, statement.span, first))
 
     def _report_doubles(self) -> None:
@@ -123,7 +114,7 @@ class _Resolver:
         named += [("the behavior", b.name, b.name_span) for b in self.behaviours]
         named += [("the monitor", b.name, b.name_span) for b in self.monitors]
         named += [("the scenario", b.name, b.name_span) for b in self.scenarios]
-        named += [("the class", s.name, s.name_span) for s in self.module.statements if _is_class(s)]
+        named += [("the class", s.name, s.name_span) for s in self.module.statements if is_class(s)]
         for what, name, span in named:
             key = (what if what == "the param" else "a definition", name)
             if key in seen:
@@ -134,42 +125,14 @@ class _Resolver:
 
     def report_unused(self) -> None:
         for behaviour in self.behaviours:
-            if behaviour.name not in self.used:
+            if behaviour.name not in self.table.used:
                 self.findings.add(errors.UNUSED_BEHAVIOUR.at(behaviour.name_span, name=behaviour.name))
         for monitor in self.monitors:
-            if monitor.name not in self.used:
+            if monitor.name not in self.table.used:
                 self.findings.add(errors.UNUSED_MONITOR.at(monitor.name_span, name=monitor.name))
         for entry in param_entries(self.module).values():
-            if entry.name not in self.used and _is_searched(entry.value):
+            if entry.name not in self.table.used and _is_searched(entry.value):
                 self.findings.add(errors.UNUSED_GENE.at(entry.name_span, name=entry.name))
-
-
-def duplicate(what: str, name: str, span: Span, first: Span) -> Diagnostic:
-    return errors.DUPLICATE.at(span, what=what, name=name, secondary=(Label(first, "first here"),))
-
-
-def _bound(statement: nodes.Statement) -> tuple[str, ...]:
-    """Names that a top-level statement gives a value to."""
-    match statement:
-        case nodes.Assign(targets=targets):
-            return targets
-        case nodes.AugmentedAssign(target=target):
-            return (target,)
-        case nodes.Param(entries=entries):
-            return tuple(entry.name for entry in entries if entry.name != "map")
-        case nodes.BehaviorDefinition(name=name) | nodes.MonitorDefinition(name=name):
-            return (name,)
-        case nodes.ScenarioDefinition(name=name) | nodes.ClassDefinition(name=name):
-            return (name,)
-        case nodes.Import() if (alias := bound_name(statement)) is not None:
-            return (alias,)
-        case nodes.ImportFrom(names=names):
-            return tuple(each.alias or each.name for each in names)
-    return ()
-
-
-def _is_class(statement: nodes.Statement) -> TypeGuard[nodes.ClassDefinition]:
-    return isinstance(statement, nodes.ClassDefinition)
 
 
 def _nameless(node: nodes.Import) -> Diagnostic:
@@ -178,188 +141,7 @@ def _nameless(node: nodes.Import) -> Diagnostic:
     return errors.NAMELESS_IMPORT.at(node.path_span, path=node.path, statement=f"import {path}", name=name)
 
 
-def _looked_at(statement: nodes.Statement) -> Iterator[nodes.Expression]:
-    """What is worked out in every sample."""
-    match statement:
-        case nodes.Require(condition=condition):
-            yield from atoms(condition)
-        case nodes.TerminateWhen(condition=condition):
-            yield condition
-        case nodes.Record(value=value):
-            yield value
-
-
 def _is_searched(value: nodes.Expression) -> bool:
     if isinstance(value, nodes.WithUnit | nodes.Degrees):
         value = value.value
     return isinstance(value, nodes.Call) and isinstance(value.function, nodes.Name) and value.function.id in SEARCHED
-
-
-@dataclass(frozen=True)
-class _Names:
-    """Looks up the names of one expression."""
-
-    resolver: _Resolver
-    visible: set[str]
-    inner: frozenset[str]
-    """Names of lambdas, comprehensions and the behaviour around the expression."""
-    early: frozenset[str] = frozenset()
-    """Names of the behaviour that have no value yet."""
-    in_behaviour: bool = False
-    running: bool = False
-    """In a behaviour or a monitor."""
-
-    def visit(self, node: nodes.Node) -> None:
-        match node:
-            case nodes.Name(id=name):
-                self.use(name, node.span)
-            case nodes.New(class_name=name):
-                self.resolver.used.add(name)
-                for part in parts(node):
-                    self.visit(part)
-            case nodes.Lambda(parameters=parameters, body=body):
-                # It is called later, when more names have a value.
-                replace(self._with(parameters), visible=self.resolver.all_names).visit(body)
-            case nodes.Comprehension():
-                self._comprehension(node)
-            case nodes.Attribute(value=nodes.Name(id="globalParameters"), name=name):
-                self._param(name, node.name_span)
-            case nodes.Temporal(operator=operator) if operator in TIMED:
-                cure = "write a plain `require`: it looks at each moment at which it runs" if self.running else ""
-                cure = cure or "join it by `and`, `or` and `not` alone, in a `require`"
-                self.resolver.findings.add(errors.TEMPORAL_PLACE.at(node.span, operator=operator, cure=cure))
-            case _:
-                for part in parts(node):
-                    self.visit(part)
-
-    def _with(self, names: tuple[str, ...]) -> "_Names":
-        inner = self.inner | frozenset(names)
-        return replace(self, inner=inner, early=self.early - frozenset(names))
-
-    def _comprehension(self, node: nodes.Comprehension) -> None:
-        names = self
-        for clause in node.clauses:
-            names.visit(clause.iterable)
-            names = names._with(clause.targets)
-            for condition in clause.conditions:
-                names.visit(condition)
-        names.visit(node.element)
-
-    def _param(self, name: str, span: Span) -> None:
-        self.resolver.used.add(name)
-        if name not in self.resolver.params:
-            suggestion = did_you_mean(name, self.resolver.params) or "this file has no params"
-            self.resolver.findings.add(errors.UNKNOWN_PARAM.at(span, name=name, suggestion=suggestion))
-
-    def use(self, name: str, span: Span) -> None:
-        self.resolver.used.add(name)
-        if name in self.early:
-            self.resolver.findings.add(errors.USED_BEFORE.at(span, name=name))
-        elif name == "self" and not self.in_behaviour:
-            self.resolver.findings.add(errors.SELF_OUTSIDE.at(span))
-        elif not self._is_known(name):
-            self._report(name, span)
-
-    def _is_known(self, name: str) -> bool:
-        if name in self.inner or name in self.visible or name in BUILTINS:
-            return True
-        return name in SPECIAL_NAMES and name not in self.resolver.all_names
-
-    def _report(self, name: str, span: Span) -> None:
-        if name in self.resolver.all_names:
-            self.resolver.findings.add(errors.USED_BEFORE.at(span, name=name))
-            return
-        candidates = {*self.inner, *self.visible, *BUILTINS, *SPECIAL_NAMES} - ({"self"} - {*self.inner})
-        suggestion = did_you_mean(name, candidates)
-        self.resolver.used.add(nearest(name, candidates) or name)  # what was meant is used, for all that is known
-        if not suggestion and name.endswith("Behavior"):
-            suggestion = "library behaviors: " + ", ".join(f"`{n}`" for n in names_of(Kind.BEHAVIOUR))
-        self.resolver.findings.add(errors.UNKNOWN_NAME.at(span, name=name, suggestion=suggestion))
-
-
-@dataclass
-class _BehaviourNames:
-    """Looks up the names of one behaviour or monitor, statement by statement."""
-
-    resolver: _Resolver
-    behaviour: Definition
-
-    def __post_init__(self) -> None:
-        self.parameters = frozenset(p.name for p in self.behaviour.parameters)
-        self.body = _body(self.behaviour)
-        self.locals = frozenset(_assigned(self.body)) - self.parameters
-        if isinstance(self.behaviour, nodes.ScenarioDefinition):
-            self.locals -= {"ego"}
-        self.early = set(self.locals)
-        self.in_behaviour = isinstance(self.behaviour, nodes.BehaviorDefinition)
-
-    def check(self) -> None:
-        seen: dict[str, Span] = {}
-        outside = _Names(self.resolver, self.resolver.all_names, frozenset(), in_behaviour=self.in_behaviour)
-        for parameter in self.behaviour.parameters:
-            if parameter.name in seen:
-                first = seen[parameter.name]
-                self.resolver.findings.add(duplicate("the argument", parameter.name, parameter.span, first))
-            seen[parameter.name] = parameter.span
-            if parameter.default is not None:
-                outside.visit(parameter.default)
-        if not isinstance(self.behaviour, nodes.MonitorDefinition):
-            # What a scenario sets up has its values when its guards are tested, what a behaviour assigns has not.
-            scenario = isinstance(self.behaviour, nodes.ScenarioDefinition)
-            names = replace(self._names(), early=frozenset()) if scenario else self._names()
-            for guard in (*self.behaviour.preconditions, *self.behaviour.invariants):
-                names.visit(guard.condition)
-        self._block(self.body)
-
-    def _names(self) -> _Names:
-        inner, early = self.parameters | self.locals, frozenset(self.early)
-        return _Names(self.resolver, self.resolver.all_names, inner, early, self.in_behaviour, running=True)
-
-    def _waits_for_run(self, statement: nodes.Statement) -> bool:
-        """Whether a statement of a setup is evaluated when everything has been set up."""
-        setup = self.behaviour.setup if isinstance(self.behaviour, nodes.ScenarioDefinition) else ()
-        return speaks_of_run(statement) and any(statement is each for each in setup)
-
-    def _block(self, statements: tuple[nodes.Statement, ...]) -> None:
-        for statement in statements:
-            self._statement(statement)
-
-    def _statement(self, statement: nodes.Statement) -> None:
-        names = self._names()
-        if isinstance(statement, nodes.ClassDefinition):
-            names = replace(names, in_behaviour=True)
-        if self._waits_for_run(statement):
-            for condition in _looked_at(statement):
-                replace(names, early=frozenset()).visit(condition)
-            return
-        for part in parts(statement):
-            if isinstance(part, nodes.Statement):
-                self._statement(part)
-            elif isinstance(part, nodes.Handler):
-                names.visit(part.condition)
-                self._block(part.body)
-            else:
-                names.visit(part)
-        if isinstance(statement, nodes.AugmentedAssign):
-            names.use(statement.target, statement.span)
-        for name in _bound(statement):
-            self.resolver.check_assignable(name, statement.span)
-            self.early.discard(name)
-
-
-def _body(definition: Definition) -> tuple[nodes.Statement, ...]:
-    """The statements of a definition; those of a setup come before those of its `compose`."""
-    if isinstance(definition, nodes.ScenarioDefinition):
-        return (*definition.setup, *definition.compose)
-    return definition.body
-
-
-def _assigned(statements: tuple[nodes.Statement, ...]) -> Iterator[str]:
-    """Names that a body assigns, nested blocks included."""
-    for statement in statements:
-        yield from () if isinstance(statement, Definition) else _bound(statement)
-        for part in parts(statement):
-            if isinstance(part, nodes.Statement):
-                yield from _assigned((part,))
-            elif isinstance(part, nodes.Handler):
-                yield from _assigned(part.body)

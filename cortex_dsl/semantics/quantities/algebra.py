@@ -16,7 +16,7 @@ from engine.vocabulary import Op
 NOWHERE = Span(0, 0)
 DEPTH_LIMIT = 150
 """Longest chain of operations, each on the result of the one before."""
-DYNAMIC_OPS = frozenset({Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING})
+_DYNAMIC = frozenset({Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING})
 
 
 def safe_quotient(a: float, b: float) -> float:
@@ -198,10 +198,12 @@ def leaves(expression: ir.Expr) -> list[ir.Expr]:
 
 def is_dynamic(expression: ir.Expr) -> bool:
     """Whether the value may change during a run."""
-    return any(
-        isinstance(part, ir.Local | ir.Running) or (isinstance(part, ir.Apply) and part.op in DYNAMIC_OPS)
-        for part in parts(expression)
-    )
+    return any(map(changes, parts(expression)))
+
+
+def changes(part: ir.Expr) -> bool:
+    """Whether an operation of its own reads the running simulation, whatever its operands do."""
+    return isinstance(part, ir.Local | ir.Running) or (isinstance(part, ir.Apply) and part.op in _DYNAMIC)
 
 
 Result = TypeVar("Result")

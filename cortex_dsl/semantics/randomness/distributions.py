@@ -30,7 +30,8 @@ from cortex_dsl.semantics.randomness.options import (
     weighted_options,
     whole_index,
 )
-from cortex_dsl.semantics.values import Quantity, Value, source_text
+from cortex_dsl.semantics.values import Quantity, Value
+from cortex_dsl.semantics.wording import source_text
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Op
 

@@ -9,7 +9,7 @@ from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin
-from cortex_dsl.semantics.quantities import numbers
+from cortex_dsl.semantics.quantities import numbers, operations
 from cortex_dsl.semantics.quantities.algebra import closed_value
 from cortex_dsl.semantics.quantities.units import Unit, dimension_name, si_word
 from cortex_dsl.semantics.values import Quantity
@@ -45,7 +45,7 @@ def alike(ev: Evaluator, arguments: Sequence[Given], site: Site) -> tuple[list[i
     scaled_numbers = [scaled(ev, argument, site.unit) for argument in arguments]
     dimension = None
     for number in scaled_numbers:
-        dimension = numbers.common(dimension, number.dimension, site.span, "bounds of one distribution")
+        dimension = operations.common(dimension, number.dimension, site.span, "bounds of one distribution")
     return [number.expr for number in scaled_numbers], dimension
 
 

@@ -10,14 +10,15 @@ from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
 from cortex_dsl.semantics.evaluation.functions import whole_number
 from cortex_dsl.semantics.problems import Mistake
-from cortex_dsl.semantics.quantities import numbers
+from cortex_dsl.semantics.quantities import numbers, operations
 from cortex_dsl.semantics.quantities.algebra import closed_value
 from cortex_dsl.semantics.quantities.units import UNITS, Unit, si_word
 from cortex_dsl.semantics.randomness import distributions, draws
 from cortex_dsl.semantics.randomness import options as finite
 from cortex_dsl.semantics.randomness.draws import Site
 from cortex_dsl.semantics.randomness.options import Option
-from cortex_dsl.semantics.values import Quantity, Value, option_name
+from cortex_dsl.semantics.values import Quantity, Value
+from cortex_dsl.semantics.wording import option_name
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Distribution, GeneKind, Op
@@ -157,7 +158,7 @@ class _Request:
         exprs = [draws.scaled(self.ev, argument, self.site.unit) for argument in arguments]
         dimension = None
         for number in exprs:
-            dimension = numbers.common(dimension, number.dimension, self.site.span, "bounds of one distribution")
+            dimension = operations.common(dimension, number.dimension, self.site.span, "bounds of one distribution")
         known = [closed_value(numbers.quantity(argument.value, argument.span).expr) for argument in arguments]
         values = [value for value in known if value is not None and math.isfinite(value)]
         if len(values) < len(arguments):

@@ -13,7 +13,8 @@ from cortex_dsl.semantics.quantities import numbers
 from cortex_dsl.semantics.quantities.units import dimension_name
 from cortex_dsl.semantics.randomness.choices import VARIANT_LIMIT
 from cortex_dsl.semantics.randomness.draws import Site, bound_arguments, recorded, scaled, uniform
-from cortex_dsl.semantics.values import Quantity, Value, Weights, is_constant, option_name, source_text
+from cortex_dsl.semantics.values import Quantity, Value, Weights, is_constant
+from cortex_dsl.semantics.wording import option_name, source_text
 from cortex_dsl.source import Span
 from engine.vocabulary import Op
 

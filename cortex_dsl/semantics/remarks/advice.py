@@ -10,11 +10,12 @@ from collections.abc import Iterator
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic, Label, Severity
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.context import FileContext
 from cortex_dsl.semantics.names.overrides import param_entries
 from cortex_dsl.semantics.names.unused import shadowing_names, unused_definitions, unused_names
+from cortex_dsl.semantics.remarks.bare_numbers import bare_numbers
 from cortex_dsl.semantics.remarks.liveness import live_genes
 from cortex_dsl.semantics.remarks.windows import windows
+from cortex_dsl.semantics.state import FileContext
 from cortex_dsl.semantics.tree import everything_in
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
@@ -38,6 +39,7 @@ def advised(
 def _advice(module: nodes.Module, file: FileContext, scenario: ir.Scenario) -> Iterator[Diagnostic]:
     yield from _dead(module, file, scenario)
     yield from _certain(file)
+    yield from bare_numbers(module, file.genes)
     yield from windows(module, file.source)
     yield from unused_names(module)
     yield from unused_definitions(module, file.entry)

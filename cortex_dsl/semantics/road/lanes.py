@@ -11,7 +11,8 @@ from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.problems import Rejection
 from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.semantics.road.roads import network_of
-from cortex_dsl.semantics.values import Centerline, Closure, LaneNow, Pose, Quantity, Truth, Value, kind_name
+from cortex_dsl.semantics.values import Centerline, Closure, LaneNow, Pose, Quantity, Truth, Value
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from engine.road.network import Lane, Network

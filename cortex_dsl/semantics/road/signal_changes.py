@@ -2,10 +2,11 @@
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.definitions import Actor
 from cortex_dsl.semantics.road.roads import network_of
 from cortex_dsl.semantics.road.signal_plan import COLOURS, SignalPlan
 from cortex_dsl.semantics.road.signals import ahead_of, by_plan, clock, needed, number_of, phase_of, unknown_colour
-from cortex_dsl.semantics.values import Actor, Effect, Signal, Value
+from cortex_dsl.semantics.values import Effect, Signal, Value
 from cortex_dsl.source import Span
 from engine.vocabulary import Op
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.definitions import Actor
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
 from cortex_dsl.semantics.evaluation.motion import chosen, current_pose, size, state
 from cortex_dsl.semantics.problems import Mistake
@@ -31,7 +32,8 @@ from cortex_dsl.semantics.road.signal_plan import (
     Controls,
     SignalPlan,
 )
-from cortex_dsl.semantics.values import Actor, Colour, Pose, Signal, Value, kind_name
+from cortex_dsl.semantics.values import Colour, Pose, Signal, Value
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes

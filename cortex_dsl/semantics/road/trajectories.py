@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.values import Centerline, Quantity, Value, kind_name
+from cortex_dsl.semantics.values import Centerline, Quantity, Value
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from engine.road.network import Intersection, Lane, Maneuver
 

@@ -7,10 +7,12 @@ from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting.behaviours import Inliner
 from cortex_dsl.semantics.acting.yielding import everything
 from cortex_dsl.semantics.context import Evaluator, Moment
+from cortex_dsl.semantics.definitions import BehaviourCall, BehaviourValue, MonitorCall, MonitorValue
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.calls import monitor_call
 from cortex_dsl.semantics.problems import Mistake
-from cortex_dsl.semantics.values import BehaviourCall, BehaviourValue, MonitorCall, MonitorValue, Value, kind_name
+from cortex_dsl.semantics.values import Value
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes

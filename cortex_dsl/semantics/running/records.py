@@ -6,8 +6,10 @@ from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.definitions import Actor
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, dimension_name
-from cortex_dsl.semantics.values import Actor, Pose, Quantity, Truth, Value, Vector, kind_name
+from cortex_dsl.semantics.values import Pose, Quantity, Truth, Value, Vector
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import RuleKind

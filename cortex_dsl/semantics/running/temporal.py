@@ -10,11 +10,12 @@ from functools import reduce
 
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.context import Evaluator, FileContext, RuleKey
+from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.quantities import numbers
 from cortex_dsl.semantics.quantities.algebra import is_dynamic
 from cortex_dsl.semantics.quantities.intervals import interval
 from cortex_dsl.semantics.randomness.distributions import DISTRIBUTIONS
+from cortex_dsl.semantics.state import FileContext, RuleKey
 from cortex_dsl.semantics.tree import everything_in
 from cortex_dsl.semantics.values import Truth, Value
 from cortex_dsl.source import Span

@@ -8,6 +8,7 @@ from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.definitions import ClassValue
 from cortex_dsl.semantics.evaluation import attributes, geometry
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.evaluation.functions import known_truth
@@ -27,7 +28,8 @@ from cortex_dsl.semantics.things.classes import (
     property_value,
 )
 from cortex_dsl.semantics.things.specifiers import Placement
-from cortex_dsl.semantics.values import POISON, ClassValue, Pose, Quantity, Unfinished, Value, Vector, kind_name
+from cortex_dsl.semantics.values import POISON, Pose, Quantity, Unfinished, Value, Vector
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes

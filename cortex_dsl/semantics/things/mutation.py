@@ -1,7 +1,8 @@
 """`mutate`: normal noise on the pose of what is made under a name.
 
 The statement stands below the objects, but what is placed relative to a mutated object sees the mutated pose. So the
-statements of a scope are known before its objects are made.
+statements of a scope are known before its objects are made. (Scenic adds the noise when all has been placed. Here a
+pose is the same wherever it is read, so that a concrete copy, which writes it down, places all others where they were.)
 """
 
 import math
@@ -10,9 +11,11 @@ from collections.abc import Sequence
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.definitions import Actor
 from cortex_dsl.semantics.quantities import numbers
 from cortex_dsl.semantics.quantities.units import PURE
-from cortex_dsl.semantics.values import Actor, Pose, Value, kind_name
+from cortex_dsl.semantics.values import Pose, Value
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Op

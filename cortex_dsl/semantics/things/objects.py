@@ -7,6 +7,7 @@ from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.definitions import Actor
 from cortex_dsl.semantics.evaluation import geometry
 from cortex_dsl.semantics.evaluation.motion import as_meant, as_written
 from cortex_dsl.semantics.problems import Problem
@@ -14,7 +15,7 @@ from cortex_dsl.semantics.things import mutation
 from cortex_dsl.semantics.things.classes import ACTOR_KINDS, CLASSES, OFF_ROAD
 from cortex_dsl.semantics.things.making import Making, own_class
 from cortex_dsl.semantics.things.specifiers import Extent, Placement, place
-from cortex_dsl.semantics.values import Actor, Pose, Value, Vector
+from cortex_dsl.semantics.values import Pose, Value, Vector
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes

@@ -2,10 +2,11 @@
 
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.definitions import Actor, Instance
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.things.classes import FLAGS, IGNORED, PROPERTIES, all_properties
 from cortex_dsl.semantics.things.making import checked
-from cortex_dsl.semantics.values import Actor, Instance, kind_name
+from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 

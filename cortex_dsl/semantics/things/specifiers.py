@@ -6,23 +6,15 @@ from dataclasses import dataclass
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.definitions import Actor
 from cortex_dsl.semantics.evaluation import geometry
 from cortex_dsl.semantics.quantities.algebra import closed_value
 from cortex_dsl.semantics.quantities.numbers import adopt, in_range, shown
 from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.semantics.road.roads import ROAD, network_of
 from cortex_dsl.semantics.road.trajectories import trajectory
-from cortex_dsl.semantics.values import (
-    Actor,
-    Centerline,
-    DirectionField,
-    Pose,
-    Region,
-    Value,
-    Vector,
-    kind_name,
-    option_name,
-)
+from cortex_dsl.semantics.values import Centerline, DirectionField, Pose, Region, Value, Vector
+from cortex_dsl.semantics.wording import kind_name, option_name
 from cortex_dsl.syntax import nodes
 from engine.road.network import Intersection, Lane, Network
 from engine.road.sections import LaneSection

@@ -48,6 +48,22 @@ def test_an_infeasible_run_is_told_who_is_to_blame(cortexc: Command, scenario: S
     assert conflict == {"requirements": ["ego starts where it should", "far off"], "proved": True}
 
 
+def test_sample_of_what_is_proved_impossible(cortexc: Command, tmp_path: Path) -> None:
+    """Nothing is drawn: what is to blame is told at once, with its place and the amount."""
+    path = tmp_path / "far.scn"
+    path.write_text(
+        "map intersection(approach=80 m)\nlane = network.lanes[0]\n"
+        "ego = new Car before intersection by 40 m along lane\nother = new Car ahead of ego by Range(20, 30) m\n"
+        'require (distance to other) < 10 m as "near"\n'
+    )
+    result = cortexc(path, "--sample", "1000000")
+    words = " ".join(result.err.split())
+    assert result.code == 3
+    assert words.startswith("no valid scene can be drawn from this file; that is proved")
+    assert "help: relax `near` (line 5) by" in words
+    assert "in 0 attempts" not in words
+
+
 def test_sample_says_what_to_relax(cortexc: Command, left_turn: Path) -> None:
     """To reach the acceptance that was asked for."""
     assert "to accept 5.00 %: relax `" in cortexc(left_turn, "--sample", "50", "--target", "5%").out

@@ -287,3 +287,20 @@ def test_without_pygls_there_is_one_clear_line(tmp_path):
     assert result.returncode == 2
     assert result.stderr == "cortexc: the language server needs pygls: install `cortexc[lsp]`\n"
     assert result.stdout == ""
+
+
+def served(*messages: object) -> "subprocess.CompletedProcess[bytes]":
+    """The server, told these messages at once, and its end."""
+    bodies = [json.dumps(message).encode() for message in messages]
+    data = b"".join(b"Content-Length: %d\r\n\r\n%s" % (len(body), body) for body in bodies)
+    return subprocess.run([sys.executable, "-m", "cortex_dsl", "lsp"], input=data, capture_output=True, check=False)
+
+
+def test_what_is_not_open_is_said():
+    """A question about a file that was never opened has a plain answer, and no traceback is printed."""
+    question = {"textDocument": {"uri": "file:///a.scn"}, "position": {"line": 0, "character": 0}}
+    start = {"jsonrpc": "2.0", "id": 1, "method": "initialize", "params": {"processId": None, "capabilities": {}}}
+    done = served(start, {"jsonrpc": "2.0", "id": 2, "method": "textDocument/hover", "params": question}, [1, 2])
+    assert b"`file:///a.scn` is not open" in done.stdout
+    assert b"Traceback" not in done.stderr
+    assert done.returncode == 0

@@ -82,3 +82,13 @@ def test_an_interrupt_ends_a_script(tmp_path: Path) -> None:
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130
     assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("name", [".", "/", "~nobody-of-that-name/x", "a\0b"])
+@pytest.mark.parametrize("command", [":save", ":save!", ":load"])
+def test_odd_paths_are_refused(piped: Piped, command: str, name: str) -> None:
+    """What cannot be a scenario's file is said in a line, and the session goes on."""
+    done = piped(f"x = 1\n{command} {name}\n2 m\n")
+    assert (done.returncode, done.stdout) == (1, "a length, 2 m\n")
+    assert "a bug" not in done.stderr
+    assert done.stderr

@@ -5,7 +5,7 @@ import io
 import pytest
 from rich.console import Console, RenderableType
 
-from cortex_dsl.report.blame_view import blame_content, blame_note, blame_view
+from cortex_dsl.report.blame_view import blame_content, blame_note, blame_view, cure_of_conflict
 from cortex_dsl.report.feasibility_view import feasibility_view
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.theme import THEME
@@ -88,6 +88,34 @@ def test_ranges_that_cannot_hold(program: Program, width: int) -> None:
     assert "A below 7.00 m cannot hold: far enough" in flat
     assert "A above 8.00 m cannot hold: near enough" in flat
     assert "B below 1.00 m cannot hold: B > 1 m" in flat
+
+
+def test_ranges_of_one_reason_share_a_line() -> None:
+    """The reason is not said twice."""
+    both = compile_text("map intersection()\nparam A = Range(0, 10) m, B = Range(0, 10) m\nego = new Car on road\n"
+                        "require A > B + 6 m\n").program  # fmt: skip
+    view = feasibility_view(both, explain(both))
+    assert view is not None
+    flat = " ".join(render(view, 80).split())
+    assert "A below 6.00 m, B above 4.00 m cannot hold: A > B + 6 m" in flat
+    assert flat.count("cannot hold") == 1
+
+
+@pytest.mark.parametrize(
+    ("requirements", "cure"),
+    [
+        ('b = new Car ahead of ego by A + 9 m\nrequire (distance to b) < 5 m as "near"', "relax `near` (line 5) by "),
+        ('require A > 6 m + B as "apart"\nrequire A < B as "near"', "relax one of those that never hold together"),
+        ("require A > B", ""),
+    ],
+)
+def test_the_cure_of_what_is_proved(requirements: str, cure: str) -> None:
+    """It names the requirement and the amount, as the table above it does."""
+    params = "param A = Range(0, 10) m\nparam B = Range(0, 9) m\n"
+    text = params + "ego = new Car before intersection by 40 m along network.lanes[0]\n"
+    found = cure_of_conflict(told(text + requirements + "\n", target=0.01))
+    assert found.startswith(cure)
+    assert bool(found) == bool(cure)
 
 
 def test_nothing_is_said_of_what_is_whole() -> None:

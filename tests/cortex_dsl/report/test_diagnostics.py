@@ -134,3 +134,14 @@ def test_any_place_in_any_text_can_be_drawn(text: str, places: list[Span], width
     lines = render_text(Source("a", text), [Diagnostic("SCN999", "wrong", first, secondary=tuple(rest))], width)
     assert lines.startswith("a:")
     assert all(cell_len(line) <= max(width, 60) for line in lines.splitlines()[1:])
+
+
+def test_thousands_are_not_drawn() -> None:
+    """Errors come before the rest, and what is left out is counted."""
+    kinds = [Severity.HINT] * 4_000 + [Severity.ERROR] * 70
+    found = [Diagnostic("SCN999", "wrong", spot("first"), severity=severity) for severity in kinds]
+    console = Console(file=io.StringIO(), width=80)
+    render(Source("a.scn", TEXT), found, console)
+    text = console.file.getvalue()
+    assert (text.count("error["), text.count("hint[")) == (70, 30)
+    assert "and 3,970 more" in text

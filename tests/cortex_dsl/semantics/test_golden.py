@@ -11,7 +11,7 @@ import pytest
 
 from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.report.diagnostics import render_text
-from cortex_dsl.semantics import context, elaborate, errors
+from cortex_dsl.semantics import elaborate, errors, state
 from cortex_dsl.semantics.problems import Problem
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
@@ -27,8 +27,8 @@ ELSEWHERE = {p.code for p in PROBLEMS if p.page is not None and (p.page.shown or
 @pytest.fixture(autouse=True)
 def _little_patience(monkeypatch: pytest.MonkeyPatch) -> None:
     """Files that would take too long are refused sooner here."""
-    monkeypatch.setattr(context, "EVALUATION_LIMIT", 20_000)
-    monkeypatch.setattr(context, "BODY_LIMIT", 200)
+    monkeypatch.setattr(state, "EVALUATION_LIMIT", 20_000)
+    monkeypatch.setattr(state, "BODY_LIMIT", 200)
 
 
 def transcript(path: Path) -> tuple[str, set[str], bool]:

@@ -149,6 +149,19 @@ def test_there_is_a_limit(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None
     assert [d.code for d in refused(folder, "import cars\nego = new Car on road\n")[1]] == ["SCN232"]
 
 
+def test_missing_files_are_not_told_without_end(folder: Path) -> None:
+    """A generated file with thousands of wrong imports is answered soon."""
+    found = refused(folder, "".join(f"import nowhere{i}\n" for i in range(150)) + "ego = new Car on road\n")[1]
+    assert [d.code for d in found] == ["SCN230"] * imports.FILE_LIMIT
+
+
+def test_only_files_are_suggested(folder: Path) -> None:
+    """A folder whose name ends in .scn is no cure."""
+    (folder / "depot.scn").mkdir()
+    found = refused(folder, "import depot\nego = new Car on road\n")[1]
+    assert "`depot`" not in found[0].cure
+
+
 def test_a_program_with_imports_is_saved_whole(folder: Path, tmp_path: Path) -> None:
     program = compiled(folder, "from cars import Taxi\nego = new Taxi on road\n").program
     archive.save(program, tmp_path / "p.npz")

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cortex_dsl.diagnostics import CompileError
-from cortex_dsl.semantics import context, elaborate
+from cortex_dsl.semantics import elaborate, state
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 
@@ -30,9 +30,9 @@ PIECES = """3 | 2 m | -1 | 0 | 1e308 | 'a' | None | True | [1, 2] | (1, 2) | lan
 @pytest.fixture(autouse=True, scope="module")
 def _little_patience() -> Iterator[None]:
     """Refuse endless files soon."""
-    before, context.EVALUATION_LIMIT = context.EVALUATION_LIMIT, 20_000
+    before, state.EVALUATION_LIMIT = state.EVALUATION_LIMIT, 20_000
     yield
-    context.EVALUATION_LIMIT = before
+    state.EVALUATION_LIMIT = before
 
 
 @settings(max_examples=150, deadline=None)

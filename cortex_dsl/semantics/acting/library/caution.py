@@ -19,6 +19,7 @@ from cortex_dsl import ir
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting.library.following import follow_lane
 from cortex_dsl.semantics.acting.library.job import Job
+from cortex_dsl.semantics.definitions import Actor
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.evaluation.motion import (
     all_of,
@@ -31,7 +32,7 @@ from cortex_dsl.semantics.evaluation.motion import (
     state,
 )
 from cortex_dsl.semantics.evaluation.nearby import NOT_VEHICLES, closest, together
-from cortex_dsl.semantics.values import Actor, kind_name
+from cortex_dsl.semantics.wording import kind_name
 from engine.vocabulary import Command, Op, State
 
 REFERENCE_DECELERATION = 6.0

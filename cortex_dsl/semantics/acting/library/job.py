@@ -8,11 +8,13 @@ from cortex_dsl import ir
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.definitions import Actor, BehaviourCall
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for
 from cortex_dsl.semantics.evaluation.functions import known_truth
 from cortex_dsl.semantics.evaluation.motion import size, state
 from cortex_dsl.semantics.road import signals
-from cortex_dsl.semantics.values import Actor, BehaviourCall, BuiltinValue, Value, kind_name
+from cortex_dsl.semantics.values import BuiltinValue, Value
+from cortex_dsl.semantics.wording import kind_name
 from engine.vocabulary import ActorKind, Command, Op, RuleKind, State
 
 DEFAULT_SPEED = 10.0

@@ -2,10 +2,10 @@
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.library.job import Job
+from cortex_dsl.semantics.definitions import Actor
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.motion import between, current_pose, state
 from cortex_dsl.semantics.evaluation.nearby import actor_of
-from cortex_dsl.semantics.values import Actor
 from engine.vocabulary import Command, Op, State
 
 WALKING_SPEED = 0.5

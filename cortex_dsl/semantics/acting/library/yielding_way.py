@@ -12,12 +12,12 @@ from itertools import accumulate
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting.library.job import Job
+from cortex_dsl.semantics.definitions import Actor
 from cortex_dsl.semantics.evaluation.motion import all_of, any_of, current_pose, is_present, others, size, state
 from cortex_dsl.semantics.evaluation.nearby import NOT_VEHICLES
 from cortex_dsl.semantics.road.lanes import index_of, lane_at, looked_up
 from cortex_dsl.semantics.road.roads import network_of
 from cortex_dsl.semantics.road.trajectories import Trajectory, trajectory
-from cortex_dsl.semantics.values import Actor
 from engine.road.network import LaneRole, Maneuver
 from engine.road.sections import maneuver_of
 from engine.road.yielding import Window, windows

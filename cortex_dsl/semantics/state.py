@@ -1,0 +1,205 @@
+"""What elaboration gathers: of the file as a whole, and of the variant that is being worked out."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from cortex_dsl import ir
+from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.composition.imports import ImportedFile
+from cortex_dsl.semantics.definitions import Actor, Instance, MonitorCall
+from cortex_dsl.semantics.findings import Findings, Pool
+from cortex_dsl.semantics.problems import Mistake
+from cortex_dsl.semantics.quantities.algebra import Algebra
+from cortex_dsl.semantics.quantities.certainty import Weight
+from cortex_dsl.semantics.quantities.intervals import Interval
+from cortex_dsl.semantics.randomness.choices import Oracle
+from cortex_dsl.semantics.road.signal_plan import SignalPlan
+from cortex_dsl.semantics.values import Value
+from cortex_dsl.source import Source, Span
+from cortex_dsl.syntax import nodes
+from engine.program import RoadSpec, Settings
+from engine.road.network import Network
+from engine.vocabulary import GeneKind, RuleKind
+
+if TYPE_CHECKING:
+    from cortex_dsl.semantics.context import Observer
+
+EVALUATION_LIMIT = 1_000_000
+"""How many expressions a file may evaluate, all variants together."""
+BODY_LIMIT = 2_000
+"""How many behaviours and scenarios may be written out in a variant."""
+BODY_COST = 40
+"""What writing one out costs, in evaluations."""
+NESTING_LIMIT = 60
+"""How deep blocks may lie in one another, with those of the behaviours that they run."""
+
+
+RuleKey = tuple[Span, RuleKind]
+
+
+@dataclass
+class FileContext:
+    """What all variants of a file share."""
+
+    source: Source
+    overrides: Mapping[str, nodes.Expression]
+    """`-p` values by param name; their spans are those of the params that they replace."""
+    imports: Mapping[Span, ImportedFile] = field(default_factory=dict)
+    """The file behind each import statement."""
+    default_road: RoadSpec = field(default_factory=RoadSpec)
+    """The road where the file has no `map`."""
+    expanded: frozenset[Span] = frozenset()
+    """Sites of numeric choices that are enumerated, because their values are needed concretely."""
+    findings: Findings = field(default_factory=Findings)
+    pool: Pool = field(default_factory=Pool)
+    genes: dict[str, ir.GeneInfo] = field(default_factory=dict)
+    networks: dict[RoadSpec, Network] = field(default_factory=dict)
+    settings: Settings = field(default_factory=Settings)
+    entry: nodes.ScenarioDefinition | None = None
+    """The scenario that the run is; None: the top level is all."""
+    evaluations: int = 0
+    max_steps: int | None = None
+    """From `terminate after N steps`."""
+    default_signals: Span | None = None
+    """The line of a Scenic script that names a map with traffic lights."""
+    from_scenic: bool = False
+    """Whether the file has Scenic's `model` line: absolute headings then count from north, as there."""
+    weights: dict[Span, Weight] = field(default_factory=dict)
+    """What is certain of each `require`, by the place of its condition."""
+    observe: "Observer | None" = None
+    """Told every value as it is worked out; an editor looks over the shoulder of the compiler."""
+    temporals: dict[Span, nodes.Require] = field(default_factory=dict)
+    """The temporal requirements, in the order of the file."""
+    records: dict[str, tuple[Span, ir.Record]] = field(default_factory=dict)
+    """What is recorded, and where that is said, by name."""
+    rules: dict[RuleKey, str] = field(default_factory=dict)
+    """Name of every rule, by its place and kind, in the order met; all variants number them alike."""
+
+    def gene_index(self, name: str) -> int:
+        return list(self.genes).index(name)
+
+    def gene_bounds(self) -> dict[int, Interval]:
+        """SI bounds of every gene that stands for its own value."""
+        return {
+            i: (g.low * g.scale, g.high * g.scale)
+            for i, g in enumerate(self.genes.values())
+            if g.kind != GeneKind.INDEX
+        }
+
+    def rule(self, span: Span, name: str, kind: RuleKind = RuleKind.TERMINATE) -> int:
+        """Number of the rule of this kind written at `span`."""
+        self.rules.setdefault((span, kind), name)
+        return list(self.rules).index((span, kind))
+
+    def spend(self, span: Span, evaluations: int = 1) -> None:
+        """Count work.
+
+        Raises:
+            Mistake: it has become too much, which is said once.
+        """
+        told = self.evaluations >= EVALUATION_LIMIT
+        self.evaluations += evaluations
+        if told:
+            raise Mistake
+        if self.evaluations >= EVALUATION_LIMIT:
+            raise errors.TOO_MUCH_WORK.mistake(span, limit=EVALUATION_LIMIT)
+
+    def line(self, span: Span) -> int:
+        """Counted through all files."""
+        return self.source.row(span.start)
+
+
+@dataclass
+class Variant:
+    """One way of making all finite choices, while it is being elaborated."""
+
+    file: FileContext
+    oracle: Oracle
+    algebra: Algebra = field(default_factory=Algebra)
+    names: dict[str, Value] = field(default_factory=dict)
+    """The module's variables."""
+    imported: dict[str, dict[str, Value]] = field(default_factory=dict)
+    """Variables of the imported files, by file name."""
+    root: Instance = field(default_factory=Instance)
+    """The scenario that the run is, with the top level of the file."""
+    mutations: dict[int, list[nodes.Mutate]] = field(default_factory=dict)
+    """The `mutate` statements of every scope, by the identity of its variables."""
+    mutated: set[tuple[int, str]] = field(default_factory=set)
+    """Scopes and names of what carries noise."""
+    first_ego: Actor | None = None
+    """The ego of the first scenario started, where the one that starts it has none."""
+    numbered: int = 1
+    """The next number of an object; 0 is the ego's."""
+    monitors: list[ir.Monitor | None] = field(default_factory=list)
+    """Coroutines of nobody, by number; None while its body is being worked out."""
+    params: dict[str, Value] = field(default_factory=dict)
+    network: Network | None = None
+    signals: SignalPlan | None = None
+    actors: list[Actor] = field(default_factory=list)
+    requirements: list[ir.Requirement] = field(default_factory=list)
+    rule_conditions: dict[RuleKey, ir.Expr] = field(default_factory=dict)
+    required_monitors: list[tuple[str | None, MonitorCall, Span]] = field(default_factory=list)
+    """Their names, where they have one, and where they are required."""
+    choices: list[ir.Choice] = field(default_factory=list)
+    draw_sites: list[ir.DrawSite] = field(default_factory=list)
+    compared: dict[int, ir.Dimension | None] = field(default_factory=dict)
+    """Dimension of what each comparison compares, by the identity of its expression."""
+    finite_draws: dict[int, Span] = field(default_factory=dict)
+    """Sites of the draws that pick one of finitely many numbers."""
+    calls: int = 0
+    """How many lambdas are being called, one inside the other."""
+    blocks: int = 0
+    """How many blocks of behaviours are being written out, one inside the other."""
+    visits: Counter[Span] = field(default_factory=Counter)
+    """How often each `Fixed(...)` was evaluated."""
+    draw_count: int = 0
+    local_count: int = 0
+    scope_count: int = 0
+    assigning: str = ""
+    """The name that is about to be assigned; it names objects and choices."""
+
+    def new_draw(self) -> ir.Expr:
+        self.draw_count += 1
+        return self.algebra.draw(self.draw_count - 1)
+
+    def new_local(self) -> int:
+        self.local_count += 1
+        return self.local_count - 1
+
+    def new_scope(self, span: Span) -> int:
+        """The number of a body that is written out.
+
+        Raises:
+            Mistake: there are too many.
+        """
+        self.file.spend(span, BODY_COST)
+        self.scope_count += 1
+        if self.scope_count == BODY_LIMIT:
+            raise errors.TOO_MANY_BODIES.mistake(span, limit=BODY_LIMIT)
+        if self.scope_count > BODY_LIMIT:
+            raise Mistake
+        return self.scope_count - 1
+
+    @contextmanager
+    def nested(self, span: Span) -> Iterator[None]:
+        """Around a block that is written out.
+
+        Raises:
+            Mistake: it lies too deep.
+        """
+        if self.blocks == NESTING_LIMIT:
+            raise errors.TOO_DEEP_BODIES.mistake(span, limit=NESTING_LIMIT)
+        self.blocks += 1
+        try:
+            yield
+        finally:
+            self.blocks -= 1
+
+    @property
+    def ego(self) -> Actor | None:
+        """The vehicle under test: of the top level, of the scenario that runs, or of the first that it starts."""
+        ego = self.names.get("ego")
+        return ego if isinstance(ego, Actor) else self.root.ego or self.first_ego
