@@ -1,9 +1,9 @@
 """What the compiler has to say about a file: data only. `cortex_dsl.report.diagnostics` draws it."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from enum import Enum
 
+from cortex_dsl.frozen import frozen
 from cortex_dsl.source import Source, Span
 
 
@@ -16,7 +16,7 @@ class Severity(Enum):
     """A better way to write what is right already; runs keep quiet about it, `--check` does not."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Label:
     """A place in the source and what to say there; an empty text draws the carets alone."""
 
@@ -24,7 +24,7 @@ class Label:
     text: str = ""
 
 
-@dataclass(frozen=True)
+@frozen
 class Page:
     """What is always true of a code: `cortexc explain` prints it. Declared with the code, beside its check."""
 
@@ -40,7 +40,7 @@ class Page:
     """When the code is raised, if not while `wrong` is compiled: `while the file is read`."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Diagnostic:
     """One finding: what is wrong (`message`), where, why (`reason`), and how to mend it (`cure`)."""
 

@@ -5,8 +5,7 @@ unknown as expressions over genes, nuisance draws and, in behaviours, the runnin
 equal expressions of one variant are the same object, so passes may key on identity.
 """
 
-from dataclasses import dataclass
-
+from cortex_dsl.frozen import frozen, frozen_identity
 from cortex_dsl.source import Source, Span
 from engine.program import RoadSpec, Settings
 from engine.road.network import Network
@@ -15,7 +14,7 @@ from engine.vocabulary import ActorKind, Command, Distribution, GeneKind, Op, Ru
 # -- expressions ----------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
+@frozen
 class Dimension:
     """Exponents of length, time, mass and angle. `PURE` has none."""
 
@@ -28,7 +27,7 @@ class Dimension:
 PURE = Dimension()
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class Expr:
     """A number known only later (or a bundle of `width` numbers). Operands come first, then numbers that are part
     of the operation itself.
@@ -37,42 +36,42 @@ class Expr:
     span: Span
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class Literal(Expr):
     """A constant, SI. Path and region ids are literals too."""
 
     value: float
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class Gene(Expr):
     """The SI value of gene `index`."""
 
     index: int
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class Draw(Expr):
     """Uniform number `index` of the attempt, in [0, 1)."""
 
     index: int
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class Local(Expr):
     """A behaviour's local variable."""
 
     index: int
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class Running(Expr):
     """Whether monitor `monitor` has been started and has not ended."""
 
     monitor: int
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class Apply(Expr):
     """`op(arguments)`. For ops that take packed operands (BOX_DISTANCE, CAN_SEE, …) an argument is a `Pack`."""
 
@@ -84,14 +83,14 @@ class Apply(Expr):
     """3 for PATH_POSE and ROAD_FOLLOW, 2 for REGION_SAMPLE."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class Pack(Expr):
     """Several numbers side by side, for operations that read consecutive registers."""
 
     items: tuple[Expr, ...]
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class Item(Expr):
     """Number `index` of a wide expression."""
 
@@ -102,30 +101,30 @@ class Item(Expr):
 # -- behaviours -----------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
+@frozen
 class Act:
     span: Span
 
 
-@dataclass(frozen=True)
+@frozen
 class SetLocal(Act):
     index: int
     value: Expr
 
 
-@dataclass(frozen=True)
+@frozen
 class Take(Act):
     """Set commands, then end the turn."""
 
     commands: tuple[tuple[Command, Expr], ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Wait(Act):
     """End the turn without an action."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Follow(Act):
     """FollowTrajectoryBehavior and its kin: follow a path until its end. `progress` is a local of its own."""
 
@@ -136,27 +135,27 @@ class Follow(Act):
     progress: int
 
 
-@dataclass(frozen=True)
+@frozen
 class HoldSpeed(Act):
     """ConstantSpeedBehavior: for ever."""
 
     target_speed: Expr
 
 
-@dataclass(frozen=True)
+@frozen
 class Branch(Act):
     condition: Expr
     then: "Block"
     otherwise: "Block"
 
 
-@dataclass(frozen=True)
+@frozen
 class Loop(Act):
     condition: Expr
     body: "Block"
 
 
-@dataclass(frozen=True)
+@frozen
 class Leave(Act):
     """`break`, `continue`, or `return` of an inlined behaviour (`levels` inlined scopes are numbered by `scope`)."""
 
@@ -164,7 +163,7 @@ class Leave(Act):
     scope: int
 
 
-@dataclass(frozen=True)
+@frozen
 class Scope(Act):
     """An inlined behaviour; a `return` inside leads to its end."""
 
@@ -176,7 +175,7 @@ class Scope(Act):
     goes on in a later turn, and after each scope inside it has ended."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Demand(Act):
     """Abort the run by `rule` unless the condition holds: a `require` in a behaviour, a precondition."""
 
@@ -184,7 +183,7 @@ class Demand(Act):
     rule: int
 
 
-@dataclass(frozen=True)
+@frozen
 class Option:
     """One way for `Pick` to go on."""
 
@@ -194,7 +193,7 @@ class Option:
     body: "Block"
 
 
-@dataclass(frozen=True)
+@frozen
 class Pick(Act):
     """`do choose`: one allowed option, as likely as its weight says. `do shuffle`: all, in random order, each drawn
     among those that are left and allowed. Where none is allowed, `rule` aborts the run.
@@ -205,14 +204,14 @@ class Pick(Act):
     rule: int
 
 
-@dataclass(frozen=True)
+@frozen
 class Start(Act):
     """Start a monitor; one with a higher number has its first turn at this very sample."""
 
     monitor: int
 
 
-@dataclass(frozen=True)
+@frozen
 class Stop(Act):
     """Stop monitors, and the behaviours of actors, which coast from then on."""
 
@@ -220,14 +219,14 @@ class Stop(Act):
     actors: tuple[int, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Spawn(Act):
     """Let absent actors take part from this sample on, at the poses of their scene."""
 
     actors: tuple[int, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class TryInterrupt(Act):
     """Handlers in the order of the file; later ones win, may interrupt earlier ones, and those then resume."""
 
@@ -235,12 +234,12 @@ class TryInterrupt(Act):
     handlers: tuple[tuple[Expr, "Block"], ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Abort(Act):
     """Leave the innermost try."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Terminate(Act):
     """End the run; `rule` indexes `Variant.rules`."""
 
@@ -252,7 +251,7 @@ Block = tuple[Act, ...]
 # -- the scenario ---------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
+@frozen
 class GeneInfo:
     """One `param` that a search may choose. Numbers in the file's own unit."""
 
@@ -270,7 +269,7 @@ class GeneInfo:
     span: Span
 
 
-@dataclass(frozen=True)
+@frozen
 class Actor:
     name: str
     kind: ActorKind
@@ -287,7 +286,7 @@ class Actor:
     """Whether it takes part from the start; else a `Spawn` brings it in."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Requirement:
     condition: Expr
     probability: float
@@ -299,7 +298,7 @@ class Requirement:
     """Of the margin."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Rule:
     """Looked at in every sample of the running simulation. What an act triggers (`terminate` in a behaviour, a guard)
     has no condition.
@@ -314,7 +313,7 @@ class Rule:
     kind: RuleKind = RuleKind.TERMINATE
 
 
-@dataclass(frozen=True)
+@frozen
 class Formula:
     """Linear temporal logic over the samples of a finite run, up to the last before contact, or to the end."""
 
@@ -324,7 +323,7 @@ class Formula:
     """Of an ATOM: the rule (kind WATCH) whose value it is."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Temporal:
     """A temporal requirement that is judged when the run is over; `rule` (kind ABORT) names it."""
 
@@ -332,7 +331,7 @@ class Temporal:
     rule: int
 
 
-@dataclass(frozen=True)
+@frozen
 class Monitor:
     """A coroutine of nobody: monitors, and the scenarios that `compose` runs. Numbered: a child after its parent."""
 
@@ -343,7 +342,7 @@ class Monitor:
     span: Span
 
 
-@dataclass(frozen=True)
+@frozen
 class Record:
     """`record`: a value over time, or at one end of it."""
 
@@ -356,7 +355,7 @@ class Record:
     line: int
 
 
-@dataclass(frozen=True)
+@frozen
 class Choice:
     """One finite choice as made in a variant."""
 
@@ -367,7 +366,7 @@ class Choice:
     span: Span
 
 
-@dataclass(frozen=True)
+@frozen
 class DrawSite:
     """Where draws come from: the source text that a concrete copy of a case replaces by what was drawn."""
 
@@ -382,7 +381,7 @@ class DrawSite:
     """What the site evaluated to; written out with 17 digits."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Variant:
     probability: float
     choices: tuple[Choice, ...]
@@ -400,7 +399,7 @@ class Variant:
     monitors: tuple[Monitor, ...] = ()
 
 
-@dataclass(frozen=True)
+@frozen
 class Scenario:
     source: Source
     name: str

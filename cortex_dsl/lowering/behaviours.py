@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from cortex_dsl.lowering.expressions import ExpressionWriter
 from cortex_dsl.lowering.operands import CodeBuffer, LocalRegister, Target
 from cortex_dsl.lowering.picking import Picker
@@ -35,7 +36,7 @@ class LoopTargets:
     end: Target
 
 
-@dataclass(frozen=True)
+@frozen
 class Coroutine:
     """A behaviour or monitor, which code may name before it is written: its main block and its first row."""
 
@@ -43,7 +44,7 @@ class Coroutine:
     entry: Target
 
 
-@dataclass(frozen=True)
+@frozen
 class Coroutines:
     """All of a variant."""
 

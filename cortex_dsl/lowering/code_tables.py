@@ -1,11 +1,11 @@
 """Symbolic code of all variants to the final code tables: templates one after another, registers with numbers."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from cortex_dsl.lowering.arrays import floats, ints
 from cortex_dsl.lowering.formulas import formula_rows
 from cortex_dsl.lowering.groups import Grouping
@@ -23,7 +23,7 @@ from cortex_dsl.lowering.variant import VariantCode
 from engine.tables import CodeTables
 
 
-@dataclass(frozen=True)
+@frozen
 class Files:
     """The two register files, as `engine.tables.CodeTables` lays them out."""
 
@@ -34,7 +34,7 @@ class Files:
     """Scene values of the template that has most."""
 
 
-@dataclass(frozen=True)
+@frozen
 class EncodedTemplate:
     """One template with all its numbers final."""
 

@@ -1,15 +1,15 @@
 """Variants arranged by what the genes decide."""
 
-from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from engine.vocabulary import GeneKind
 
 
-@dataclass(frozen=True)
+@frozen
 class Grouping:
     """Variants arranged by what the genes decide: within a group, chance alone picks the variant."""
 

@@ -5,15 +5,15 @@ times the line's length falls on one of them. Where the line has no length there
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from cortex_dsl.lowering.expressions import ExpressionWriter
 from cortex_dsl.lowering.operands import CodeBuffer, LocalRegister, Register, Target
 from engine.vocabulary import Op
 
 
-@dataclass(frozen=True)
+@frozen
 class Picker:
     """Writes one `Pick`; `write` writes the body of an option."""
 

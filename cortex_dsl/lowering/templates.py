@@ -1,10 +1,10 @@
 """Variants with equal code become one template; their constants become literals or columns of variant values."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from cortex_dsl.frozen import frozen
 from cortex_dsl.lowering.operands import (
     Constant,
     DrawRegister,
@@ -21,7 +21,7 @@ from cortex_dsl.lowering.operands import (
 from cortex_dsl.lowering.variant import Segment, VariantCode
 
 
-@dataclass(frozen=True)
+@frozen
 class Template:
     """Code shared by variants, with the register (literal or variant value) of each constant occurrence."""
 
@@ -29,7 +29,7 @@ class Template:
     constant_registers: tuple[int, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Merged:
     """All templates of a scenario and the constants they read."""
 
@@ -100,7 +100,7 @@ class _Placement:
         return np.stack(self.columns, axis=1) if self.columns else np.zeros((self.variants, 0))
 
 
-@dataclass(frozen=True)
+@frozen
 class RegisterFile:
     """Where each kind of register starts in one family of code (scene or step)."""
 

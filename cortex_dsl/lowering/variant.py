@@ -4,13 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from cortex_dsl.lowering.behaviours import BehaviourWriter, Coroutine, Coroutines, Numbers
 from cortex_dsl.lowering.expressions import Dynamics, ExpressionWriter
 from cortex_dsl.lowering.operands import CodeBuffer, Constants, Register, Row, SceneValue, Target
 from engine.vocabulary import Column, Op
 
 
-@dataclass(frozen=True)
+@frozen
 class Segment:
     """Rows `start:end` of a buffer and the register of their result."""
 
@@ -22,7 +23,7 @@ class Segment:
 NO_SEGMENT = Segment(-1, -1, None)
 
 
-@dataclass(frozen=True)
+@frozen
 class VariantCode:
     """A variant's code with symbolic operands."""
 

@@ -132,7 +132,7 @@ def _found(record: Record, different: int) -> Node:
 
 INVALID = {
     Verdict.INFEASIBLE: "no scene with its params can meet the file's requirements",
-    Verdict.EXHAUSTED: "no scene that meets the file's requirements was found with its params",
+    Verdict.EXHAUSTED: "no scene met the requirements of the file, in as many attempts as are allowed",
     Verdict.ABORTED: "a requirement on the run broke, and what came after that was not simulated",
 }
 """Why a simulation counts as invalid."""

@@ -4,9 +4,9 @@ A new function, distribution, action or library behaviour starts with a row here
 `library` hold what the rows do.
 """
 
-from dataclasses import dataclass
 from enum import Enum
 
+from cortex_dsl.frozen import frozen
 from cortex_dsl.ir import PURE, Dimension
 from cortex_dsl.semantics.quantities.units import ACCELERATION, ANGLE, LENGTH, SPEED, TIME
 from engine.vocabulary import Command
@@ -21,7 +21,7 @@ class Kind(Enum):
     CONSTANT = "constant"
 
 
-@dataclass(frozen=True)
+@frozen
 class Parameter:
     """One argument. A dimension says that it is a number: bare ones adopt it."""
 
@@ -34,7 +34,7 @@ class Parameter:
     aliases: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@frozen
 class Builtin:
     name: str
     kind: Kind

@@ -6,10 +6,11 @@ expressions has its own module and none needs to know the others.
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.definitions import Actor, Instance
@@ -25,7 +26,7 @@ from cortex_dsl.syntax import nodes
 from engine.vocabulary import GeneKind, Op
 
 
-@dataclass(frozen=True)
+@frozen
 class Moment:
     """When an expression is evaluated: with the scene, or again and again during the run."""
 
@@ -47,7 +48,7 @@ Handler = Callable[["Evaluator", nodes.Expression], Value]
 Observer = Callable[["Evaluator", nodes.Expression, Value], None]
 
 
-@dataclass(frozen=True)
+@frozen
 class Evaluator:
     """Evaluates expressions at one place: `scopes` are searched from the innermost to the module's names."""
 

@@ -6,6 +6,7 @@ The `home` of a definition holds the variables of the imported file that has it;
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from cortex_dsl.frozen import frozen_identity
 from cortex_dsl.semantics.values import BuiltinValue, Pose, Value
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
@@ -28,7 +29,7 @@ class Actor:
     """(monitor, behaviour): what it does while that scenario runs; of several the last one decides."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class BehaviourValue:
     """A behaviour that the file defines."""
 
@@ -37,7 +38,7 @@ class BehaviourValue:
     """Variables of the imported file that defines it; None: the main file."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class BehaviourCall:
     """A behaviour with its arguments, ready to run."""
 
@@ -51,7 +52,7 @@ class BehaviourCall:
         return self.behaviour.node.name if isinstance(self.behaviour, BehaviourValue) else self.behaviour.name
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class MonitorValue:
     """A monitor that the file defines."""
 
@@ -59,7 +60,7 @@ class MonitorValue:
     home: dict[str, Value] | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class MonitorCall:
     """A monitor with its arguments, ready to be required."""
 
@@ -73,7 +74,7 @@ class MonitorCall:
         return self.monitor.node.name
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class ClassValue:
     """A class that a file defines, ready to be made objects of."""
 
@@ -86,7 +87,7 @@ class ClassValue:
     """Where its defaults look names up."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class Namespace:
     """An imported file."""
 
@@ -94,7 +95,7 @@ class Namespace:
     names: Mapping[str, Value]
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class ScenarioValue:
     """A scenario that a file defines."""
 

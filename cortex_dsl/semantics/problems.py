@@ -1,12 +1,11 @@
 """The shape of a declared diagnostic, and the exceptions by which elaboration stops doing what cannot be done."""
 
-from dataclasses import dataclass
-
 from cortex_dsl.diagnostics import Diagnostic, Label, Page, Severity
+from cortex_dsl.frozen import frozen
 from cortex_dsl.source import Span
 
 
-@dataclass(frozen=True)
+@frozen
 class Problem:
     """One kind of finding. Texts are `str.format` templates over the fields that `at` is given."""
 

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen, frozen_identity
 from cortex_dsl.source import Span
 from engine.road.network import Intersection, Lane
 from engine.vocabulary import Command
@@ -104,7 +105,7 @@ class DirectionField:
     """`roadDirection`: at every point the direction of the lane there."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class Closure:
     """A lambda."""
 
@@ -112,28 +113,28 @@ class Closure:
     apply: Callable[..., Value]
 
 
-@dataclass(frozen=True)
+@frozen
 class BuiltinValue:
     """A function, distribution, class, action or library behaviour of the builtins table."""
 
     name: str
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class Unfinished:
     """`self` in the default of a property: the object while it is made."""
 
     attribute: Callable[[str, Span], Value]
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class ActionCall:
     command: Command
     value: ir.Expr
     name: str
 
 
-@dataclass(frozen=True)
+@frozen
 class Weights:
     """`{option: weight}` as `Discrete` takes it."""
 
@@ -141,12 +142,12 @@ class Weights:
     spans: tuple[Span, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class EnumValue:
     """The enumeration `ManeuverType` itself."""
 
 
-@dataclass(frozen=True)
+@frozen
 class GlobalParameters:
     pass
 

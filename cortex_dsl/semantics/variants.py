@@ -5,9 +5,9 @@ and the state of the simulation.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting.behaviours import actor_behaviour, warn_if_idle
 from cortex_dsl.semantics.acting.yielding import everything
@@ -29,7 +29,7 @@ from cortex_dsl.syntax import nodes
 from engine.vocabulary import Column
 
 
-@dataclass(frozen=True)
+@frozen
 class Draft:
     """A variant before the rules of all variants are known."""
 

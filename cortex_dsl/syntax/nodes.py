@@ -1,13 +1,14 @@
 """The syntax tree: what was written, shaped as the author thinks. Frozen; spans never take part in equality."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from cortex_dsl.frozen import frozen
 from cortex_dsl.source import Span
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen
 class Node:
-    span: Span = field(compare=False, repr=False)
+    span: Span = field(compare=False, repr=False, kw_only=True)
 
 
 class Expression(Node):
@@ -21,14 +22,14 @@ class Statement(Node):
 # -- expressions ----------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
+@frozen
 class Number(Expression):
     value: float
     unit: str | None = None
     """`km/h` in `50 km/h`."""
 
 
-@dataclass(frozen=True)
+@frozen
 class WithUnit(Expression):
     """A unit after a call: `Range(5, 80) km/h`."""
 
@@ -36,73 +37,73 @@ class WithUnit(Expression):
     unit: str
 
 
-@dataclass(frozen=True)
+@frozen
 class String(Expression):
     value: str
 
 
-@dataclass(frozen=True)
+@frozen
 class Constant(Expression):
     """`True`, `False`, `None`."""
 
     value: bool | None
 
 
-@dataclass(frozen=True)
+@frozen
 class Name(Expression):
     id: str
 
 
-@dataclass(frozen=True)
+@frozen
 class Attribute(Expression):
     value: Expression
     name: str
     name_span: Span = field(compare=False, repr=False, kw_only=True)
 
 
-@dataclass(frozen=True)
+@frozen
 class Index(Expression):
     value: Expression
     index: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class Argument(Node):
     value: Expression
     name: str | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class Call(Expression):
     function: Expression
     arguments: tuple[Argument, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Starred(Expression):
     """`*xs` inside a call or a list."""
 
     value: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class ListDisplay(Expression):
     items: tuple[Expression, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class TupleDisplay(Expression):
     items: tuple[Expression, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class DictDisplay(Expression):
     """`{a: 1, b: 2}`: weights of `Discrete`."""
 
     entries: tuple[tuple[Expression, Expression], ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Comprehension(Expression):
     """`[element for targets in iterable if c1 if c2]`, one or more `for` clauses; also a bare generator."""
 
@@ -110,20 +111,20 @@ class Comprehension(Expression):
     clauses: "tuple[ForClause, ...]"
 
 
-@dataclass(frozen=True)
+@frozen
 class ForClause(Node):
     targets: tuple[str, ...]
     iterable: Expression
     conditions: tuple[Expression, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Lambda(Expression):
     parameters: tuple[str, ...]
     body: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class Unary(Expression):
     """`-x`, `+x`, `not x`."""
 
@@ -131,7 +132,7 @@ class Unary(Expression):
     operand: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class Binary(Expression):
     """`+ - * / // % **` and `@` (a vector from two numbers)."""
 
@@ -140,7 +141,7 @@ class Binary(Expression):
     right: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class BoolOp(Expression):
     """`a and b and c`, `a or b`."""
 
@@ -148,7 +149,7 @@ class BoolOp(Expression):
     operands: tuple[Expression, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Compare(Expression):
     """`a < b <= c`; operators: `< <= > >= == != in`, `not in`, `is`, `is not`."""
 
@@ -156,14 +157,14 @@ class Compare(Expression):
     rest: tuple[tuple[str, Expression], ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Conditional(Expression):
     condition: Expression
     then: Expression
     otherwise: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class Distance(Expression):
     """`distance [from a] to b`; with `minimum` in front: between outlines. `origin` None means the ego."""
 
@@ -172,7 +173,7 @@ class Distance(Expression):
     between_outlines: bool = False
 
 
-@dataclass(frozen=True)
+@frozen
 class RelativeHeading(Expression):
     """`relative heading of a [from b]`."""
 
@@ -180,26 +181,26 @@ class RelativeHeading(Expression):
     origin: Expression | None
 
 
-@dataclass(frozen=True)
+@frozen
 class CanSee(Expression):
     viewer: Expression
     target: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class Intersects(Expression):
     left: Expression
     right: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class Degrees(Expression):
     """`x deg`: Scenic's operator on any expression (a literal with the unit is a `Number`)."""
 
     value: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class OffsetBy(Expression):
     """`a offset by b`."""
 
@@ -207,7 +208,7 @@ class OffsetBy(Expression):
     offset: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class OffsetAlong(Expression):
     """`a offset along d by b`."""
 
@@ -216,7 +217,7 @@ class OffsetAlong(Expression):
     offset: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class Temporal(Expression):
     """`always a`, `eventually a`, `next a`, `a until b`, `a implies b`: in the condition of a `require` only."""
 
@@ -231,12 +232,12 @@ class Specifier(Node):
     pass
 
 
-@dataclass(frozen=True)
+@frozen
 class At(Specifier):
     position: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class InRegion(Specifier):
     """`in region` / `on region`."""
 
@@ -244,20 +245,20 @@ class InRegion(Specifier):
     region: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class OffsetBySpecifier(Specifier):
     """`offset by v`: relative to the ego."""
 
     offset: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class OffsetAlongSpecifier(Specifier):
     direction: Expression
     offset: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class Beside(Specifier):
     """`ahead of | behind | left of | right of x [by d]`; side is `ahead`, `behind`, `left` or `right`."""
 
@@ -266,7 +267,7 @@ class Beside(Specifier):
     distance: Expression | None
 
 
-@dataclass(frozen=True)
+@frozen
 class Following(Specifier):
     """`following field [from x] for d`."""
 
@@ -275,7 +276,7 @@ class Following(Specifier):
     distance: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class Before(Specifier):
     """`before intersection by d [along trajectory]`: the place on the trajectory d ahead of the junction."""
 
@@ -284,7 +285,7 @@ class Before(Specifier):
     trajectory: Expression | None
 
 
-@dataclass(frozen=True)
+@frozen
 class Facing(Specifier):
     """`facing heading`, `facing toward point`, `facing away from point`; mode `""`, `toward`, `away`."""
 
@@ -292,14 +293,14 @@ class Facing(Specifier):
     mode: str = ""
 
 
-@dataclass(frozen=True)
+@frozen
 class With(Specifier):
     property: str
     value: Expression
     property_span: Span = field(compare=False, repr=False, kw_only=True)
 
 
-@dataclass(frozen=True)
+@frozen
 class New(Expression):
     class_name: str
     specifiers: tuple[Specifier, ...]
@@ -309,7 +310,7 @@ class New(Expression):
 # -- statements -----------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
+@frozen
 class Map(Statement):
     """`map intersection(ways=4, ...)`; kind is the word after `map`."""
 
@@ -317,35 +318,35 @@ class Map(Statement):
     arguments: tuple[Argument, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Simulation(Statement):
     """`simulation(time_step=0.05 s, max_attempts=2000)`: what the file says about how it is run."""
 
     arguments: tuple[Argument, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Model(Statement):
     """`model scenic.simulators.carla.model`: accepted for Scenic's sake, answered with a note."""
 
     name: str
 
 
-@dataclass(frozen=True)
+@frozen
 class ParamEntry(Node):
     name: str
     value: Expression
     name_span: Span = field(compare=False, repr=False, kw_only=True)
 
 
-@dataclass(frozen=True)
+@frozen
 class Param(Statement):
     """`param A = x, B = y`."""
 
     entries: tuple[ParamEntry, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Assign(Statement):
     """`a = value`, `a, b = value`; targets are plain names."""
 
@@ -353,7 +354,7 @@ class Assign(Statement):
     value: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class AugmentedAssign(Statement):
     """`a += value`; operator is the binary one (`+`)."""
 
@@ -362,12 +363,12 @@ class AugmentedAssign(Statement):
     value: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class ExpressionStatement(Statement):
     value: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class Require(Statement):
     """`require[p] condition as "name"`."""
 
@@ -376,7 +377,7 @@ class Require(Statement):
     name: str | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class RequireMonitor(Statement):
     """`require monitor M(arguments) as "name"`: the monitor runs beside the scenario."""
 
@@ -384,7 +385,7 @@ class RequireMonitor(Statement):
     name: str | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class TerminateWhen(Statement):
     """`terminate when condition as "name"`; `simulation` for `terminate simulation when`."""
 
@@ -393,7 +394,7 @@ class TerminateWhen(Statement):
     simulation: bool = False
 
 
-@dataclass(frozen=True)
+@frozen
 class Record(Statement):
     """`record value as name`; when is `""` (a series over time), `initial` or `final`."""
 
@@ -402,7 +403,7 @@ class Record(Statement):
     name: str | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class Mutate(Statement):
     """`mutate a, b by 2`: noise on the pose of these objects; of all, where none is named."""
 
@@ -410,14 +411,14 @@ class Mutate(Statement):
     amount: Expression | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class Signals(Statement):
     """`signals(green=20 s, yellow=3 s, all_red=2 s, offset=PHASE)`: the intersections have traffic lights."""
 
     arguments: tuple[Argument, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Import(Statement):
     """`import cars`, `import lib.cars as c`, `import "lib/cars.scn" as c`; `path` is as written, without quotes."""
 
@@ -427,13 +428,13 @@ class Import(Statement):
     path_span: Span = field(compare=False, repr=False, kw_only=True)
 
 
-@dataclass(frozen=True)
+@frozen
 class ImportedName(Node):
     name: str
     alias: str | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class ImportFrom(Statement):
     """`from cars import Taxi, slow as crawl`; `names` is empty for `*`."""
 
@@ -443,7 +444,7 @@ class ImportFrom(Statement):
     path_span: Span = field(compare=False, repr=False, kw_only=True)
 
 
-@dataclass(frozen=True)
+@frozen
 class PropertyDefault(Node):
     """`speed: Range(3, 9) m/s` in a class."""
 
@@ -452,7 +453,7 @@ class PropertyDefault(Node):
     name_span: Span = field(compare=False, repr=False, kw_only=True)
 
 
-@dataclass(frozen=True)
+@frozen
 class ClassDefinition(Statement):
     """`class Taxi(Car):` with property defaults, each evaluated anew for every object."""
 
@@ -464,7 +465,7 @@ class ClassDefinition(Statement):
     base_span: Span | None = field(compare=False, repr=False, kw_only=True, default=None)
 
 
-@dataclass(frozen=True)
+@frozen
 class TerminateAfter(Statement):
     """`terminate after 20 s`, `terminate after 400 steps`; `in_steps` for the latter (`seconds` also accepted)."""
 
@@ -472,20 +473,20 @@ class TerminateAfter(Statement):
     in_steps: bool = False
 
 
-@dataclass(frozen=True)
+@frozen
 class Parameter(Node):
     name: str
     default: Expression | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class Guard(Node):
     """`precondition: condition` or `invariant: condition`."""
 
     condition: Expression
 
 
-@dataclass(frozen=True)
+@frozen
 class BehaviorDefinition(Statement):
     name: str
     parameters: tuple[Parameter, ...]
@@ -496,7 +497,7 @@ class BehaviorDefinition(Statement):
     name_span: Span = field(compare=False, repr=False, kw_only=True)
 
 
-@dataclass(frozen=True)
+@frozen
 class MonitorDefinition(Statement):
     """`monitor M(parameters):` a behaviour of nobody: it waits, requires and terminates."""
 
@@ -507,7 +508,7 @@ class MonitorDefinition(Statement):
     name_span: Span = field(compare=False, repr=False, kw_only=True)
 
 
-@dataclass(frozen=True)
+@frozen
 class ScenarioDefinition(Statement):
     """`scenario S(parameters):` with `setup:` and `compose:`; a body without either is its setup."""
 
@@ -521,7 +522,7 @@ class ScenarioDefinition(Statement):
     name_span: Span = field(compare=False, repr=False, kw_only=True)
 
 
-@dataclass(frozen=True)
+@frozen
 class Override(Statement):
     """`override ego with behavior B()`: in the setup of a scenario, for as long as it runs."""
 
@@ -529,7 +530,7 @@ class Override(Statement):
     specifiers: tuple[Specifier, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Do(Statement):
     """`do b`, `do b until c`, `do b for d`; at most one of `until` and `duration` is there."""
 
@@ -544,17 +545,17 @@ class Do(Statement):
     """`choose`: one of them at random; `shuffle`: all, one after the other, in random order."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Take(Statement):
     actions: tuple[Expression, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Wait(Statement):
     pass
 
 
-@dataclass(frozen=True)
+@frozen
 class Handler(Node):
     """`interrupt when condition: body`."""
 
@@ -562,25 +563,25 @@ class Handler(Node):
     body: tuple[Statement, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Try(Statement):
     body: tuple[Statement, ...]
     handlers: tuple[Handler, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Abort(Statement):
     pass
 
 
-@dataclass(frozen=True)
+@frozen
 class Terminate(Statement):
     """`terminate` inside a behaviour: ends the scenario that made its object; `simulation` ends the whole run."""
 
     simulation: bool = False
 
 
-@dataclass(frozen=True)
+@frozen
 class If(Statement):
     """`if / elif / else`: branches of (condition, body), then the else body."""
 
@@ -588,33 +589,33 @@ class If(Statement):
     otherwise: tuple[Statement, ...] = ()
 
 
-@dataclass(frozen=True)
+@frozen
 class While(Statement):
     condition: Expression
     body: tuple[Statement, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Break(Statement):
     pass
 
 
-@dataclass(frozen=True)
+@frozen
 class Continue(Statement):
     pass
 
 
-@dataclass(frozen=True)
+@frozen
 class Return(Statement):
     """`return` without a value: the behaviour is over."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Pass(Statement):
     pass
 
 
-@dataclass(frozen=True)
+@frozen
 class Module(Node):
     """A whole file."""
 

@@ -3,7 +3,7 @@
 import json
 import sqlite3
 from contextlib import closing
-from dataclasses import dataclass, fields
+from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from engine.search.aggregate import aggregate
 from engine.search.assessment import Assessment, map_arrays, take
 from engine.search.columns import SCALARS, from_columns
 from engine.search.evaluations import Evaluations
-from engine.search.figures import Figures, GenerationFigures
+from engine.search.figures import Figures, GenerationFigures, generation_figures
 from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION
 from engine.search.manifest import Link, Manifest, Origin, Parameter, Text
 from engine.search.searchers import method_of
@@ -52,7 +52,7 @@ def read_journal(path: Path) -> Record:
     with store_errors(path), closing(_opened(path)) as connection:
         _check(path, connection)
         try:
-            return _record(connection)
+            return _consistent(_record(connection))
         except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
             raise StoreError(
                 f"`{path}` is damaged: what it holds does not fit together ({type(error).__name__})",
@@ -88,6 +88,23 @@ def _record(connection: sqlite3.Connection) -> Record:
         seconds=float("nan") if seconds is None else seconds,
         spent=_spent(connection),
     )
+
+
+def _consistent(record: Record) -> Record:
+    """The record, each of whose generations has the figures that follow from its individuals.
+
+    Raises:
+        ValueError: rows were lost or changed since they were written.
+    """
+    if len(record.evaluations) != sum(each.by_individual.individuals for each in record.generations):
+        raise ValueError
+    for past, written in zip(record.past(), record.generations, strict=True):
+        found = generation_figures(past, written.generation)
+        for name in ("by_individual", "by_simulation"):
+            pair = [[float(number) for number in astuple(getattr(each, name))] for each in (found, written)]
+            if not np.allclose(*pair, rtol=1e-9, atol=0.0, equal_nan=True):
+                raise ValueError
+    return record
 
 
 def _spent(connection: sqlite3.Connection) -> float:

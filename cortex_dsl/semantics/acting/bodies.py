@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting import guards
 from cortex_dsl.semantics.acting.variables import assigned_names, snapshot
@@ -30,7 +31,7 @@ Guards = tuple[tuple[ir.Expr, int], ...]
 """Conditions, and the rules that abort the run where they are false."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Invocation:
     """Something that `do` may run: what is worked out first, what must hold for it to start, and its acts."""
 

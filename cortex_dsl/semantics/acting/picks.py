@@ -6,9 +6,9 @@ Source: Scenic 3 reference, "do choose", "do shuffle".
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting import guards
 from cortex_dsl.semantics.acting.bodies import Body, Invocation
@@ -23,7 +23,7 @@ from cortex_dsl.syntax import nodes
 WHAT = "a weight"
 
 
-@dataclass(frozen=True)
+@frozen
 class Candidate:
     """One option as it is written."""
 

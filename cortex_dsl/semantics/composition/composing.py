@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting import guards
 from cortex_dsl.semantics.acting.behaviours import Inliner, stop
@@ -148,7 +149,7 @@ class Composer(Inliner):
             raise errors.SCENARIO_CYCLE.mistake(span, name=call.name, cycle=cycle)
 
 
-@dataclass(frozen=True)
+@frozen
 class Child:
     """A scenario that another one starts, written out."""
 

@@ -1,10 +1,10 @@
 """The coroutine of a scenario that another one starts: its objects come in, its rules hold, its `compose` runs."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting import guards
 from cortex_dsl.semantics.acting.behaviours import stop
@@ -30,14 +30,14 @@ CLOCK_TOLERANCE = 1e-9
 """Slack of `terminate after`: sums of time steps do not hit a duration exactly [s]."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Written:
     block: ir.Block
     preconditions: Guards
     invariants: Guards
 
 
-@dataclass(frozen=True)
+@frozen
 class Coroutine:
     """Writes it; `span` is where the scenario is started."""
 

@@ -7,6 +7,7 @@ from typing import TypeVar, cast
 
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Label
 from cortex_dsl.files import SUFFIXES, Files
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.source import Source, Span
 from cortex_dsl.spelling import did_you_mean
@@ -18,7 +19,7 @@ FILE_LIMIT = 100
 Tree = TypeVar("Tree")
 
 
-@dataclass(frozen=True)
+@frozen
 class ImportedFile:
     """A file that was read: its spans lie in the space of all files."""
 
@@ -26,7 +27,7 @@ class ImportedFile:
     module: nodes.Module
 
 
-@dataclass(frozen=True)
+@frozen
 class Linked:
     """The source with all that it imports, and the file behind each import statement."""
 

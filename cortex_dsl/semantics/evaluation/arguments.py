@@ -1,9 +1,9 @@
 """Arguments of calls: evaluated, unpacked and bound to the parameters of what is called."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import Builtin, Parameter
 from cortex_dsl.semantics.context import Evaluator
@@ -16,7 +16,7 @@ from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 
 
-@dataclass(frozen=True)
+@frozen
 class Given:
     """One argument as it was written; `node` is None for an item of an unpacked list."""
 
@@ -57,7 +57,7 @@ def items_of(value: Value, span: Span, what: str = "this") -> tuple[Value, ...]:
     raise errors.WRONG_KIND.mistake(span, what=what, expected="a list", actual=kind_name(value), cure="")
 
 
-@dataclass(frozen=True)
+@frozen
 class Slot:
     """What binding needs to know of a parameter."""
 

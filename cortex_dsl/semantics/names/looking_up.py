@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
 
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS, SPECIAL_NAMES, Kind, names_of
 from cortex_dsl.semantics.findings import Findings
@@ -36,7 +37,7 @@ class NameTable:
             self.findings.add(errors.CANNOT_ASSIGN.at(span, name=name, reason=UNASSIGNABLE[name]))
 
 
-@dataclass(frozen=True)
+@frozen
 class Names:
     """Looks up the names of one expression."""
 

@@ -1,7 +1,8 @@
 """Statements in the wrong place: `take` at the top level, `param` in a behaviour, `break` outside a loop."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.findings import Findings
 from cortex_dsl.source import Span
@@ -64,7 +65,7 @@ CURES = {
 """What to write, by where a statement belongs."""
 
 
-@dataclass(frozen=True)
+@frozen
 class _Around:
     """What a statement stands in."""
 

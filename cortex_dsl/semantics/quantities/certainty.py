@@ -1,15 +1,15 @@
 """What is certain of a `require`, whatever a search chooses and however scenes are drawn."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics.quantities.algebra import parts
 from cortex_dsl.semantics.quantities.intervals import Interval
 
 
-@dataclass(frozen=True)
+@frozen
 class Weight:
     """Of one `require` over all variants in which it was met."""
 

@@ -8,9 +8,9 @@ have no lesser.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.quantities.algebra import Algebra
 from cortex_dsl.semantics.quantities.units import LENGTH, PURE
@@ -22,7 +22,7 @@ Dimensions = Mapping[int, ir.Dimension | None]
 LENGTHS = frozenset({Op.REGION_DISTANCE, Op.REGION_BOX_DISTANCE, Op.BOX_DISTANCE, Op.PATH_DISTANCE})
 
 
-@dataclass(frozen=True)
+@frozen
 class Margin:
     expr: ir.Expr
     dimension: ir.Dimension | None
@@ -37,7 +37,7 @@ def margin_of(algebra: Algebra, condition: ir.Expr, compared: Dimensions) -> tup
     return (None, PURE) if found is None else (found.expr, found.dimension or PURE)
 
 
-@dataclass(frozen=True)
+@frozen
 class _Margins:
     algebra: Algebra
     compared: Dimensions

@@ -1,8 +1,8 @@
 """Units and dimensions: what the unit words mean, and how a dimension is called in messages. SI inside."""
 
 import math
-from dataclasses import dataclass
 
+from cortex_dsl.frozen import frozen
 from cortex_dsl.ir import PURE, Dimension
 
 LENGTH = Dimension(length=1)
@@ -14,7 +14,7 @@ MASS = Dimension(mass=1)
 FREQUENCY = Dimension(time=-1)
 
 
-@dataclass(frozen=True)
+@frozen
 class Unit:
     """SI value = written value * factor."""
 

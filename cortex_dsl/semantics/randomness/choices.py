@@ -8,13 +8,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TypeVar
 
+from cortex_dsl.frozen import frozen
 from cortex_dsl.source import Span
 
 VARIANT_LIMIT = 4096
 """Largest product of the option counts of the choices that one variant makes."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Decision:
     """A choice as it was met: `probabilities` by option, 1.0 each where a gene decides."""
 

@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.context import Evaluator
@@ -16,7 +16,7 @@ from cortex_dsl.semantics.values import Quantity
 from cortex_dsl.source import Span
 
 
-@dataclass(frozen=True)
+@frozen
 class Site:
     """A distribution in the source: its place (with the unit behind it) and that unit."""
 

@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
@@ -62,7 +63,7 @@ def unit_behind(node: nodes.Expression) -> Unit | None:
     return None
 
 
-@dataclass(frozen=True)
+@frozen
 class _Request:
     """A distribution that a `param` names, on its way to becoming a gene."""
 

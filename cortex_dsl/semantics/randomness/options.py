@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.evaluation.arguments import Given, no_names
@@ -19,7 +19,7 @@ from cortex_dsl.source import Span
 from engine.vocabulary import Op
 
 
-@dataclass(frozen=True)
+@frozen
 class Option:
     """One value of a finite choice."""
 

@@ -1,15 +1,15 @@
 """An object drawn anywhere on a lane, and a `require` that keeps a window of it: `before … by` draws only what fits."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 from cortex_dsl.diagnostics import Diagnostic, Label
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
 
 
-@dataclass(frozen=True)
+@frozen
 class _Window:
     """`low <= distance from NAME to REGION <= high`."""
 

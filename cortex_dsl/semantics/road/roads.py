@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Callable, Container
-from dataclasses import dataclass
 
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS, Kind
 from cortex_dsl.semantics.context import Evaluator
@@ -114,7 +114,7 @@ def network_of(ev: Evaluator) -> Network:
     return ev.run.network
 
 
-@dataclass(frozen=True)
+@frozen
 class Named:
     value: Value
 

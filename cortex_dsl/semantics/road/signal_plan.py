@@ -1,8 +1,7 @@
 """The fixed-time plan of the traffic lights: what `signals(...)` says, and in which phase each arm is."""
 
-from dataclasses import dataclass
-
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 
 COLOURS = ("None", "green", "yellow", "red", "off", "unknown")
 """What a light may show, by number; `None` where there is no light. CARLA's names, as Scenic's scripts have them."""
@@ -18,7 +17,7 @@ PHASES = 2
 """Arms that face each other are green together: first those of the north and south, then those of the east and west."""
 
 
-@dataclass(frozen=True)
+@frozen
 class SignalPlan:
     """Times in seconds, as expressions over genes and constants."""
 
@@ -30,7 +29,7 @@ class SignalPlan:
     controls: "Controls | None" = None
 
 
-@dataclass(frozen=True)
+@frozen
 class Controls:
     """Locals by which behaviours and monitors change the lights; only where a file does so."""
 

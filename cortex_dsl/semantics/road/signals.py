@@ -6,9 +6,10 @@ it keeps that colour until the plan would change it next, which is never while t
 """
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.definitions import Actor
@@ -154,7 +155,7 @@ def phase_of(light: Signal) -> int:
     return 0 if light.intersection.legs[light.arm].name in ("north", "south") else 1
 
 
-@dataclass(frozen=True)
+@frozen
 class Ahead:
     """The light at the end of the lane that an object is on."""
 
@@ -195,7 +196,7 @@ def clock(ev: Evaluator, plan: SignalPlan) -> ir.Expr:
     return algebra.apply(Op.SELECT, frozen, frozen_at, running)
 
 
-@dataclass(frozen=True)
+@frozen
 class Showing:
     """Colour by the plan, and how often the plan has changed it so far."""
 

@@ -1,8 +1,8 @@
 """Trajectories: lists of lanes that follow one another, joined into one path."""
 
-from dataclasses import dataclass
 from itertools import pairwise
 
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.values import Centerline, Quantity, Value
 from cortex_dsl.semantics.wording import kind_name
@@ -10,7 +10,7 @@ from cortex_dsl.source import Span
 from engine.road.network import Intersection, Lane, Maneuver
 
 
-@dataclass(frozen=True)
+@frozen
 class Trajectory:
     lanes: tuple[Lane, ...]
     path: int

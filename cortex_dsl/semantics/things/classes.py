@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics.builtins import TOP_SPEED
 from cortex_dsl.semantics.quantities.units import ACCELERATION, ANGLE, LENGTH, MASS, PURE, SPEED
 from cortex_dsl.semantics.values import Quantity, Value
@@ -37,7 +37,7 @@ OFF_ROAD = frozenset({ActorKind.PEDESTRIAN, ActorKind.OBSTACLE})
 """Kinds that need not start on the road."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Property:
     """A number that `with` sets: its column in a scene, its dimension and its legal range."""
 

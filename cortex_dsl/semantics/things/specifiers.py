@@ -1,9 +1,9 @@
 """Where a new object is: each specifier that places it gives a point, and mostly a heading too."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.definitions import Actor
@@ -24,7 +24,7 @@ CONTACT_TOLERANCE = 1e-4
 """Gap between two objects of which one is placed beside the other without `by`; Scenic's default [m]."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Placement:
     """A point and, where the specifier gives one, a heading."""
 
@@ -36,7 +36,7 @@ class Placement:
     """The lane along which it lies, where that is known."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Extent:
     """Size of what is placed; zero for points."""
 

@@ -1,6 +1,7 @@
 """`cortexc analyse`, `cortexc probability` and `--freeze`, as a user meets them."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -107,3 +108,68 @@ def test_the_manifest_knows_whose_the_params_are(run: Path) -> None:
     manifest = json.loads((run / "summary.json").read_text(encoding="utf-8"))["manifest"]
     system = [parameter["name"] for parameter in manifest["parameters"] if parameter["system"]]
     assert system == ["EGO_BRAKE", "SAFETY_DIST", "CRASH_DIST"]
+
+
+@pytest.fixture
+def strict(left_turn: Path, tmp_path: Path) -> Path:
+    """The example, with a requirement on the run that no collision keeps."""
+    path = tmp_path / "strict.scn"
+    text = left_turn.read_text(encoding="utf-8")
+    path.write_text(f"{text}\nrequire always (distance from ego to adversary) > 9 m\n", encoding="utf-8")
+    return path
+
+
+def test_what_a_broken_run_hides_is_said(cortexc: Command, strict: Path, tmp_path: Path) -> None:
+    """A requirement on the run that ends runs before contact leaves no collision; nobody may take that for safety."""
+    told = cortexc("probability", strict, "--samples", "300").out
+    assert "given a valid run" in told
+    assert "broke a requirement on the run" in told
+    assert "allow a valid scene" not in told
+    folder = tmp_path / "run"
+    assert cortexc(strict, "--random", "--generations", "2", "--population", "40", "--out", folder).code == 0
+    assert re.search(r"no collision in \d+ valid of 80 simulations", cortexc("analyse", folder, "--budget", "0").out)
+    assert cortexc("report", folder).code == 0
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert re.search(r"No collision of the ego among \d+ valid of 80 simulations", page)
+    assert "a requirement on the run broke" in page
+
+
+def test_counts_of_chains_are_no_estimate(cortexc: Command, left_turn: Path) -> None:
+    """Beyond the first level runs depend on one another; their share must not be read beside the estimate."""
+    slow = cortexc("probability", left_turn, "-p", "EGO_SPEED=6", "-p", "ADV_SPEED=6", "--method", "subset").out
+    assert "depend on one another" in slow
+    assert "collisions among" not in slow
+
+
+def test_the_reference_driver_is_told_with_its_limits(cortexc: Command, run: Path) -> None:
+    """What the regulation means, what is ours, and which collisions were lost from the start."""
+    result = cortexc("analyse", run, "--budget", "0")
+    assert "motorways" in result.out
+    assert "never steers" in result.out
+    found = cortexc("analyse", run, "--budget", "0", "--json").document["avoided"]
+    assert 0 < found["lost"] <= found["driven"]
+    assert f"{found['lost']} of them happen even with full braking from the start" in result.out
+
+
+def test_each_command_names_its_own_help(cortexc: Command, run: Path) -> None:
+    """A slip is answered with the page that lists the options of that very command."""
+    for name in ("analyse", "probability", "report", "replay", "study", "paper-check"):
+        assert f"`cortexc {name} --help`" in cortexc(name, "--bar").err
+
+
+def test_replay_of_a_run_takes_no_seed(cortexc: Command, run: Path) -> None:
+    """It would have no effect."""
+    result = cortexc("replay", run, "--seed", "3")
+    assert result.code == 2
+    assert "--case" in result.err
+
+
+def test_a_study_is_no_run(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+    """The command for it is told."""
+    folder = tmp_path / "study"
+    small = ("--runs", "1", "--generations", "1", "--population", "4")
+    assert cortexc("study", left_turn, *small, "--out", folder).code == 0
+    for name in ("analyse", "replay"):
+        result = cortexc(name, folder)
+        assert result.code == 2
+        assert "`cortexc report" in result.err

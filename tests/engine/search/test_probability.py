@@ -100,3 +100,29 @@ def test_no_valid_scene_no_estimate(square: ParamSpace, rows: Rows) -> None:
 def test_too_few_samples_are_refused(square: ParamSpace, corner: Callable[[float], Evaluate]) -> None:
     with pytest.raises(ValueError, match="at least 1000"):
         subset_simulation(square, corner(0.5), 500)
+
+
+def test_too_few_valid_runs_are_no_estimate(square: ParamSpace, rows: Rows) -> None:
+    """Where chains cannot begin, the share of valid runs is that of what was drawn."""
+
+    def rarely(genomes: Floats, keys: Ints) -> Assessment:
+        verdicts = np.where(genomes[:, 0] < 0.999, int(Verdict.EXHAUSTED), 0).astype(np.int32)
+        return rows(verdicts, np.ones(len(keys)))
+
+    found = subset_simulation(square, rarely, 1_000)
+    assert math.isnan(found.value)
+    assert found.valid_share == found.valid / found.simulations == pytest.approx(0.001, abs=0.0008)
+
+
+def test_broken_runs_are_told_apart(square: ParamSpace, rows: Rows) -> None:
+    """What a requirement on the run made invalid did run, and is counted by itself."""
+
+    def breaking(genomes: Floats, keys: Ints) -> Assessment:
+        verdicts = np.where(genomes[:, 0] < 0.5, int(Verdict.ABORTED), 0).astype(np.int32)
+        verdicts[genomes[:, 0] < 0.1] = int(Verdict.EXHAUSTED)
+        return rows(verdicts, np.ones(len(keys)))
+
+    found = monte_carlo(square, breaking, 2_000)
+    assert found.aborted / found.simulations == pytest.approx(0.4, abs=0.05)
+    assert found.valid / found.simulations == pytest.approx(0.5, abs=0.05)
+    assert subset_simulation(square, breaking, 1_000).aborted > 0

@@ -5,6 +5,7 @@ import errno
 import json
 import sqlite3
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -157,6 +158,30 @@ def test_full_disk_is_a_clear_error(
     assert "--out" in caught.value.cure
     journal.close()
     assert len(read_journal(tmp_path / JOURNAL).generations) == 2
+
+
+@pytest.mark.parametrize(
+    "harm",
+    [
+        "UPDATE simulation SET score = 99",
+        "UPDATE simulation SET collided = 1 - collided",
+        "UPDATE individual SET verdict = 3 WHERE generation = 1",
+        "DELETE FROM individual WHERE place % 3 = 0",
+        "DELETE FROM generation WHERE generation = 1",
+    ],
+)
+def test_changed_rows_are_noticed(
+    harm: str, tmp_path: Path, space: ParamSpace, evaluate: Evaluate, manifests: Callable[..., Manifest]
+) -> None:
+    """Nobody may be told numbers that do not follow from what was simulated."""
+    journal = Journal.create(tmp_path / JOURNAL, manifests(space, CONFIG))
+    journal.finish(run(space, evaluate, on_generation=journal.write))
+    journal.close()
+    read_journal(tmp_path / JOURNAL)
+    with closing(sqlite3.connect(tmp_path / JOURNAL)) as connection, connection:
+        connection.execute(harm)
+    with pytest.raises(StoreError, match="does not fit together"):
+        read_journal(tmp_path / JOURNAL)
 
 
 def test_foreign_and_damaged_files(tmp_path: Path, space: ParamSpace, manifests: Callable[..., Manifest]) -> None:

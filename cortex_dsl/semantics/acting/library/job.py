@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.context import Evaluator
@@ -33,7 +33,7 @@ STOP_MARGIN = 0.5
 Inline = Callable[[BehaviourCall], ir.Block]
 
 
-@dataclass(frozen=True)
+@frozen
 class Job:
     """One library behaviour to be run: its call, the actor, and the evaluator of the moment."""
 

@@ -9,9 +9,8 @@ Steering is the law of the engine's path follower (`engine.kernels.steering`) ar
 centre line, with the curve's own curvature looked ahead to.
 """
 
-from dataclasses import dataclass
-
 from cortex_dsl import ir
+from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics.acting.library.following import settled_path
 from cortex_dsl.semantics.acting.library.job import SPEED_GAIN, Job
 from cortex_dsl.semantics.evaluation.motion import current_pose, size
@@ -54,7 +53,7 @@ def change_lane(job: Job) -> ir.Block:
     return (*acts, *shift.beginning, job.until((moving,), stop), job.until((follow,), settled))
 
 
-@dataclass(frozen=True)
+@frozen
 class _Place:
     """Where the rear axle is beside the path of the new lane."""
 
@@ -89,7 +88,7 @@ class _Place:
         return algebra.apply(Op.AND, near, along)
 
 
-@dataclass(frozen=True)
+@frozen
 class _Shift:
     """How far the change has come: locals, and the acts that set them."""
 
