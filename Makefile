@@ -19,7 +19,7 @@ demo: install
 	$(VENV)/bin/cortexc $(SCENE) --ga $(ARGS)
 
 test: dev
-	$(PYTHON) -m pytest $(ARGS)
+	$(PYTHON) -m pytest --numprocesses 2 $(ARGS)
 
 check: dev
 	$(VENV)/bin/ruff check

@@ -35,7 +35,7 @@ def canonical(name: str) -> str:
     if word in SEARCHERS:
         return word
     for method, entry in SEARCHERS.items():
-        if entry.alias == word:
+        if word and entry.alias == word:
             return method
     if name.strip() in plugins():
         return name.strip()
