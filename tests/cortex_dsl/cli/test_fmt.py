@@ -162,3 +162,8 @@ def test_no_number_is_computed(left_turn: Path) -> None:
     )
     done = subprocess.run([sys.executable, "-c", code, left_turn], capture_output=True, text=True, check=True)
     assert done.stdout.endswith("set()\n")
+
+
+def test_the_examples_are_laid_out(cortexc: Command) -> None:
+    """What newcomers copy from is in the one layout."""
+    assert cortexc("fmt", "--check", Path(__file__).parents[3] / "examples").code == 0
