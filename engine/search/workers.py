@@ -6,9 +6,6 @@ return rows; nobody but the process that started the search writes.
 """
 
 import multiprocessing
-import os
-import signal
-import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -22,6 +19,7 @@ from engine.config import Config
 from engine.program import Program
 from engine.search.assessment import Assessment, Evaluate, concatenate
 from engine.search.methods.extras import needed
+from engine.search.processes import serve_parent, unheard_by_children
 from engine.tables import Floats, Ints
 
 Kind = Literal["threads", "processes", "dask"]
@@ -84,19 +82,11 @@ def open_workers(workers: Workers) -> Iterator[Executor | None]:
 @contextmanager
 def process_pool(jobs: int) -> Iterator[Executor]:
     """Processes of our own. They are started afresh: a fork would inherit the locks of running threads."""
-    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _begin)
+    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), serve_parent)
     try:
         yield pool
     finally:
         pool.shutdown(cancel_futures=True)
-
-
-def _begin() -> None:
-    """Ctrl-C is for the process that started this one; and where that is gone, there is nobody to work for."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
 
 
 @contextmanager
@@ -105,7 +95,7 @@ def _dask(workers: Workers) -> Iterator[Executor]:
     cluster = None
     try:
         if workers.address == "local":
-            with _unheard_by_children():
+            with unheard_by_children():
                 cluster = distributed.LocalCluster(
                     n_workers=workers.jobs, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
                 )
@@ -122,19 +112,6 @@ def _dask(workers: Workers) -> Iterator[Executor]:
         client.close()
         if cluster is not None:
             cluster.close()
-
-
-@contextmanager
-def _unheard_by_children() -> Iterator[None]:
-    """Hold Ctrl-C back for a moment: processes that are started meanwhile never hear it, this one does afterwards."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _first_line(error: Exception) -> str:

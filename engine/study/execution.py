@@ -5,9 +5,6 @@ stops after the generation in flight when it is told to, and ends when the proce
 """
 
 import multiprocessing
-import os
-import signal
-import threading
 from collections.abc import Callable, Collection, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -15,6 +12,7 @@ from contextlib import contextmanager
 from itertools import islice
 from typing import TYPE_CHECKING
 
+from engine.search.processes import serve_parent, unheard_by_children
 from engine.search.store import StoreError
 from engine.study.plan import Address, Plan, Task
 
@@ -88,7 +86,7 @@ def _drain(
     pending: set[Future[Finished]] = set()
     try:
         while True:
-            with _unheard_by_children():
+            with unheard_by_children():
                 pending |= {executor.submit(function, task) for task in islice(queue, AHEAD * jobs - len(pending))}
             if not pending:
                 return
@@ -117,26 +115,9 @@ def workers(jobs: int) -> Iterator[Executor]:
         pool.shutdown(cancel_futures=True)
 
 
-@contextmanager
-def _unheard_by_children() -> Iterator[None]:
-    """Hold Ctrl-C back for a moment: a process started meanwhile never hears of it, this one does afterwards."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
 def _start_worker(stop: "Event") -> None:
-    """Ctrl-C is for the process that started this one; and where that is gone, there is nobody to work for."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    serve_parent()
     _Worker.stop = stop
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
 
 
 class _Worker:
