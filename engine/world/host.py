@@ -18,6 +18,7 @@ from engine.program import Program
 from engine.records import Recorded, recorded
 from engine.runs import empty_results, memory, outcomes, outlines, plan, requested, samples_of
 from engine.scenes import Outcomes, Scenes, Trajectory
+from engine.tables import Floats
 from engine.vocabulary import Verdict
 from engine.world.aftermath import follow_contact
 from engine.world.bodies import carrier, new_space, physiques
@@ -40,6 +41,8 @@ class WorldRun:
     events: tuple[Event, ...]
     records: tuple[Recorded, ...]
     """What the file asks to be recorded, up to contact or the end."""
+    touching: Floats | None = None
+    """(actors, len(State)) at the very instant of first contact, between two samples; None without contact."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,7 @@ def run(program: Program, scenes: Scenes, row: int = 0, config: Config = DEFAULT
     contact = host.memory.status[Status.CONTACT_ONE] >= 0
     scored, impacts, rest = outcomes(host.results), (), {}
     last = samples - 1 if contact else -1
+    touching = _touching(host.memory, last) if contact else None
     if contact:
         actors = physiques(host.plan.kinds, host.scenes.values[0])
         samples, impacts, rest = follow_contact(host.plan, host.memory, actors, config)
@@ -87,7 +91,13 @@ def run(program: Program, scenes: Scenes, row: int = 0, config: Config = DEFAULT
         watched=host.memory.watched[:scored_samples].copy(),
     )
     events = timeline(scored, trajectory, impacts, rest)
-    return WorldRun(scored, trajectory, impacts, events, recorded(program, trajectory))
+    return WorldRun(scored, trajectory, impacts, events, recorded(program, trajectory), touching)
+
+
+def _touching(run: Run, sample: int) -> Floats:
+    """Everybody's state at first contact, in the step after a sample: motion in a step is linear."""
+    before, after = run.states[sample], run.states[sample + 1]
+    return before + run.end[1] * (after - before)
 
 
 def _host(program: Program, scenes: Scenes, config: Config, extra_samples: int) -> Host:

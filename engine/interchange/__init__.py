@@ -1,0 +1,20 @@
+"""Cases leave here and come back: recordings of runs, and the formats of other tools. Knows no text of the language.
+
+`Recording` is what stands between a simulator and a file: `recorded_run` makes one of a run, each format's module makes
+files of one, `measure` judges one with the kernels that judge our own runs, whoever drove it.
+"""
+
+from engine.interchange.errors import InterchangeError
+from engine.interchange.export import Export, ExportOptions
+from engine.interchange.recording import Contact, Provenance, RecordedActor, Recording, SignalTimes
+
+__all__ = [
+    "Contact",
+    "Export",
+    "ExportOptions",
+    "InterchangeError",
+    "Provenance",
+    "RecordedActor",
+    "Recording",
+    "SignalTimes",
+]

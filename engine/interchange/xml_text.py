@@ -1,0 +1,37 @@
+"""XML as every format here is written: one element a line, numbers that read back to the same value."""
+
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+from engine.interchange.errors import InterchangeError
+
+__all__ = ["Element", "SubElement", "child", "number", "xml_text"]
+
+
+def child(parent: Element, tag: str, /, **attributes: str | float | int) -> Element:
+    """A new last child; numbers become text (see `number`)."""
+    texts = {name: value if isinstance(value, str) else number(value) for name, value in attributes.items()}
+    return SubElement(parent, tag, texts)
+
+
+def number(value: float) -> str:
+    """The shortest text that reads back to the same number; -0.0 is 0."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int):
+        return str(value)
+    return repr(float(value) + 0.0).removesuffix(".0")
+
+
+def xml_text(root: Element) -> str:
+    """The whole document.
+
+    Raises:
+        InterchangeError: a text holds a character that XML cannot.
+    """
+    ElementTree.indent(root, " ")
+    text = '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+    for mark in text:
+        if mark < " " and mark not in "\t\n\r":
+            raise InterchangeError(f"XML cannot hold the character {mark!r}", "take it out of the scenario's names")
+    return text
