@@ -16,6 +16,7 @@ from cortex_dsl.syntax.layout import Indenter, Layout, lay_out
 from cortex_dsl.syntax.limits import MAX_ERRORS
 from cortex_dsl.syntax.messages import explain
 from cortex_dsl.syntax.recovery import resume_after
+from cortex_dsl.syntax.terminals import TerminalLexer
 from engine.user_cache import cached_file
 
 _LOCK = threading.Lock()
@@ -85,6 +86,7 @@ def _parser() -> tuple[Lark, Indenter]:
         propagate_positions=True,
         maybe_placeholders=True,
         postlex=indenter,
+        _plugins={"ContextualLexer": TerminalLexer},
         cache=str(cached_file(f"grammar-{key}.lark", "grammar-*.lark") or "") or False,
     )
     return lark, indenter
