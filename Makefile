@@ -5,15 +5,16 @@ PYTHON := $(VENV)/bin/python
 SCENE  ?= examples/left_turn.scn
 ARGS   ?=
 
-.PHONY: demo test check format bench install dev clean help
+.PHONY: demo test check format bench validate install dev clean help
 
 help:
-	@echo "make demo    set up, then search examples/left_turn.scn for collisions"
-	@echo "make test    set up, then run the tests and the import contracts"
-	@echo "make check   ruff, format, types and import contracts"
-	@echo "make format  let ruff lay the code out"
-	@echo "make bench   measure how fast it is"
-	@echo "make clean   remove everything that was set up"
+	@echo "make demo      set up, then search examples/left_turn.scn for collisions"
+	@echo "make test      set up, then run the tests and the import contracts"
+	@echo "make check     ruff, format, types and import contracts"
+	@echo "make format    let ruff lay the code out"
+	@echo "make bench     measure how fast it is"
+	@echo "make validate  set up the checkers of other tools, once, and hold exports against them"
+	@echo "make clean     remove everything that was set up"
 
 demo: install
 	$(VENV)/bin/cortexc $(SCENE) --ga $(ARGS)
@@ -34,8 +35,11 @@ format: dev
 bench: install
 	$(PYTHON) -m benchmarks.speed $(ARGS)
 
+validate: dev
+	$(PYTHON) -m benchmarks.validation $(ARGS)
+
 install: $(VENV)/.installed
-dev: $(VENV)/.installed-dev
+dev: $(VENV)/.installed-dev $(VENV)/.installed-schemas
 
 # The stamps make a second run immediate; a change of pyproject.toml installs again.
 $(VENV)/.installed: pyproject.toml | $(VENV)/bin/pip
@@ -45,6 +49,12 @@ $(VENV)/.installed: pyproject.toml | $(VENV)/bin/pip
 $(VENV)/.installed-dev: pyproject.toml | $(VENV)/bin/pip
 	$(PYTHON) -m pip install --quiet --disable-pip-version-check --editable ".[dev]"
 	@touch $@ $(VENV)/.installed
+
+# The tests judge exports by the schemas of the standards. Their packages want other versions than ours: no dependencies.
+$(VENV)/.installed-schemas: tests/schemas.txt | $(VENV)/bin/pip
+	@rm -rf $(VENV)/schemas
+	$(PYTHON) -m pip install --quiet --disable-pip-version-check --no-deps --target $(VENV)/schemas --requirement tests/schemas.txt
+	@touch $@
 
 $(VENV)/bin/pip:
 	@for python in python3.13 python3.12 python3.11 python3; do \
@@ -59,4 +69,4 @@ $(VENV)/bin/pip:
 	exit 1
 
 clean:
-	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis .import_linter_cache build dist
+	rm -rf $(VENV) .validate .pytest_cache .ruff_cache .hypothesis .import_linter_cache build dist

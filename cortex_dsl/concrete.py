@@ -146,10 +146,11 @@ def _param_edits(
             if entry.name in overrides:
                 yield Edit(entry.value.span, override_text(entry, overrides[entry.name]))
             elif entry.name in genes:
-                yield Edit(entry.value.span, _gene_text(program, genes[entry.name], float(genome[genes[entry.name]])))
+                yield Edit(entry.value.span, gene_text(program, genes[entry.name], float(genome[genes[entry.name]])))
 
 
-def _gene_text(program: Program, gene: int, value: float) -> str:
+def gene_text(program: Program, gene: int, value: float) -> str:
+    """A gene's value as the file would write it, with every digit and its unit; `value` in the unit of the file."""
     space = program.space
     match GeneKind(space.kinds[gene]):
         case GeneKind.INDEX:

@@ -40,6 +40,7 @@ SUBCOMMANDS: dict[str, Subcommand] = {
     "analyse": Subcommand("cortex_dsl.cli.analyse", "different failures, their kinds, and whose fault", "RUN"),
     "probability": Subcommand("cortex_dsl.cli.probability", "of a collision, with its confidence interval", "FILE"),
     "replay": Subcommand("cortex_dsl.cli.replay", "one case again: in the terminal, as a page, as a film", "RUN|FILE"),
+    "export": Subcommand("cortex_dsl.cli.export", "cases for other tools: OpenSCENARIO, CommonRoad …", "RUN|FILE"),
     "paper-check": Subcommand("cortex_dsl.cli.paper_check", "the arithmetic of the CORTEX-AVD paper, done again"),
     "fmt": Subcommand("cortex_dsl.cli.fmt", "files in the one layout (--check, --diff)", "FILES"),
     "lsp": Subcommand("cortex_dsl.cli.lsp", "the language server, for editors to start"),

@@ -70,27 +70,16 @@ def _of_run(folder: Path, rank: int) -> Found:
 
 def _of_file(options: argparse.Namespace, terminal: Terminal) -> Found | int:
     """The run that `cortexc FILE.scn` shows."""
-    from cortex_dsl.cli.compiling import compile_request
-    from cortex_dsl.cli.parser import build_parser, to_request
-    from cortex_dsl.cli.run import draw
-    from cortex_dsl.cli.simulation import open_scenario
+    from cortex_dsl.cli.scenes import drawn_scene
     from cortex_dsl.page.case import tell_case
 
     if options.case is not None:
         raise UsageError("--case names a case of a run, and a scenario has none", "name the run, or leave --case out")
     words = [str(options.what), *([] if options.seed is None else ["--seed", str(options.seed)])]
-    request = to_request(build_parser().parse_args(words), words)
-    compiled = compile_request(request, terminal)
-    if isinstance(compiled, Exit):
-        return compiled
-    scenario = open_scenario(request, compiled)
-    scenes, tally = draw(scenario, request)
-    if not scenes.valid[0]:
-        raise UsageError(
-            f"no scene of `{options.what}` meets its requirements, after {tally.attempts:,} attempts",
-            f"`cortexc {options.what}` says which of them is to blame",
-        )
-    return Found(tell_case(scenario, scenes, request.profile, name=options.what.name))
+    drawn = drawn_scene(words, terminal)
+    if isinstance(drawn, Exit):
+        return drawn
+    return Found(tell_case(drawn.scenario, drawn.scenes, drawn.request.profile, name=options.what.name))
 
 
 def _play(found: Found, speed: float, terminal: Terminal) -> None:
