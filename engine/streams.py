@@ -16,14 +16,17 @@ operators draw from numpy's Philox4x64-10 under the same fields (`operator_gener
 """
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.random import Generator, Philox
 from numpy.typing import NDArray
 
 from engine.scenes import StreamKey
 from engine.tables import Ints
 from engine.vocabulary import Method, Purpose
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
 
 FIELD_BITS = StreamKey(seed=63, method=4, run=16, generation=16, index=32, rollout=16)
 """Width of each field. Keys are int64, hence 63."""
@@ -92,11 +95,13 @@ def _number(name: str, word: str) -> int:
     return int(word)
 
 
-def operator_generator(seed: int, method: int, run: int, generation: int, index: int = 0) -> Generator:
+def operator_generator(seed: int, method: int, run: int, generation: int, index: int = 0) -> "Generator":
     """A numpy generator for a search's operators, independent of every scene and of every other address.
 
     The fields fill disjoint bits of Philox4x64's key and of the counter's top word, which counting never reaches.
     """
+    from numpy.random import Generator, Philox  # not for those who only read the language: it takes its time
+
     _check(StreamKey(seed, method, run, generation, index, 0))
     key = [seed, run << 48 | generation << 32 | index]
     counter = [0, 0, 0, Purpose.OPERATOR << 4 | method]

@@ -22,7 +22,7 @@ def numbers(*intervals: Interval) -> Bools:
 def by_id(ids: Interval, known: Bools) -> Iterator[tuple[int, np.ndarray]]:
     """Each known id, and the boxes that have it."""
     settled = known & (ids.low == ids.high)
-    for value in np.unique(ids.low[settled]):
+    for value in sorted(set(ids.low[settled].tolist())):
         yield int(value), np.flatnonzero(settled & (ids.low == value))
 
 

@@ -7,7 +7,7 @@ from engine.program import Program
 from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats
 from engine.vehicles import MODELS
-from engine.vocabulary import ActorKind, Column
+from engine.vocabulary import ActorKind, Column, State
 from engine.world import WorldRun
 
 SAME_INSTANT = 1e-9
@@ -72,9 +72,11 @@ def _with_contact(run: WorldRun, step: float) -> tuple[Floats, Floats]:
     if run.touching is None:
         return time, states
     instant, after = float(run.outcomes.end_time[0]), run.trajectory.contact_sample + 1
+    touching = run.touching.copy()
+    touching[:, State.PRESENT] = touching[:, State.PRESENT] == 1.0  # who leaves in this step is on its way out
     for sample in (after - 1, after):
         if sample < len(time) and abs(time[sample] - instant) < SAME_INSTANT:
             states = states.copy()
-            states[sample] = run.touching
+            states[sample] = touching
             return time, states
-    return np.insert(time, after, instant), np.insert(states, after, run.touching, axis=0)
+    return np.insert(time, after, instant), np.insert(states, after, touching, axis=0)

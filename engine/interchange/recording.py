@@ -95,6 +95,8 @@ class Recording:
     road: RoadSpec | None = None
     """The road, where it is one of ours."""
     signals: SignalTimes | None = None
+    commands: bool = True
+    """Whether wheel and pedals were recorded; False where files from elsewhere tell motion alone, and those are 0."""
     provenance: Provenance = field(default_factory=Provenance)
 
     def __len__(self) -> int:
