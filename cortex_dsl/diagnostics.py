@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from enum import Enum
 
-from cortex_dsl.frozen import frozen
 from cortex_dsl.source import Source, Span
+from engine.frozen import frozen
 
 
 class Severity(Enum):

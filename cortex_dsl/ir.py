@@ -5,8 +5,8 @@ unknown as expressions over genes, nuisance draws and, in behaviours, the runnin
 equal expressions of one variant are the same object, so passes may key on identity.
 """
 
-from cortex_dsl.frozen import frozen, frozen_identity
 from cortex_dsl.source import Source, Span
+from engine.frozen import frozen, frozen_identity
 from engine.program import RoadSpec, Settings
 from engine.road.network import Network
 from engine.vocabulary import ActorKind, Command, Distribution, GeneKind, Op, RuleKind, TemporalOp
@@ -382,6 +382,18 @@ class DrawSite:
 
 
 @frozen
+class Lights:
+    """The fixed-time plan of all traffic lights, in seconds: see `cortex_dsl.semantics.road.signal_plan`."""
+
+    green: Expr
+    yellow: Expr
+    all_red: Expr
+    offset: Expr
+    controlled: bool
+    """Whether behaviours or monitors may change the lights."""
+
+
+@frozen
 class Variant:
     probability: float
     choices: tuple[Choice, ...]
@@ -397,6 +409,8 @@ class Variant:
     local_count: int = 0
     draw_sites: tuple[DrawSite, ...] = ()
     monitors: tuple[Monitor, ...] = ()
+    lights: Lights | None = None
+    """Not lowered: what a program needs of them stands in its acts and rules."""
 
 
 @frozen

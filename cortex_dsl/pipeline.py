@@ -1,7 +1,7 @@
 """The whole compiler as one function: text in, program out, every stage on the way kept for whoever wants to see it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
 from cortex_dsl import ir
@@ -12,6 +12,7 @@ from cortex_dsl.semantics import elaborate, link
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.nodes import Module
+from engine.frozen import frozen
 from engine.program import Program
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 NO_OVERRIDES: Mapping[str, str] = {}
 
 
-@dataclass(frozen=True)
+@frozen
 class Compiled:
     """A file at every stage of its compilation, and what was said about it on the way (warnings and notes)."""
 

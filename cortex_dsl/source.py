@@ -8,6 +8,8 @@ from bisect import bisect_right
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
+from engine.frozen import frozen
+
 
 @dataclass(frozen=True, order=True)
 class Span:
@@ -21,7 +23,7 @@ class Span:
         return Span(self.start, max(self.end, other.end))
 
 
-@dataclass(frozen=True)
+@frozen
 class Position:
     """Line and column, both from 1, as editors count."""
 
@@ -29,7 +31,7 @@ class Position:
     column: int
 
 
-@dataclass(frozen=True)
+@frozen
 class FileText:
     """One file of a source: its name, where it begins in the whole (offset and line, the latter from 1), its text."""
 
@@ -43,7 +45,7 @@ class FileText:
         return self.start + len(self.text)
 
 
-@dataclass(frozen=True)
+@frozen
 class Source:
     """A file's text under the name that messages show, and the texts that it imports."""
 

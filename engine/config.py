@@ -1,9 +1,11 @@
 """Every setting of the engine, as frozen dataclasses. No setting lives anywhere else."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
+
+from engine.frozen import frozen
 
 
-@dataclass(frozen=True)
+@frozen
 class SimulationConfig:
     """How scenes are drawn and run."""
 
@@ -20,7 +22,7 @@ class SimulationConfig:
     """Instructions one behaviour may run in one step before it is called stuck."""
 
 
-@dataclass(frozen=True)
+@frozen
 class ContactConfig:
     """Contact physics of `engine.world`; the values and their reasons are in the physics reference."""
 
@@ -34,7 +36,7 @@ class ContactConfig:
     collision_persistence: int = 1
 
 
-@dataclass(frozen=True)
+@frozen
 class SearchConfig:
     """A search campaign. Budget = generations x population individuals."""
 
@@ -52,7 +54,7 @@ class SearchConfig:
     """Cases in which each gene is moved alone at the end of a campaign, beside the budget (search.genes); 0 = none."""
 
 
-@dataclass(frozen=True)
+@frozen
 class GAConfig:
     """The genetic algorithm of the paper, every gap decided (see search.methods.ga)."""
 
@@ -68,7 +70,7 @@ class GAConfig:
     """How often a child equal to a known genome is redrawn before one gene is mutated."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Config:
     simulation: SimulationConfig = field(default_factory=SimulationConfig)
     contact: ContactConfig = field(default_factory=ContactConfig)

@@ -4,13 +4,12 @@ A program holds arrays, tables and names, and nothing that needs the language ag
 another machine, sampled, simulated by either host and searched.
 """
 
-from dataclasses import dataclass
-
+from engine.frozen import frozen
 from engine.tables import CodeTables, Floats, Ints, RoadTables
 from engine.vocabulary import RuleKind
 
 
-@dataclass(frozen=True)
+@frozen
 class ParamSpace:
     """The genes, in the order of the file. A genome is one row of values in the file's own units."""
 
@@ -39,7 +38,7 @@ class ParamSpace:
         return len(self.names)
 
 
-@dataclass(frozen=True)
+@frozen
 class Requirement:
     """One `require`, or a built-in or variant rejection, as a person knows it."""
 
@@ -52,7 +51,7 @@ class Requirement:
     """SI unit of its margin."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Rule:
     """One thing that is looked at in every sample, or that code triggers: see `vocabulary.RuleKind`."""
 
@@ -61,7 +60,7 @@ class Rule:
     kind: RuleKind = RuleKind.TERMINATE
 
 
-@dataclass(frozen=True)
+@frozen
 class Record:
     """A value that the file asks to be kept: over time (`series`), or at one end (`initial`, `final`)."""
 
@@ -73,7 +72,7 @@ class Record:
     line: int
 
 
-@dataclass(frozen=True)
+@frozen
 class ChoiceLabel:
     """A finite choice as a variant made it. `start`, `end`: its place in the source, for a concrete copy."""
 
@@ -84,7 +83,7 @@ class ChoiceLabel:
     end: int
 
 
-@dataclass(frozen=True)
+@frozen
 class DrawSite:
     """A nuisance draw in the source: its place, and the scene values that hold what was drawn (see ir.DrawSite)."""
 
@@ -96,7 +95,7 @@ class DrawSite:
     """Indices of scene values."""
 
 
-@dataclass(frozen=True)
+@frozen
 class VariantLabel:
     """One way of making all finite choices, for people and for concrete copies."""
 
@@ -105,7 +104,7 @@ class VariantLabel:
     sites: tuple[DrawSite, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Settings:
     """What the file itself says about its simulation; None where it is silent and the config decides."""
 
@@ -117,7 +116,7 @@ class Settings:
     """Stream key pinned by a concrete file, so that a found case replays exactly."""
 
 
-@dataclass(frozen=True)
+@frozen
 class RoadSpec:
     """A grid of intersections, as `map intersection(...)` says it. SI units."""
 
@@ -135,7 +134,7 @@ class RoadSpec:
     left_hand: bool = False
 
 
-@dataclass(frozen=True)
+@frozen
 class ImportedText:
     """A file that the main file imports, as it was when it was compiled."""
 
@@ -147,7 +146,7 @@ class ImportedText:
     text: str
 
 
-@dataclass(frozen=True)
+@frozen
 class Program:
     """A compiled scenario. See `engine.tables` for the arrays; nothing in here refers back to text."""
 

@@ -3,12 +3,13 @@
 Arrays are row-aligned: row i of every array belongs to scene i.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.frozen import frozen
 from engine.program import Program
 from engine.tables import Floats, Ints
 from engine.vocabulary import Column
@@ -28,7 +29,7 @@ class StreamKey(NamedTuple):
     rollout: int
 
 
-@dataclass(frozen=True)
+@frozen
 class Scenes:
     """Concrete scenes drawn for genomes: `engine.sampling.sample(program, genomes, keys, config)`."""
 
@@ -63,7 +64,7 @@ class Scenes:
         return self.verdict == 0
 
 
-@dataclass(frozen=True)
+@frozen
 class Outcomes:
     """What happened to each scene; NaN / -1 where the scene was invalid. SI units."""
 
@@ -111,7 +112,7 @@ class Outcomes:
         return f"Outcomes({len(self)}: {valid} valid, {int(self.collided.sum())} collisions)"
 
 
-@dataclass(frozen=True)
+@frozen
 class Trajectory:
     """One run over time, sampled at every step; samples after first contact carry free bodies."""
 

@@ -2,8 +2,6 @@
 
 import contextlib
 import os
-import shutil
-import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -27,6 +25,8 @@ def cache_roots() -> Iterator[Path]:
 
 def is_writable(folder: Path) -> bool:
     """Whether files can be written in a folder; it is made, and marked as used now."""
+    import tempfile
+
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         with tempfile.TemporaryFile(dir=folder):
@@ -43,11 +43,21 @@ def cached_file(name: str, family: str) -> Path | None:
     Where it is to be written anew, files of its kind that are long out of use are removed.
     """
     for root in cache_roots():
+        if _marked_as_used(root / name):
+            return root / name
         if is_writable(root):
-            if not (root / name).exists():
-                remove_old(root, family, root / name)
+            remove_old(root, family, root / name)
             return root / name
     return None
+
+
+def _marked_as_used(path: Path) -> bool:
+    """Whether a file is there, and ours to use."""
+    try:
+        os.utime(path)
+    except OSError:
+        return False
+    return True
 
 
 def remove_old(root: Path, family: str, current: Path) -> None:
@@ -60,6 +70,8 @@ def remove_old(root: Path, family: str, current: Path) -> None:
 
 
 def _remove(path: Path) -> None:
+    import shutil
+
     if path.is_dir():
         shutil.rmtree(path, ignore_errors=True)
     else:

@@ -15,9 +15,9 @@ What has none of these as its source is marked *ours*: a round figure within the
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 
+from engine.frozen import frozen
 from engine.vocabulary import ActorKind
 
 STEER_RATE = 0.7
@@ -30,7 +30,7 @@ DRY_FRICTION = 1.0
 """Friction coefficient of a tyre on a dry road."""
 
 
-@dataclass(frozen=True)
+@frozen
 class ActorModel:
     """The properties of one kind; those that `vocabulary.Column` names are defaults that a scene may override."""
 

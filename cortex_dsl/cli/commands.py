@@ -6,14 +6,14 @@ and parses its own arguments.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from importlib import import_module
 
 from cortex_dsl.cli.request import Mode, Request
 from cortex_dsl.cli.terminal import Terminal
+from engine.frozen import frozen
 
 
-@dataclass(frozen=True)
+@frozen
 class Subcommand:
     """A first word that `cortexc` knows: the module behind it, and one line for `--help`."""
 
@@ -41,6 +41,8 @@ SUBCOMMANDS: dict[str, Subcommand] = {
     "probability": Subcommand("cortex_dsl.cli.probability", "of a collision, with its confidence interval", "FILE"),
     "replay": Subcommand("cortex_dsl.cli.replay", "one case again: in the terminal, as a page, as a film", "RUN|FILE"),
     "export": Subcommand("cortex_dsl.cli.export", "cases for other tools: OpenSCENARIO, CommonRoad …", "RUN|FILE"),
+    "measure": Subcommand("cortex_dsl.cli.measure", "how bad a recording of trajectories was, whoever drove", "FILE"),
+    "import": Subcommand("cortex_dsl.cli.importing", "an OpenSCENARIO case read back and scored", "FILE.xosc"),
     "paper-check": Subcommand("cortex_dsl.cli.paper_check", "the arithmetic of the CORTEX-AVD paper, done again"),
     "fmt": Subcommand("cortex_dsl.cli.fmt", "files in the one layout (--check, --diff)", "FILES"),
     "lsp": Subcommand("cortex_dsl.cli.lsp", "the language server, for editors to start"),

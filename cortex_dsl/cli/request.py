@@ -1,9 +1,11 @@
 """What the user asked for: the command line, checked and typed."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 from pathlib import Path
+
+from engine.frozen import frozen
 
 
 class Mode(Enum):
@@ -16,7 +18,7 @@ class Mode(Enum):
     EMIT = "emit"
 
 
-@dataclass(frozen=True)
+@frozen
 class Request:
     """One `cortexc FILE ...`. An option that was not given is None, so that the file may decide before the default."""
 

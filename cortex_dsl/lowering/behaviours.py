@@ -12,10 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
 from cortex_dsl.lowering.expressions import ExpressionWriter
 from cortex_dsl.lowering.operands import CodeBuffer, LocalRegister, Target
 from cortex_dsl.lowering.picking import Picker
+from engine.frozen import frozen
 from engine.vocabulary import Op
 
 

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
 from cortex_dsl.lowering.arrays import floats, ints
 from cortex_dsl.lowering.formulas import formula_rows
 from cortex_dsl.lowering.groups import Grouping
@@ -20,6 +19,7 @@ from cortex_dsl.lowering.templates import (
     merge,
 )
 from cortex_dsl.lowering.variant import VariantCode
+from engine.frozen import frozen
 from engine.tables import CodeTables
 
 

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
+from engine.frozen import frozen
 from engine.vocabulary import GeneKind
 
 

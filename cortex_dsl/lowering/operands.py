@@ -7,39 +7,40 @@ are then equal share one *template*, and only their constants are kept apart.
 
 from dataclasses import dataclass, field, replace
 
+from engine.frozen import frozen
 from engine.vocabulary import Op
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Constant:
     """Occurrence number of a constant within one variant's code."""
 
     number: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class GeneRegister:
     index: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class DrawRegister:
     index: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SceneValue:
     """A scene value, readable in step code."""
 
     index: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class LocalRegister:
     index: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Temporary:
     index: int
 
@@ -54,7 +55,7 @@ class Target:
     row: int = -1
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Jump:
     """A row of the same variant's code."""
 
@@ -64,7 +65,7 @@ class Jump:
 Operand = Register | int | Target | Jump
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Row:
     """One instruction: op, destination, up to four operands. A plain int stands for itself."""
 

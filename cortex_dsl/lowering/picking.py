@@ -7,9 +7,9 @@ times the line's length falls on one of them. Where the line has no length there
 from collections.abc import Callable, Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
 from cortex_dsl.lowering.expressions import ExpressionWriter
 from cortex_dsl.lowering.operands import CodeBuffer, LocalRegister, Register, Target
+from engine.frozen import frozen
 from engine.vocabulary import Op
 
 

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cortex_dsl.frozen import frozen
 from cortex_dsl.lowering.operands import (
     Constant,
     DrawRegister,
@@ -19,6 +18,7 @@ from cortex_dsl.lowering.operands import (
     Temporary,
 )
 from cortex_dsl.lowering.variant import Segment, VariantCode
+from engine.frozen import frozen
 
 
 @frozen

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
 from cortex_dsl.lowering.behaviours import BehaviourWriter, Coroutine, Coroutines, Numbers
 from cortex_dsl.lowering.expressions import Dynamics, ExpressionWriter
 from cortex_dsl.lowering.operands import CodeBuffer, Constants, Register, Row, SceneValue, Target
+from engine.frozen import frozen
 from engine.vocabulary import Column, Op
 
 

@@ -1,5 +1,6 @@
 """A single run as the content of a JSON document."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,7 @@ def run_content(report: RunReport, file: str) -> dict[str, Any]:
             "time": outcomes.end_time[0],
         },
         "collided": outcomes.collided[0],
-        "pairs": _pairs(program, outcomes),
+        "pairs": pairs_content(program.actors, outcomes),
         "left_road": dict(zip(program.actors, outcomes.left_road_time[0].tolist(), strict=True)),
         "risk": {
             "profile": report.profile,
@@ -110,7 +111,8 @@ def _place(program: Program, line: int) -> dict[str, Any]:
     return {"line": int(number) or None, **({"file": file} if file else {})}
 
 
-def _pairs(program: Program, outcomes: Outcomes) -> list[dict[str, Any]]:
+def pairs_content(actors: Sequence[str], outcomes: Outcomes) -> list[dict[str, Any]]:
+    """The metrics of each pair (ego, other) that decide the risk."""
     fields = (
         "min_distance",
         "min_distance_time",
@@ -120,6 +122,6 @@ def _pairs(program: Program, outcomes: Outcomes) -> list[dict[str, Any]]:
         "ttc_at_ms",
     )
     return [
-        {"actors": [program.actors[0], other], **{name: getattr(outcomes, name)[0, pair] for name in fields}}
-        for pair, other in enumerate(program.actors[1:])
+        {"actors": [actors[0], other], **{name: getattr(outcomes, name)[0, pair] for name in fields}}
+        for pair, other in enumerate(actors[1:])
     ]

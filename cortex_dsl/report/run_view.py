@@ -102,15 +102,19 @@ def choices_view(program: Program, variant: int) -> RenderableType | None:
 
 
 def key_moment(report: RunReport) -> KeyMoment | None:
+    """The moment that the drawing shows."""
+    return moment_of(report.outcomes, report.trajectory, report.pair)
+
+
+def moment_of(outcomes: Outcomes, trajectory: Trajectory, pair: int) -> KeyMoment | None:
     """Contact, else the closest approach of the deciding pair: the mark lies between the two outlines' centres."""
-    outcomes, trajectory = report.outcomes, report.trajectory
     contact = int(outcomes.contact_actors[0, 0]) >= 0
     if not contact and outcomes.min_distance.shape[1] == 0:
         return None
-    time = float(outcomes.end_time[0] if contact else outcomes.min_distance_time[0, report.pair])
+    time = float(outcomes.end_time[0] if contact else outcomes.min_distance_time[0, pair])
     if not np.isfinite(time):
         return None
-    first, second = outcomes.contact_actors[0] if contact else (0, report.pair + 1)
+    first, second = outcomes.contact_actors[0] if contact else (0, pair + 1)
     sample = int(np.argmin(np.abs(trajectory.time - time)))
     centres = trajectory.states[sample, [int(first), int(second)]][:, [State.X, State.Y]]
     x, y = centres.mean(axis=0)

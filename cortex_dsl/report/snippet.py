@@ -5,10 +5,10 @@ A drawn line is a list of pieces, each a text with the name of its style, so tha
 
 import unicodedata
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.source import FileText, Source, Span
+from engine.frozen import frozen
 
 Piece = tuple[str, str]
 DrawnLine = list[Piece]
@@ -19,7 +19,7 @@ MARGIN = 12
 FEWEST_CELLS = 24
 
 
-@dataclass(frozen=True)
+@frozen
 class Mark:
     """Part of a label on one line, in cells from the start of the line."""
 

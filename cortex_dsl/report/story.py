@@ -1,14 +1,16 @@
 """A run as moments in time: who braked, when it was closest, what touched what, and why it ended."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cortex_dsl.report.numbers import fixed, percent
-from engine.program import Program
+from engine.program import Rule
 from engine.scenes import Outcomes, Trajectory
+from engine.tables import Ints
 from engine.vocabulary import EndReason, State
 
 PEDAL = 0.01
@@ -25,6 +27,18 @@ ORDER = ("start", "left_road", "fastest", "brake", "closest", "rest", "contact",
 """Kinds of moments, in the order in which those of one time are told."""
 
 
+class Cast(Protocol):
+    """Of whom a story tells, and by which rules they play: a program, or a recording from elsewhere."""
+
+    @property
+    def actors(self) -> Sequence[str]: ...
+    @property
+    def rules(self) -> Sequence[Rule]: ...
+    @property
+    def step_lines(self) -> Ints: ...
+    def place(self, line: int) -> str: ...
+
+
 @dataclass(frozen=True)
 class Moment:
     """One line of the story."""
@@ -38,7 +52,7 @@ class Moment:
     text: str
 
 
-def tell(program: Program, outcomes: Outcomes, trajectory: Trajectory, row: int = 0, pair: int = 0) -> list[Moment]:
+def tell(program: Cast, outcomes: Outcomes, trajectory: Trajectory, row: int = 0, pair: int = 0) -> list[Moment]:
     """The story of one scored run, in the order of time. `pair`: the pair (ego, pair + 1) that decided the risk."""
     contact_time = float(outcomes.end_time[row])
     moments = [
@@ -56,7 +70,7 @@ def in_order(moments: Iterable[Moment]) -> list[Moment]:
     return sorted(moments, key=lambda moment: (moment.time, ORDER.index(moment.kind)))
 
 
-def end_of(program: Program, outcomes: Outcomes, row: int) -> Moment:
+def end_of(program: Cast, outcomes: Outcomes, row: int) -> Moment:
     """Why the run was over."""
     time, reason = float(outcomes.end_time[row]), EndReason(int(outcomes.end_reason[row]))
     if reason in (EndReason.COLLISION, EndReason.OTHER_COLLISION):
@@ -65,7 +79,7 @@ def end_of(program: Program, outcomes: Outcomes, row: int) -> Moment:
     return Moment(time, -1, "end", end_text(program, reason, int(outcomes.end_rule[row])))
 
 
-def end_text(program: Program, reason: EndReason, rule: int) -> str:
+def end_text(program: Cast, reason: EndReason, rule: int) -> str:
     """The reason of an end in words; a rule with its line."""
     if reason in RULE_TEXTS and 0 <= rule < len(program.rules):
         name, line = program.rules[rule].name, program.rules[rule].line
@@ -88,7 +102,7 @@ END_TEXTS = {
 RULE_TEXTS = {EndReason.RULE: "ended by", EndReason.ABORTED: "invalid, for it broke"}
 
 
-def _starts(program: Program, trajectory: Trajectory) -> Iterator[Moment]:
+def _starts(program: Cast, trajectory: Trajectory) -> Iterator[Moment]:
     """Who comes in later is told when it does."""
     for actor in range(len(program.actors)):
         here = np.flatnonzero(trajectory.states[:, actor, State.PRESENT] > 0.5)
@@ -137,7 +151,7 @@ def _left_road(outcomes: Outcomes, row: int) -> Iterator[Moment]:
             yield Moment(float(time), actor, "left_road", text)
 
 
-def _of_pair(program: Program, outcomes: Outcomes, row: int, pair: int) -> Iterator[Moment]:
+def _of_pair(program: Cast, outcomes: Outcomes, row: int, pair: int) -> Iterator[Moment]:
     """Fastest closing and closest approach of the deciding pair."""
     if outcomes.min_distance.shape[1] == 0:
         return

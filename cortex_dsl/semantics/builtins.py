@@ -6,9 +6,9 @@ A new function, distribution, action or library behaviour starts with a row here
 
 from enum import Enum
 
-from cortex_dsl.frozen import frozen
 from cortex_dsl.ir import PURE, Dimension
 from cortex_dsl.semantics.quantities.units import ACCELERATION, ANGLE, LENGTH, SPEED, TIME
+from engine.frozen import frozen
 from engine.vocabulary import Command
 
 

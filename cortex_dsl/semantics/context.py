@@ -10,7 +10,6 @@ from dataclasses import replace
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.definitions import Actor, Instance
@@ -23,6 +22,7 @@ from cortex_dsl.semantics.values import POISON, Poison, Quantity, Value
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
 from engine.vocabulary import GeneKind, Op
 
 

@@ -6,10 +6,10 @@ The `home` of a definition holds the variables of the imported file that has it;
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from cortex_dsl.frozen import frozen_identity
 from cortex_dsl.semantics.values import BuiltinValue, Pose, Value
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
+from engine.frozen import frozen_identity
 from engine.vocabulary import ActorKind
 
 

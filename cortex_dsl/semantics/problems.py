@@ -1,8 +1,8 @@
 """The shape of a declared diagnostic, and the exceptions by which elaboration stops doing what cannot be done."""
 
 from cortex_dsl.diagnostics import Diagnostic, Label, Page, Severity
-from cortex_dsl.frozen import frozen
 from cortex_dsl.source import Span
+from engine.frozen import frozen
 
 
 @frozen

@@ -7,18 +7,17 @@ and the network are the objects of `engine.road`. Objects of the scene, and what
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen, frozen_identity
 from cortex_dsl.source import Span
+from engine.frozen import frozen, frozen_identity
 from engine.road.network import Intersection, Lane
 from engine.vocabulary import Command
 
 Value = object
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Quantity:
     """A number, SI. Dimension None: written without a unit, so it adopts that of its place."""
 
@@ -26,12 +25,12 @@ class Quantity:
     dimension: ir.Dimension | None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Truth:
     expr: ir.Expr
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Vector:
     """A point of the plane [m]."""
 
@@ -39,7 +38,7 @@ class Vector:
     y: ir.Expr
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Pose:
     """An oriented point [m, rad]."""
 
@@ -50,7 +49,7 @@ class Pose:
     """The lane along which it surely lies and points, where that is known."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Region:
     """An area of the network; `id` is that of `network.regions`."""
 
@@ -58,12 +57,12 @@ class Region:
     name: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Centerline:
     lane: Lane
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class LaneNow:
     """A lane, or its section, that only the place of an object tells."""
 
@@ -72,7 +71,7 @@ class LaneNow:
     section: bool
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Signal:
     """The traffic light of one arm of an intersection."""
 
@@ -85,7 +84,7 @@ class Signal:
         return f"light {self.intersection.legs[self.arm].name} of {self.intersection.name}"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Colour:
     """What a traffic light shows at a moment."""
 
@@ -93,14 +92,14 @@ class Colour:
     """Index in `signals.COLOURS`."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Effect:
     """What calling a function changes during the run."""
 
     acts: ir.Block
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class DirectionField:
     """`roadDirection`: at every point the direction of the lane there."""
 

@@ -7,7 +7,6 @@ and the state of the simulation.
 from collections.abc import Iterator, Mapping, Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting.behaviours import actor_behaviour, warn_if_idle
 from cortex_dsl.semantics.acting.yielding import everything
@@ -26,6 +25,7 @@ from cortex_dsl.semantics.things.classes import OFF_ROAD, PROPERTIES
 from cortex_dsl.semantics.values import POISON, Value
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
 from engine.vocabulary import Column
 
 
@@ -66,6 +66,7 @@ def elaborate_variant(module: nodes.Module, file: FileContext, oracle: Oracle) -
         local_count=run.local_count,
         draw_sites=tuple(run.draw_sites),
         monitors=tuple(monitor for monitor in run.monitors if monitor is not None),
+        lights=None if run.signals is None else run.signals.as_ir(),
     )
     return Draft(variant, run.rule_conditions, actors[0].span)
 

@@ -1,13 +1,13 @@
 """Tree to nodes: classes, behaviours, monitors and scenarios, and the order of what stands in them."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import errors, nodes
 from cortex_dsl.syntax.expressions import Branch, Child, ExpressionBuilder, branch, span_of, token
+from engine.frozen import frozen
 
 Statements: TypeAlias = tuple[nodes.Statement, ...]
 Parts: TypeAlias = Sequence[Child]
@@ -23,7 +23,7 @@ class Builder(Protocol):
     def report(self, diagnostic: Diagnostic) -> None: ...
 
 
-@dataclass(frozen=True)
+@frozen
 class _Body:
     """A block, taken apart: its docstring, its guards by their word, its sections by theirs, and what is left."""
 

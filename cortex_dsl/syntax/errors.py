@@ -4,14 +4,15 @@ Messages and places are made where an error is found; what is always true of it 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from cortex_dsl.diagnostics import Diagnostic, Label, Page, Severity
 from cortex_dsl.source import Span
 from cortex_dsl.syntax.limits import MAX_ERRORS
+from engine.frozen import frozen
 
 
-@dataclass(frozen=True)
+@frozen
 class Code:
     """One kind of error. `wrong` is a program that has it, `right` the same program without it."""
 

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from lark import Token
 
@@ -12,6 +12,7 @@ from cortex_dsl.syntax import errors
 from cortex_dsl.syntax.limits import MAX_DEPTH
 from cortex_dsl.syntax.scanning import Line, Scan, scan
 from cortex_dsl.syntax.words import BLOCK_WORDS, RESERVED, SPECIFIER_WORDS
+from engine.frozen import frozen
 
 TAB_WIDTH = 8
 _REQUIRING = {"_REQUIRE": True, "_REQUIRE_PROBABLY": True, "SEMICOLON": False}
@@ -28,7 +29,7 @@ _OBJECT = re.compile(r"\bnew\b|=[ \t]*[A-Z]\w*[ \t]+[a-z]")
 """An object in a line, with `new` or, by mistake, without it."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Layout:
     """The logical lines of a file and how deep in blocks each is; of one length."""
 

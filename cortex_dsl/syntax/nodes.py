@@ -2,8 +2,8 @@
 
 from dataclasses import field
 
-from cortex_dsl.frozen import frozen
 from cortex_dsl.source import Span
+from engine.frozen import frozen
 
 
 @frozen

@@ -12,6 +12,7 @@ from cortex_dsl.source import Span
 from cortex_dsl.syntax import errors
 from cortex_dsl.syntax.limits import MAX_DEPTH
 from cortex_dsl.syntax.words import GUARDS
+from engine.frozen import frozen
 
 PAIRS = {"(": ")", "[": "]", "{": "}"}
 
@@ -38,7 +39,7 @@ _STATEMENT = re.compile(
 )
 
 
-@dataclass(frozen=True)
+@frozen
 class Line:
     """A logical line, from its first character to one past its last that is no comment."""
 
@@ -55,7 +56,7 @@ class Line:
     """Whether something was already said about it, so that its grammar is not worth a word."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Scan:
     lines: tuple[Line, ...]
     diagnostics: tuple[Diagnostic, ...]

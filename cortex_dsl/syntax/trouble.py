@@ -1,12 +1,12 @@
 """The surroundings of a syntax error, as the rules that explain it want to see them."""
 
 import re
-from dataclasses import dataclass
 from functools import cached_property
 
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax.layout import Layout
 from cortex_dsl.syntax.scanning import Line
+from engine.frozen import frozen
 
 _WORD = re.compile(
     r"""(?P<comment>\#[^\n]*|\s+|\\\r?\n)
@@ -18,7 +18,7 @@ _WORD = re.compile(
 )
 
 
-@dataclass(frozen=True)
+@frozen
 class Word:
     """A token as a person sees it. Kinds: string, number, name, sign, and end (of a line or the file)."""
 
@@ -27,7 +27,7 @@ class Word:
     span: Span
 
 
-@dataclass(frozen=True)
+@frozen
 class Trouble:
     """Where reading stopped, and what could have stood there."""
 

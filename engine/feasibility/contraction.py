@@ -6,7 +6,6 @@ only such a slot may tell its operands something, and only such a one, found emp
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from engine.feasibility.geometry import GEOMETRY
 from engine.feasibility.intervals import Bools, Interval, surely_false
 from engine.feasibility.inverses import Ends, narrowed
 from engine.feasibility.tape import Instruction, Tape
+from engine.frozen import frozen
 from engine.program import Program
 from engine.tables import Floats, Ints
 from engine.vocabulary import Op
@@ -22,7 +22,7 @@ from engine.vocabulary import Op
 ALIVE = -1
 
 
-@dataclass(frozen=True)
+@frozen
 class Boxes:
     """What is known of every slot in n boxes; the arrays are worked on in place."""
 

@@ -1,13 +1,13 @@
 """What a file can hold at all: which variants are possible, and which part of each gene's range."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from engine.feasibility.contraction import ALIVE
 from engine.feasibility.narrowing import narrow
 from engine.feasibility.slices import MOST, Bench, Sliced, bit, slice_template
+from engine.frozen import frozen
 from engine.program import Program
 from engine.tables import Floats, Ints
 from engine.vocabulary import GeneKind
@@ -21,7 +21,7 @@ LEAST_CUT = 1e-3
 """Share of a range below which nothing is said of a cut."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Cut:
     """A part of a gene's range that cannot hold, in the file's unit."""
 
@@ -33,7 +33,7 @@ class Cut:
     """Those that the proof rests on: none of them can be left out of it. Empty where it rests on rejected variants."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Feasibility:
     """What was proved of a file, over the declared ranges of its genes. Nothing in it is ever wrong; it may be weak."""
 

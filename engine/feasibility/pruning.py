@@ -11,7 +11,6 @@ Genes are never touched.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from engine.feasibility.contraction import ALIVE
 from engine.feasibility.explanation import slices_of
 from engine.feasibility.narrowing import narrow
 from engine.feasibility.slices import Sliced
+from engine.frozen import frozen
 from engine.program import Program
 from engine.tables import Floats, Ints
 
@@ -32,7 +32,7 @@ MANY = 32
 """Genomes of one variant from which on they are narrowed by themselves."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Bounds:
     """What attempts for n genomes may be confined to. The axis `options` runs over the variants of a row's group."""
 
@@ -48,7 +48,7 @@ class Bounds:
     """(n,) requirement that rules out a genome whose mass is 0, else -1."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Pruner:
     """A program made ready for pruning."""
 

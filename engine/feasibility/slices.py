@@ -6,7 +6,6 @@ on a curved lane, a table keeps their interval on every slice: read backwards, i
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from engine.feasibility.contraction import ALIVE, Boxes, empty_boxes
 from engine.feasibility.geometry import GEOMETRY
 from engine.feasibility.intervals import Bools
 from engine.feasibility.tape import Instruction, Tape, record, variant_leaves
+from engine.frozen import frozen
 from engine.program import Program
 from engine.tables import ROAD_REGION, Floats, Ints
 from engine.vocabulary import GeneKind, Op
@@ -26,7 +26,7 @@ REFINED = 16
 """Parts into which a slice at the border of the dead is cut to move the border."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Table:
     """A value's interval on each slice of a variable: arrays (variants, slices)."""
 
@@ -34,7 +34,7 @@ class Table:
     high: Floats
 
 
-@dataclass(frozen=True)
+@frozen
 class Sliced:
     """All variants of one template."""
 
@@ -76,7 +76,7 @@ def bits(killer: Ints) -> Ints:
     return np.where(killer == ALIVE, 0, np.left_shift(np.int64(1), np.clip(killer, 0, MOST).astype(np.int64)))
 
 
-@dataclass(frozen=True)
+@frozen
 class Bench:
     """One template while it is looked at."""
 
@@ -190,7 +190,7 @@ def _active(program: Program, tape: Tape) -> tuple[int, ...]:
     return tuple(sorted(found - {-1}))
 
 
-@dataclass(frozen=True)
+@frozen
 class _Cutter:
     bench: Bench
     cones: Mapping[int, tuple[Instruction, ...]]

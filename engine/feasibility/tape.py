@@ -5,13 +5,13 @@ can be kept. Slots 0 … are the leaves in the order of the registers: literals,
 reads without having written it is slot `unknown`.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from engine.feasibility.forward import FORWARD
 from engine.feasibility.geometry import OPERANDS, RESULTS
+from engine.frozen import frozen
 from engine.program import Program
 from engine.tables import CodeTables
 from engine.vocabulary import Column, Op
@@ -24,7 +24,7 @@ INVERTIBLE = frozenset({Op.MOVE, Op.ADD, Op.SUB, Op.NEG, Op.ABS, Op.MIN, Op.MAX,
 """Backward contraction goes through these; what any other makes is tabulated where it can be."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Instruction:
     op: Op
     first: int
@@ -35,7 +35,7 @@ class Instruction:
     """The integer operand of `Op.TABLE`."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Leaves:
     """Where the leaves lie, the same for all templates."""
 
@@ -54,7 +54,7 @@ class Leaves:
         return self.draws - self.genes
 
 
-@dataclass(frozen=True)
+@frozen
 class Tape:
     """One template."""
 

@@ -1,11 +1,11 @@
 """Where intersections and roads lie, and what they are called."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from engine.frozen import frozen
 from engine.program import RoadSpec
 from engine.road.junction import Direction, Junction
 from engine.road.polygon import anticlockwise, edges, triangulate
@@ -13,7 +13,7 @@ from engine.road.regions import Shape, shape_of, shape_of_parts, with_cores
 from engine.tables import Floats
 
 
-@dataclass(frozen=True)
+@frozen
 class Site:
     """One intersection's place: centres lie `block` apart, row 0 in the south, column 0 in the west."""
 
@@ -24,7 +24,7 @@ class Site:
     y: float
 
 
-@dataclass(frozen=True)
+@frozen
 class Grid:
     """The plan of a network: copies of one junction on a grid. The first stands at the origin."""
 

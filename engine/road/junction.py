@@ -6,11 +6,11 @@ square between the stop lines less four quarter discs (on a T less two, its nort
 """
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from engine.frozen import frozen
 from engine.program import RoadSpec
 from engine.road.errors import half_width, stop_distance
 from engine.road.paths import Pose, Primitive, chord_count
@@ -22,7 +22,7 @@ CHORD_TOLERANCE = 0.01
 EPSILON = 1e-9
 
 
-@dataclass(frozen=True)
+@frozen
 class Direction:
     """One of the four arms of a crossing."""
 
@@ -48,7 +48,7 @@ WEST = Direction("west", -1, 0, math.pi, 0, -1)
 COMPASS = (NORTH, EAST, SOUTH, WEST)
 
 
-@dataclass(frozen=True)
+@frozen
 class Turn:
     """One way through the junction: from lane to lane, numbered from 1 at the kerb."""
 
@@ -60,7 +60,7 @@ class Turn:
     primitives: tuple[Primitive, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Junction:
     """Directions and measures of the intersections of a network."""
 

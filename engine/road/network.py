@@ -7,6 +7,7 @@ in its network. Two elements are equal only if they are the same one.
 from dataclasses import dataclass, field
 from enum import Enum
 
+from engine.frozen import frozen_identity
 from engine.program import RoadSpec
 from engine.road.paths import PathBook
 from engine.road.regions import RegionBook
@@ -24,7 +25,7 @@ class LaneRole(Enum):
     """Through an intersection, from stop line to stop line."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class Lane:
     """One lane of one direction, with its centre line and the strip it covers."""
 
@@ -81,7 +82,7 @@ class Lane:
         return self.network.links.default_route[self.id]
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class Maneuver:
     """One way through an intersection."""
 
@@ -134,7 +135,7 @@ class Maneuver:
         return tuple(m for m in here if m.start_lane.road == end and m.end_lane.road == start)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class Leg:
     """One arm of an intersection."""
 
@@ -151,7 +152,7 @@ class Leg:
     """Id of the intersection at its other end; None at the border."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen_identity
 class Intersection:
     """Where roads meet: the area between the stop lines."""
 

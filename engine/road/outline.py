@@ -1,15 +1,14 @@
 """What to draw of a network, as polylines: pure data for terminals, figures and pages."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from engine.frozen import frozen
 from engine.road.grid import Grid
 from engine.road.network import Lane, LaneRole, Network
 from engine.tables import Floats
 
 
-@dataclass(frozen=True)
+@frozen
 class Outline:
     """Polylines, each (n, 2) [m]."""
 

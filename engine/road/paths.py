@@ -102,6 +102,10 @@ class PathBook:
             self._joined[key] = self.add([primitive for path in key for primitive in self._paths[path]])
         return self._joined[key]
 
+    def parts(self, path: int) -> tuple[int, ...]:
+        """The paths that a joined one runs through; any other runs through itself."""
+        return next((parts for parts, joined in self._joined.items() if joined == path), (path,))
+
     def reverse(self, path: int) -> int:
         """The path that runs through a given one from its end to its start; the same id for the same path."""
         if path not in self._reversed:

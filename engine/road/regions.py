@@ -1,15 +1,16 @@
 """Regions: areas bounded by straight edges. Inside is decided by the even-odd rule over all edges of a region."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
+from engine.frozen import frozen
 from engine.road import polygon
 from engine.tables import Floats
 
 
-@dataclass(frozen=True)
+@frozen
 class Shape:
     """One region in every form that is needed to answer questions about it."""
 

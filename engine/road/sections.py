@@ -6,12 +6,13 @@ traffic lanes are numbered from right to left, in left-hand traffic from left to
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from engine.frozen import frozen
 from engine.road.network import Lane, LaneRole, Maneuver, Network
 
 
-@dataclass(frozen=True)
+@frozen
 class LaneSection:
     """The whole of a lane, as Scenic's `LaneSection`."""
 
@@ -27,7 +28,7 @@ class LaneSection:
         return f"{self.lane.source}.sections[0]"
 
 
-@dataclass(frozen=True)
+@frozen
 class LaneGroup:
     """The lanes of one road that run the same way."""
 
@@ -42,7 +43,7 @@ class LaneGroup:
         return f"{self.road} {'forward' if self.forward else 'backward'}"
 
 
-@dataclass(frozen=True)
+@frozen
 class Road:
     """An arm, or what joins two intersections, both directions together."""
 

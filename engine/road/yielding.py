@@ -1,10 +1,10 @@
 """Whom a maneuver has to give way to: per lane, between which arc lengths others are in its way."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from engine.frozen import frozen
 from engine.road.network import Lane, Maneuver
 from engine.road.paths import PathBook
 from engine.tables import Floats
@@ -17,7 +17,7 @@ SPACING = 0.5
 """Between the points at which centre lines are compared [m]."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Window:
     """Part of a lane, or of what follows it, on which somebody is in the way."""
 

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting import guards
 from cortex_dsl.semantics.acting.variables import assigned_names, snapshot
@@ -23,6 +22,7 @@ from cortex_dsl.semantics.values import POISON, Quantity, Truth, Value
 from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
 from engine.vocabulary import Op
 
 Defined = nodes.BehaviorDefinition | nodes.MonitorDefinition

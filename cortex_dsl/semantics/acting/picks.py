@@ -8,7 +8,6 @@ Source: Scenic 3 reference, "do choose", "do shuffle".
 from collections.abc import Iterator, Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting import guards
 from cortex_dsl.semantics.acting.bodies import Body, Invocation
@@ -19,6 +18,7 @@ from cortex_dsl.semantics.quantities.algebra import closed_value
 from cortex_dsl.semantics.quantities.units import PURE
 from cortex_dsl.semantics.values import Value, Weights
 from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
 
 WHAT = "a weight"
 

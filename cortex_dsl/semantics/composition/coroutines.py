@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting import guards
 from cortex_dsl.semantics.acting.behaviours import stop
@@ -21,6 +20,7 @@ from cortex_dsl.semantics.statements import known_number
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
+from engine.frozen import frozen
 from engine.vocabulary import Op
 
 if TYPE_CHECKING:

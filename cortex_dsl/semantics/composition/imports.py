@@ -7,11 +7,11 @@ from typing import TypeVar, cast
 
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Label
 from cortex_dsl.files import SUFFIXES, Files
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.source import Source, Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes, parse
+from engine.frozen import frozen
 
 FILE_LIMIT = 100
 """Most files that a scenario may import, directly or not."""

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import Builtin, Parameter
 from cortex_dsl.semantics.context import Evaluator
@@ -14,6 +13,7 @@ from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
 
 
 @frozen

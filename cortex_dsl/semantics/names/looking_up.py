@@ -2,9 +2,8 @@
 
 from collections.abc import Mapping
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS, SPECIAL_NAMES, Kind, names_of
 from cortex_dsl.semantics.findings import Findings
@@ -13,6 +12,7 @@ from cortex_dsl.semantics.tree import parts
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
 
 UNASSIGNABLE: Mapping[str, str] = {
     "self": "it is the object that a behavior drives",
@@ -21,7 +21,7 @@ UNASSIGNABLE: Mapping[str, str] = {
 }
 
 
-@dataclass(frozen=True)
+@frozen
 class NameTable:
     """The names of one file, and what is noted down while they are looked up."""
 

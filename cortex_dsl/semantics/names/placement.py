@@ -2,11 +2,11 @@
 
 from dataclasses import replace
 
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.findings import Findings
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
 
 TOP_LEVEL: dict[type, str] = {
     nodes.Map: "map",

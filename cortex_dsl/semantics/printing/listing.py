@@ -87,6 +87,9 @@ def _body(variant: ir.Variant, printer: Printer) -> Iterator[str]:
             yield from (INDENT * 3 + line for line in printer.block(actor.behaviour))
     for site in variant.draw_sites:
         yield f"{INDENT}drawn {site.kind}: {', '.join(printer.text(value) for value in site.values)}"
+    if (lights := variant.lights) is not None:
+        times = ("green", "yellow", "all_red", "offset")
+        yield f"{INDENT}lights {', '.join(f'{time} {printer.text(getattr(lights, time))}' for time in times)}"
 
 
 def _roots(variant: ir.Variant) -> Iterator[ir.Expr]:
@@ -98,3 +101,5 @@ def _roots(variant: ir.Variant) -> Iterator[ir.Expr]:
     yield from (requirement.condition for requirement in variant.requirements)
     yield from (rule.condition for rule in variant.rules if rule.condition is not None)
     yield from (value for site in variant.draw_sites for value in site.values)
+    if (lights := variant.lights) is not None:
+        yield from (lights.green, lights.yellow, lights.all_red, lights.offset)

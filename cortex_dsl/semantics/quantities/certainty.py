@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics.quantities.algebra import parts
 from cortex_dsl.semantics.quantities.intervals import Interval
+from engine.frozen import frozen
 
 
 @frozen

@@ -10,10 +10,10 @@ have no lesser.
 from collections.abc import Mapping
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.quantities.algebra import Algebra
 from cortex_dsl.semantics.quantities.units import LENGTH, PURE
+from engine.frozen import frozen
 from engine.vocabulary import Op
 
 Dimensions = Mapping[int, ir.Dimension | None]

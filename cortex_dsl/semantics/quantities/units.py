@@ -2,8 +2,8 @@
 
 import math
 
-from cortex_dsl.frozen import frozen
 from cortex_dsl.ir import PURE, Dimension
+from engine.frozen import frozen
 
 LENGTH = Dimension(length=1)
 TIME = Dimension(time=1)

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-from cortex_dsl.frozen import frozen
 from cortex_dsl.source import Span
+from engine.frozen import frozen
 
 VARIANT_LIMIT = 4096
 """Largest product of the option counts of the choices that one variant makes."""

@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.context import Evaluator
@@ -14,6 +13,7 @@ from cortex_dsl.semantics.quantities.algebra import closed_value
 from cortex_dsl.semantics.quantities.units import Unit, dimension_name, si_word
 from cortex_dsl.semantics.values import Quantity
 from cortex_dsl.source import Span
+from engine.frozen import frozen
 
 
 @frozen

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
@@ -22,6 +21,7 @@ from cortex_dsl.semantics.values import Quantity, Value
 from cortex_dsl.semantics.wording import option_name
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
 from engine.vocabulary import Distribution, GeneKind, Op
 
 

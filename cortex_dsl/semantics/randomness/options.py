@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.evaluation.arguments import Given, no_names
@@ -16,6 +15,7 @@ from cortex_dsl.semantics.randomness.draws import Site, bound_arguments, recorde
 from cortex_dsl.semantics.values import Quantity, Value, Weights, is_constant
 from cortex_dsl.semantics.wording import option_name, source_text
 from cortex_dsl.source import Span
+from engine.frozen import frozen
 from engine.vocabulary import Op
 
 

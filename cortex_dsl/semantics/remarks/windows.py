@@ -3,10 +3,10 @@
 from collections.abc import Iterator, Mapping
 
 from cortex_dsl.diagnostics import Diagnostic, Label
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
 
 
 @frozen

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Container
 
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS, Kind
 from cortex_dsl.semantics.context import Evaluator
@@ -24,6 +23,7 @@ from cortex_dsl.semantics.values import (
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
 from engine.program import RoadSpec
 from engine.road.build import build_network
 from engine.road.errors import RoadError

@@ -1,7 +1,7 @@
 """The fixed-time plan of the traffic lights: what `signals(...)` says, and in which phase each arm is."""
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
+from engine.frozen import frozen
 
 COLOURS = ("None", "green", "yellow", "red", "off", "unknown")
 """What a light may show, by number; `None` where there is no light. CARLA's names, as Scenic's scripts have them."""
@@ -27,6 +27,9 @@ class SignalPlan:
     offset: ir.Expr
     """How far into the plan the run starts."""
     controls: "Controls | None" = None
+
+    def as_ir(self) -> ir.Lights:
+        return ir.Lights(self.green, self.yellow, self.all_red, self.offset, controlled=self.controls is not None)
 
 
 @frozen

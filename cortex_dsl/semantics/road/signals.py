@@ -9,7 +9,6 @@ import re
 from dataclasses import replace
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.definitions import Actor
@@ -38,6 +37,7 @@ from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
 from engine.road.network import Intersection, Lane
 from engine.vocabulary import Op, State
 

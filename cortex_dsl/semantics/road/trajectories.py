@@ -2,11 +2,11 @@
 
 from itertools import pairwise
 
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.values import Centerline, Quantity, Value
 from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
+from engine.frozen import frozen
 from engine.road.network import Intersection, Lane, Maneuver
 
 

@@ -4,10 +4,10 @@ import math
 from collections.abc import Mapping
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics.builtins import TOP_SPEED
 from cortex_dsl.semantics.quantities.units import ACCELERATION, ANGLE, LENGTH, MASS, PURE, SPEED
 from cortex_dsl.semantics.values import Quantity, Value
+from engine.frozen import frozen
 from engine.vocabulary import ActorKind, Column
 
 PLACES = ("Point", "OrientedPoint")

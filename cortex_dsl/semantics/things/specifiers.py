@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.definitions import Actor
@@ -16,6 +15,7 @@ from cortex_dsl.semantics.road.trajectories import trajectory
 from cortex_dsl.semantics.values import Centerline, DirectionField, Pose, Region, Value, Vector
 from cortex_dsl.semantics.wording import kind_name, option_name
 from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
 from engine.road.network import Intersection, Lane, Network
 from engine.road.sections import LaneSection
 from engine.vocabulary import Op

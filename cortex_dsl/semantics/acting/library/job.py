@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.context import Evaluator
@@ -15,6 +14,7 @@ from cortex_dsl.semantics.evaluation.motion import size, state
 from cortex_dsl.semantics.road import signals
 from cortex_dsl.semantics.values import BuiltinValue, Value
 from cortex_dsl.semantics.wording import kind_name
+from engine.frozen import frozen
 from engine.vocabulary import ActorKind, Command, Op, RuleKind, State
 
 DEFAULT_SPEED = 10.0

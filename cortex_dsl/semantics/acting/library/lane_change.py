@@ -10,11 +10,11 @@ centre line, with the curve's own curvature looked ahead to.
 """
 
 from cortex_dsl import ir
-from cortex_dsl.frozen import frozen
 from cortex_dsl.semantics.acting.library.following import settled_path
 from cortex_dsl.semantics.acting.library.job import SPEED_GAIN, Job
 from cortex_dsl.semantics.evaluation.motion import current_pose, size
 from cortex_dsl.semantics.road.lanes import some_lane
+from engine.frozen import frozen
 from engine.vocabulary import Command, Op
 
 DURATION = 3.5

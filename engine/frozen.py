@@ -2,7 +2,7 @@
 
 A short command such as `--check` makes hundreds of small classes before it does anything. `dataclass` writes and
 compiles six functions for each of them, which takes longer than reading a scenario; here each class gets one function
-of its own, `__init__`, and shares the others.
+of its own, `__init__`, and shares the others. What no short command imports may as well be a dataclass.
 """
 
 from collections.abc import Callable, Iterator
@@ -15,9 +15,9 @@ Class = TypeVar("Class")
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
 def frozen(cls: type[Class]) -> type[Class]:
-    """A frozen dataclass, equal and hashed by its fields. No `__post_init__`, no `init=False`, no default factories."""
+    """A frozen dataclass, equal and hashed by its fields. No `__post_init__`, no `init=False`."""
     made = dataclass(init=False, repr=False, eq=False)(cls)
-    if hasattr(made, "__post_init__") or any(each.default_factory is not MISSING for each in fields(made)):  # type: ignore[arg-type]
+    if hasattr(made, "__post_init__") or not all(each.init for each in fields(made)):  # type: ignore[arg-type]
         raise TypeError(f"{cls.__name__} needs a real dataclass")
     own: dict[str, Any] = {
         "__init__": _init(made),
@@ -27,7 +27,8 @@ def frozen(cls: type[Class]) -> type[Class]:
         **_comparing(tuple(each.name for each in fields(made) if each.compare)),  # type: ignore[arg-type]
     }
     for name, function in own.items():
-        setattr(made, name, function)
+        if name not in made.__dict__:
+            setattr(made, name, function)
     return made
 
 
@@ -43,18 +44,32 @@ def frozen_identity(cls: type[Class]) -> type[Class]:
 def _init(cls: Any) -> Callable[..., None]:
     """`__init__`, which fills the instance's dictionary past `__setattr__`."""
     every = fields(cls)
-    defaults = {f"_default_{each.name}": each.default for each in every if each.default is not MISSING}
+    space: dict[str, Any] = {f"_default_{each.name}": _default(each) for each in every if _has_default(each)}
     plain = [_parameter(each) for each in every if not each.kw_only]
     named = [_parameter(each) for each in every if each.kw_only]
     parameters = ", ".join(["self", *plain, *(["*", *named] if named else [])])
-    body = "; ".join(f"d[{each.name!r}] = {each.name}" for each in every) or "pass"
-    space: dict[str, Any] = {}
-    exec(f"def __init__({parameters}):\n d = self.__dict__; {body}", defaults, space)  # noqa: S102 - names of our own
+    body = "; ".join(f"d[{each.name!r}] = {_value(each)}" for each in every) or "pass"
+    exec(f"def __init__({parameters}):\n d = self.__dict__; {body}", space)  # noqa: S102 - names of our own
     return space["__init__"]
 
 
+def _has_default(each: "Field[Any]") -> bool:
+    return each.default is not MISSING or each.default_factory is not MISSING
+
+
+def _default(each: "Field[Any]") -> Any:
+    """The default itself, or what makes one: the factory, which also marks a value that was not given."""
+    return each.default if each.default_factory is MISSING else each.default_factory
+
+
 def _parameter(each: "Field[Any]") -> str:
-    return each.name if each.default is MISSING else f"{each.name}=_default_{each.name}"
+    return f"{each.name}=_default_{each.name}" if _has_default(each) else each.name
+
+
+def _value(each: "Field[Any]") -> str:
+    if each.default_factory is MISSING:
+        return each.name
+    return f"_default_{each.name}() if {each.name} is _default_{each.name} else {each.name}"
 
 
 def _comparing(names: tuple[str, ...]) -> dict[str, Callable[..., Any]]:
