@@ -173,10 +173,8 @@ def slice_template(program: Program, template: int, count: int) -> Sliced:
     ends = cutter.edges(count)
     dead, fatal, tables = cutter.look(*ends)
     for _ in range(2):
-        for backwards in (False, True):
-            cutter.move_border(*ends, dead, fatal, backwards=backwards)
-    for backwards in (False, True):
-        cutter.tabulate_border(*ends, dead, tables, backwards=backwards)
+        cutter.move_borders(*ends, dead, fatal)
+    cutter.tabulate_borders(*ends, dead, tables)
     return Sliced(program, tape, variants, variables, *ends, fatal, dead, tables, undefined, whole,
                   bits(full.killer), cones)  # fmt: skip
 
@@ -247,10 +245,9 @@ class _Cutter:
         self.bench.evaluate(boxes)
         return boxes
 
-    def move_border(self, starts: Floats, ends: Floats, dead: Bools, fatal: Ints, *, backwards: bool) -> None:
-        """Move the border between the dead slices at one end and those alive: into the first that is alive."""
-        order = slice(None, None, -1) if backwards else slice(None)
-        variants, positions, place = _border(dead, backwards=backwards)
+    def move_borders(self, starts: Floats, ends: Floats, dead: Bools, fatal: Ints) -> None:
+        """Move the borders between the dead slices at both ends and those alive: into the first that is alive."""
+        variants, positions, place, backwards = _borders(dead)
         if not len(variants):
             return
         low, high = starts[variants, positions, place], ends[variants, positions, place]
@@ -261,43 +258,35 @@ class _Cutter:
             np.repeat(variants, REFINED), np.repeat(positions, REFINED), edges[:, :-1].ravel(), edges[:, 1:].ravel()
         )
         self.bench.judge(parts, self.cones)
-        killers = parts.killer.reshape(-1, REFINED)[:, order]
+        killers = parts.killer.reshape(-1, REFINED)
+        killers[backwards] = killers[backwards, ::-1]
         lead = np.where((killers != ALIVE).all(axis=1), 0, np.argmin(killers != ALIVE, axis=1))
         reasons = np.bitwise_or.reduce(np.where(np.arange(REFINED) < lead[:, np.newaxis], bits(killers), 0), axis=1)
-        neighbour = place + (1 if backwards else -1)
+        neighbour = place + np.where(backwards, 1, -1)
         moved = (lead > 0) & (neighbour >= 0) & (neighbour < dead.shape[2])
-        variants, positions, place, neighbour, lead, reasons = (
-            array[moved] for array in (variants, positions, place, neighbour, lead, reasons)
-        )
-        border = edges[moved][np.arange(len(lead)), REFINED - lead if backwards else lead]
-        if backwards:
-            ends[variants, positions, place] = starts[variants, positions, neighbour] = border
-        else:
-            starts[variants, positions, place] = ends[variants, positions, neighbour] = border
-        dead[variants, positions, neighbour] = True
-        fatal[variants, positions, neighbour] |= reasons
+        border = edges[np.arange(len(lead)), np.where(backwards, REFINED - lead, lead)]
+        for side, near, far in ((moved & ~backwards, starts, ends), (moved & backwards, ends, starts)):
+            here, beside = (variants[side], positions[side], place[side]), neighbour[side]
+            near[here] = far[*here[:2], beside] = border[side]
+            dead[*here[:2], beside] = True
+            fatal[*here[:2], beside] |= reasons[side]
 
-    def tabulate_border(
-        self,
-        starts: Floats,
-        ends: Floats,
-        dead: Bools,
-        tables: Mapping[tuple[int, int], Table],
-        *,
-        backwards: bool,
+    def tabulate_borders(
+        self, starts: Floats, ends: Floats, dead: Bools, tables: Mapping[tuple[int, int], Table]
     ) -> None:
         """The tables again where a border has moved."""
-        at = _border(dead, backwards=backwards)
-        boxes = self._boxes(at[0], at[1], starts[at], ends[at])
+        variants, positions, place, _ = _borders(dead)
+        boxes = self._boxes(variants, positions, starts[variants, positions, place], ends[variants, positions, place])
         for (slot, position), table in tables.items():
-            mine = at[1] == position
-            table.low[at[0][mine], at[2][mine]] = boxes.low[slot][mine]
-            table.high[at[0][mine], at[2][mine]] = boxes.high[slot][mine]
+            mine = positions == position
+            table.low[variants[mine], place[mine]] = boxes.low[slot][mine]
+            table.high[variants[mine], place[mine]] = boxes.high[slot][mine]
 
 
-def _border(dead: Bools, *, backwards: bool) -> tuple[Ints, Ints, Ints]:
-    """Variant, variable and place of the first slice that is alive, seen from one end."""
-    first = np.argmin(dead[:, :, ::-1] if backwards else dead, axis=2)
+def _borders(dead: Bools) -> tuple[Ints, Ints, Ints, Bools]:
+    """Variant, variable and place of the first and of the last slice that is alive, and whether it is the last."""
     variants, positions = np.nonzero(~dead.all(axis=2))
-    place = first[variants, positions]
-    return variants, positions, dead.shape[2] - 1 - place if backwards else place
+    first, last = np.argmin(dead, axis=2), dead.shape[2] - 1 - np.argmin(dead[:, :, ::-1], axis=2)
+    place = np.concatenate([first[variants, positions], last[variants, positions]])
+    backwards = np.repeat([False, True], len(variants))
+    return np.tile(variants, 2), np.tile(positions, 2), place, backwards
