@@ -1,0 +1,197 @@
+"""The road of a scenario: lanelets, intersections and traffic lights as XML."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+
+from engine.interchange.commonroad.lanelets import Beside, Lanelet, lanelets
+from engine.interchange.commonroad.texts import add_point, add_text
+from engine.interchange.recording import SignalTimes
+from engine.interchange.xml_text import Element, child
+from engine.road.network import Intersection, LaneRole, Leg, Network
+from engine.tables import Floats
+from engine.vocabulary import ManeuverType
+
+CLOCKWISE = ("north", "east", "south", "west")
+ARMS = len(CLOCKWISE)
+SUCCESSORS = {
+    "successorsRight": ManeuverType.RIGHT_TURN,
+    "successorsStraight": ManeuverType.STRAIGHT,
+    "successorsLeft": ManeuverType.LEFT_TURN,
+}
+
+
+@dataclass(frozen=True)
+class Ids:
+    """One number for each thing of a file: lanelets first, then intersections, lights, actors, the ego's problem."""
+
+    network: Network
+
+    def lanelet(self, lane: int) -> int:
+        return 1 + lane
+
+    def intersection(self, site: int) -> int:
+        return 1 + len(self.network.lanes) + site
+
+    def incoming(self, site: int, arm: str) -> int:
+        return self.intersection(len(self.network.intersections)) + ARMS * site + CLOCKWISE.index(arm)
+
+    def light(self, site: int, arm: str) -> int:
+        return self.incoming(len(self.network.intersections), CLOCKWISE[0]) + ARMS * site + CLOCKWISE.index(arm)
+
+    def actor(self, index: int) -> int:
+        """The ego, actor 0, is the planning problem."""
+        return self.light(len(self.network.intersections), CLOCKWISE[0]) + index
+
+
+def add_road(root: Element, ids: Ids, signals: SignalTimes | None, step: float) -> None:
+    """All lanelets, then all lights of a fixed plan, then all intersections, as the schema orders them."""
+    network = ids.network
+    lights = {} if signals is None else _lights(ids)
+    for lanelet in lanelets(network):
+        _add_lanelet(root, ids, lanelet, lights.get(lanelet.lane.id))
+    if signals is not None:
+        for intersection in network.intersections:
+            for leg in intersection.legs:
+                _add_light(root, ids, intersection, leg, cycle(signals, leg.name, step))
+    for intersection in network.intersections:
+        _add_intersection(root, ids, intersection)
+
+
+# -- lanelets
+
+
+def _add_lanelet(root: Element, ids: Ids, lanelet: Lanelet, light: int | None) -> None:
+    lane = lanelet.lane
+    element = child(root, "lanelet", id=ids.lanelet(lane.id))
+    left_marking, right_marking = _markings(lanelet)
+    _add_bound(element, "leftBound", lanelet.left, left_marking)
+    _add_bound(element, "rightBound", lanelet.right, right_marking)
+    _add_references(element, "predecessor", (ids.lanelet(other.id) for other in lane.predecessors))
+    _add_references(element, "successor", (ids.lanelet(other.id) for other in lane.successors))
+    _add_neighbour(element, "adjacentLeft", ids, lanelet.beside_left)
+    _add_neighbour(element, "adjacentRight", ids, lanelet.beside_right)
+    if lane.maneuvers:
+        _add_stop_line(element, lanelet, light)
+    add_text(element, "laneletType", "intersection" if lane.role is LaneRole.CONNECTING else "urban")
+    add_text(element, "userOneWay", "vehicle")
+    if light is not None:
+        child(element, "trafficLightRef", ref=light)
+
+
+def _add_bound(lanelet: Element, tag: str, points: Floats, marking: str) -> None:
+    bound = child(lanelet, tag)
+    for x, y in points.tolist():
+        add_point(bound, x, y)
+    add_text(bound, "lineMarking", marking)
+
+
+def _markings(lanelet: Lanelet) -> tuple[str, str]:
+    """Of the left and the right bound; there are none within an intersection."""
+    if lanelet.lane.role is LaneRole.CONNECTING:
+        return "no_marking", "no_marking"
+    return _marking(lanelet.beside_left), _marking(lanelet.beside_right)
+
+
+def _marking(beside: Beside | None) -> str:
+    return "curb" if beside is None else "dashed" if beside.same_direction else "solid"
+
+
+def _add_references(parent: Element, tag: str, ids: Iterable[int]) -> None:
+    for each in ids:
+        child(parent, tag, ref=each)
+
+
+def _add_neighbour(lanelet: Element, tag: str, ids: Ids, beside: Beside | None) -> None:
+    if beside is not None:
+        direction = "same" if beside.same_direction else "opposite"
+        child(lanelet, tag, ref=ids.lanelet(beside.lane), drivingDir=direction)
+
+
+def _add_stop_line(parent: Element, lanelet: Lanelet, light: int | None) -> None:
+    line = child(parent, "stopLine")
+    for bound in (lanelet.left, lanelet.right):
+        add_point(line, *bound[-1].tolist())
+    add_text(line, "lineMarking", "solid")
+    if light is not None:
+        child(line, "trafficLightRef", ref=light)
+
+
+# -- intersections
+
+
+def _add_intersection(root: Element, ids: Ids, intersection: Intersection) -> None:
+    element = child(root, "intersection", id=ids.intersection(intersection.id))
+    arms = [leg.name for leg in intersection.legs]
+    for leg in intersection.legs:
+        incoming = child(element, "incoming", id=ids.incoming(intersection.id, leg.name))
+        _add_references(incoming, "incomingLanelet", (ids.lanelet(lane.id) for lane in leg.incoming_lanes))
+        maneuvers = [maneuver for lane in leg.incoming_lanes for maneuver in lane.maneuvers]
+        for tag, kind in SUCCESSORS.items():
+            ways = (ids.lanelet(maneuver.connecting) for maneuver in maneuvers if maneuver.type is kind)
+            _add_references(incoming, tag, ways)
+        # Named as if it were the other way round, but commonroad-io reads it so: who comes in on this one's left.
+        on_the_left = CLOCKWISE[(CLOCKWISE.index(leg.name) + 1) % ARMS]
+        if on_the_left in arms:
+            child(incoming, "isLeftOf", ref=ids.incoming(intersection.id, on_the_left))
+
+
+# -- traffic lights
+
+
+def _lights(ids: Ids) -> dict[int, int]:
+    """The light at the end of each incoming lane."""
+    return {
+        lane.id: ids.light(intersection.id, leg.name)
+        for intersection in ids.network.intersections
+        for leg in intersection.legs
+        for lane in leg.incoming_lanes
+    }
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """What a light shows, over and over, in whole steps."""
+
+    colours: tuple[tuple[str, int], ...]
+    """Each with its duration, 1 or more."""
+    offset: int
+    """Step at which the first of them begins."""
+    is_exact: bool
+    """Whether no change had to be moved to a whole step."""
+
+
+def cycle(signals: SignalTimes, arm: str, step: float) -> Cycle:
+    """The plan of the light of one arm, each change at the nearest step."""
+    part = signals.green + signals.yellow + signals.all_red
+    begin = (0.0 if arm in ("north", "south") else part) - signals.offset
+    times = [0.0, signals.green, signals.green + signals.yellow, 2.0 * part]
+    exact = [time / step for time in times]
+    whole = [round(time) for time in exact]
+    spans = [after - before for before, after in pairwise(whole)]
+    colours = [(colour, span) for colour, span in zip(("green", "yellow", "red"), spans, strict=True) if span > 0]
+    moved = max(abs(a - b) for a, b in zip([*exact, begin / step], [*whole, round(begin / step)], strict=True))
+    return Cycle(tuple(colours), round(begin / step) % max(whole[-1], 1), moved < 1e-6)
+
+
+def _add_light(root: Element, ids: Ids, intersection: Intersection, leg: Leg, shown: Cycle) -> None:
+    light = child(root, "trafficLight", id=ids.light(intersection.id, leg.name))
+    plan = child(light, "cycle")
+    for colour, duration in shown.colours:
+        element = child(plan, "cycleElement")
+        add_text(element, "duration", str(duration))
+        add_text(element, "color", colour)
+    if shown.offset > 0:
+        add_text(plan, "timeOffset", str(shown.offset))
+    add_point(child(light, "position"), *_kerb_side(leg))
+    add_text(light, "direction", "all")
+    add_text(light, "active", "true")
+
+
+def _kerb_side(leg: Leg) -> tuple[float, float]:
+    """The end of an arm's stop line at the kerb."""
+    lane = leg.incoming_lanes[0]
+    pose = lane.network.paths.pose(lane.path, lane.length)
+    shift = (0.5 if lane.network.spec.left_hand else -0.5) * lane.width
+    return pose.x - shift * math.sin(pose.heading), pose.y + shift * math.cos(pose.heading)

@@ -1,0 +1,89 @@
+"""Lanelets are our lanes, and fit together to the last bit."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from engine.interchange.commonroad.lanelets import Lanelet, lanelets
+from engine.program import RoadSpec
+from engine.road import LaneRole, build_network
+from engine.road.sections import to_left, to_right
+from tests.engine.interchange.opendrive.reading_back import specs
+
+few = settings(max_examples=25, deadline=None)
+
+
+def made(spec: RoadSpec) -> tuple[Lanelet, ...]:
+    return lanelets(build_network(spec))
+
+
+@few
+@given(specs())
+def test_bounds_are_half_a_width_from_the_centre_line(spec: RoadSpec) -> None:
+    """On their side, in the lane's direction, as many points on the one as on the other."""
+    for lanelet in made(spec):
+        lane, paths = lanelet.lane, lanelet.lane.network.paths
+        count = len(lanelet.left)
+        assert count == len(lanelet.right) >= 2
+        for i, (left, right) in enumerate(zip(lanelet.left, lanelet.right, strict=True)):
+            pose = paths.pose(lane.path, lane.length * i / (count - 1))
+            for point, side in ((left, 1.0), (right, -1.0)):
+                away = side * 0.5 * lane.width
+                expected = (pose.x - away * math.sin(pose.heading), pose.y + away * math.cos(pose.heading))
+                assert point == pytest.approx(expected, abs=2e-6)
+
+
+@few
+@given(specs())
+def test_neighbours_share_a_bound(spec: RoadSpec) -> None:
+    """Exactly the same points, reversed where the neighbour runs the other way; and each knows the other."""
+    made_of = made(spec)
+    for lanelet in made_of:
+        for beside, bound, is_left in (
+            (lanelet.beside_left, lanelet.left, True),
+            (lanelet.beside_right, lanelet.right, False),
+        ):
+            if beside is None:
+                continue
+            other = made_of[beside.lane]
+            theirs = other.right if is_left == beside.same_direction else other.left
+            assert np.array_equal(bound, theirs if beside.same_direction else theirs[::-1])
+            back = other.beside_right if is_left == beside.same_direction else other.beside_left
+            assert back is not None
+            assert back.lane == lanelet.lane.id
+
+
+@few
+@given(specs())
+def test_successors_start_where_a_lane_ends(spec: RoadSpec) -> None:
+    """With both bounds, exactly."""
+    made_of = made(spec)
+    for lanelet in made_of:
+        for successor in lanelet.lane.successors:
+            after = made_of[successor.id]
+            assert np.array_equal(lanelet.left[-1], after.left[0])
+            assert np.array_equal(lanelet.right[-1], after.right[0])
+
+
+@settings(max_examples=10, deadline=None)
+@given(specs())
+def test_neighbours_are_those_of_the_language(spec: RoadSpec) -> None:
+    """The same lanes as `LaneSection` has to its left and right."""
+    for lanelet in made(spec):
+        for beside, expected in (
+            (lanelet.beside_left, to_left(lanelet.lane)),
+            (lanelet.beside_right, to_right(lanelet.lane)),
+        ):
+            assert (None if beside is None else beside.lane) == (None if expected is None else expected.id)
+
+
+def test_left_hand_traffic_has_its_middle_on_the_right() -> None:
+    """The kerb of a road lane is on the left there."""
+    for left_hand in (False, True):
+        for lanelet in made(RoadSpec(left_hand=left_hand)):
+            if lanelet.lane.role is not LaneRole.CONNECTING:
+                middle, kerb = lanelet.beside_left, lanelet.beside_right
+                assert (middle is None) == left_hand
+                assert (kerb is None) != left_hand
