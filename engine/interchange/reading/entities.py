@@ -1,0 +1,171 @@
+"""Who takes part: `ScenarioObject` elements as actors, and what our own files say of them besides.
+
+Lengths in metres. The reference point is the middle of the rear axle on the ground, and `BoundingBox/Center` says
+where the middle of the outline lies from there (ASAM OpenSCENARIO XML 1.2, classes BoundingBox and Axles).
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+from engine.interchange.errors import InterchangeError
+from engine.interchange.reading.catalogs import Catalogs
+from engine.interchange.reading.node import INFINITE, NUMBER, Node, did_you_mean
+from engine.interchange.recording import RecordedActor
+from engine.vehicles import MODELS
+from engine.vocabulary import ActorKind
+
+EGO_NAMES = ("ego", "hero", "ego_vehicle", "egovehicle")
+"""What the ego is called, by esmini, by CARLA and by others; small letters."""
+CATEGORIES: Mapping[str, ActorKind] = MappingProxyType(
+    {
+        "car": ActorKind.CAR,
+        "van": ActorKind.CAR,
+        "truck": ActorKind.TRUCK,
+        "semitrailer": ActorKind.TRUCK,
+        "trailer": ActorKind.TRUCK,
+        "bus": ActorKind.BUS,
+        "tram": ActorKind.BUS,
+        "train": ActorKind.BUS,
+        "motorbike": ActorKind.MOTORCYCLE,
+        "bicycle": ActorKind.BICYCLE,
+        "standupScooter": ActorKind.BICYCLE,
+        "wheelchair": ActorKind.PEDESTRIAN,
+    }
+)
+MOST_ACTORS = 500
+CARRIED = ("mass", "wheelbase", "max_acceleration", "max_braking", "max_steer", "max_speed")
+"""Fields of an actor that our own files write as properties where an element has no place for them."""
+LONGEST = 1000.0
+"""Of an outline [m]; a wall may be long."""
+
+
+@dataclass(frozen=True)
+class Entity:
+    """One who takes part, where its outline lies from its reference point, and its `cortexc.…` properties."""
+
+    actor: RecordedActor
+    forward: float
+    left: float
+    properties: Mapping[str, str]
+    node: Node
+
+
+def read_entities(scenario: Node, catalogs: Catalogs, ego: str | None) -> list[Entity]:
+    """All of them, the ego first.
+
+    Raises:
+        InterchangeError: there are none, too many, two of one name, or one without an outline.
+    """
+    objects = scenario.need("Entities").every("ScenarioObject")
+    if not objects:
+        raise scenario.need("Entities").error("nobody takes part", "write <ScenarioObject> elements")
+    if len(objects) > MOST_ACTORS:
+        raise objects[-1].error(f"more than {MOST_ACTORS} take part", "leave some out")
+    by_name: dict[str, Entity] = {}
+    for node in objects:
+        name = node.text("name")
+        if name in by_name:
+            raise node.error(f"two take part as `{name}`", f"rename one; see {by_name[name].node.place}")
+        by_name[name] = _entity(node, name, catalogs)
+    first = _ego(list(by_name), ego, scenario)
+    return _renamed([by_name.pop(first), *by_name.values()])
+
+
+def _renamed(entities: list[Entity]) -> list[Entity]:
+    """Under the names that our own files remember, since other readers take few letters only."""
+    names = [entity.properties.get("cortexc.name") or entity.actor.name for entity in entities]
+    if len(set(names)) < len(names):
+        return entities
+    return [replace(e, actor=replace(e.actor, name=name)) for e, name in zip(entities, names, strict=True)]
+
+
+def _ego(names: list[str], ego: str | None, scenario: Node) -> str:
+    if ego is None:
+        return next((name for name in names if name.casefold() in EGO_NAMES), names[0])
+    if ego not in names:
+        raise InterchangeError(f"nobody is called `{ego}`", did_you_mean(ego, names), scenario.file)
+    return ego
+
+
+def _entity(node: Node, name: str, catalogs: Catalogs) -> Entity:
+    body = next((child for child in node.children if child.tag in ("CatalogReference", *BODIES)), None)
+    if body is None:
+        said = f"<{node.children[0].tag}>" if node.children else "nothing"
+        raise node.error(f"`{name}` is {said}, which is not read here", f"write one of {', '.join(BODIES)}")
+    if body.tag == "CatalogReference":
+        body = catalogs.entry(body)
+    if body.tag not in BODIES:
+        raise body.error(f"`{name}` is a <{body.tag}>, which takes no part", f"name one of {', '.join(BODIES)}")
+    properties = _properties(body)
+    kind = _kind(body, properties)
+    box = body.need("BoundingBox", "Center")
+    forward = box.number("x", low=-LONGEST, high=LONGEST)
+    actor = _as_carried(_actor(name, kind, body, forward), properties)
+    return Entity(actor, forward, box.number("y", low=-LONGEST, high=LONGEST), properties, node)
+
+
+def _properties(body: Node) -> dict[str, str]:
+    rows = (body.find("Properties") or body).every("Property")
+    return {row.text("name"): row.text("value") for row in rows if row.text("name").startswith("cortexc.")}
+
+
+def _kind(body: Node, properties: Mapping[str, str]) -> ActorKind:
+    """Of an element; our own files say theirs, since a category may stand for two of our kinds."""
+    if (said := properties.get("cortexc.kind", "").upper()) in ActorKind.__members__:
+        return ActorKind[said]
+    if body.tag != "Vehicle":
+        return BODIES[body.tag]
+    category = body.text("vehicleCategory")
+    if category not in CATEGORIES:
+        raise body.error(f"there is no vehicle category `{category[:40]}`", did_you_mean(category, CATEGORIES))
+    return CATEGORIES[category]
+
+
+def _actor(name: str, kind: ActorKind, body: Node, forward: float) -> RecordedActor:
+    size, model = body.need("BoundingBox", "Dimensions"), MODELS[kind]
+    performance = body.find("Performance") or Node("Performance", {}, body.file, body.line)
+    return RecordedActor(
+        name=name,
+        kind=kind,
+        length=size.number("length", low=SMALLEST, high=LONGEST),
+        width=size.number("width", low=SMALLEST, high=LONGEST),
+        rear_to_center=forward,
+        wheelbase=_wheelbase(body, model.wheelbase),
+        mass=body.number("mass", model.mass, low=0.0) or model.mass,
+        max_acceleration=performance.number("maxAcceleration", model.max_acceleration, low=0.0, high=math.inf),
+        max_braking=performance.number("maxDeceleration", model.max_braking, low=0.0, high=math.inf),
+        max_steer=_max_steer(body, model.max_steer),
+        max_speed=performance.number("maxSpeed", model.max_speed, low=0.0, high=math.inf),
+    )
+
+
+def _as_carried(actor: RecordedActor, properties: Mapping[str, str]) -> RecordedActor:
+    """The same with what our own files say in properties, because their element has no place for it."""
+    known = {field: properties.get(f"cortexc.{field}", "") for field in CARRIED}
+    read = {field: float(text) for field, text in known.items() if NUMBER.fullmatch(text) or text in INFINITE}
+    positive = {field: number for field, number in read.items() if number >= 0.0}
+    return replace(actor, **positive)
+
+
+def _wheelbase(body: Node, default: float) -> float:
+    front, rear = body.find("Axles", "FrontAxle"), body.find("Axles", "RearAxle")
+    if front is None or rear is None:
+        return default
+    between = front.number("positionX") - rear.number("positionX")
+    return between if SMALLEST <= between <= LONGEST else default
+
+
+def _max_steer(body: Node, default: float) -> float:
+    """Of the front axle [rad]; more than a right angle is another unit, or a steering wheel's."""
+    front = body.find("Axles", "FrontAxle")
+    steer = front.number("maxSteering", default, low=0.0) if front else default
+    return steer if steer <= math.pi / 2 else default
+
+
+SMALLEST = 0.01
+"""Of an outline, or between two axles [m]."""
+BODIES: Mapping[str, ActorKind] = MappingProxyType(
+    {"Vehicle": ActorKind.CAR, "Pedestrian": ActorKind.PEDESTRIAN, "MiscObject": ActorKind.OBSTACLE}
+)
