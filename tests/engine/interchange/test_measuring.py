@@ -1,0 +1,303 @@
+"""A recording judged: the numbers of the run that it came from, and the same ones seen from elsewhere."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import fields, replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cortex_dsl.session import Scenario, load
+from engine.interchange import Contact, InterchangeError, RecordedActor, Recording
+from engine.interchange.measuring import COMMANDS, Measured, measure
+from engine.interchange.record import recorded_run
+from engine.metrics import measure_trajectory
+from engine.runs import MAX_SAMPLES
+from engine.scenes import Outcomes
+from engine.vehicles import MODELS
+from engine.vocabulary import ActorKind, EndReason, Side, State, Verdict
+from engine.world import WorldRun, run
+
+ROOT = Path(__file__).parents[3]
+EXAMPLES = [*sorted((ROOT / "examples").glob("*.scn")), *sorted((ROOT / "tests" / "agreement").glob("*.scn"))]
+TOLERANCE = 2e-9
+"""Who comes in where it touches is recorded 1e-9 of a step later, less than 1e-9 m."""
+ENDS = ("end_reason", "end_rule", "steps")
+"""A recording knows no rules; whoever touches from the first instant has made no step."""
+
+
+def recordings(scenario: Scenario, count: int, seed: int = 11) -> Iterator[tuple[WorldRun, Recording]]:
+    """Random valid runs of a scenario."""
+    step = scenario.config.simulation.time_step
+    scenes = scenario.sample(count, seed=seed)
+    for row in np.flatnonzero(scenes.valid).tolist():
+        ran = run(scenario.program, scenes, row, scenario.config)
+        if ran.outcomes.verdict[0] == Verdict.VALID:
+            yield ran, recorded_run(scenario.program, scenes, ran, row=row, step=step)
+
+
+def differences(one: Outcomes, other: Outcomes) -> dict[str, float]:
+    """By how much each column differs, where it does."""
+    found = {}
+    for name in (field.name for field in fields(Outcomes) if field.name not in ENDS):
+        a, b = (np.asarray(getattr(each, name), dtype=np.float64) for each in (one, other))
+        assert a.shape == b.shape, name
+        same = (a == b) | (np.isnan(a) & np.isnan(b))
+        with np.errstate(invalid="ignore"):
+            found[name] = float(np.max(np.where(same, 0.0, np.abs(a - b)), initial=0.0))
+    return {name: value for name, value in found.items() if not value <= TOLERANCE}
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_measuring_a_recorded_run_gives_its_outcomes_again(path: Path) -> None:
+    """Every column, the risk and every metric, with contact and without."""
+    scenario, seen = load(path), 0
+    for ran, recording in recordings(scenario, 14):
+        measured = measure(recording)
+        assert differences(ran.outcomes, measured.outcomes) == {}
+        assert measured.risk.score[0] == scenario.assess(ran.outcomes).score[0]
+        behind = [actor.rear_to_center for actor in recording.actors]
+        expected = measure_trajectory(ran.trajectory, ran.outcomes, rear_to_center=behind)
+        assert [m.name for m in measured.metrics] == [m.name for m in expected]
+        assert [m.value for m in measured.metrics] == pytest.approx([m.value for m in expected], nan_ok=True, rel=1e-8)
+        assert measured.trajectory.contact_sample == ran.trajectory.contact_sample or "modular" in path.name
+        assert set(np.unique(recording.states[:, :, State.PRESENT]).tolist()) <= {0.0, 1.0}
+        seen += 1
+    assert seen >= 5
+
+
+def test_contacts_are_among_the_recorded_runs() -> None:
+    """So the law above speaks of them, with both kinds of end."""
+    ends = {int(measure(recording).outcomes.end_reason[0]) for _, recording in recordings(load(EXAMPLES[0]), 30)}
+    assert EndReason.COLLISION in ends
+    assert len(ends) > 1
+
+
+# -- scenes by hand ---------------------------------------------------------------------------------------------------
+
+
+def car(name: str, kind: ActorKind = ActorKind.CAR, **changes: float) -> RecordedActor:
+    model = MODELS[kind]
+    names = [
+        "length",
+        "width",
+        "rear_to_center",
+        "wheelbase",
+        "mass",
+        "max_acceleration",
+        "max_braking",
+        "max_steer",
+        "max_speed",
+    ]
+    return RecordedActor(name=name, kind=kind, **({each: getattr(model, each) for each in names} | changes))
+
+
+def by_hand(
+    ways: Sequence[Sequence[tuple[float, float, float, float]]], time: Sequence[float], step: float
+) -> Recording:
+    """Actors by their (x, y, heading, speed) at each time; None where one is absent."""
+    states = np.zeros((len(time), len(ways), len(State)))
+    for actor, way in enumerate(ways):
+        for sample, place in enumerate(way):
+            if place is not None:
+                states[sample, actor, :4] = place
+                states[sample, actor, State.PRESENT] = 1.0
+    actors = tuple(car("ego" if number == 0 else f"car{number}") for number in range(len(ways)))
+    return Recording("by-hand", actors, np.array(time), states, step)
+
+
+def head_on(time: Sequence[float], gap: float = 40.0) -> Recording:
+    """Two that drive towards each other at 10 m/s each."""
+    ego = [(10.0 * t, 0.0, 0.0, 10.0) for t in time]
+    other = [(gap - 10.0 * t, 0.0, np.pi, 10.0) for t in time]
+    return by_hand([ego, other], time, 0.1)
+
+
+def test_contact_of_two_head_on_is_where_arithmetic_has_it() -> None:
+    """The gap between the outlines over the closing speed."""
+    measured = measure(head_on(np.arange(30) * 0.1))
+    gap = 40.0 - MODELS[ActorKind.CAR].length
+    assert measured.outcomes.collided[0]
+    assert measured.outcomes.end_time[0] == pytest.approx(gap / 20.0, abs=1e-5)
+    assert measured.outcomes.max_closing_speed[0, 0] == pytest.approx(20.0)
+    assert measured.outcomes.distance_at_ms[0, 0] == pytest.approx(gap)
+    assert measured.outcomes.side[0, 0] == Side.FRONT
+    assert measured.risk.parts[0, 0] == 10
+
+
+def test_uneven_times_give_the_same_as_even_ones() -> None:
+    """Motion between samples is linear, so of steady motion any samples tell the same."""
+    even = measure(head_on(np.arange(30) * 0.1)).outcomes
+    uneven = measure(head_on([0.0, 0.07, 0.31, 0.32, 0.9, 1.4, 1.77, 2.5])).outcomes
+    assert uneven.end_time[0] == pytest.approx(even.end_time[0], abs=1e-5)
+    for name in ("max_closing_speed", "distance_at_ms", "ttc_at_ms", "ego_speed", "closing_speed"):
+        assert getattr(uneven, name)[0, 0] == pytest.approx(getattr(even, name)[0, 0], rel=1e-6)
+
+
+def test_times_count_from_the_first_sample() -> None:
+    """A recording of another clock has the same outcome."""
+    recording = head_on(np.arange(30) * 0.1)
+    later = replace(recording, time=recording.time + 1000.0)
+    assert measure(later).outcomes.end_time[0] == pytest.approx(measure(recording).outcomes.end_time[0], abs=1e-9)
+
+
+def test_who_overlaps_from_the_start_touches_then() -> None:
+    """At time 0, in a single sample too."""
+    for time in ([0.0], [0.0, 0.1, 0.2]):
+        outcomes = measure(head_on(time, gap=2.0)).outcomes
+        assert outcomes.collided[0]
+        assert outcomes.end_time[0] == 0.0
+        assert outcomes.min_distance[0, 0] == 0.0
+
+
+def test_a_contact_at_the_last_sample_counts() -> None:
+    """A recording may end where two touch, and no next sample shows it."""
+    touching = (40.0 - MODELS[ActorKind.CAR].length) / 20.0
+    outcomes = measure(head_on([0.0, 0.5, 1.0, touching])).outcomes
+    assert outcomes.collided[0]
+    assert outcomes.end_time[0] == pytest.approx(touching, abs=1e-5)
+
+
+def test_who_comes_in_where_another_stands_touches_then() -> None:
+    """The pair is judged, though it was never together before."""
+    still = [(0.0, 0.0, 0.0, 0.0)] * 4
+    late = [None, None, (2.0, 0.0, 0.0, 0.0), (2.0, 0.0, 0.0, 0.0)]
+    outcomes = measure(by_hand([still, late], [0.0, 0.1, 0.2, 0.3], 0.1)).outcomes
+    assert outcomes.end_time[0] == pytest.approx(0.2)
+    assert outcomes.min_distance[0, 0] == 0.0
+
+
+def test_who_is_gone_touches_nobody() -> None:
+    """Absent actors are left out, wherever they were last."""
+    still = [(0.0, 0.0, 0.0, 0.0)] * 3
+    gone = [(20.0, 0.0, 0.0, 0.0), None, None]
+    outcomes = measure(by_hand([still, gone], [0.0, 0.1, 0.2], 0.1)).outcomes
+    assert not outcomes.collided[0]
+    assert outcomes.end_reason[0] == EndReason.ALL_DONE
+
+
+def test_contact_of_two_others_ends_the_run_without_a_collision_of_the_ego() -> None:
+    """And the ego's least distance is taken up to that instant."""
+    time = np.arange(30) * 0.1
+    ego = [(0.0, 30.0 - 5.0 * t, -np.pi / 2, 5.0) for t in time]
+    one = [(10.0 * t, 0.0, 0.0, 10.0) for t in time]
+    other = [(40.0 - 10.0 * t, 0.0, np.pi, 10.0) for t in time]
+    outcomes = measure(by_hand([ego, one, other], time, 0.1)).outcomes
+    assert outcomes.end_reason[0] == EndReason.OTHER_COLLISION
+    assert outcomes.contact_actors[0].tolist() == [1, 2]
+    assert not outcomes.collided[0]
+    assert (outcomes.min_distance_time[0] <= outcomes.end_time[0] + 1e-12).all()
+
+
+def test_one_alone_has_no_risk() -> None:
+    """No pair, no points; the recording's end is the end."""
+    measured = measure(by_hand([[(0.0, 0.0, 0.0, 1.0)] * 3], [0.0, 0.1, 0.25], 0.1))
+    assert measured.outcomes.min_distance.shape == (1, 0)
+    assert measured.outcomes.end_time[0] == 0.25
+    assert measured.risk.score[0] == 0
+    assert measured.risk.pair[0] == -1
+
+
+def test_the_part_of_a_step_at_the_end_counts() -> None:
+    """Two that come nearer up to an end between two steps are nearest there."""
+    time = [0.0, 0.1, 0.2, 0.25]
+    measured = measure(head_on(time))
+    expected = 40.0 - 20.0 * 0.25 - MODELS[ActorKind.CAR].length
+    assert measured.outcomes.min_distance[0, 0] == pytest.approx(expected, abs=1e-9)
+    assert measured.outcomes.min_distance_time[0, 0] == pytest.approx(0.25)
+
+
+def test_metrics_of_commands_need_commands() -> None:
+    """Where wheel and pedals were not recorded, nothing is said of them."""
+    recording = head_on(np.arange(30) * 0.1)
+    assert {metric.name for metric in measure(recording).metrics} >= COMMANDS
+    assert not {metric.name for metric in measure(replace(recording, commands=False)).metrics} & COMMANDS
+
+
+# -- laws -------------------------------------------------------------------------------------------------------------
+
+
+def seen(recording: Recording, angle: float, shift: tuple[float, float], mirror: bool) -> Recording:
+    """The recording in other axes."""
+    states = recording.states.copy()
+    x, y, heading = (states[:, :, column].copy() for column in (State.X, State.Y, State.HEADING))
+    if mirror:
+        y, heading = -y, -heading
+    states[:, :, State.X] = np.cos(angle) * x - np.sin(angle) * y + shift[0]
+    states[:, :, State.Y] = np.sin(angle) * x + np.cos(angle) * y + shift[1]
+    states[:, :, State.HEADING] = heading + angle
+    return replace(recording, states=states, road=None)
+
+
+@cache
+def played() -> list[tuple[Recording, Measured]]:
+    found = [replace(recording, road=None) for _, recording in recordings(load(EXAMPLES[2]), 16)]
+    return [(recording, measure(recording)) for recording in found]
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    number=st.integers(0, 7),
+    angle=st.floats(-4.0, 4.0),
+    shift=st.tuples(st.floats(-200.0, 200.0), st.floats(-200.0, 200.0)),
+    mirror=st.booleans(),
+)
+def test_nothing_depends_on_the_axes(number: int, angle: float, shift: tuple[float, float], mirror: bool) -> None:
+    """Rotated, moved and mirrored recordings have the same metrics; in a mirror left and right change places."""
+    recording, measured = played()[number]
+    other, own = measure(seen(recording, angle, shift, mirror)).outcomes, measured.outcomes
+    assert other.collided[0] == own.collided[0]
+    for name in ("end_time", "max_closing_speed", "distance_at_ms", "ttc_at_ms"):
+        assert getattr(other, name) == pytest.approx(getattr(own, name), rel=1e-7, abs=1e-7), name
+    assert other.min_distance == pytest.approx(own.min_distance, abs=2e-5)
+    if own.collided[0]:
+        sides = {Side.LEFT: Side.RIGHT, Side.RIGHT: Side.LEFT} if mirror else {}
+        assert other.side[0, 0] == sides.get(Side(int(own.side[0, 0])), own.side[0, 0])
+        assert other.ego_speed == pytest.approx(own.ego_speed, abs=1e-7)
+        assert other.closing_speed == pytest.approx(own.closing_speed, abs=1e-6)
+
+
+# -- what cannot be measured ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"time": np.array([0.0, 0.2, 0.1])}, "ascend"),
+        ({"time": np.array([0.0, 0.1, np.nan])}, "ascend"),
+        ({"step": 0.0}, "time step"),
+        ({"step": float("nan")}, "time step"),
+        ({"step": 1e-9}, "too many"),
+        ({"states": np.zeros((3, 2, len(State)))}, "nobody"),
+        ({"states": np.full((3, 2, len(State)), np.inf)}, "no number"),
+    ],
+)
+def test_what_is_no_motion_is_refused(change: dict, words: str) -> None:
+    """With a reason and a cure, before any array of its size is made."""
+    with pytest.raises(InterchangeError, match=words) as caught:
+        measure(replace(head_on([0.0, 0.1, 0.2]), **change))
+    assert caught.value.cure
+
+
+def test_a_recording_of_millions_of_samples_is_refused() -> None:
+    """The limit is that of our own runs."""
+    count = 3 * MAX_SAMPLES
+    recording = head_on([0.0, 0.1, 0.2])
+    states = np.broadcast_to(recording.states[:1], (count, *recording.states.shape[1:]))
+    with pytest.raises(InterchangeError, match="too many"):
+        measure(replace(recording, time=np.arange(count) * 0.1, states=states))
+
+
+def test_an_unknown_profile_is_refused() -> None:
+    """And the known ones are named."""
+    with pytest.raises(InterchangeError, match="paper-mm"):
+        measure(head_on([0.0, 0.1]), "papre")
+
+
+def test_what_the_recording_says_of_contact_is_not_believed() -> None:
+    """It is searched anew, so a wrong note changes nothing."""
+    recording = head_on(np.arange(30) * 0.1)
+    assert measure(replace(recording, contact=Contact(0.3, (0, 1)))).outcomes.end_time[0] > 1.0
