@@ -41,7 +41,7 @@ SUBCOMMANDS: dict[str, Subcommand] = {
     "probability": Subcommand("cortex_dsl.cli.probability", "of a collision, with its confidence interval", "FILE"),
     "replay": Subcommand("cortex_dsl.cli.replay", "one case again: in the terminal, as a page, as a film", "RUN|FILE"),
     "export": Subcommand("cortex_dsl.cli.export", "cases for other tools: OpenSCENARIO, CommonRoad …", "RUN|FILE"),
-    "measure": Subcommand("cortex_dsl.cli.measure", "how bad a recording of trajectories was, whoever drove", "FILE"),
+    "measure": Subcommand("cortex_dsl.cli.measure", "metrics and risk of a recorded case, whoever drove", "FILE"),
     "import": Subcommand("cortex_dsl.cli.importing", "an OpenSCENARIO case read back and scored", "FILE.xosc"),
     "paper-check": Subcommand("cortex_dsl.cli.paper_check", "the arithmetic of the CORTEX-AVD paper, done again"),
     "fmt": Subcommand("cortex_dsl.cli.fmt", "files in the one layout (--check, --diff)", "FILES"),

@@ -1,0 +1,268 @@
+"""`cortexc export RUN --case K --to xosc` and `cortexc export FILE.scn --to xosc`: cases for other people's tools."""
+
+import argparse
+from collections.abc import Mapping, Sequence
+from errno import EDQUOT, ENOSPC
+from pathlib import Path
+from shlex import join
+from typing import TYPE_CHECKING
+
+from cortex_dsl.cli.arguments import SEED_LIMIT, assignment, whole_number
+from cortex_dsl.cli.exits import Exit, UsageError
+from cortex_dsl.cli.files import reason
+from cortex_dsl.cli.parser import Parser
+from cortex_dsl.cli.report import open_run
+from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.exports.formats import FORMATS, missing_extra
+from cortex_dsl.spelling import nearest
+
+if TYPE_CHECKING:
+    from cortex_dsl.exports.cases import ExportCase
+    from cortex_dsl.exports.findings import Finding
+    from cortex_dsl.exports.gathering import Gathered
+    from engine.interchange.export import ExportOptions
+
+FOLDER = "exports"
+"""Where files go unless --out says otherwise: inside the run's folder, or here."""
+MOST_CASES = 1_000
+"""With --top; all their files are in memory before the first is written."""
+OSC_VERSIONS = ("1.0", "1.1", "1.2", "1.3")
+MODES = ("trajectory", "maneuver")
+RECORDINGS = (".xosc", ".csv", ".parquet")
+
+
+def main(arguments: Sequence[str], terminal: Terminal) -> int:
+    options = _parser().parse_args(arguments)
+    if options.help:
+        terminal.write(_parser().format_help())
+        return Exit.FINE
+    if options.to == "list":
+        terminal.write(format_list())
+        return Exit.FINE
+    formats = _formats(options)
+    if options.what is None:
+        raise UsageError("export what? name a run or a scenario", "cortexc export runs/left_turn-ga-001 --to xosc")
+    is_file = _is_file(options.what)
+    cases = _of_file(options, terminal) if is_file else _of_run(options)
+    if isinstance(cases, int):
+        return cases
+    folder = options.out or (Path(FOLDER) if is_file else _home(options.what) / FOLDER)
+    return _export(cases, formats, folder, options, terminal)
+
+
+def format_list() -> str:
+    """A table of formats: name, what is written, who reads it; what is not installed says so."""
+    width = max(map(len, FORMATS))
+    lines = []
+    for name, entry in FORMATS.items():
+        missing = f"  [not installed: {missing_extra(name)}]" if missing_extra(name) else ""
+        lines += [f"{name:<{width}}  {', '.join(entry.suffixes)}: {entry.summary}{missing}"]
+        lines += [f"{'':<{width}}  for {entry.readers}"]
+    return "\n".join(lines)
+
+
+def _formats(options: argparse.Namespace) -> tuple[str, ...]:
+    """Each format once, in the order of the list."""
+    if options.to is None:
+        raise UsageError("export to what? name one or more formats", f"--to {','.join(FORMATS)}")
+    names = tuple(dict.fromkeys(word.strip().removeprefix(".").lower() for word in options.to.split(",")))
+    for name in names:
+        if name not in FORMATS:
+            near = nearest(name, FORMATS)
+            cure = f"did you mean `{near}`?" if near else f"name one or more of {', '.join(FORMATS)}"
+            raise UsageError(f"--to: there is no format `{name}`", cure)
+        if cure := missing_extra(name):
+            raise UsageError(f"{name} needs the package `{FORMATS[name].package}`, which is not installed", cure)
+    for flag, value in (("--osc", options.osc), ("--mode", options.mode)):
+        if value is not None and "xosc" not in names:
+            raise UsageError(f"{flag} has no effect without the format xosc", f"leave {flag} out, or add xosc to --to")
+    return names
+
+
+def _is_file(path: Path) -> bool:
+    """Whether a scenario is named, and not a run."""
+    if path.suffix.lower() in RECORDINGS:
+        raise UsageError(f"`{path}` is a recording already", f"`cortexc measure {path}` tells how bad it was")
+    return path.suffix == ".scn" and not path.is_dir()
+
+
+def _home(path: Path) -> Path:
+    """The folder of a run that may be named by its journal."""
+    return path if path.is_dir() else path.parent
+
+
+# -- the cases --------------------------------------------------------------------------------------------------------
+
+
+def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
+    """Case K of a run, or its first N."""
+    from cortex_dsl.exports.cases import case_of_run
+    from cortex_dsl.page.cases import every_case
+
+    for flag, value in (("--seed", options.seed), ("-p", options.param), ("--scenario", options.scenario)):
+        if value is not None:
+            raise UsageError(f"{flag} is for a scenario, and a run has its own", "name a case with --case K")
+    run = open_run(options.what)
+    if not len(run.record.evaluations):
+        raise UsageError(f"`{options.what}` has no finished generation", "`cortexc resume` goes on with it")
+    cases = every_case(run.record)
+    if not cases:
+        raise UsageError(f"`{options.what}` has no case: none of its simulations was valid", "search again")
+    if options.top is not None:
+        return [case_of_run(run, case) for case in cases[: options.top]]
+    rank = options.case or 1
+    if rank > len(cases):
+        raise UsageError(f"`{options.what}` has no case {rank:,}", f"name one of 1 to {len(cases):,}; 1 is the worst")
+    return [case_of_run(run, cases[rank - 1])]
+
+
+def _of_file(options: argparse.Namespace, terminal: Terminal) -> "list[ExportCase] | int":
+    """The scene that `cortexc FILE.scn` shows, which may be invalid or fail."""
+    from cortex_dsl.cli.scenes import drawn_scene
+    from cortex_dsl.exports.cases import case_of_scene
+    from engine.vocabulary import Verdict
+
+    for flag, value in (("--case", options.case), ("--top", options.top)):
+        if value is not None:
+            raise UsageError(f"{flag} names cases of a run, and a scenario has none", f"leave {flag} out")
+    words = _scene_words(options)
+    drawn = drawn_scene(words, terminal)
+    if isinstance(drawn, Exit):
+        return drawn
+    pinned = drawn.scenario.program.settings.stream is not None and options.seed is None
+    seed = None if pinned else options.seed or 0
+    again = join(["cortexc", *words, *([] if options.seed is not None or pinned else ["--seed", "0"])])
+    case = case_of_scene(drawn.scenario, drawn.scenes, options.what, seed, again)
+    if case.outcomes.verdict[0] == Verdict.ERROR:
+        raise UsageError(f"the run of `{options.what}` fails", f"`{again}` says why")
+    return [case]
+
+
+def _scene_words(options: argparse.Namespace) -> list[str]:
+    """The command line that shows the scene of a file."""
+    params = [word for name, value in options.param or () for word in ("-p", f"{name}={value}")]
+    scenario = [] if options.scenario is None else ["--scenario", options.scenario]
+    seed = [] if options.seed is None else ["--seed", str(options.seed)]
+    return [str(options.what), *scenario, *params, *seed]
+
+
+# -- their files ------------------------------------------------------------------------------------------------------
+
+
+def _export(
+    cases: "Sequence[ExportCase]",
+    formats: Sequence[str],
+    folder: Path,
+    options: argparse.Namespace,
+    terminal: Terminal,
+) -> int:
+    from cortex_dsl.exports.gathering import gather
+    from cortex_dsl.report.export_view import Written, export_document, export_view
+    from engine.interchange.errors import InterchangeError
+    from engine.interchange.export import ExportOptions
+
+    how = ExportOptions(options.osc or "1.2", options.mode or "trajectory")
+    try:
+        gathered = gather(cases, formats, how)
+    except InterchangeError as error:
+        raise UsageError(f"{error.place}: {error.message}", error.cure) from None
+    same = _write(folder, gathered.files, force=options.force)
+    findings = _findings(cases, gathered, formats, folder, how) if options.check else None
+    written = Written(cases, gathered, folder, same, findings)
+    if options.json:
+        terminal.write(export_document(written, how))
+    else:
+        terminal.out.print(export_view(written, how), crop=False)
+    return Exit.DIAGNOSTICS if findings else Exit.FINE
+
+
+def _write(folder: Path, files: Mapping[str, bytes], *, force: bool) -> frozenset[str]:
+    """Write all files; the names of those that were there with the same contents.
+
+    Raises:
+        UsageError: they cannot be written, or something else stands in their place.
+    """
+    from cortex_dsl.exports.files import standing, write_all
+
+    try:
+        there = standing(folder, files)
+        if there.other and not force:
+            first, *others = there.other
+            more = f" and {len(others):,} more" if others else ""
+            raise UsageError(
+                f"`{folder / first}`{more} holds something else",
+                "name another folder with --out, or write over it with --force",
+            )
+        write_all(folder, {name: content for name, content in files.items() if name not in there.same})
+    except OSError as error:
+        place = error.filename2 or error.filename or folder
+        raise UsageError(f"cannot write `{place}`: {reason(error)}", _cure(error, folder)) from None
+    except ValueError:
+        raise UsageError(f"`{folder}` cannot be the name of a folder", "name another one with --out") from None
+    return there.same
+
+
+def _cure(error: OSError, folder: Path) -> str:
+    if error.errno in (ENOSPC, EDQUOT):
+        return "free some space, or name another disk with --out DIR"
+    if isinstance(error, IsADirectoryError):
+        return "take that folder away, or name another place with --out DIR"
+    if isinstance(error, FileExistsError | NotADirectoryError):
+        return f"a part of `{folder}` is a file; name another folder with --out DIR"
+    return "make it writable, or name another folder with --out DIR"
+
+
+def _findings(
+    cases: "Sequence[ExportCase]", gathered: "Gathered", formats: Sequence[str], folder: Path, how: "ExportOptions"
+) -> "list[Finding]":
+    from cortex_dsl.exports.formats import checker_of
+
+    findings: dict[Finding, None] = {}
+    for case, names in zip(cases, gathered.names, strict=True):
+        for name in formats:
+            if (check := checker_of(name)) is not None:
+                findings |= dict.fromkeys(check(case, folder, names, how))
+    return list(findings)
+
+
+def _parser() -> Parser:
+    readers = "\n".join(f"  {name:<12}{entry.summary}\n{'':14}for {entry.readers}" for name, entry in FORMATS.items())
+    parser = Parser(
+        prog="cortexc export",
+        usage="cortexc export RUN [--case K | --top N] --to FORMAT[,FORMAT...] [options]\n"
+        "       cortexc export FILE.scn [--seed N] [-p NAME=VALUE] --to FORMAT[,FORMAT...] [options]",
+        description="Write a found case, or the scene of a scenario, for other people's tools: everything that they\n"
+        "need in one folder, nothing there overwritten by something else.",
+        epilog=f"formats:\n{readers}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+        add_help=False,
+    )
+    parser.add_argument("what", nargs="?", type=Path, metavar="RUN|FILE.scn", help="folder of a run, or a scenario")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument(
+        "--case", type=whole_number(1, 10_000_000), metavar="K", help="case of the run; 1 is the worst (1)"
+    )
+    which.add_argument("--top", type=whole_number(1, MOST_CASES), metavar="N", help="the worst N cases of the run")
+    parser.add_argument("--seed", type=whole_number(0, SEED_LIMIT), metavar="N", help="of a scenario's scene (0)")
+    parser.add_argument(
+        "-p", "--param", metavar="NAME=VALUE", action="append", type=assignment, help="hold a param fixed"
+    )
+    parser.add_argument("--scenario", metavar="NAME", help="the scenario to run, where the file has several")
+    parser.add_argument("--to", metavar="FORMATS", help="one or more, with commas between; `list` tells about all")
+    parser.add_argument(
+        "--osc", choices=OSC_VERSIONS, metavar="V", help=f"OpenSCENARIO {', '.join(OSC_VERSIONS)} (1.2)"
+    )
+    parser.add_argument(
+        "--mode",
+        choices=MODES,
+        metavar="HOW",
+        help="of xosc: trajectory, an exact replay, or maneuver, in speeds, routes and triggers (trajectory)",
+    )
+    parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder for the files (RUN/{FOLDER}, or {FOLDER})")
+    parser.add_argument("--force", action="store_true", help="write over files that hold something else")
+    parser.add_argument("--check", action="store_true", help="read back what was written, and hold it against the run")
+    parser.add_argument("--json", action="store_true", help="one JSON document on stdout, and nothing else there")
+    parser.add_argument("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("-h", "--help", action="store_true", help="this page")
+    return parser

@@ -1,0 +1,229 @@
+"""`cortexc measure FILE`: how bad a recorded case was, whoever drove: a table of trajectories, or an `.xosc`."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from shlex import join
+from typing import TYPE_CHECKING, Any
+
+from cortex_dsl.cli.arguments import seconds
+from cortex_dsl.cli.converting import WRITERS, formats, written
+from cortex_dsl.cli.exits import Exit, UsageError
+from cortex_dsl.cli.files import reason
+from cortex_dsl.cli.parser import Parser
+from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.spelling import nearest
+
+if TYPE_CHECKING:
+    from cortex_dsl.report.measured_view import MeasuredReport
+    from engine.interchange.errors import InterchangeError
+    from engine.interchange.reading import OdrNetwork
+    from engine.interchange.recording import Recording
+
+TABLES = (".csv", ".parquet")
+SCENARIO = ".xosc"
+
+
+@dataclass(frozen=True)
+class Command:
+    """`measure`, or its sister `import`."""
+
+    name: str
+    suffixes: tuple[str, ...]
+    description: str
+    example: str
+
+
+MEASURE = Command(
+    "measure",
+    (*TABLES, SCENARIO),
+    "Judge a recorded case by the metrics and the risk of cortexc: a table of trajectories, or an OpenSCENARIO file\n"
+    "whose actors follow timed polylines.",
+    "cortexc measure trajectories.csv",
+)
+EPILOG = """\
+tables: one row for each actor and time, as CSV or Parquet; positions are centres of outlines
+  omega-prime's columns (total_nanos, idx, x, y, …, yaw, type, role, subtype), or
+  time  [s]      id          x, y  [m]                            needed
+  heading [rad]  speed [m/s]  length, width [m]  type  role       taken from motion, or of the kind, where missing
+  other names and units are understood: t, track_id, yaw_deg, speed [km/h], timestamp_ms …"""
+
+
+@dataclass(frozen=True)
+class _Read:
+    """A file, read: a recording, its road, and what is to be said."""
+
+    recording: "Recording"
+    road: "OdrNetwork | None"
+    remarks: tuple[str, ...]
+
+
+def main(arguments: Sequence[str], terminal: Terminal) -> int:
+    return perform(MEASURE, arguments, terminal)
+
+
+def perform(command: Command, arguments: Sequence[str], terminal: Terminal) -> int:
+    """Read, measure, tell."""
+    from engine.interchange.errors import InterchangeError
+
+    parser = _parser(command)
+    options = parser.parse_args(arguments)
+    if options.help:
+        terminal.write(parser.format_help())
+        return Exit.FINE
+    _check(command, options)
+    try:
+        report = _report(command, options, terminal)
+        report = written(report, options) if options.to else report
+    except InterchangeError as error:
+        return _refused(error, options, terminal)
+    _show(report, options, terminal)
+    return Exit.FINE
+
+
+def _check(command: Command, options: argparse.Namespace) -> None:
+    """Raises UsageError where the file cannot be meant."""
+    path = options.file
+    if path is None:
+        raise UsageError(f"{command.name} what? name a recording", command.example)
+    if path.suffix.lower() not in command.suffixes:
+        raise UsageError(f"`{path}` is no recording that `cortexc {command.name}` reads", _instead(path, command))
+    try:
+        if path.is_dir():
+            raise UsageError(f"`{path}` is a folder", f"name a file in it: {', '.join(command.suffixes)}")
+        if not path.exists():
+            raise UsageError(f"there is no file `{path}`", _similar(path, command))
+    except OSError as error:
+        raise UsageError(f"cannot read `{path}`: {reason(error)}") from None
+    except ValueError:
+        raise UsageError(f"`{path}` cannot be the name of a file") from None
+    for name in (options.out is not None and "--out", options.force and "--force"):
+        if name and not options.to:
+            raise UsageError(f"{name} has no effect without --to", f"leave {name} out, or name formats with --to")
+
+
+def _instead(path: Path, command: Command) -> str:
+    """What reads this kind of file."""
+    suffix = path.suffix.lower()
+    if suffix == ".scn":
+        return f"`cortexc {path}` runs a scenario"
+    if suffix == ".xodr":
+        return "a road has no traffic: name the .xosc that plays on it"
+    if suffix in TABLES:
+        return f"`cortexc measure {path}` reads tables"
+    return f"name a file that ends in {', '.join(command.suffixes)}"
+
+
+def _similar(path: Path, command: Command) -> str:
+    try:
+        names = [each.name for each in path.parent.iterdir() if each.suffix.lower() in command.suffixes]
+    except OSError:
+        return f"there is no folder `{path.parent}` either"
+    match = nearest(path.name, names)
+    return f"did you mean `{path.parent / match}`?" if match else ""
+
+
+def _report(command: Command, options: argparse.Namespace, terminal: Terminal) -> "MeasuredReport":
+    from cortex_dsl.cli.simulation import announce_compilation
+    from cortex_dsl.report.measured_view import MeasuredReport
+    from cortex_dsl.report.road_lines import road_outline
+    from engine.interchange.measuring import measure
+    from engine.road import build_network, outline
+
+    read = _read(options)
+    announce_compilation(terminal)
+    measured = measure(read.recording, options.profile)
+    own = read.recording.road
+    return MeasuredReport(
+        file=str(options.file),
+        recording=read.recording,
+        measured=measured,
+        profile=options.profile,
+        remarks=read.remarks,
+        road=read.road,
+        lines=road_outline(read.road) if own is None else outline(build_network(own)),
+        again=_again(command, options),
+    )
+
+
+def _read(options: argparse.Namespace) -> _Read:
+    if options.file.suffix.lower() == SCENARIO:
+        from engine.interchange.reading import read_openscenario
+
+        found: Any = read_openscenario(options.file, ego=options.ego, step=options.step)
+    else:
+        from engine.interchange.tables import read_table
+
+        found = read_table(options.file, ego=options.ego, step=options.step)
+    return _Read(found.recording, found.road, found.remarks)
+
+
+def _again(command: Command, options: argparse.Namespace) -> str:
+    words = ["cortexc", command.name, str(options.file)]
+    words += [] if options.ego is None else ["--ego", options.ego]
+    words += [] if options.step is None else ["--step", f"{options.step!r}"]
+    words += [] if options.profile == "paper" else ["--profile", options.profile]
+    return join(words)
+
+
+def _refused(error: "InterchangeError", options: argparse.Namespace, terminal: Terminal) -> Exit:
+    """The file has errors, or does not hold what it was asked for."""
+    message = f"{error.place}: {error.message}" if error.place else error.message
+    terminal.complain(message, error.cure)
+    if options.json:
+        from cortex_dsl.report.json_documents import document
+
+        content = {"message": message, "help": error.cure or None, "exit_code": int(Exit.DIAGNOSTICS)}
+        terminal.write(document("error", content))
+    return Exit.DIAGNOSTICS
+
+
+def _show(report: "MeasuredReport", options: argparse.Namespace, terminal: Terminal) -> None:
+    from cortex_dsl.report.measured_view import measured_content, measured_view
+
+    if options.json:
+        from cortex_dsl.report.json_documents import document
+
+        terminal.write(document("measure", measured_content(report)))
+    else:
+        console = terminal.out
+        console.print(measured_view(report, console.width, ascii_only=console.options.ascii_only))
+
+
+def _profile(text: str) -> str:
+    from engine.risk import PROFILES
+
+    if text not in PROFILES:
+        match = nearest(text, PROFILES)
+        meant = f"did you mean `{match}`?" if match else f"there are {', '.join(PROFILES)}"
+        raise argparse.ArgumentTypeError(f"cannot be `{text}`: {meant}")
+    return text
+
+
+def _parser(command: Command) -> Parser:
+    parser = Parser(
+        prog=f"cortexc {command.name}",
+        usage=f"cortexc {command.name} FILE [--ego NAME] [--step S] [--profile NAME] [--to FORMATS] [options]",
+        description=command.description,
+        epilog=EPILOG if ".csv" in command.suffixes else None,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+        add_help=False,
+    )
+    endings = ", ".join(f"*{suffix}" for suffix in command.suffixes)
+    parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help=f"a recording: {endings}")
+    parser.add_argument("--ego", metavar="NAME", help="who is judged (who is called ego, or else the first)")
+    parser.add_argument(
+        "--step", type=seconds(0.0001, 10.0), metavar="S", help="time step of the metrics (that of the file)"
+    )
+    parser.add_argument(
+        "--profile", type=_profile, default="paper", metavar="NAME", help="thresholds of the risk (paper)"
+    )
+    parser.add_argument("--to", type=formats, metavar="FORMATS", help=f"also write it as: {', '.join(WRITERS)}")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for that (where the file is)")
+    parser.add_argument("--force", action="store_true", help="write over files that hold something else")
+    parser.add_argument("--json", action="store_true", help="one JSON document on stdout, and nothing else there")
+    parser.add_argument("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("-h", "--help", action="store_true", help="this page")
+    return parser

@@ -1,0 +1,54 @@
+"""All files of all cases that were asked for, in memory, before the first of them is written."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from cortex_dsl.exports.cases import ExportCase
+from cortex_dsl.exports.formats import writer_of
+from engine.interchange.errors import InterchangeError
+from engine.interchange.export import ExportOptions
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """What is to be written, and what is to be said about it."""
+
+    files: dict[str, bytes] = field(default_factory=dict)
+    """Contents by file name; several cases may share one."""
+    formats: dict[str, str] = field(default_factory=dict)
+    """By file name, the format whose row first asked for it."""
+    names: list[list[str]] = field(default_factory=list)
+    """Of each case, the names of all its files."""
+    remarks: dict[tuple[str, str], list[int]] = field(default_factory=dict)
+    """By format and sentence, the cases (from 0) that it is about."""
+
+
+def gather(cases: Sequence[ExportCase], formats: Sequence[str], options: ExportOptions) -> Gathered:
+    """The files of every case in every format.
+
+    Raises:
+        InterchangeError: a format cannot carry a case; its place names both.
+    """
+    gathered = Gathered()
+    for number, case in enumerate(cases):
+        gathered.names.append([])
+        for name in formats:
+            _add(gathered, number, case, name, options)
+    return gathered
+
+
+def _add(gathered: Gathered, number: int, case: ExportCase, name: str, options: ExportOptions) -> None:
+    stem = case.recording.name
+    try:
+        export = writer_of(name)(case, stem, options)
+    except InterchangeError as error:
+        raise InterchangeError(error.message, error.cure, error.place or f"{stem} as {name}") from error
+    for file, content in export.files.items():
+        data = content if isinstance(content, bytes) else content.encode("utf-8")
+        if gathered.files.setdefault(file, data) != data:
+            raise ValueError(f"two exports differ about {file}")
+        gathered.formats.setdefault(file, name)
+        if file not in gathered.names[number]:
+            gathered.names[number].append(file)
+    for remark in export.remarks:
+        gathered.remarks.setdefault((name, remark), []).append(number)

@@ -1,0 +1,175 @@
+"""What an export wrote: files and sizes, how to open them, what a format cannot carry, and what a check found."""
+
+import os
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from shlex import quote
+from typing import TYPE_CHECKING
+
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from cortex_dsl.exports.findings import Finding
+from cortex_dsl.exports.formats import FORMATS
+from cortex_dsl.report.json_documents import document
+from cortex_dsl.report.layout import columns, heading, indented, left, right, section
+from cortex_dsl.report.numbers import counted
+
+if TYPE_CHECKING:
+    from cortex_dsl.exports.cases import ExportCase
+    from cortex_dsl.exports.gathering import Gathered
+    from engine.interchange.export import ExportOptions
+
+MOST_FILES = 40
+"""Of a long list, so many are shown."""
+
+
+@dataclass(frozen=True)
+class Written:
+    """Everything that the view shows."""
+
+    cases: "Sequence[ExportCase]"
+    gathered: "Gathered"
+    folder: Path
+    same: frozenset[str]
+    """Names of files that were there already with the same contents."""
+    findings: Sequence[Finding] | None
+    """None: not asked for."""
+
+
+def export_view(written: Written, how: "ExportOptions") -> RenderableType:
+    """The whole report; `how` the files were written. Print it without cropping: paths and commands are not broken."""
+    one = written.cases[0] if len(written.cases) == 1 else None
+    title = one.recording.name if one else counted(len(written.cases), "case")
+    parts: list[RenderableType] = [heading(title, f"risk {_risk(one)}" if one else "")]
+    parts += [Text(), _line(heading(f"{written.folder}{os.sep}", _unchanged(written))), indented(_files(written))]
+    parts += [Text(), heading("to open"), *_openings(written)]
+    if written.gathered.remarks:
+        parts.append(section("not carried, or otherwise", _remarks(written), note=_version(written, how)))
+    if written.findings is not None:
+        parts.append(_check(written.findings))
+    return Group(*parts)
+
+
+def _line(text: Text) -> Text:
+    """A text that is copied as a whole, however long."""
+    text.no_wrap, text.overflow = True, "ignore"
+    return text
+
+
+def _risk(case: "ExportCase") -> str:
+    return case.recording.provenance.facts.get("risk", "")
+
+
+def _unchanged(written: Written) -> str:
+    return "all were there before, the same" if len(written.same) == len(written.gathered.files) else ""
+
+
+def _version(written: Written, how: "ExportOptions") -> str:
+    return f"OpenSCENARIO {how.osc}, {how.mode} mode" if "xosc" in written.gathered.formats.values() else ""
+
+
+def _files(written: Written) -> RenderableType:
+    files = list(written.gathered.files.items())
+    rows = [
+        (
+            Text(name),
+            Text(size_text(len(content)), "unit"),
+            Text("as it was" if name in written.same else "", "quiet"),
+        )
+        for name, content in files[:MOST_FILES]
+    ]
+    if len(files) > MOST_FILES:
+        rows.append((Text(f"and {len(files) - MOST_FILES:,} more", "quiet"), Text(), Text()))
+    return columns(left(wrap=True), right(), left(), rows=rows)
+
+
+def size_text(size: int) -> str:
+    """`812 B`, `12.3 kB`, `4.5 MB`."""
+    if size < 1_000:
+        return f"{size} B"
+    return f"{size / 1e3:.1f} kB" if size < 1e6 else f"{size / 1e6:.1f} MB"
+
+
+def _openings(written: Written) -> Iterator[Text]:
+    """One line a format, for its first file."""
+    first = _first_files(written.gathered)
+    width = max(map(len, first), default=0)
+    for name, file in first.items():
+        command = FORMATS[name].opened.format(file=quote(str(written.folder / file)))
+        yield _line(Text.assemble(f"  {name:<{width}}  ", command))
+
+
+def _first_files(gathered: "Gathered") -> dict[str, str]:
+    """By format, the first of the files that it alone brings, or shares."""
+    first: dict[str, str] = {}
+    for file, name in gathered.formats.items():
+        first.setdefault(name, file)
+    return first
+
+
+def _remarks(written: Written) -> RenderableType:
+    """Each sentence once, behind the name of its format; those that differ in numbers only stand for one another."""
+    alike: dict[tuple[str, str], list[tuple[str, list[int]]]] = {}
+    for (name, sentence), numbers in sorted(written.gathered.remarks.items(), key=lambda item: item[0][0]):
+        key = name, re.sub(r"\d+(\.\d+)?", "#", sentence)
+        alike.setdefault(key, []).append((sentence, numbers))
+    rows, before = [], ""
+    for (name, _), told in alike.items():
+        text = Text.assemble(told[0][0].removesuffix("."), (_of_which(written, [n for _, n in told]), "quiet"))
+        rows.append((Text("" if name == before else name, "title"), text))
+        before = name
+    return columns(left(), left(wrap=True), rows=rows)
+
+
+def _of_which(written: Written, groups: Sequence[Sequence[int]]) -> str:
+    """Which cases a sentence is of, unless it is of all; of several alike it has the numbers of the first."""
+    ranks = [str(written.cases[number].rank) for group in groups for number in group]
+    if len(groups) > 1:
+        return f" (case {ranks[0]}; {counted(len(ranks) - 1, 'other')} likewise)"
+    if len(ranks) == len(written.cases):
+        return ""
+    return f" (case{'' if len(ranks) == 1 else 's'} {', '.join(ranks[:5])}{', …' if len(ranks) > 5 else ''})"
+
+
+def _check(findings: Sequence[Finding]) -> RenderableType:
+    if not findings:
+        return Group(Text(), Text("checked: no finding", "good"))
+    return section("check", Group(*_findings(findings)), note=counted(len(findings), "finding"))
+
+
+def _findings(findings: Sequence[Finding]) -> Iterator[Text]:
+    for finding in findings:
+        yield Text.assemble((finding.place, "title"), ": ", (finding.reason, "bad"))
+        if finding.cure:
+            yield Text(f"  help: {finding.cure}", "quiet")
+
+
+def export_document(written: Written, how: "ExportOptions") -> str:
+    """All of it as the one document of --json."""
+    gathered = written.gathered
+    content = {
+        "folder": written.folder,
+        **asdict(how),
+        "files": [
+            {
+                "path": written.folder / name,
+                "format": gathered.formats[name],
+                "bytes": len(data),
+                "new": name not in written.same,
+            }
+            for name, data in gathered.files.items()
+        ],
+        "cases": [
+            {"rank": case.rank, "name": case.recording.name, "files": names, **asdict(case.recording.provenance)}
+            for case, names in zip(written.cases, gathered.names, strict=True)
+        ],
+        "remarks": [
+            {"format": name, "remark": sentence, "cases": [written.cases[number].recording.name for number in numbers]}
+            for (name, sentence), numbers in gathered.remarks.items()
+        ],
+        "findings": None if written.findings is None else [asdict(finding) for finding in written.findings],
+    }
+    return document("export", content)

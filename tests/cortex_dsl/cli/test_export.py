@@ -1,0 +1,246 @@
+"""`cortexc export`: files for other tools, none of them half written, and what cannot be done told with a cure."""
+
+import errno
+import json
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from cortex_dsl.cli import main
+from cortex_dsl.cli.exits import Exit
+from cortex_dsl.exports.formats import FORMATS
+from tests.cortex_dsl.cli.conftest import Result
+
+Command = Callable[..., Result]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory, left_turn: Path) -> Path:
+    """The folder of a search of 3 generations of 20."""
+    folder = tmp_path_factory.mktemp("export") / "run"
+    words = ["--ga", "--generations", "3", "--population", "20", "--seed", "1", "--out", str(folder), "--json"]
+    assert main([str(left_turn), *words]) == 0
+    return folder
+
+
+def test_one_case_with_its_road(cortexc: Command, run: Path, tmp_path: Path) -> None:
+    """The worst one, unless another is named; all that a reader needs lies in one folder."""
+    result = cortexc("export", run, "--to", "xosc", "--out", tmp_path)
+    assert result.code == Exit.FINE
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["left_turn-case01.xosc", "left_turn.xodr"]
+    assert "esmini" in result.out
+    assert cortexc("export", run, "--case", "3", "--to", "xosc", "--out", tmp_path).code == Exit.FINE
+    assert (tmp_path / "left_turn-case03.xosc").exists()
+
+
+def test_files_go_into_the_run(cortexc: Command, run: Path) -> None:
+    """Unless another folder is named; the journal itself names the run, too."""
+    assert cortexc("export", run / "journal.sqlite", "--to", "scn").code == Exit.FINE
+    assert (run / "exports" / "left_turn-case01.scn").exists()
+
+
+def test_the_worst_cases_share_a_road(cortexc: Command, run: Path, tmp_path: Path) -> None:
+    """As many files a format as cases, and each remark once."""
+    result = cortexc("export", run, "--top", "3", "--to", "xosc,csv,xodr", "--out", tmp_path)
+    names = [path.name for path in tmp_path.iterdir()]
+    assert len(names) == 7
+    assert names.count("left_turn.xodr") == 1
+    assert result.out.count("omega-prime's columns hold neither") == 1
+
+
+def test_the_scene_of_a_file(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+    """That which `cortexc FILE --seed N` shows; params may be held fixed."""
+    words = ["--seed", "4", "-p", "EGO_BRAKE=0.5", "--to", "csv", "--json", "--out", tmp_path]
+    document = cortexc("export", left_turn, *words).document
+    (case,) = document["cases"]
+    assert case["genome"]["EGO_BRAKE"] == "0.5"
+    assert case["facts"]["command"].endswith("-p EGO_BRAKE=0.5 --seed 4")
+    shown = cortexc(left_turn, "--seed", "4", "-p", "EGO_BRAKE=0.5", "--json").document
+    assert case["facts"]["risk"].startswith(f"{shown['risk']['score']} of 22")
+
+
+def test_a_concrete_file_has_its_own_stream(cortexc: Command, run: Path, tmp_path: Path) -> None:
+    """A found case, exported from its copy, is the case."""
+    cortexc("export", run, "--to", "csv", "--out", tmp_path)
+    assert cortexc("export", run / "worst" / "01.scn", "--to", "csv", "--out", tmp_path).code == Exit.FINE
+    assert (tmp_path / "01.csv").read_bytes() == (tmp_path / "left_turn-case01.csv").read_bytes()
+
+
+def test_check_finds_nothing(cortexc: Command, run: Path, tmp_path: Path) -> None:
+    """What every format that we read holds is what was run."""
+    result = cortexc("export", run, "--to", "xosc,xodr,commonroad,csv,scenic,scn", "--check", "--out", tmp_path)
+    assert result.code == Exit.FINE
+    assert "checked: no finding" in result.out
+
+
+def test_findings_are_shown(cortexc: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With their place and cure, and by the exit code."""
+    from cortex_dsl.exports.findings import Finding
+
+    finding = Finding("a.csv, ego", "it is elsewhere", "bring it back")
+    monkeypatch.setattr("cortex_dsl.exports.formats.checker_of", lambda _: lambda *_: iter([finding, finding]))
+    result = cortexc("export", run, "--to", "csv", "--check", "--out", tmp_path)
+    assert result.code == Exit.DIAGNOSTICS
+    assert "a.csv, ego: it is elsewhere" in result.out
+    assert "help: bring it back" in result.out
+    assert "1 finding" in result.out
+    document = cortexc("export", run, "--to", "csv", "--check", "--json", "--out", tmp_path).document
+    assert document["findings"] == [{"place": "a.csv, ego", "reason": "it is elsewhere", "cure": "bring it back"}]
+
+
+def test_nothing_is_overwritten(cortexc: Command, run: Path, tmp_path: Path) -> None:
+    """By something else; the same again is fine, and --force means it."""
+    words = ("export", run, "--to", "scn", "--out", tmp_path)
+    assert cortexc(*words).code == Exit.FINE
+    assert "as it was" in cortexc(*words).out
+    file = tmp_path / "left_turn-case01.scn"
+    file.write_text("mine")
+    result = cortexc(*words)
+    assert result.code == Exit.USAGE
+    assert "holds something else" in result.err
+    assert "--force" in result.err
+    assert file.read_text() == "mine"
+    assert cortexc(*words, "--force").code == Exit.FINE
+    assert file.read_text() != "mine"
+
+
+def test_one_document(cortexc: Command, run: Path, tmp_path: Path) -> None:
+    """Under --json: files with their formats and sizes, where each case comes from, what is not carried."""
+    document = cortexc(
+        "export", run, "--top", "2", "--to", "xosc", "--osc", "1.0", "--json", "--out", tmp_path
+    ).document
+    assert document["schema"] == "cortexc/export"
+    assert document["osc"] == "1.0"
+    assert [case["rank"] for case in document["cases"]] == [1, 2]
+    assert document["findings"] is None
+    for file in document["files"]:
+        assert Path(file["path"]).stat().st_size == file["bytes"]
+        assert file["new"]
+
+
+@pytest.mark.parametrize("columns", [60, 80, 120])
+def test_commands_are_never_broken(
+    cortexc: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, columns: int
+) -> None:
+    """They are there to be copied, however narrow the terminal; everything else keeps to its width."""
+    monkeypatch.setenv("COLUMNS", str(columns))
+    folder = tmp_path / ("long" * 20)
+    out = cortexc("export", run, "--to", "xosc,csv", "--out", folder).out
+    assert f"--osc {folder / 'left_turn-case01.xosc'}\n" in out
+    assert all(len(line.rstrip()) <= columns for line in out.splitlines() if str(folder) not in line)
+
+
+def test_the_list_of_formats(cortexc: Command) -> None:
+    """With who reads them; the help has it too."""
+    listed, page = cortexc("export", "--to", "list").out, cortexc("export", "--help").out
+    for name, entry in FORMATS.items():
+        assert name in listed
+        assert entry.readers in listed
+        assert entry.readers in page
+
+
+WRONG = {
+    "no target": (["{run}"], "export to what?", "--to xosc"),
+    "no source": (["--to", "xosc"], "export what?", "cortexc export"),
+    "misspelt format": (["{run}", "--to", "xsoc"], "there is no format `xsoc`", "did you mean `xosc`?"),
+    "unknown format": (["{run}", "--to", "mp4"], "there is no format `mp4`", "commonroad"),
+    "case": (["{run}", "--case", "999", "--to", "csv"], "has no case 999", "1 is the worst"),
+    "case 0": (["{run}", "--case", "0", "--to", "csv"], "must be at least 1", "lists every option"),
+    "both": (["{run}", "--case", "1", "--top", "2", "--to", "csv"], "not allowed with", "lists every option"),
+    "run": (["{run}x", "--to", "csv"], "there is no folder", "did you mean"),
+    "file": (["gone.scn", "--to", "csv"], "there is no file `gone.scn`", ""),
+    "case of a file": (["{scn}", "--case", "1", "--to", "csv"], "--case names cases of a run", "leave --case out"),
+    "seed of a run": (["{run}", "--seed", "1", "--to", "csv"], "--seed is for a scenario", "--case K"),
+    "osc without xosc": (["{run}", "--to", "csv", "--osc", "1.0"], "--osc has no effect", "add xosc"),
+    "osc": (["{run}", "--to", "xosc", "--osc", "2.0"], "invalid choice", "lists every option"),
+    "recording": (["case.csv", "--to", "xosc"], "is a recording already", "cortexc measure"),
+    "nul": (["{run}", "--to", "csv", "--out", "a\0b"], "cannot be the name", "--out"),
+    "long name": (["{run}", "--to", "csv", "--out", "x" * 300], "file name too long", "--out"),
+    "out is a file": (["{run}", "--to", "csv", "--out", "{scn}"], "cannot write", "is a file"),
+    "out below a file": (["{run}", "--to", "csv", "--out", "{scn}/sub"], "cannot write", "is a file"),
+}
+
+
+@pytest.mark.parametrize("slip", WRONG)
+def test_slips_have_a_cure(cortexc: Command, run: Path, left_turn: Path, slip: str) -> None:
+    """One sentence, and what to do."""
+    words, message, cure = WRONG[slip]
+    result = cortexc("export", *(word.replace("{run}", str(run)).replace("{scn}", str(left_turn)) for word in words))
+    assert result.code == Exit.USAGE
+    assert message in result.err
+    assert cure in result.err
+    assert result.out == ""
+
+
+def test_a_folder_in_a_files_place(cortexc: Command, run: Path, tmp_path: Path) -> None:
+    (tmp_path / "left_turn-case01.csv").mkdir()
+    result = cortexc("export", run, "--to", "csv", "--out", tmp_path)
+    assert result.code == Exit.USAGE
+    assert "take that folder away" in result.err
+
+
+def test_a_full_disk(cortexc: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Is told, and leaves nothing behind."""
+
+    def full(_handle: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    result = cortexc("export", run, "--to", "xosc", "--out", tmp_path / "new")
+    assert result.code == Exit.USAGE
+    assert "the disk is full" in result.err
+    assert "free some space" in result.err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_with_errors(cortexc: Command, tmp_path: Path) -> None:
+    """They are shown as by `cortexc FILE`."""
+    file = tmp_path / "wrong.scn"
+    file.write_text("ego = new Carr on road\n")
+    result = cortexc("export", file, "--to", "csv", "--out", tmp_path)
+    assert result.code == Exit.DIAGNOSTICS
+    assert "did you mean `Car`?" in result.err
+
+
+def test_a_file_without_a_scene(cortexc: Command, tmp_path: Path) -> None:
+    file = tmp_path / "never.scn"
+    file.write_text("ego = new Car on road\nrequire ego.position.x > 1000 m\n")
+    result = cortexc("export", file, "--to", "csv", "--out", tmp_path / "out")
+    assert result.code == Exit.USAGE
+    assert "no scene of" in result.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_of_runs(cortexc: Command, run: Path, tmp_path: Path) -> None:
+    """One of them has to be named."""
+    shutil.copytree(run, tmp_path / "runs" / "one")
+    result = cortexc("export", tmp_path / "runs", "--to", "csv")
+    assert result.code == Exit.USAGE
+    assert "name one of them" in result.err
+
+
+def test_json_of_a_slip_is_a_document(cortexc: Command, run: Path) -> None:
+    """Whatever happens there is exactly one."""
+    result = cortexc("export", run, "--to", "mp4", "--json")
+    assert result.code == Exit.USAGE
+    assert json.loads(result.out)
+
+
+def test_what_a_format_cannot_carry(
+    cortexc: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The case and the format are named, and nothing is written."""
+    from engine.interchange.errors import InterchangeError
+
+    def refused(*_: object) -> None:
+        raise InterchangeError("a lorry that flies", "keep it on the ground")
+
+    monkeypatch.setattr("cortex_dsl.exports.writers.csv", refused)
+    result = cortexc("export", run, "--to", "scn,csv", "--out", tmp_path / "out")
+    assert result.code == Exit.USAGE
+    assert "left_turn-case01 as csv: a lorry that flies" in result.err
+    assert "keep it on the ground" in result.err
+    assert not (tmp_path / "out").exists()
