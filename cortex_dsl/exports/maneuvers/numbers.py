@@ -6,6 +6,7 @@ from functools import cached_property
 from statistics import NormalDist
 
 from cortex_dsl import ir
+from cortex_dsl.lowering.groups import group_variants
 from cortex_dsl.semantics.quantities.algebra import CLOSED
 from cortex_dsl.session import Scenario
 from cortex_dsl.source import Span
@@ -64,9 +65,9 @@ class Case:
     def whole(self) -> ir.Scenario:
         return self.scenario.compiled.scenario
 
-    @property
+    @cached_property
     def variant(self) -> ir.Variant:
-        return self.whole.variants[int(self.scenes.variant[self.row])]
+        return group_variants(self.whole).variants[int(self.scenes.variant[self.row])]
 
     @property
     def actors(self) -> Sequence[ir.Actor]:

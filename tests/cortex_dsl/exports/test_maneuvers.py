@@ -304,3 +304,22 @@ def test_a_lane_that_only_the_start_knows_is_followed() -> None:
     assert not plan.actors[0].exact
     assert plan.actors[0].route[0] == plan.actors[0].start.lane
     assert plan.actors[0].phases[0].change.speed.expression() == "${$SPEED / 3.6}"
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_lane_that_a_param_chooses_is_the_one_of_the_scene(seed: int) -> None:
+    """Where a gene decides some of the choices and chance the others, the plan is that of the scene's own variant."""
+    scenario = compile_text(f"""{HEAD}drawn = Uniform(*intersection.incomingLanes)
+param LANE = Uniform(0, 1, 2, 3)
+lane = intersection.incomingLanes[LANE]
+beside = Uniform(*drawn.maneuvers)
+ego = new Car in lane.centerline,
+    with behavior FollowTrajectoryBehavior(target_speed=SPEED, trajectory=[lane, lane.maneuvers[0].connectingLane])
+other = new Car in beside.endLane.centerline
+""")
+    scenes = first_scene(scenario, seed)
+    plan = maneuver_plan(scenario, scenes)
+    x, y = actor_columns(scenario.program, scenes.values[0])[0, [Column.X, Column.Y]]
+    network = scenario.compiled.scenario.network
+    first = network.lanes[plan.actors[0].route[0]]
+    assert network.paths.distance(first.path, x, y) < 1e-6
