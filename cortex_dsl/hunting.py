@@ -9,7 +9,7 @@
 does the rest.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,10 +24,12 @@ from engine.search.journal_reader import Record, read_journal
 from engine.search.manifest import Manifest, changed_versions, make_manifest
 from engine.search.ranking import Case
 from engine.search.searchers import canonical, find_searcher
-from engine.search.store import JOURNAL, StoreError, hold, store_errors
+from engine.search.store import JOURNAL, Removed, StoreError, hold, store_errors
 from engine.search.study import search
 from engine.search.workers import Workers, workers_for
 
+OnRemoved = Callable[[Removed], None]
+"""Hears, as soon as it is noticed, that a run's folder is gone; the search goes on in memory."""
 WORST = "worst"
 """Folder of the concrete scenarios inside a run directory."""
 
@@ -52,6 +54,7 @@ class _Work:
     folder: Path
     manifest: Manifest
     on_generation: OnGeneration | None
+    on_removed: OnRemoved | None
     workers: Workers
 
 
@@ -63,6 +66,7 @@ def hunt(
     profile: str = "paper",
     command_line: Sequence[str] = (),
     on_generation: OnGeneration | None = None,
+    on_removed: OnRemoved | None = None,
     workers: Workers | None = None,
 ) -> Found:
     """Search a scenario by its own settings, and keep everything in an empty folder.
@@ -76,7 +80,7 @@ def hunt(
     manifest = make_manifest(
         scenario.program, scenario.config, method, profile, source.name, command_line, origin_of(scenario)
     )
-    work = _Work(scenario, folder, manifest, on_generation, workers or _workers(scenario))
+    work = _Work(scenario, folder, manifest, on_generation, on_removed, workers or _workers(scenario))
     with hold(folder), closing(Journal.create(folder / JOURNAL, manifest)) as journal:
         return _carry_out(work, journal)
 
@@ -86,6 +90,7 @@ def resume(
     *,
     generations: int | None = None,
     on_generation: OnGeneration | None = None,
+    on_removed: OnRemoved | None = None,
     workers: Workers | None = None,
 ) -> Found:
     """Go on with a run that was stopped or killed, to the journal that an undisturbed one would have written.
@@ -97,7 +102,9 @@ def resume(
         StoreError: there is no run to go on with, this version would go on otherwise, or another process is at it.
         and as `hunt`.
     """
-    return go_on(open_run(folder), generations=generations, on_generation=on_generation, workers=workers)
+    return go_on(
+        open_run(folder), generations=generations, on_generation=on_generation, on_removed=on_removed, workers=workers
+    )
 
 
 def go_on(
@@ -105,13 +112,14 @@ def go_on(
     *,
     generations: int | None = None,
     on_generation: OnGeneration | None = None,
+    on_removed: OnRemoved | None = None,
     workers: Workers | None = None,
 ) -> Found:
     """`resume`, of a run that is open already."""
     manifest = run.record.manifest
     longer = _with_generations(run, generations)
     scenario = replace(run.scenario, config=longer.config)
-    work = _Work(scenario, run.folder, longer, on_generation, workers or _workers(scenario))
+    work = _Work(scenario, run.folder, longer, on_generation, on_removed, workers or _workers(scenario))
     if run.record.status == "finished" and longer == manifest:
         campaign = replace(_search(work, run.record), elapsed=run.record.seconds)
         return Found(campaign, run.folder, manifest, _worst_files(run.folder))
@@ -147,13 +155,23 @@ def _carry_out(work: _Work, journal: Journal, record: Record | None = None) -> F
     """Search, with every generation written as it ends; then put everything in its place."""
     heard = work.on_generation
 
+    removed: list[Removed] = []
+
     def on_generation(progress: Progress) -> None:
-        journal.write(progress)
+        try:
+            if not removed:
+                journal.write(progress)
+        except Removed as error:
+            removed.append(error)
+            if work.on_removed is not None:
+                work.on_removed(error)
         if heard is not None:
             heard(progress)
 
     campaign = _search(replace(work, on_generation=on_generation), record)
     found = Found(campaign, work.folder, work.manifest)
+    if removed:
+        return replace(found, trouble=removed[0])
     try:
         journal.complete(campaign)
         write_exports(work.folder, campaign, work.manifest)

@@ -20,8 +20,11 @@ from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.reading import read_source
+from engine.search.campaign import follow
 from engine.search.journal_reader import Record, read_journal
 from engine.search.manifest import Link, Manifest, Origin, Text
+from engine.search.protocol import Box
+from engine.search.searchers import build_searcher
 from engine.search.store import JOURNAL, StoreError
 from engine.study.store import is_study
 
@@ -74,6 +77,18 @@ def open_run(folder: str | Path) -> OpenedRun:
     origin = manifest.origin
     scenario = Scenario(compiled, manifest.config, origin.overrides, origin.scenario)
     return OpenedRun(folder, record, scenario, tuple(_edited(manifest)))
+
+
+def check_journal(run: OpenedRun) -> None:
+    """Whether a journal follows from its own beginning: a new searcher, told the results one generation after the
+    other, must propose every individual of it, by the same operator and from the same parents. Nothing is simulated.
+
+    Raises:
+        ForeignPast: it does not.
+        UnknownMethod, MissingExtra, PluginError: there is no such searcher here.
+    """
+    space, config = run.scenario.program.space, run.scenario.config
+    follow(build_searcher(run.record.manifest.method, Box.of(space), config), run.record.past())
 
 
 def _run_folder(path: Path) -> Path:

@@ -16,6 +16,7 @@ from enum import IntEnum
 
 import numpy as np
 
+from engine.batch import simulate
 from engine.config import SimulationConfig
 from engine.kernels.avoidance import NEVER, Case, Driver, Weighed, weigh
 from engine.program import Program
@@ -51,7 +52,7 @@ class Avoidability:
 
     avoidance: Avoidance
     contact: float
-    """The end of the step in which the outlines met."""
+    """The instant at which the outlines met."""
     perceived: float
     """When the conflict had been perceived; NaN if never."""
     braking: float
@@ -74,12 +75,14 @@ def avoidability(
     run = memory(program, samples_of(config) + 1 + extra)
     path = np.zeros((len(run.states), 4))
 
+    contacts = simulate(program, scenes, config).end_time  # of a run that ended in contact, the instant of it
+
     def answer(row: int) -> Avoidability | None:
         if not scenes.valid[row]:
             return None
         case = Case(int(rows.variant[row]), rows.values[row], rows.keys[row])
         weighed = weigh(shared, run, case, _outlines(program, rows.values[row]), path, extra, driver)
-        return _told(weighed, config.time_step)
+        return _told(weighed, float(contacts[row]), config.time_step)
 
     return tuple(answer(row) for row in range(len(scenes)))
 
@@ -90,10 +93,10 @@ def _outlines(program: Program, values: Floats) -> Floats:
     return np.ascontiguousarray(actor_columns(program, values)[:, columns])
 
 
-def _told(weighed: Weighed, time_step: float) -> Avoidability | None:
+def _told(weighed: Weighed, contact: float, time_step: float) -> Avoidability | None:
     if weighed.contact == NEVER:
         return None
-    contact, perceived, braking = (_time(k, time_step) for k in (weighed.contact, weighed.perceived, weighed.braking))
+    perceived, braking = (_time(k, time_step) for k in (weighed.perceived, weighed.braking))
     margin = (weighed.latest - weighed.braking) * time_step if weighed.latest != NEVER else -math.inf
     return Avoidability(
         avoidance=_avoidance(weighed),

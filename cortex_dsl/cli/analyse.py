@@ -3,18 +3,22 @@
 import argparse
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 from cortex_dsl.cli.arguments import whole_number
+from cortex_dsl.cli.common_options import add_common, add_jobs, add_run, command_parser
 from cortex_dsl.cli.exits import Exit, UsageError
-from cortex_dsl.cli.hunting import usage_errors
-from cortex_dsl.cli.parser import Parser, cores
+from cortex_dsl.cli.journals import told_run
+from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.simulation import compile_kernels
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.report.analysis_view import analysis_view, condition_text
 from cortex_dsl.report.json_documents import document
-from cortex_dsl.runs import OpenedRun, open_run
+from cortex_dsl.runs import OpenedRun
 from engine.search.analysis import BUDGET, Analysis, analyse
+
+DESCRIPTION = """\
+Different failures, where they lie, of what kinds they are, which params matter, and which
+collisions a competent driver would have avoided."""
 
 
 def main(arguments: Sequence[str], terminal: Terminal) -> int:
@@ -25,10 +29,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
         return Exit.FINE
     if options.run is None:
         raise UsageError("no run given", "name the folder of one, such as `cortexc analyse runs/left_turn-ga-001`")
-    with usage_errors():
-        run = open_run(options.run)
-    if not len(run.record.evaluations):
-        raise UsageError(f"`{options.run}` has no finished generation", "`cortexc resume` goes on with it")
+    run = told_run(options.run, terminal)
     compile_kernels(run.scenario, terminal)
     analysis = _analysis(run, options)
     program = run.scenario.program
@@ -41,7 +42,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
 
 def _analysis(run: OpenedRun, options: argparse.Namespace) -> Analysis:
     config = run.scenario.config
-    config = replace(config, search=replace(config.search, jobs=options.jobs or cores()))
+    config = replace(config, search=replace(config.search, jobs=options.jobs))
     profile = run.record.manifest.profile
     return analyse(run.scenario.program, run.record.evaluations, config, profile, options.budget)
 
@@ -53,16 +54,8 @@ def _document(run: OpenedRun, analysis: Analysis) -> str:
 
 
 def _parser() -> Parser:
-    parser = Parser(
-        prog="cortexc analyse",
-        usage="cortexc analyse RUN [--budget N] [--jobs N] [--json]",
-        description="Different failures, where they lie, of what kinds they are, which params matter, and which\n"
-        "collisions a competent driver would have avoided.",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-        add_help=False,
-    )
-    parser.add_argument("run", metavar="RUN", nargs="?", type=Path, help="a run directory")
+    parser = command_parser("analyse", "RUN [--budget N] [--jobs N] [--json]", DESCRIPTION)
+    add_run(parser)
     parser.add_argument(
         "--budget",
         metavar="N",
@@ -70,10 +63,6 @@ def _parser() -> Parser:
         default=BUDGET,
         help=f"simulations to find which params matter; 0: leave that out ({BUDGET:,})",
     )
-    parser.add_argument(
-        "--jobs", metavar="N", type=whole_number(1, 1024), help=f"threads; results never depend on it ({cores()})"
-    )
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout, and nothing else there")
-    parser.add_argument("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
-    parser.add_argument("-h", "--help", action="store_true", help="this page")
+    add_jobs(parser)
+    add_common(parser)
     return parser

@@ -11,7 +11,7 @@ from cortex_dsl.cli.exits import Exit, UsageError
 from cortex_dsl.cli.failed_runs import mistake_of
 from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.terminal import Terminal
-from cortex_dsl.hunting import Found
+from cortex_dsl.hunting import Found, OnRemoved
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.progress import SearchProgress
 from cortex_dsl.report.search_report import SearchReport
@@ -38,6 +38,11 @@ def usage_errors() -> Iterator[None]:
         raise UsageError(error.what, error.cure) from error
     except PluginError as error:
         raise UsageError(str(error), "mend or remove the package that offers it") from error
+
+
+def removed(terminal: Terminal) -> OnRemoved:
+    """Says at once that what is found from now on is kept nowhere."""
+    return lambda error: terminal.complain(error.message, "what follows is in memory alone; Ctrl-C shows it")
 
 
 def asked_workers(request: Request, engine: str) -> Workers:
@@ -69,7 +74,7 @@ def tell(found: Sequence[Found], scenario: Scenario, request: Request, terminal:
     else:
         _show(scenario.program, found, terminal, ours=mistake is None)
         for each in found:
-            if each.campaign.stopped:
+            if each.campaign.stopped and each.folder.is_dir():
                 terminal.err.print(f"to go on: cortexc resume {shlex.quote(str(each.folder))}", soft_wrap=True)
     for each in found:
         if each.trouble is not None:
@@ -82,7 +87,7 @@ def tell(found: Sequence[Found], scenario: Scenario, request: Request, terminal:
 
 def _show(program: Program, found: Sequence[Found], terminal: Terminal, *, ours: bool) -> None:
     """The report; `ours` says that failed runs are no mistake of the file."""
-    reports = [SearchReport(each.campaign, each.folder, each.worst_files, each.manifest.method) for each in found]
+    reports = [_report(each) for each in found]
     console, settings = terminal.out, _settings(found)
     if len(reports) == 1:
         console.print(search_view(program, reports[0], settings, console.width))
@@ -91,6 +96,11 @@ def _show(program: Program, found: Sequence[Found], terminal: Terminal, *, ours:
     for report in reports:
         if ours and (line := failures_line(program, report)) is not None:
             terminal.err.print(line)
+
+
+def _report(found: Found) -> SearchReport:
+    folder = found.folder if found.folder.is_dir() else None
+    return SearchReport(found.campaign, folder, found.worst_files, found.manifest.method)
 
 
 def _settings(found: Sequence[Found]) -> str:

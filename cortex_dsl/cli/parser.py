@@ -162,7 +162,10 @@ def _add_scene_options(parser: Parser) -> None:
         "--target", metavar="P", type=share, help="with --sample: say what to relax to accept P of all attempts"
     )
     group.add_argument(
-        "--jobs", metavar="N", type=whole_number(1, 1024), help=f"workers; results never depend on it ({cores()})"
+        "--jobs",
+        metavar="N",
+        type=whole_number(1, 1024),
+        help=f"workers: threads, processes for searches with --engine world; results never depend on it ({cores()})",
     )
 
 

@@ -1,11 +1,13 @@
 """`cortexc report RUN`: a run or a study as one HTML file, and a run's figures for a paper."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cortex_dsl.cli.arguments import whole_number
+from cortex_dsl.cli.common_options import add_common, add_run, command_parser
 from cortex_dsl.cli.exits import Exit, UsageError
 from cortex_dsl.cli.files import reason
 from cortex_dsl.cli.parser import Parser
@@ -17,6 +19,9 @@ if TYPE_CHECKING:
 PAGE = "report.html"
 """The page's name inside the run directory."""
 MOST_CASES = 50
+DESCRIPTION = """\
+Write a run as one HTML file that needs no network: summary, course, where it fails, and the worst cases, each with a
+replay. A study: its verdict, box plots, curves and tests."""
 
 
 def main(arguments: Sequence[str], terminal: Terminal) -> int:
@@ -28,14 +33,17 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
         raise UsageError("which run? name its folder", "cortexc report runs/left_turn-ga-001")
     if _is_study(options.run):
         return _study(options, terminal)
-    run = open_run(options.run)
-    if not len(run.record.evaluations):
-        raise UsageError(f"`{options.run}` has no finished generation", "`cortexc resume` goes on with it")
+    from cortex_dsl.cli.journals import told_run
+
+    run = told_run(options.run, terminal)
     path = options.out or run.folder / PAGE
     write(path, _page(run, options.cases))
     terminal.write(str(path))
-    for figure in _figures(run, options.figures):
-        terminal.write(str(figure))
+    if options.figures is not None:
+        from cortex_dsl.page.figures import write_figures
+
+        for figure in _figures(options.figures, partial(write_figures, run)):
+            terminal.write(str(figure))
     if options.open:
         _open(path, terminal)
     return Exit.FINE
@@ -53,8 +61,6 @@ def _study(options: argparse.Namespace, terminal: Terminal) -> int:
     from engine.search.store import StoreError
     from engine.study.reading import read_study
 
-    if options.figures is not None:
-        raise UsageError("--figures draws one run, and this is a study", "its curves and box plots are in its page")
     try:
         study = read_study(options.run)
     except StoreError as error:
@@ -62,6 +68,11 @@ def _study(options: argparse.Namespace, terminal: Terminal) -> int:
     path = options.out or options.run / PAGE
     write(path, study_page(study))
     terminal.write(str(path))
+    if options.figures is not None:
+        from cortex_dsl.page.study_figures import write_study_figures
+
+        for figure in _figures(options.figures, partial(write_study_figures, study)):
+            terminal.write(str(figure))
     if options.open:
         _open(path, terminal)
     return Exit.FINE
@@ -97,20 +108,20 @@ def write(path: Path, content: str | bytes) -> None:
 
 
 def _page(run: "OpenedRun", cases: int) -> str:
+    from cortex_dsl.cli.hunting import usage_errors
     from cortex_dsl.page.run_page import run_page
 
-    return run_page(run, cases)
+    with usage_errors():
+        return run_page(run, cases)
 
 
-def _figures(run: "OpenedRun", folder: Path | None) -> Sequence[Path]:
-    if folder is None:
-        return ()
+def _figures(folder: Path, written: Callable[[Path], Sequence[Path]]) -> Sequence[Path]:
+    """What a function writes into a folder, which is made where there is none."""
     from cortex_dsl.page.extras import MissingExtra
-    from cortex_dsl.page.figures import write_figures
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        return write_figures(run, folder)
+        return written(folder)
     except MissingExtra as error:
         raise UsageError(str(error), error.cure) from None
     except OSError as error:
@@ -125,23 +136,13 @@ def _open(path: Path, terminal: Terminal) -> None:
 
 
 def _parser() -> Parser:
-    parser = Parser(
-        prog="cortexc report",
-        usage="cortexc report RUN|STUDY [--out FILE.html] [--cases N] [--figures DIR] [--open]",
-        description="Write a run as one HTML file that needs no network: summary, course, where it fails, and the "
-        "worst cases, each with a replay. A study: its verdict, box plots, curves and tests.",
-        allow_abbrev=False,
-        add_help=False,
-    )
-    parser.add_argument(
-        "run", nargs="?", type=Path, metavar="RUN", help="folder of a run, such as runs/left_turn-ga-001"
-    )
+    parser = command_parser("report", "RUN|STUDY [--out FILE.html] [--cases N] [--figures DIR] [--open]", DESCRIPTION)
+    add_run(parser, "folder of a run or a study, such as runs/left_turn-ga-001")
     parser.add_argument("--out", type=Path, metavar="FILE", help=f"the page; by default {PAGE} in the run's folder")
     parser.add_argument(
         "--cases", type=whole_number(0, MOST_CASES), default=10, metavar="N", help="cases with a replay (10)"
     )
     parser.add_argument("--figures", type=Path, metavar="DIR", help="figures for papers, as SVG, PNG and PDF, into DIR")
     parser.add_argument("--open", action="store_true", help="show the page in a browser")
-    parser.add_argument("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
-    parser.add_argument("-h", "--help", action="store_true", help="this page")
+    add_common(parser, json=False)
     return parser

@@ -5,12 +5,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from cortex_dsl.cli.arguments import GENERATION_LIMIT, whole_number
+from cortex_dsl.cli.common_options import add_common, add_dask, add_jobs, add_run, command_parser
 from cortex_dsl.cli.exits import Exit, UsageError
-from cortex_dsl.cli.hunting import asked_workers, tell, usage_errors, watched
-from cortex_dsl.cli.parser import Parser, cores
+from cortex_dsl.cli.hunting import asked_workers, removed, tell, usage_errors, watched
+from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.request import Mode, Request
 from cortex_dsl.cli.simulation import compile_kernels
 from cortex_dsl.cli.study import resume as go_on_with_study
+from cortex_dsl.cli.study import study_workers
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.hunting import go_on
 from cortex_dsl.runs import OpenedRun, open_run
@@ -37,7 +39,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
     if is_study(options.run):
         if options.generations is not None:
             raise UsageError("--generations has no effect on a study: it goes on as it was begun", "leave it out")
-        return go_on_with_study(options.run, terminal, options.jobs or cores(), json=options.json)
+        return go_on_with_study(options.run, terminal, study_workers(options), json=options.json)
     with usage_errors():
         run = open_run(options.run)
         request = _request(run, options)
@@ -49,6 +51,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
                 run,
                 generations=options.generations,
                 on_generation=on_generation,
+                on_removed=removed(terminal),
                 workers=asked_workers(request, search.engine),
             )
     return tell([found], run.scenario, request, terminal)
@@ -62,7 +65,7 @@ def _request(run: OpenedRun, options: argparse.Namespace) -> Request:
         mode=Mode.SEARCH,
         methods=(manifest.method,),
         generations=options.generations or run.scenario.config.search.generations,
-        jobs=options.jobs or cores(),
+        jobs=options.jobs,
         dask=options.dask,
         json=options.json,
     )
@@ -82,26 +85,17 @@ def _say(run: OpenedRun, request: Request, terminal: Terminal) -> None:
 
 
 def _parser() -> Parser:
-    parser = Parser(
-        prog="cortexc resume",
-        usage="cortexc resume RUN [--generations N] [--jobs N] [--dask ADDRESS] [--json]",
-        description="Go on with a search that was stopped with Ctrl-C, or killed.",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-        add_help=False,
+    parser = command_parser(
+        "resume",
+        "RUN [--generations N] [--jobs N] [--dask ADDRESS] [--json]",
+        "Go on with a search or a study that was stopped with Ctrl-C, or killed.",
+        EPILOG,
     )
-    parser.add_argument("run", metavar="RUN", nargs="?", type=Path, help="a run directory")
+    add_run(parser, "a run directory, or that of a study")
     parser.add_argument(
         "--generations", metavar="N", type=whole_number(1, GENERATION_LIMIT), help="as many in all (as it was planned)"
     )
-    parser.add_argument(
-        "--jobs", metavar="N", type=whole_number(1, 1024), help=f"workers; results never depend on it ({cores()})"
-    )
-    parser.add_argument(
-        "--dask", metavar="ADDRESS", help="of a Dask scheduler; `local`: one for the time of the search"
-    )
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout, and nothing else there")
-    parser.add_argument("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
-    parser.add_argument("-h", "--help", action="store_true", help="this page")
+    add_jobs(parser, "workers: threads of --engine batch, processes of --engine world")
+    add_dask(parser, "search")
+    add_common(parser)
     return parser

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from cortex_dsl.cli.compiling import compile_request
 from cortex_dsl.cli.exits import Exit, UsageError
-from cortex_dsl.cli.hunting import asked_workers, tell, usage_errors, watched
+from cortex_dsl.cli.hunting import asked_workers, removed, tell, usage_errors, watched
 from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.simulation import compile_kernels, open_scenario
 from cortex_dsl.cli.terminal import Terminal
@@ -57,6 +57,7 @@ def _search(method: str, request: Request, scenario: Scenario, terminal: Termina
             profile=request.profile,
             command_line=request.command_line,
             on_generation=on_generation,
+            on_removed=removed(terminal),
             workers=asked_workers(request, scenario.config.search.engine),
         )
 

@@ -12,6 +12,7 @@ from cortex_dsl.cli.study_options import parse, study_plan
 from cortex_dsl.cli.terminal import Terminal
 
 if TYPE_CHECKING:
+    from engine.search.workers import Workers
     from engine.study.plan import Plan
     from engine.study.reading import Study
     from engine.study.records import RunRecord
@@ -23,7 +24,7 @@ class Job:
     """A study that is to be carried out, or gone on with."""
 
     folder: Path
-    jobs: int
+    workers: "Workers"
     json: bool
 
 
@@ -33,20 +34,27 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
         terminal.write(options.page)
         return Exit.FINE
     if options.resume is not None:
-        return resume(options.resume, terminal, options.jobs, json=options.json)
+        return resume(options.resume, terminal, study_workers(options), json=options.json)
     with _usage_errors():
         return _begin(options, arguments, terminal)
 
 
+def study_workers(options: argparse.Namespace) -> "Workers":
+    """Who does the runs: processes of this machine, or a cluster."""
+    from engine.search.workers import Workers
+
+    if options.dask is not None:
+        return Workers("dask", options.jobs, options.dask)
+    return Workers("processes", options.jobs)
+
+
 @contextmanager
 def _usage_errors() -> Iterator[None]:
-    """What the store says, as a slip that the user can mend."""
-    from engine.search.store import StoreError
+    """What the store or the workers say, as a slip that the user can mend."""
+    from cortex_dsl.cli.hunting import usage_errors
 
-    try:
+    with usage_errors():
         yield
-    except StoreError as error:
-        raise UsageError(error.message, error.cure) from error
 
 
 def _begin(options: argparse.Namespace, arguments: Sequence[str], terminal: Terminal) -> int:
@@ -60,11 +68,11 @@ def _begin(options: argparse.Namespace, arguments: Sequence[str], terminal: Term
     folder = new_directory(options.out) if options.out is not None else numbered_directory("study", size)
     with hold(folder):
         with closing(StudyStore.create(folder, plan, _facts(plan, arguments))) as store:
-            stopped = _carry_out(plan, (), store, Job(folder, options.jobs, options.json), terminal)
+            stopped = _carry_out(plan, (), store, Job(folder, study_workers(options), options.json), terminal)
         return tell(folder, terminal, json=options.json, stopped=stopped)
 
 
-def resume(folder: Path, terminal: Terminal, jobs: int = 1, *, json: bool = False) -> int:
+def resume(folder: Path, terminal: Terminal, workers: "Workers", *, json: bool = False) -> int:
     """Go on with a study that was stopped or killed; tell one that is complete again.
 
     Raises:
@@ -84,25 +92,31 @@ def resume(folder: Path, terminal: Terminal, jobs: int = 1, *, json: bool = Fals
         with hold(folder):
             study = read_study(folder)
             with closing(StudyStore.reopen(folder)) as store:
-                stopped = _carry_out(study.plan, study.records, store, Job(folder, jobs, json), terminal)
+                stopped = _carry_out(study.plan, study.records, store, Job(folder, workers, json), terminal)
             return tell(folder, terminal, json=json, stopped=stopped)
 
 
 def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore", job: Job, terminal: Terminal) -> bool:
     """Do what is left to do; whether Ctrl-C came first."""
     from cortex_dsl.report.study_progress import StudyProgress
+    from engine.search.workers import open_workers
     from engine.study.execution import perform_all
     from engine.study.records import Finished
 
     _compile_kernels(plan, terminal)
-    with StudyProgress(terminal.err, plan, job.jobs, earlier, quiet=job.json) as progress:
+    with StudyProgress(terminal.err, plan, job.workers.jobs, earlier, quiet=job.json) as progress:
 
         def on_run(finished: Finished) -> None:
             store.write(finished)
             progress.run_done(finished.record)
 
         try:
-            perform_all(plan, on_run, job.jobs, [record.address for record in earlier])
+            done = [record.address for record in earlier]
+            if job.workers.kind == "dask":
+                with open_workers(job.workers) as executor:
+                    perform_all(plan, on_run, job.workers.jobs, done, executor)
+            else:
+                perform_all(plan, on_run, job.workers.jobs, done)
         except KeyboardInterrupt:
             return True
     return False

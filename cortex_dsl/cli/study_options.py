@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import cortex_dsl
 from cortex_dsl.cli.arguments import GENERATION_LIMIT, SEED_LIMIT, aggregate, whole_number
+from cortex_dsl.cli.common_options import add_common, add_dask, add_jobs, command_parser
 from cortex_dsl.cli.compiling import compile_request
 from cortex_dsl.cli.exits import Exit, UsageError
-from cortex_dsl.cli.parser import Parser, cores
+from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.request import Mode, Request
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.spelling import nearest
@@ -61,22 +62,16 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
 
 
 def _parser() -> Parser:
-    parser = Parser(
-        prog="cortexc study",
-        usage="cortexc study [FILES] [--runs N] [--methods LIST] [options]",
-        description=DESCRIPTION,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-        add_help=False,
-    )
+    parser = command_parser("study", "[FILES] [--runs N] [--methods LIST] [options]", DESCRIPTION)
     add = parser.add_argument
-    add("files", metavar="FILES", nargs="*", type=Path, help="scenarios (the six of the paper)")
+    add("files", metavar="FILES", nargs="*", type=Path, help="scenarios, or a folder of them (the paper's six)")
     add("--runs", metavar="N", type=whole_number(1, 65_536), help=f"runs of each method on each scenario ({RUNS})")
     add("--methods", metavar="LIST", help=f"methods with commas between them, or `all` ({METHODS})")
     add("--generations", metavar="N", type=whole_number(1, GENERATION_LIMIT), help="generations of each run (30)")
     add("--population", metavar="N", type=whole_number(2, 10**6), help="individuals in each generation (100)")
     add("--seed", metavar="N", type=whole_number(0, SEED_LIMIT), help="root of all randomness (0)")
-    add("--jobs", metavar="N", type=whole_number(1, 1024), default=cores(), help=_JOBS)
+    add_jobs(parser, "processes, each with a whole run")
+    add_dask(parser, "study")
     add("--preset", choices=("cortex", "cortex-literal"), metavar="NAME", help="of the genetic algorithm (cortex)")
     add(
         "--profile", choices=("paper", "paper-mm", "literature"), metavar="NAME", help="bands of the risk score (paper)"
@@ -85,13 +80,8 @@ def _parser() -> Parser:
     add("--aggregate", metavar="HOW", type=aggregate, help="K scores to one: mean, max or a quantile as q90 (mean)")
     add("--out", metavar="DIR", type=Path, help="new folder for the study (one under runs/)")
     add("--resume", metavar="DIR", type=Path, help="go on with the study in this folder")
-    add("--json", action="store_true", help="one JSON document on stdout, and nothing else there")
-    add("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
-    add("-h", "--help", action="store_true", help="this page")
+    add_common(parser)
     return parser
-
-
-_JOBS = f"processes; results never depend on it ({cores()})"
 
 
 def study_plan(options: argparse.Namespace, arguments: Sequence[str], terminal: Terminal) -> "Plan | Exit":
@@ -105,7 +95,7 @@ def study_plan(options: argparse.Namespace, arguments: Sequence[str], terminal: 
     from engine.study.plan import Plan, check
 
     methods = tuple(dict.fromkeys(_methods(options.methods)))
-    files = options.files or _the_six(terminal)
+    files = _unfolded(options.files) or _the_six(terminal)
     subjects: list[Subject] = []
     for file, name in zip(files, _names(files), strict=True):
         subject = _subject(_request(file, methods, options, arguments), name, terminal)
@@ -143,6 +133,21 @@ def _installed(package: str) -> bool:
     from importlib.util import find_spec
 
     return not package or find_spec(package) is not None
+
+
+def _unfolded(paths: Sequence[Path]) -> list[Path]:
+    """The files, each folder as the scenarios in it, by name.
+
+    Raises:
+        UsageError: a folder without any.
+    """
+    files: list[Path] = []
+    for path in paths:
+        inside = sorted(path.glob("*.scn")) if path.is_dir() else [path]
+        if not inside:
+            raise UsageError(f"there is no scenario (*.scn) in `{path}`", "name another folder, or files")
+        files += inside
+    return list(dict.fromkeys(files))
 
 
 def _the_six(terminal: Terminal) -> list[Path]:

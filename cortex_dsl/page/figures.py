@@ -1,6 +1,6 @@
 """Figures for papers: the course of the metrics, where a run failed, and its worst cases, as SVG, PNG and PDF."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -41,10 +41,15 @@ def write_figures(run: OpenedRun, folder: Path) -> list[Path]:
         MissingExtra: matplotlib is not installed.
         OSError: a file cannot be written.
     """
+    return save_all(_figures(run), folder)
+
+
+def save_all(figures: Iterable[tuple[str, Any]], folder: Path) -> list[Path]:
+    """Save each figure by its name, in all formats and in our style, as they come; their paths."""
     matplotlib = needed("matplotlib", "matplotlib", "figures")
     needed("matplotlib.backends.backend_agg", "matplotlib", "figures")
     with matplotlib.rc_context(STYLE):
-        return [path for name, figure in _figures(run) for path in _save(figure, folder, name)]
+        return [path for name, figure in figures for path in _save(figure, folder, name)]
 
 
 def _save(figure: Any, folder: Path, name: str) -> Iterator[Path]:
@@ -55,7 +60,7 @@ def _save(figure: Any, folder: Path, name: str) -> Iterator[Path]:
         yield path
 
 
-def _new(width: float, height: float) -> Any:
+def new_figure(width: float, height: float) -> Any:
     """A figure without pyplot, whose windows would stay open [inches]."""
     return needed("matplotlib.figure", "matplotlib", "figures").Figure(figsize=(width, height), layout="constrained")
 
@@ -70,7 +75,7 @@ def _figures(run: OpenedRun) -> Iterator[tuple[str, Any]]:
 
 def _course(record: Record) -> Any:
     """The five metrics over the generations."""
-    figure = _new(7.2, 3.6)
+    figure = new_figure(7.2, 3.6)
     x = np.arange(1, len(record.generations) + 1)
     for axes, metric in zip(figure.subplots(2, 3).flat, METRICS, strict=False):
         y = [getattr(row.by_individual, metric.field) for row in record.generations]
@@ -85,7 +90,7 @@ def _course(record: Record) -> Any:
 
 def _heat(found: HeatMap) -> Any:
     """The share of collisions in each cell."""
-    figure = _new(3.4, 2.9)
+    figure = new_figure(3.4, 2.9)
     axes = figure.subplots()
     share = np.where(found.tried > 0, found.failed / np.maximum(found.tried, 1), np.nan)
     axes.set_facecolor("#e4e4df")  # never tried
@@ -104,7 +109,7 @@ def _label(name: str, unit: str) -> str:
 def _scene(told: ToldCase) -> Any:
     """The road from above, ways, and everybody at the key moment."""
     frame, states = told.frame, told.trajectory.states[told.key_sample]
-    figure = _new(3.6, 3.6 * frame.height / frame.width)
+    figure = new_figure(3.6, 3.6 * frame.height / frame.width)
     axes = figure.subplots()
     for ring in told.road.intersections:
         axes.fill(*ring.T, color=ASPHALT, linewidth=0)

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from cortex_dsl.page import case_card, endings, run_charts, summary, understanding, where
+from cortex_dsl.page import case_card, endings, likely, run_charts, summary, understanding, where
 from cortex_dsl.page.case import ToldCase, tell_case
 from cortex_dsl.page.cases import WORST, first_cases
 from cortex_dsl.page.document import page
@@ -12,7 +12,7 @@ from cortex_dsl.page.element import Element, Node, element
 from cortex_dsl.page.player import player_data
 from cortex_dsl.page.understanding import part
 from cortex_dsl.report.numbers import counted, fixed
-from cortex_dsl.report.sample_view import first_line
+from cortex_dsl.report.titles import first_line
 from cortex_dsl.runs import OpenedRun
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
@@ -31,6 +31,7 @@ LINKS = (
     ("#course", "Course"),
     ("#space", "Where it fails"),
     ("#kinds", "Kinds"),
+    ("#probability", "Probability"),
     ("#params", "Params"),
     ("#again", "Do it again"),
 )
@@ -180,6 +181,7 @@ def _parts(found: RunPage) -> Iterator[Node]:
     yield understanding.kinds(space, analysis)
     yield understanding.avoided(analysis)
     yield understanding.grids(analysis)
+    yield likely.likely(found.run)
     yield understanding.params(space, analysis, found.record.evaluations)
     yield endings.ends(found.run)
     yield endings.again(found.run)

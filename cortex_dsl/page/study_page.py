@@ -26,9 +26,12 @@ SHOWN = ("distinct collisions", "distinct failures", "failing cells", "RL", "MDG
 """Measures with box plots of their own."""
 LINKS = (
     ("#verdict", "Verdict"),
+    ("#primary", "Who finds more"),
     ("#boxes", "Run by run"),
     ("#curves", "Curves"),
     ("#tests", "Tests"),
+    ("#rates", "Random sampling"),
+    ("#paper", "Beside the paper"),
     ("#again", "Do it again"),
 )
 
@@ -36,9 +39,11 @@ LINKS = (
 def study_page(study: Study) -> str:
     """The page of a study, as text."""
     found = findings(study.plan, study.records)
+    parts = list(_parts(study, found))
+    names = {each.attributes.get("id") for each in parts if isinstance(each, Element)} | {"verdict"}
     body = [
-        top_bar(LINKS),
-        element("main", _hero(study, found), list(_parts(study, found)), _footer(study)),
+        top_bar([(place, name) for place, name in LINKS if place[1:] in names]),
+        element("main", _hero(study, found), parts, _footer(study)),
     ]
     data = {"study": finite({"verdict": list(found.verdict), "tests": [test_row(row) for row in found.comparisons]})}
     return page(_title(study), body, data, ("page.js",))
@@ -135,12 +140,13 @@ def _boxes(study: Study, found: Findings) -> Node:
     return part("boxes", "Run by run", note, _key(study), _consolidated(study), blocks)
 
 
-def _measure(name: str) -> Measure:
+def measure_called(name: str) -> Measure:
+    """The measure of a name in `SHOWN`."""
     return next(measure for measure in MEASURES if measure.name == name)
 
 
 def _box(study: Study, found: Findings, scenario: int, name: str) -> Element:
-    plan, measure = study.plan, _measure(name)
+    plan, measure = study.plan, measure_called(name)
     order = (plan.baseline, *plan.contenders)
     boxes = [Box(m, _style(study, m), sample(study.records, scenario, m, measure)) for m in order]
     title = plan.subjects[scenario].name
@@ -156,7 +162,7 @@ def _consolidated(study: Study) -> Node:
         return None
     panels = []
     for name in SHOWN:
-        measure = _measure(name)
+        measure = measure_called(name)
         boxes = [
             Box(
                 method,

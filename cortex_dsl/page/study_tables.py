@@ -4,7 +4,9 @@ from cortex_dsl.page.element import Element, Node, element
 from cortex_dsl.page.summary import figure, method_name
 from cortex_dsl.page.understanding import part, table
 from cortex_dsl.report.numbers import counted, fixed, percent
+from cortex_dsl.report.study_paper_view import differences
 from engine.search.statistics import Interval
+from engine.study.against_paper import Beside
 from engine.study.comparisons import Comparison, Spread
 from engine.study.findings import Findings
 from engine.study.measures import DISTINCT_FAILURES, FAILING_CELLS, PRIMARY, Measure
@@ -85,7 +87,7 @@ def tests(found: Findings) -> Node:
         element(
             "tr",
             element("td", row.scenario),
-            element("td", row.measure.name, element("small", f" {row.measure.unit}", class_="quiet")),
+            element("td", row.title, element("small", f" {row.measure.unit}", class_="quiet")),
             element("td", row.method),
             element("td", _figure(row, "median", row.spread.median), class_="number"),
             element("td", fixed(row.baseline_spread.median, row.measure.decimals), class_="number"),
@@ -134,21 +136,35 @@ def paper(found: Findings) -> Node:
     beside = [
         element(
             "tr",
-            element("td", row.letter),
+            element("th", _named(row) if before is None or before.letter != row.letter else "", scope="row"),
             element("td", row.measure.name, element("small", f" {row.measure.unit}", class_="quiet")),
             *(_cell(value, row.measure.decimals) for value in (row.ga, row.random)),
             _cell(row.ratio, 2),
             *(_cell(value, row.measure.decimals) for value in (row.paper_ga, row.paper_random)),
             _cell(row.paper_ratio, 2),
-            element("td", "" if row.same_direction else "the other way"),
+            element("td", "" if row.same_direction else "the other way", class_="verdict-word"),
+            class_="begins" if before is not None and before.letter != row.letter else None,
         )
-        for row in found.beside
+        for before, row in zip((None, *found.beside), found.beside, strict=False)
     ]
     studies = [element("tr", [element("td", str(value)) for value in vars(row).values()]) for row in found.studies]
-    head = ("", "metric", "ga", "random", "ga / random", "paper: ga", "random", "ga / random", "")
+    head = ("", "metric", "GA", "random", "ratio", "paper: GA", "paper: random", "paper: ratio", "")
     others = ("study", "test cases", "seconds each", "collisions", "valid", "metrics")
     note = "Medians of our runs beside the paper's one run. Another simulator: direction can be compared, size cannot."
-    return part("paper", "Beside the paper", note, table(head, beside, "tests"), table(others, studies, "tests"))
+    return part(
+        "paper",
+        "Beside the paper",
+        note,
+        table(head, beside, "beside"),
+        element("ul", [element("li", line) for line in differences(found.beside)], class_="note"),
+        element("h3", "Among other studies", class_="sub"),
+        table(others, studies, "studies"),
+    )
+
+
+def _named(row: Beside) -> Element:
+    """The paper's letter; the file on pointing at it."""
+    return element("abbr", row.letter, title=row.scenario)
 
 
 def _cell(value: float, decimals: int) -> Element:

@@ -52,7 +52,8 @@ def _head(text: str, below: Node) -> Element:
 
 KINDS = (
     " differ from all before in at least a third of the params by a tenth of their range. Failures that lie together "
-    "are one kind; the condition is what tells it from everything else that was simulated."
+    "are one kind; the condition is what tells it from everything else that was simulated. It is fitted to these very "
+    "runs: held out are the shares when it is found from every other run and judged on those between."
 )
 
 
@@ -69,6 +70,8 @@ def kinds(space: ParamSpace, analysis: Analysis) -> Node:
             element("td", condition_text(space, cluster), class_="condition"),
             element("td", percent(cluster.precision, 0), class_="number"),
             element("td", percent(cluster.coverage, 0), class_="number"),
+            element("td", percent(cluster.held_out.precision, 0), class_="number quiet"),
+            element("td", percent(cluster.held_out.coverage, 0), class_="number quiet"),
         )
         for cluster in analysis.clusters
     ]
@@ -77,7 +80,7 @@ def kinds(space: ParamSpace, analysis: Analysis) -> Node:
         figure("distinct_failures", distinct, counted(distinct, "failure")),
         KINDS,
     ]
-    head = ("failures", "", "where", "collide there", "of the kind")
+    head = ("failures", "", "where", "collide there", "of the kind", "held out: collide", "of the kind")
     return part("kinds", "Kinds of failures", note, table(head, rows, "kinds"))
 
 

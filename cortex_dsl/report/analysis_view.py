@@ -100,12 +100,23 @@ def _kinds(space: ParamSpace, analysis: Analysis) -> RenderableType:
             Text(condition_text(space, cluster)),
             Text(percent(cluster.precision, 0)),
             Text(percent(cluster.coverage, 0)),
+            Text(held_out_text(cluster), "quiet"),
         )
         for cluster in analysis.clusters
     ]
-    head = right("failures"), left("where", wrap=True), right("fail there"), right("of the kind")
-    legend = "fail there: collisions among what the search simulated under the condition, no probability"
-    return Group(columns(*head, rows=rows, header=True), Text(), Text(legend, "quiet"))
+    head = right("failures"), left("where", wrap=True), right("fail there"), right("of the kind"), right("held out")
+    return Group(columns(*head, rows=rows, header=True), Text(), *(Text(line, "quiet") for line in FITTED))
+
+
+FITTED = (
+    "fail there: collisions among what the search simulated under the condition, no probability",
+    "conditions are fitted to these very runs; held out: both shares when found from every other run, judged on others",
+)
+
+
+def held_out_text(cluster: Cluster) -> str:
+    """`71 %, 64 %`: precision and coverage on runs that the rule was not grown from."""
+    return f"{percent(cluster.held_out.precision, 0)}, {percent(cluster.held_out.coverage, 0)}"
 
 
 def condition_text(space: ParamSpace, cluster: Cluster) -> str:

@@ -26,8 +26,8 @@ def probability_view(program: Program, found: Probability) -> RenderableType:
     if math.isnan(found.value):
         return Group(heading(program.name), Text(TOO_RARE, "bad"), Text(_work(found), "quiet"))
     lines = [
-        Text.assemble(f"probability of a collision, given a valid {_given(found)}: ", (_number(found.value), "bad")),
-        Text(_interval(found)),
+        Text.assemble(f"probability of a collision, given a valid {_given(found)}: ", (probability_text(found), "bad")),
+        Text(f"{percent(found.level, 0)} interval: {interval_text(found)}"),
         *_conditions(found),
         Text(_work(found), "quiet"),
         Text(HOW[found.method], "quiet"),
@@ -54,19 +54,21 @@ def _conditions(found: Probability) -> Iterator[Text]:
     yield Text(f"{broken} broke a requirement on the run and ended there: what they came to is not counted", "warn")
 
 
-def _number(value: float) -> str:
-    """A probability: in percent where that reads well."""
-    if value >= 0.001:
-        return percent(value, 2)
-    return "none seen" if value == 0.0 else significant(value, 3)
+def probability_text(found: Probability) -> str:
+    """The estimate: in percent where that reads well."""
+    if math.isnan(found.value):
+        return "not known"
+    if found.value >= 0.001:
+        return percent(found.value, 2)
+    return "none seen" if found.value == 0.0 else significant(found.value, 3)
 
 
-def _interval(found: Probability) -> str:
-    level = percent(found.level, 0)
+def interval_text(found: Probability) -> str:
+    """`1.20 % .. 1.90 %`."""
     if not math.isfinite(found.interval.low):
-        return f"{level} interval: none, as no chain reached contact"
+        return "none, as no chain reached contact" if found.valid else "none"
     low, high = (percent(end, 2) if found.value >= 0.001 else significant(end, 3) for end in found.interval)
-    return f"{level} interval: {low} .. {high}"
+    return f"{low} .. {high}"
 
 
 def _work(found: Probability) -> str:

@@ -19,7 +19,7 @@ def paper_sections(findings: Findings, width: int) -> Iterator[RenderableType]:
     if findings.beside:
         note = "medians of ours; the paper's one run"
         yield section(
-            "Beside the paper", Group(_beside_table(findings.beside, width), *_differences(findings.beside)), note
+            "Beside the paper", Group(_beside_table(findings.beside, width), Text(), *_lines(findings.beside)), note
         )
     if findings.rates:
         note = "independent draws, the same in every scenario; Clopper-Pearson 95 %"
@@ -62,14 +62,19 @@ def _beside_table(rows: Sequence[Beside], width: int) -> RenderableType:
     return _fitted(head, body, width, {2: 84, 3: 84, 5: 84, 6: 84})
 
 
-def _differences(rows: Sequence[Beside]) -> list[Text]:
-    """Where ours differ from the paper's, in words."""
+def _lines(rows: Sequence[Beside]) -> Iterator[Text]:
+    for number, line in enumerate(differences(rows)):
+        yield Text(line, "quiet" if number else "")
+
+
+def differences(rows: Sequence[Beside]) -> list[str]:
+    """Where ours differ from the paper's, in words; the first line is the sum of it."""
     against = [row for row in rows if not row.same_direction]
-    lines = [Text(), Text(f"{len(rows) - len(against)} of {len(rows)} point the same way as in the paper")]
+    lines = [f"{len(rows) - len(against)} of {len(rows)} point the same way as in the paper"]
     for name in dict.fromkeys(row.measure.name for row in rows):
         ours, paper = (_range([getattr(r, field) for r in rows if r.measure.name == name]) for field in _RATIOS)
-        lines.append(Text(f"{name}: ga / random is {ours} here, {paper} in the paper", "quiet"))
-    return [*lines, Text("another simulator and one run each: sizes are not expected to agree", "quiet")]
+        lines.append(f"{name}: ga / random is {ours} here, {paper} in the paper")
+    return [*lines, "another simulator and one run each: sizes are not expected to agree"]
 
 
 _RATIOS = ("ratio", "paper_ratio")

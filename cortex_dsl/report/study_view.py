@@ -128,7 +128,7 @@ def _matrix(plan: Plan, rows: Sequence[Comparison], room: int) -> RenderableType
     for method in plan.contenders:
         mine = [next(row for row in _of(rows, name) if row.method == method) for name in names]
         body.append([_method(method), *(Text(_median(row.spread, row), _style(row)) for row in mine)])
-    heads = (name.replace("distinct ", "d. ").replace("last 10", "end") for name in names)
+    heads = (_of(rows, name)[0].title.replace("distinct ", "d. ").replace("last 10", "end") for name in names)
     return columns(left(), *map(right, heads), rows=body, header=True)
 
 
@@ -142,7 +142,7 @@ def _method(name: str) -> Text:
 
 def _name(row: Comparison) -> Text:
     unit = f" [{row.measure.unit}]" if row.measure.unit else ""
-    return Text.assemble(row.measure.name, (unit, "unit"))
+    return Text.assemble(row.title, (unit, "unit"))
 
 
 def _spread(spread: Spread, row: Comparison) -> tuple[Text, Text]:

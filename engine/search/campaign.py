@@ -152,11 +152,28 @@ def run_campaign(
     return _finish(space, evaluate if not stopped else None, config, method, preset, done, start)
 
 
+def follow(searcher: Searcher, past: Sequence[Evaluations]) -> None:
+    """Tell a new searcher a whole past again; nothing is simulated.
+
+    Raises:
+        ForeignPast: it would not have proposed what `past` holds, in this way and from these parents.
+    """
+    for generation, evaluations in enumerate(past):
+        searcher.tell(results(_told_again(searcher.ask(), evaluations, generation)))
+
+
 def _told_again(proposals: Sequence[Proposal], evaluations: Evaluations, generation: int) -> Evaluations:
     """A generation of the past, once it is sure that these proposals led to it."""
     genomes = np.array([proposal.genome for proposal in proposals], dtype=np.float64).reshape(len(proposals), -1)
-    births = np.array([proposal.birth for proposal in proposals])
-    same = genomes.tobytes() == evaluations.genomes.tobytes() and np.array_equal(births, evaluations.births)
+    same = genomes.tobytes() == evaluations.genomes.tobytes() and all(
+        np.array_equal(asked, written)
+        for asked, written in (
+            ([proposal.birth for proposal in proposals], evaluations.births),
+            ([proposal.operator for proposal in proposals], evaluations.operator),
+            ([proposal.reused is not None for proposal in proposals], evaluations.reused),
+            (parent_rows(proposals), evaluations.parents),
+        )
+    )
     if not same:
         raise ForeignPast(generation)
     return evaluations

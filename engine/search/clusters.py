@@ -7,6 +7,10 @@ is largest; where even that is weak, all failures are of one kind.
 The condition of a kind is grown gene by gene, each time by the bound that tells its failures best from everything else
 that was simulated: weighted relative accuracy of Lavrac, Flach and Zupan (1999), "Rule evaluation measures: a unifying
 view", coverage times (precision - share of all). Everything is deterministic.
+
+A condition is fitted to the runs that it describes, and describes them better than others. How much better is told by
+`held_out`: the rule is grown again from every other run and judged on those between, both ways round. Runs of a search
+are relatives of one another, so that even this flatters it a little.
 """
 
 import math
@@ -64,6 +68,16 @@ class Cluster:
     """Share of the cluster that meets the conditions."""
     met: int
     """Valid simulations that meet them."""
+    held_out: "HeldOut"
+    """The same of runs that the rule was not grown from."""
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """How a rule does on runs that it has not seen; NaN where there were too few to tell."""
+
+    precision: float
+    coverage: float
 
 
 def clusters(evaluations: Evaluations, box: Box) -> tuple[Cluster, ...]:
@@ -136,18 +150,33 @@ def _silhouette(table: Floats, labels: Ints) -> float:
 
 
 def _cluster(evaluations: Evaluations, box: Box, units: Floats, valid: Ints, members: Ints) -> Cluster:
-    genomes = evaluations.genomes[valid]
-    conditions = _rule(genomes, np.isin(valid, members), box)
+    genomes, wanted, failed = evaluations.genomes[valid], np.isin(valid, members), evaluations.collided[valid]
+    conditions = _rule(genomes, wanted, box)
     met = _meet(genomes, conditions)
     middle = np.median(units[members], axis=0)
     return Cluster(
         rows=tuple(members.tolist()),
         example=int(members[np.argmin(np.abs(units[members] - middle).sum(axis=1))]),
         conditions=conditions,
-        precision=float(evaluations.collided[valid][met].mean()) if met.any() else math.nan,
-        coverage=float(met[np.isin(valid, members)].mean()),
+        precision=_mean(failed[met]),
+        coverage=_mean(met[wanted]),
         met=int(met.sum()),
+        held_out=_held_out(genomes, wanted, failed, box),
     )
+
+
+def _held_out(genomes: Floats, wanted: Bools, failed: Bools, box: Box) -> HeldOut:
+    """Precision and coverage of rules grown from one half of the runs, on the other half."""
+    met, other = np.zeros(len(genomes), dtype=bool), np.arange(len(genomes)) % 2 == 1
+    for seen in (other, ~other):
+        if not wanted[seen].any():
+            return HeldOut(math.nan, math.nan)
+        met[~seen] = _meet(genomes[~seen], _rule(genomes[seen], wanted[seen], box))
+    return HeldOut(_mean(failed[met]), _mean(met[wanted]))
+
+
+def _mean(values: Bools) -> float:
+    return float(values.mean()) if len(values) else math.nan
 
 
 def _rule(genomes: Floats, wanted: Bools, box: Box) -> tuple[Condition, ...]:

@@ -34,7 +34,7 @@ from engine.search.columns import FLOATS, SCALARS, to_columns
 from engine.search.evaluations import Evaluations, flat_rollouts
 from engine.search.figures import GenerationFigures
 from engine.search.manifest import Manifest
-from engine.search.store import UNBORN, StoreError, store_errors
+from engine.search.store import UNBORN, StoreError, insist_on, store_errors
 
 APPLICATION_ID = 0x43525458
 """Marks the file as ours ("CRTX")."""
@@ -76,6 +76,7 @@ class Journal:
     def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
         self.path = path
         self._connection = connection
+        self._inode = path.stat().st_ino
 
     @classmethod
     def create(cls, path: Path, manifest: Manifest) -> "Journal":
@@ -116,7 +117,12 @@ class Journal:
         return cls(path, connection)
 
     def write(self, progress: Progress) -> None:
-        """Add one generation: all of it or, if anything goes wrong, nothing."""
+        """Add one generation: all of it or, if anything goes wrong, nothing.
+
+        Raises:
+            Removed: there is no such file any more.
+            StoreError: it cannot be written.
+        """
         self._write(progress.evaluations, progress.figures, progress.elapsed)
 
     def complete(self, campaign: Campaign) -> None:
@@ -143,6 +149,7 @@ class Journal:
         self._connection.close()
 
     def _write(self, evaluations: Evaluations, figures: GenerationFigures, seconds: float) -> None:
+        insist_on(self.path, self._inode)
         with store_errors(self.path), _transaction(self._connection) as connection:
             row = figures.generation, figures_json(figures)
             connection.execute("INSERT INTO generation VALUES (?, ?)", row)

@@ -6,6 +6,7 @@ import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 
 
 def serve_parent() -> None:
@@ -18,10 +19,14 @@ def serve_parent() -> None:
 
 @contextmanager
 def unheard_by_children() -> Iterator[None]:
-    """Hold Ctrl-C back for a moment: processes that are started meanwhile never hear it, this one does afterwards."""
+    """Hold Ctrl-C back for a moment: processes that are started meanwhile never hear it, this one does afterwards.
+
+    The helper of multiprocessing that comes with the first process is started before: it would let Ctrl-C in again.
+    """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
+    resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -59,6 +59,27 @@ def new_directory(directory: Path) -> Path:
     return directory
 
 
+class Removed(StoreError):  # noqa: N818 - says what happened
+    """What is being written was taken away; all that is known is in memory."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(f"`{path}` was removed, or replaced, while it was being written", "do it again from the start")
+
+
+def insist_on(path: Path, inode: int) -> None:
+    """A file that is open can be written long after it has lost its name, and then nobody ever finds it.
+
+    Raises:
+        Removed: the file of this name is not that one, or there is none.
+    """
+    try:
+        same = path.stat().st_ino == inode
+    except OSError:
+        same = False
+    if not same:
+        raise Removed(path)
+
+
 @contextmanager
 def hold(directory: Path) -> Iterator[None]:
     """Keep other processes from writing the same run for as long as the block runs.

@@ -5,15 +5,16 @@ result is the same wherever it was worked out, and a batch that was lost with it
 return rows; nobody but the process that started the search writes.
 """
 
+import logging
 import multiprocessing
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
-from typing import Literal
+from typing import Any, Literal
 
 from engine.config import Config
 from engine.program import Program
@@ -92,26 +93,31 @@ def process_pool(jobs: int) -> Iterator[Executor]:
 @contextmanager
 def _dask(workers: Workers) -> Iterator[Executor]:
     distributed = needed("distributed", "--dask", extra="dist")
-    cluster = None
-    try:
-        if workers.address == "local":
-            with unheard_by_children():
-                cluster = distributed.LocalCluster(
-                    n_workers=workers.jobs, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
-                )
-        client = distributed.Client(cluster or workers.address, timeout=CONNECT, set_as_default=False)
-    except (OSError, ValueError, TimeoutError) as error:
-        raise WorkersLost(
-            f"there is no Dask scheduler at `{workers.address}` ({_first_line(error)})",
-            "start one with `dask scheduler` and name what it prints, such as `--dask tcp://127.0.0.1:8786`, "
-            "or give `--dask local`",
-        ) from error
-    try:
+    with ExitStack() as stack:
+        try:
+            place: Any = workers.address
+            if place == "local":
+                with unheard_by_children():
+                    place = stack.enter_context(_cluster(distributed, workers.jobs))
+            client = stack.enter_context(distributed.Client(place, timeout=CONNECT, set_as_default=False))
+        except (OSError, ValueError, TimeoutError) as error:
+            raise WorkersLost(
+                f"there is no Dask scheduler at `{workers.address}` ({_first_line(error)})",
+                "start one with `dask scheduler` and name what it prints, such as `--dask tcp://127.0.0.1:8786`, "
+                "or give `--dask local`",
+            ) from error
         yield client.get_executor()
-    finally:
-        client.close()
-        if cluster is not None:
-            cluster.close()
+
+
+def _cluster(distributed: Any, jobs: int) -> Any:
+    """Processes of our own under a scheduler of our own. What goes wrong we say: its log speaks of every goodbye."""
+    return distributed.LocalCluster(
+        n_workers=jobs,
+        threads_per_worker=1,
+        host="127.0.0.1",
+        dashboard_address="127.0.0.1:0",
+        silence_logs=logging.CRITICAL,
+    )
 
 
 def _first_line(error: Exception) -> str:

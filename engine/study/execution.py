@@ -93,10 +93,12 @@ def _drain(
             finished, pending = wait(pending, return_when=FIRST_COMPLETED)
             for future in finished:
                 on_run(future.result())
-    except BrokenProcessPool as error:
-        raise StoreError(
-            "a worker process was killed", "what was finished is kept; free some memory and go on"
-        ) from error
+    except Exception as error:
+        if isinstance(error, BrokenProcessPool) or type(error).__name__ == "KilledWorker":  # the latter of Dask
+            raise StoreError(
+                "a worker process was killed", "what was finished is kept; free some memory and go on"
+            ) from error
+        raise
     finally:
         for future in pending:
             future.cancel()

@@ -84,6 +84,7 @@ def test_row(row: Comparison) -> dict[str, Any]:
     return {
         "scenario": row.scenario,
         "measure": row.measure.name,
+        "generations": row.measure.counted(row.generations),
         "unit": row.measure.unit,
         "family": row.measure.family,
         "larger_is_better": int(row.measure.larger_is_better),

@@ -66,6 +66,7 @@ def _tally(method: str, comparisons: Sequence[Comparison], measure: Measure) -> 
 
 RULE = (
     f"beats: better median, Holm-corrected Mann-Whitney p < {LEVEL:g}, A12 > {MEDIUM:g}; A12: how often a run of the "
-    "method is better than one of the baseline; one run is one observation"
+    "method is better than one of the baseline; one run is one observation; 95 %: bootstrap, "
+    "and no narrower than Newcombe's (2006), which is no single point where every run of one is better"
 )
 """What the words of a verdict mean."""

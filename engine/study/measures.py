@@ -8,7 +8,7 @@ is told beside them, each group a family of its own, so that no choice among way
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from engine.study.records import RunFigures
+from engine.study.records import LAST, RunFigures
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,14 @@ class Measure:
     def orientation(self) -> float:
         """1 where larger is better, else -1."""
         return 1.0 if self.larger_is_better else -1.0
+
+    def counted(self, generations: int) -> int:
+        """Over how many generations it counts, where a run has so many."""
+        return min(LAST, generations) if f"last {LAST}" in self.name else generations
+
+    def told(self, generations: int) -> str:
+        """Its name, where a run has so many generations: of ten or fewer the last ten are simply all."""
+        return self.name if generations > LAST else self.name.replace(f"last {LAST}", f"all {generations}")
 
 
 def _figure(group: str, field: str) -> Callable[[RunFigures], float]:

@@ -22,7 +22,7 @@ from typing import Any
 
 from engine import archive
 from engine.search.journal import finite
-from engine.search.store import store_errors
+from engine.search.store import insist_on, store_errors
 from engine.study.plan import Plan, Subject
 from engine.study.records import FIELDS, Finished, flat
 
@@ -55,6 +55,7 @@ class StudyStore:
     def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
         self.path = path
         self._connection = connection
+        self._inode = path.stat().st_ino
 
     @classmethod
     def create(cls, folder: Path, plan: Plan, facts: dict[str, Any]) -> "StudyStore":
@@ -85,7 +86,12 @@ class StudyStore:
             return cls(folder / STUDY, opened(folder / STUDY, "rw"))
 
     def write(self, finished: Finished) -> None:
-        """Add one run: all of it or, if anything goes wrong, nothing."""
+        """Add one run: all of it or, if anything goes wrong, nothing.
+
+        Raises:
+            StoreError: it cannot be written, or was removed.
+        """
+        insist_on(self.path, self._inode)
         record = finished.record
         figures = json.dumps(finite(flat(record.figures)), allow_nan=False)
         with store_errors(self.path), self._connection as connection:

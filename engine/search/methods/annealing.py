@@ -9,7 +9,7 @@ from math import exp
 
 import numpy as np
 
-from engine.search.methods.cube import Cube
+from engine.search.methods.cube import InCube
 from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, StreamAt, check_answer
 
 HOT, COLD = 4.0, 0.1
@@ -20,16 +20,12 @@ CHANGED = 0.5
 """Share of the genes that a step changes, one at least."""
 
 
-class Annealing:
+class Annealing(InCube):
     """An invalid or failed place is never stepped to; a walker that has found none yet starts anew at random."""
 
     def __init__(self, box: Box, population: int, generations: int, streams: StreamAt) -> None:
-        self._cube = Cube(box)
-        self._population = population
+        super().__init__(box, population, streams)
         self._cooling = max(1, generations - 1)
-        self._streams = streams
-        self._generation = -1
-        self._asked: list[Proposal] = []
         self._at: list[tuple[Genome, Birth, float] | None] = [None] * population
 
     def ask(self) -> list[Proposal]:

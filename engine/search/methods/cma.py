@@ -8,26 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from engine.search.methods.cube import Cube
+from engine.search.methods.cube import InCube
 from engine.search.methods.extras import needed
-from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, check_answer
+from engine.search.protocol import Box, Operator, Proposal, Result, StreamAt, check_answer
 
 STEP = 0.3
 """First standard deviation, of the unit interval."""
 
 
-class CovarianceAdaptation:
+class CovarianceAdaptation(InCube):
     """An invalid or failed individual counts as worse than every valid one. A strategy that has converged starts anew
     from a random place.
     """
 
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
         self._cma = needed("cma", "cmaes")
-        self._cube = Cube(box)
-        self._population = population
-        self._streams = streams
-        self._generation = -1
-        self._asked: list[Proposal] = []
+        super().__init__(box, population, streams)
         self._points: list[np.ndarray] = []
         self._strategy: Any = None
 
@@ -38,11 +34,7 @@ class CovarianceAdaptation:
             self._strategy = self._start()
         self._points = self._strategy.ask()
         operator = Operator.RANDOM if self._generation == 0 else Operator.SAMPLED
-        self._asked = [
-            Proposal(self._cube.genome(point[: self._cube.size]), operator, Birth(self._generation, slot))
-            for slot, point in enumerate(self._points)
-        ]
-        return self._asked
+        return self._propose([point[: self._cube.size] for point in self._points], operator)
 
     def _start(self) -> Any:
         stream = self._streams(self._generation, 0)

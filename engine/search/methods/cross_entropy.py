@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.random import Generator
 
-from engine.search.methods.cube import Cube
-from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, check_answer
+from engine.search.methods.cube import InCube
+from engine.search.protocol import Box, Operator, Proposal, Result, StreamAt, check_answer
 from engine.tables import Floats
 
 ELITE_SHARE = 0.1
@@ -22,15 +22,11 @@ DEVIATION_FLOOR = 0.03
 PROBABILITY_FLOOR = 0.02
 
 
-class CrossEntropy:
+class CrossEntropy(InCube):
     """Invalid and failed results are left out of the elite; a generation without two valid ones changes nothing."""
 
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
-        self._cube = Cube(box)
-        self._population = population
-        self._streams = streams
-        self._generation = -1
-        self._asked: list[Proposal] = []
+        super().__init__(box, population, streams)
         self._points = np.empty((0, len(box)))
         self._mean = np.full(len(box), 0.5)
         self._deviation = np.full(len(box), 0.5)
@@ -43,11 +39,7 @@ class CrossEntropy:
         self._generation += 1
         stream = self._streams(self._generation, 0)
         self._points = self._draw(stream) if self._generation else stream.random((self._population, self._cube.size))
-        self._asked = [
-            Proposal(genome, Operator.SAMPLED if self._generation else Operator.RANDOM, Birth(self._generation, slot))
-            for slot, genome in enumerate(self._cube.genomes(self._points))
-        ]
-        return self._asked
+        return self._propose(self._points, Operator.SAMPLED if self._generation else Operator.RANDOM)
 
     def tell(self, results: Sequence[Result]) -> None:
         check_answer(self._asked, results)

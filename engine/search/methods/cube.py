@@ -1,10 +1,10 @@
-"""The box of a search as a unit cube, for methods that think in distances and directions."""
+"""The box of a search as a unit cube, for methods that think in distances and directions, and what these share."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from engine.search.protocol import Box, Genome
+from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, StreamAt
 from engine.tables import Floats
 from engine.vocabulary import GeneKind
 
@@ -45,3 +45,22 @@ class Cube:
         width = np.where(self._span > 0.0, self._span, 1.0)
         continuous = np.where(self._span > 0.0, offset / width, 0.5)
         return np.where(self._discrete, (offset + 0.5) / self._values, continuous)
+
+
+class InCube:
+    """A searcher in the cube before its first generation; each kind has its own `ask` and `tell`."""
+
+    def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
+        self._cube = Cube(box)
+        self._population = population
+        self._streams = streams
+        self._generation = -1
+        self._asked: list[Proposal] = []
+
+    def _propose(self, points: Iterable[Floats], operator: Operator) -> list[Proposal]:
+        """One individual for each point (d,), all born now of the same operator and without parents."""
+        self._asked = [
+            Proposal(genome, operator, Birth(self._generation, slot))
+            for slot, genome in enumerate(map(self._cube.genome, points))
+        ]
+        return self._asked

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from engine.search.methods.annealing import reflected
-from engine.search.methods.cube import Cube
+from engine.search.methods.cube import InCube
 from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, check_answer
 from engine.tables import Floats
 
@@ -17,15 +17,11 @@ WEIGHT = 0.5
 CROSSOVER = 0.9
 
 
-class DifferentialEvolution:
+class DifferentialEvolution(InCube):
     """A trial replaces its target when it is valid and at least as risky; an invalid target yields to any trial."""
 
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
-        self._cube = Cube(box)
-        self._population = population
-        self._streams = streams
-        self._generation = -1
-        self._asked: list[Proposal] = []
+        super().__init__(box, population, streams)
         self._trials = np.empty((0, len(box)))
         self._members = np.empty((0, len(box)))
         self._births: list[Birth] = []

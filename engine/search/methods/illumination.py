@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from engine.search.methods.cube import Cube
+from engine.search.methods.cube import InCube
 from engine.search.methods.extras import needed
-from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, check_answer, measure
+from engine.search.protocol import Box, Operator, Proposal, Result, StreamAt, check_answer, measure
 
 DESCRIPTORS = ("ego_speed", "other_speed")
 """Axes of the archive, both at closest approach."""
@@ -27,19 +27,15 @@ BATCH = 20
 """Individuals that one evolution strategy of CMA-ME proposes, or a few more."""
 
 
-class Illumination:
+class Illumination(InCube):
     """An invalid or failed individual is told with a risk that no cell takes. Generations are random until one has
     filled a cell.
     """
 
     def __init__(self, box: Box, population: int, streams: StreamAt, method: str) -> None:
         self._ribs = needed("ribs.archives", method), needed("ribs.emitters", method)
-        self._cube = Cube(box)
+        super().__init__(box, population, streams)
         self._method = method
-        self._population = population
-        self._streams = streams
-        self._generation = -1
-        self._asked: list[Proposal] = []
         self._points = np.empty((0, len(box)))
         self._bred = False
         self._archive: Any = None
@@ -97,11 +93,7 @@ class Illumination:
             self._points = np.clip(np.concatenate([emitter.ask() for emitter in self._emitters]), 0.0, 1.0)
         else:
             self._points = self._streams(self._generation, 0).random((self._population, self._cube.size))
-        self._asked = [
-            Proposal(genome, operator, Birth(self._generation, slot))
-            for slot, genome in enumerate(self._cube.genomes(self._points))
-        ]
-        return self._asked
+        return self._propose(self._points, operator)
 
     def tell(self, results: Sequence[Result]) -> None:
         check_answer(self._asked, results)

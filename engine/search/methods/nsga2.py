@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from engine.search.methods.cube import Cube
+from engine.search.methods.cube import InCube
 from engine.search.methods.extras import needed
 from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, check_answer, measure
 from engine.tables import Floats
@@ -19,18 +19,14 @@ WORST = 1e9
 """Stands for an objective that does not exist; the constraint keeps it out of every front."""
 
 
-class NonDominatedSorting:
+class NonDominatedSorting(InCube):
     """An invalid or failed individual breaks a constraint, so that any valid one is preferred to it.
 
     Where the package finds fewer new individuals than a generation holds, the rest is drawn at random and not told.
     """
 
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
-        self._cube = Cube(box)
-        self._population = population
-        self._streams = streams
-        self._generation = -1
-        self._asked: list[Proposal] = []
+        super().__init__(box, population, streams)
         self._bred: Any = None
         self._algorithm: Any = self._start() if len(box) else None
 

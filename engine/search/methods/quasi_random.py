@@ -10,14 +10,14 @@ from typing import Any
 
 from numpy.random import default_rng
 
-from engine.search.methods.cube import Cube
-from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, check_answer
+from engine.search.methods.cube import InCube
+from engine.search.protocol import Box, Operator, Proposal, Result, StreamAt, check_answer
 
 SEQUENCES = {"sobol": "Sobol", "halton": "Halton", "lhs": "LatinHypercube"}
 """Method and its class in `scipy.stats.qmc`."""
 
 
-class QuasiRandom:
+class QuasiRandom(InCube):
     """Learns nothing: valid, invalid and failed results alike leave it as it was.
 
     Sobol and Halton go on from generation to generation; each generation of `lhs` is a Latin hypercube of its own.
@@ -26,10 +26,7 @@ class QuasiRandom:
     def __init__(self, box: Box, population: int, streams: StreamAt, sequence: str) -> None:
         from scipy.stats import qmc
 
-        self._cube = Cube(box)
-        self._population = population
-        self._generation = -1
-        self._asked: list[Proposal] = []
+        super().__init__(box, population, streams)
         # scipy spawns generators of its own, which only a seeded one can.
         seeded = default_rng(streams(0, 0).integers(1 << 63))
         self._points: Any = getattr(qmc, SEQUENCES[sequence])(d=max(1, len(box)), rng=seeded)
@@ -40,11 +37,7 @@ class QuasiRandom:
             # Sobol's balance asks for powers of two; a population that is none is still spread evenly.
             warnings.simplefilter("ignore", UserWarning)
             points = self._points.random(self._population)[:, : self._cube.size]
-        self._asked = [
-            Proposal(genome, Operator.RANDOM, Birth(self._generation, slot))
-            for slot, genome in enumerate(self._cube.genomes(points))
-        ]
-        return self._asked
+        return self._propose(points, Operator.RANDOM)
 
     def tell(self, results: Sequence[Result]) -> None:
         check_answer(self._asked, results)

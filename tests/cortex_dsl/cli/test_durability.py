@@ -1,5 +1,6 @@
 """A search survives whatever ends its process: what `cortexc resume` leaves is what an undisturbed search leaves."""
 
+import json
 import os
 import random
 import shutil
@@ -10,13 +11,18 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from cortex_dsl.hunting import hunt
+from cortex_dsl.session import load
+from engine.search.campaign import Progress
 from engine.search.journal import SCHEMA_VERSION
 from engine.search.journal_reader import read_journal
+from engine.search.store import Removed
 
 CORTEXC = [sys.executable, "-m", "cortex_dsl"]
 RESULTS = ("generation", "individual", "simulation")
@@ -292,3 +298,78 @@ def test_files_that_are_no_journal(cortexc: Command, killed: Path, tmp_path: Pat
     result = cortexc("resume")
     assert (result.code, "no run given" in result.err) == (2, True)
     assert cortexc("resume", killed, "--json").document["exit_code"] == 2
+
+
+def test_a_folder_that_is_removed_is_told_at_once(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+    """With the next generation; the search goes on in memory, shows what it found, and ends with 2."""
+    run, heard = tmp_path / "run", []
+    scenario = load(left_turn)
+    search = replace(scenario.config.search, generations=5, population=10, probes=0)
+    scenario = replace(scenario, config=replace(scenario.config, search=search))
+
+    def on_generation(progress: Progress) -> None:
+        if progress.generation == 1:
+            shutil.rmtree(run)
+        heard.append(progress.generation)
+
+    run.mkdir()
+    found = hunt(scenario, "ga", run, on_generation=on_generation, on_removed=heard.append)
+    assert [each if isinstance(each, int) else "removed" for each in heard] == [0, 1, "removed", 2, 3, 4]
+    assert isinstance(found.trouble, Removed)
+    assert len(found.campaign.generations) == 5
+    assert not run.exists()
+
+
+def test_a_process_whose_folder_is_removed(left_turn: Path, tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    options = ("--ga", "--generations", 60000, "--population", 20, "--jobs", 1, "--out", run)
+    command = [*CORTEXC, str(left_turn), *map(str, options)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    while written(run) < 2:
+        assert process.poll() is None
+        time.sleep(0.01)
+    (run / "journal.sqlite").rename(tmp_path / "elsewhere")
+    assert process.stderr is not None
+    assert "was removed" in process.stderr.readline()
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert "interrupted" in out
+    assert "was removed" in err
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "UPDATE individual SET parent_1_place = parent_1_place + 1 WHERE generation = 2 AND parent_1_place >= 0",
+        "UPDATE individual SET operator = 3 WHERE generation = 3 AND operator = 2",
+        "UPDATE individual SET genome = zeroblob(length(genome)) WHERE generation = 1 AND place = 4",
+    ],
+)
+@pytest.mark.parametrize("command", [("report",), ("analyse", "--budget", 0), ("resume",)])
+def test_a_journal_that_was_changed_by_hand(
+    cortexc: Command, left_turn: Path, tmp_path: Path, command: tuple[object, ...], change: str
+) -> None:
+    """Whatever the search would not have proposed is told, by those who report a run as by those who go on with it."""
+    run = tmp_path / "run"
+    assert cortexc(left_turn, "--ga", "--generations", 4, "--population", 20, "--jobs", 1, "--out", run).code == 0
+    with closing(sqlite3.connect(run / "journal.sqlite")) as connection, connection:
+        assert connection.execute(change).rowcount > 0
+    result = cortexc(command[0], run, *command[1:])
+    assert result.code == 2
+    assert "in the journal" in result.err
+
+
+def test_a_journal_of_another_version_is_told_with_a_warning(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+    """What another version searched otherwise may be right: it is reported, and said."""
+    run = tmp_path / "run"
+    assert cortexc(left_turn, "--ga", "--generations", 4, "--population", 20, "--jobs", 1, "--out", run).code == 0
+    with closing(sqlite3.connect(run / "journal.sqlite")) as connection, connection:
+        connection.execute("UPDATE individual SET operator = 3 WHERE generation = 3 AND operator = 2")
+        versions = connection.execute("SELECT value FROM manifest WHERE field = 'versions'").fetchone()[0]
+        other = json.dumps({**json.loads(versions), "numpy": "1.0.0"})
+        connection.execute("UPDATE manifest SET value = ? WHERE field = 'versions'", (other,))
+    result = cortexc("analyse", run, "--budget", 0)
+    assert result.code == 0
+    assert "numpy" in result.err

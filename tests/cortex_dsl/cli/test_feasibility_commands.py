@@ -24,6 +24,20 @@ def test_check_names_what_can_hold(cortexc: Command, left_turn: Path) -> None:
     )
 
 
+def test_the_document_of_check(cortexc: Command, left_turn: Path, scenario: Scenario) -> None:
+    """The same for programs: each cut with its param, unit and reasons; and what excludes what."""
+    found = cortexc(left_turn, "--check", "--json").document["feasibility"]
+    assert found["looked_at"]
+    assert not found["infeasible"]
+    cut = next(cut for cut in found["cuts"] if cut["param"] == "EGO_INIT_DIST")
+    assert (cut["unit"], cut["side"], round(cut["value"], 2)) == ("m", "above", 50.25)
+    assert cut["requirements"] == ["ego starts where it should", "outlines inside the road"]
+    document = cortexc(scenario(*NEVER), "--check", "--json").document
+    assert document["feasibility"]["infeasible"]
+    assert document["feasibility"]["conflict"] == ["ego starts where it should", "far off"]
+    assert "feasibility" not in cortexc(scenario("km/h", "kmh"), "--check", "--json").document
+
+
 def test_check_of_an_infeasible_file(cortexc: Command, scenario: Scenario) -> None:
     """Exit code 1, and a diagnostic at the requirements that exclude each other."""
     path = scenario(*NEVER)
@@ -105,5 +119,6 @@ def test_pruned_search(cortexc: Command, left_turn: Path, tmp_path: Path) -> Non
     first, second = ((tmp_path / str(jobs) / "worst" / "01.scn").read_text() for jobs in (1, 2))
     assert first == second
     case = tmp_path / "1" / "worst" / "01.scn"
+    assert cortexc(case).out.startswith(f"{left_turn.stem}, case 1  ")
     told = int(case.read_text().split("risk ")[1].split()[0].rstrip('."'))
     assert cortexc(case, "--json", "--engine", "batch").document["risk"]["score"] == told

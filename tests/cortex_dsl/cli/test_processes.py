@@ -122,3 +122,34 @@ def test_closed_streams(left_turn: Path) -> None:
     for arguments, code in ((f"{left_turn} --check", 0), ("--no-such-option", 2)):
         command = f"{shlex.join(CORTEXC)} {arguments} >&- 2>&-"
         assert subprocess.run(command, shell=True, check=False).returncode == code
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs a group of processes")
+@pytest.mark.parametrize("study", [False, True])
+def test_ctrl_c_on_a_cluster_of_our_own(left_turn: Path, tmp_path: Path, study: bool) -> None:
+    """A terminal sends it to every process: nobody but this one answers, and not with a traceback."""
+    pytest.importorskip("distributed")
+    what = ("study", left_turn, "--runs", 60000) if study else (left_turn, "--ga", "--generations", 60000)
+    process = start(*what, "--jobs", 2, "--dask", "local", "--out", tmp_path / "run", start_new_session=True)
+    deadline = time.monotonic() + 120
+    while not begun(tmp_path / "run"):
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    os.killpg(process.pid, signal.SIGINT)
+    _, err = process.communicate(timeout=120)
+    assert process.returncode == 130, err
+    lines = [line for line in err.splitlines() if not line.startswith("study ")]
+    assert len(lines) == 1, err
+    assert "to go on" in lines[0] or "go on with" in lines[0]
+
+
+def begun(run: Path) -> bool:
+    """Whether something of a search or of a study is finished."""
+    if generations(run / "journal.sqlite"):
+        return True
+    try:
+        with closing(sqlite3.connect(f"file:{run / 'study.sqlite'}?mode=ro", uri=True)) as connection:
+            return connection.execute("SELECT count(*) FROM run").fetchone()[0] > 0
+    except sqlite3.Error:
+        return False

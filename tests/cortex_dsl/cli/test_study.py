@@ -1,5 +1,6 @@
 """`cortexc study`: a plan from a command line, its tables, and going on after whatever happened."""
 
+import csv
 import os
 import signal
 import sqlite3
@@ -39,6 +40,52 @@ def test_a_study_is_told_and_kept(cortexc: Callable[..., Any], left_turn: Path, 
     names = {path.name for path in (tmp_path / "s").iterdir()}
     assert {"study.sqlite", "programs", "runs.csv", "generations.csv", "tests.csv", "summary.json"} <= names
     assert all(len(line) <= 100 for line in result.out.splitlines())
+
+
+def test_what_the_last_ten_of_three_are(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+    """All of them, and it says so; the table has over how many generations each measure counts."""
+    result = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
+    assert "NIS, all 3" in result.out
+    assert "NIS, last 10" not in result.out
+    rows = list(csv.DictReader((tmp_path / "s" / "tests.csv").read_text().splitlines()))
+    assert {row["generations"] for row in rows} == {"3"}
+    assert all(float(row["a12_high"]) - float(row["a12_low"]) > 0.2 for row in rows if row["a12_low"])
+
+
+def test_a_folder_is_its_scenarios(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+    """In order of name, other files left out; an empty one is told."""
+    (tmp_path / "files").mkdir()
+    for name in ("b.scn", "a.scn", "c.txt"):
+        (tmp_path / "files" / name).write_text(left_turn.read_text())
+    small = ("--runs", 1, "--generations", 1, "--population", 4, "--jobs", 1)
+    document = cortexc("study", tmp_path / "files", *small, "--out", tmp_path / "s", "--json").document
+    assert [row["name"] for row in document["scenarios"]] == ["a", "b"]
+    (tmp_path / "none").mkdir()
+    result = cortexc("study", tmp_path / "none")
+    assert result.code == Exit.USAGE
+    assert "no scenario" in result.err
+
+
+def test_runs_on_a_cluster_are_the_same(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+    """Bit for bit, begun and gone on with."""
+    pytest.importorskip("distributed")
+    assert cortexc("study", left_turn, *TINY, "--out", tmp_path / "here").code == 0
+    assert (
+        cortexc("study", left_turn, *TINY[:-2], "--jobs", 2, "--dask", "local", "--out", tmp_path / "there").code == 0
+    )
+    assert contents(tmp_path / "there") == contents(tmp_path / "here")
+    with closing(sqlite3.connect(tmp_path / "there" / "study.sqlite")) as connection, connection:
+        for table in ("run", "evaluations", "pace"):
+            connection.execute(f"DELETE FROM {table} WHERE run = 1")
+    assert cortexc("resume", tmp_path / "there", "--jobs", 1, "--dask", "local").code == 0
+    assert contents(tmp_path / "there") == contents(tmp_path / "here")
+
+
+def test_a_scheduler_that_is_not_there(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    result = cortexc("study", left_turn, *TINY, "--dask", "nowhere", "--out", tmp_path / "s")
+    assert result.code == Exit.USAGE
+    assert "no Dask scheduler at `nowhere`" in result.err
 
 
 def test_json_is_one_document(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:

@@ -173,3 +173,44 @@ def test_a_study_is_no_run(cortexc: Command, left_turn: Path, tmp_path: Path) ->
         result = cortexc(name, folder)
         assert result.code == 2
         assert "`cortexc report" in result.err
+
+
+def test_conditions_are_said_to_be_fitted(cortexc: Command, run: Path) -> None:
+    """To the very runs that they describe, with what they are worth on others beside it."""
+    result = cortexc("analyse", run, "--budget", "0")
+    assert "conditions are fitted to these very runs" in result.out
+    assert "held out" in result.out
+
+
+def test_the_probability_of_a_run_is_kept_for_its_page(cortexc: Command, run: Path) -> None:
+    """One row for each method, a later one in place of an earlier; the page shows it, or how to come by it."""
+    assert cortexc("report", run, "--cases", 0).code == 0
+    page = (run / "report.html").read_text()
+    assert f"cortexc probability {run}" in page
+    assert cortexc("probability", run, "--samples", 1000).code == 0
+    result = cortexc("probability", run, "--samples", 2000, "--json")
+    assert "kept in" in result.err
+    assert cortexc("probability", run, "--method", "subset", "--samples", 1000).code == 0
+    rows = json.loads((run / "probability.json").read_text())
+    assert [row["method"] for row in rows] == ["mc", "subset"]
+    assert rows[0]["simulations"] == result.document["simulations"] == 2000
+    assert cortexc("report", run, "--cases", 0).code == 0
+    page = (run / "report.html").read_text()
+    assert f"{100 * rows[0]['value']:.2f} %" in page
+    assert "cortexc probability" not in page
+
+
+@pytest.mark.parametrize("content", ["", "{}", "[3]", '[{"method": "mc"}]', "\x00"])
+def test_a_damaged_probability_is_told(cortexc: Command, run: Path, content: str) -> None:
+    (run / "probability.json").write_text(content)
+    result = cortexc("report", run, "--cases", 0)
+    assert result.code == (0 if content.startswith('[{"method') else 2)  # of another program: passed over
+    assert "Traceback" not in result.err
+
+
+def test_the_probability_of_a_run_takes_no_other_scenario(cortexc: Command, run: Path, tmp_path: Path) -> None:
+    for words in (("-p", "EGO_SPEED=50 km/h"), ("--scenario", "Main")):
+        result = cortexc("probability", run, *words)
+        assert result.code == 2
+        assert "no effect on a run" in result.err
+    assert cortexc("probability", tmp_path / "run" / "worst").code == 2

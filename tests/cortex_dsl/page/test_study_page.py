@@ -7,10 +7,14 @@ from typing import Any
 import pytest
 
 from cortex_dsl.cli import main
+from cortex_dsl.page.run_charts import METRICS
+from cortex_dsl.page.study_page import SHOWN
 from engine.study.findings import findings
 from engine.study.reading import Study, read_study
 
 from .conftest import HOSTILE, SCENARIO, Reader
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "left_turn.scn"
 
 
 @pytest.fixture(scope="module")
@@ -50,10 +54,46 @@ def test_figures_are_the_studys(study: Study, study_file: Path) -> None:
     assert not [tag for tag, attributes in reader.tags if "onerror" in attributes]
 
 
-def test_figures_of_a_study_are_refused(study_folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """`--figures` draws a run; for a study the message says what to do."""
-    assert main(["report", str(study_folder), "--figures", "x"]) == 2
-    assert "this is a study" in capsys.readouterr().err
+def test_figures_of_a_study(study_folder: Path, study: Study, tmp_path: Path) -> None:
+    """Curves of the five metrics and boxes of every measure shown, in three formats, with the medians of the study."""
+    pytest.importorskip("matplotlib")
+    assert main(["report", str(study_folder), "--figures", str(tmp_path)]) == 0
+    names = {path.name for path in tmp_path.iterdir()}
+    assert {"curves-rl.svg", "curves-nis.pdf", "boxes-distinct-collisions.png", "boxes-rl.svg"} <= names
+    assert len(names) == 3 * (len(METRICS) + len(SHOWN))
+    assert all(path.stat().st_size > 1000 for path in tmp_path.iterdir())
+    assert "distinct collisions" in (tmp_path / "boxes-distinct-collisions.svg").read_text(encoding="utf-8")
+
+
+def test_every_link_of_the_top_leads_somewhere(study_file: Path) -> None:
+    reader = Reader()
+    reader.feed(study_file.read_text(encoding="utf-8"))
+    names = {attributes["id"] for _, attributes in reader.tags if "id" in attributes}
+    links = [attributes["href"][1:] for _, attributes in reader.tags if attributes.get("href", "").startswith("#")]
+    assert "primary" in links
+    assert "paper" not in links  # of other scenarios than the paper's
+    assert set(links) <= names
+
+
+def test_intervals_do_not_collapse(study: Study) -> None:
+    """Three runs can tell nothing to two decimals, however clear they are."""
+    rows = findings(study.plan, study.records).comparisons
+    assert all(row.interval.high - row.interval.low > 0.2 for row in rows if row.interval.low == row.interval.low)
+
+
+def test_beside_the_paper(chromium: Any, tmp_path: Path) -> None:
+    """Where scenario, methods and budget are the paper's: its numbers, what differs in words, within 800 pixels."""
+    words = ["--runs", "1", "--jobs", "1", "--out", str(tmp_path / "s"), "--json"]
+    assert main(["study", str(EXAMPLE), *words]) == 0
+    assert main(["report", str(tmp_path / "s")]) == 0
+    tab = chromium.new_page(viewport={"width": 800, "height": 800})
+    tab.goto((tmp_path / "s" / "report.html").as_uri())
+    assert "point the same way as in the paper" in tab.inner_text("#paper")
+    assert tab.inner_text("#paper .studies tbody tr:last-child").startswith("this study")
+    assert "13.30" in tab.inner_text("#paper .beside")
+    fits = "boxes => boxes.every(box => box.scrollWidth <= box.clientWidth)"
+    assert tab.eval_on_selector_all("#paper .wide", fits)
+    tab.close()
 
 
 def test_opens_in_a_browser(chromium: Any, study_file: Path) -> None:

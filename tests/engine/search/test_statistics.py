@@ -10,6 +10,7 @@ from scipy import stats
 
 from engine.search.statistics import (
     a12,
+    a12_bounds,
     a12_interval,
     bootstrap_interval,
     cliffs_delta,
@@ -18,6 +19,7 @@ from engine.search.statistics import (
     holm,
     mann_whitney,
     midranks,
+    newcombe_interval,
     spearman,
 )
 
@@ -145,3 +147,35 @@ def test_odds_of_the_lady_tasting_tea() -> None:
     found = fisher((3, 1), (4, 4))
     assert found.ratio == 9.0
     assert found.p == pytest.approx(34 / 70)
+
+
+def test_an_interval_that_never_collapses() -> None:
+    """Complete separation says the more, the more runs there are: 1.00 of five runs is not 1.00 of a hundred."""
+    lows = [a12_bounds(range(100, 100 + runs), range(runs)).low for runs in (2, 5, 30, 100)]
+    assert lows == sorted(lows)
+    assert 0.3 < lows[0] < 0.5
+    assert 0.97 < lows[-1] < 0.99
+    assert a12_bounds(range(5), range(100, 105)).high == pytest.approx(1.0 - lows[1])
+    assert a12_bounds([1] * 5, [1] * 5).low < 0.25
+    assert math.isnan(a12_bounds([], [1]).low)
+
+
+def test_the_ends_of_newcombes_interval_solve_his_equation() -> None:
+    """Each lies 1.96 of its own standard errors from the estimate (Hanley and McNeil's variance, equal halves)."""
+    for value in (0.3, 0.9, 1.0):
+        interval = newcombe_interval(value, 20, 30)
+        for end, sign in zip(interval, (1.0, -1.0), strict=True):
+            if end in (0.0, 1.0) or end > 1.0 - 1e-9:
+                continue
+            first, second = end / (2.0 - end), 2.0 * end * end / (1.0 + end)
+            variance = end * (1 - end) + 24.0 * (first - end * end + second - end * end)
+            assert end + sign * 1.959964 * math.sqrt(variance / 600.0) == pytest.approx(value, abs=1e-6)
+
+
+@given(samples, samples)
+def test_bounds_hold_the_estimate_and_the_bootstrap(first: list[float], second: list[float]) -> None:
+    bounds, drawn = a12_bounds(first, second), a12_interval(first, second)
+    assert bounds.low - 1e-9 <= a12(first, second) <= bounds.high + 1e-9
+    assert bounds.low <= drawn.low
+    assert bounds.high >= drawn.high
+    assert bounds.high > bounds.low

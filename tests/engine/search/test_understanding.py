@@ -134,6 +134,19 @@ def test_planted_kinds_are_found_with_their_conditions(rows: Rows) -> None:
         assert cluster.example in cluster.rows
 
 
+def test_a_condition_is_judged_on_runs_that_it_was_not_grown_from(rows: Rows) -> None:
+    """Failures that fill a corner are found again among others; failures by chance alone only seem to be somewhere."""
+    rng = np.random.default_rng(4)
+    genomes = np.column_stack([rng.uniform(0, 10, 2000), rng.uniform(0, 1, 2000), rng.integers(0, 3, 2000)])
+    for real in clusters(searched(rows, genomes, genomes[:, 0] > 8), BOX):
+        assert real.held_out.precision > 0.9
+        assert real.held_out.coverage > 0.5
+    for chance in clusters(searched(rows, genomes, rng.random(2000) < 0.05), BOX):
+        assert chance.held_out.precision < chance.precision
+    (alone,) = clusters(searched(rows, genomes, np.arange(2000) == 7), BOX)
+    assert math.isnan(alone.held_out.precision)
+
+
 def test_an_option_can_be_a_condition(rows: Rows) -> None:
     """Whatever the numbers are: option 1 fails."""
     rng = np.random.default_rng(1)

@@ -206,3 +206,12 @@ def test_a_study_without_a_single_run_can_be_told(study: Study, tmp_path: Path) 
     assert "0 runs" in found.verdict[-1]
     assert not any(row.beats or row.loses for row in found.comparisons)
     write_study(replace(study, folder=tmp_path, records=()), found)
+
+
+def test_the_last_ten_of_ten_or_fewer_are_all() -> None:
+    """The name says so, and the table over how many generations a measure counts."""
+    measure = next(each for each in MEASURES if each.name == "NIS, last 10")
+    assert [measure.told(generations) for generations in (4, 10, 11)] == ["NIS, all 4", "NIS, all 10", "NIS, last 10"]
+    assert [measure.counted(generations) for generations in (4, 30)] == [4, 10]
+    assert PRIMARY.told(4) == PRIMARY.name
+    assert PRIMARY.counted(30) == 30

@@ -162,3 +162,13 @@ def test_numbers_take_less_room_than_the_specification_allows(study: Study, plan
     numbers = evaluations.genomes.nbytes + sum(getattr(runs, field.name).nbytes for field in fields(Assessment))
     assert len(pack(evaluations)) < numbers
     assert len(pack(evaluations)) < 250 * len(evaluations)
+
+
+def test_a_study_that_is_taken_away_is_told(plan: Plan, tmp_path: Path) -> None:
+    """With the next run, not by silence: the open file would take what nobody ever finds."""
+    store = StudyStore.create(tmp_path, plan, {"engine": "test"})
+    done = perform(plan.task(Address(0, "random", 0)))
+    (tmp_path / STUDY).unlink()
+    with pytest.raises(StoreError, match="was removed"):
+        store.write(done)
+    store.close()
