@@ -73,6 +73,8 @@ class Folder:
 def _is_file(place: Path) -> bool:
     try:
         return place.is_file()
+    except PermissionError:
+        return True  # reading it tells why it cannot be read
     except (OSError, ValueError):
         return False
 

@@ -296,6 +296,8 @@ class Requirement:
     """By how much it holds: positive where it does, negative where it does not; None for a bare truth."""
     dimension: Dimension = PURE
     """Of the margin."""
+    unit: str = ""
+    """Unit word of that dimension in which the file speaks; "" where it names none."""
 
 
 @frozen

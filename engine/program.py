@@ -49,6 +49,10 @@ class Requirement:
     probability: float = 1.0
     unit: str = ""
     """SI unit of its margin."""
+    told_unit: str = ""
+    """Unit in which people are told amounts of it: the one that its source uses; "" where that is the SI unit."""
+    told_scale: float = 1.0
+    """SI amount = told amount * scale."""
 
 
 @frozen

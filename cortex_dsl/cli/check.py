@@ -6,7 +6,7 @@ from cortex_dsl.cli.infeasible import no_scene_at_all
 from cortex_dsl.cli.misplaced import misplaced
 from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.terminal import Terminal
-from cortex_dsl.report.feasibility_view import feasibility_view
+from cortex_dsl.report.feasibility_view import feasibility_content, feasibility_view
 from cortex_dsl.report.numbers import counted
 from engine.feasibility import explain
 
@@ -20,10 +20,12 @@ def execute(request: Request, terminal: Terminal) -> int:
     if found.infeasible or mistakes:
         mistakes = mistakes or [no_scene_at_all(compiled.program, compiled.source, found)]
         diagnostics = [*compiled.diagnostics, *mistakes] if request.json else mistakes
-        show(compiled.source, diagnostics, request, terminal, failed=True)
+        content = feasibility_content(compiled.program, found)
+        show(compiled.source, diagnostics, request, terminal, failed=True, feasibility=content)
         return Exit.DIAGNOSTICS
     if request.json:
-        terminal.write(diagnostics_document(compiled.source, compiled.diagnostics))
+        content = feasibility_content(compiled.program, found)
+        terminal.write(diagnostics_document(compiled.source, compiled.diagnostics, content))
     elif request.diagnostics_format == "text":
         program = compiled.program
         sizes = (

@@ -1,8 +1,8 @@
 """From the request's file to a program, with everything the compiler has to say shown on the way."""
 
 import sys
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from cortex_dsl.cli.exits import Exit
 from cortex_dsl.cli.files import read_source
@@ -47,11 +47,12 @@ def show(
     terminal: Terminal,
     *,
     failed: bool = False,
+    feasibility: Mapping[str, Any] | None = None,
 ) -> None:
     """Show diagnostics in the form that was asked for: text on stderr, documents and annotations on stdout."""
     if request.json:
         if failed:
-            terminal.write(diagnostics_document(source, diagnostics))
+            terminal.write(diagnostics_document(source, diagnostics, feasibility))
     elif request.diagnostics_format == "json":
         terminal.write(diagnostics_document(source, diagnostics))
     elif request.diagnostics_format == "github":
@@ -72,12 +73,15 @@ def _where_to_read_more(diagnostics: Sequence[Diagnostic]) -> str:
     return f"cortexc explain {first}{more}" if first else ""
 
 
-def diagnostics_document(source: Source, diagnostics: Sequence[Diagnostic]) -> str:
-    """What a compilation said, as the one document of --json."""
+def diagnostics_document(
+    source: Source, diagnostics: Sequence[Diagnostic], feasibility: Mapping[str, Any] | None = None
+) -> str:
+    """What a compilation said, as the one document of --json; `feasibility`: what was proved beyond that."""
     from cortex_dsl.report.json_documents import document
 
     errors = sum(d.severity is Severity.ERROR for d in diagnostics)
     content = {"file": source.name, "errors": errors, "diagnostics": report.as_json(source, diagnostics)}
+    content |= {} if feasibility is None else {"feasibility": feasibility}
     return document("diagnostics", content)
 
 

@@ -1,6 +1,7 @@
 """Paths that the user named, read with messages that help."""
 
 import errno
+import os
 from pathlib import Path
 
 from cortex_dsl.cli.exits import UsageError
@@ -27,7 +28,7 @@ def read_bytes(path: Path) -> bytes:
         UsageError: missing, a folder, or unreadable.
     """
     try:
-        if path.is_dir():
+        if is_folder(path):
             raise UsageError(f"`{path}` is a folder", _scenarios_in(path))
         with path.open("rb") as file:
             return file.read(MAX_BYTES + 1)
@@ -37,6 +38,11 @@ def read_bytes(path: Path) -> bytes:
         raise UsageError(f"cannot read `{path}`: {reason(error)}") from None
     except ValueError:
         raise UsageError(f"`{path}` cannot be the name of a file") from None
+
+
+def is_folder(path: Path) -> bool:
+    """Whether a path is known to be a folder; one that may not be looked at is none."""
+    return os.path.isdir(path)  # noqa: PTH112 - that of pathlib raises
 
 
 def _scenarios_in(folder: Path) -> str:

@@ -4,15 +4,15 @@ import argparse
 import difflib
 import os
 import sys
-import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from cortex_dsl.cli.exits import Exit, UsageError
-from cortex_dsl.cli.files import read_bytes, reason
+from cortex_dsl.cli.files import is_folder, read_bytes
 from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.cli.writing import write_bytes
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.report.numbers import counted
 from cortex_dsl.syntax.formatting import format_source
@@ -106,7 +106,7 @@ def _paths(names: Sequence[str]) -> Iterator[Path]:
     """The files that were named and those below the folders that were, each once."""
     found: dict[Path, None] = {}
     for path in map(Path, names):
-        below = list(_below(path)) if path.is_dir() else [path]
+        below = list(_below(path)) if is_folder(path) else [path]
         if not below:
             raise UsageError(f"there is no scenario below `{path}`", "scenario files end in .scn")
         found.update(dict.fromkeys(below))
@@ -114,7 +114,13 @@ def _paths(names: Sequence[str]) -> Iterator[Path]:
 
 
 def _below(folder: Path) -> Iterator[Path]:
-    """The scenarios below a folder, without those in hidden ones."""
+    """The scenarios below a folder, without those in hidden ones.
+
+    Raises:
+        UsageError: it may not be looked into.
+    """
+    if not os.access(folder, os.R_OK | os.X_OK):
+        raise UsageError(f"cannot read the folder `{folder}`: permission denied")
     for path in sorted(folder.rglob("*.scn")):
         hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
         if path.is_file() and not hidden:
@@ -136,7 +142,7 @@ def _finish(path: Path, text: _Text, options: argparse.Namespace, terminal: Term
     if options.check or options.diff:
         return _report(text, options, terminal)
     if text.changed:
-        _write(path, text.after.encode())
+        write_bytes(path, text.after.encode())
         terminal.out.print(f"formatted {text.name}", soft_wrap=True)
     return Exit.FINE
 
@@ -169,25 +175,3 @@ def _show(error: CompileError, terminal: Terminal) -> None:
 
     report.render(error.source, error.diagnostics, terminal.err)
     sys.stderr.flush()
-
-
-def _write(path: Path, content: bytes) -> None:
-    """Replace a file's content at once: whoever reads it sees the old or the new.
-
-    Raises:
-        UsageError: it may not be written.
-    """
-    target = path.resolve()
-    try:
-        if not os.access(target, os.W_OK):
-            raise PermissionError(13, "permission denied")
-        with tempfile.NamedTemporaryFile(dir=target.parent, prefix=".fmt-", delete=False) as file:
-            file.write(content)
-        try:
-            Path(file.name).chmod(target.stat().st_mode)
-            Path(file.name).replace(target)
-        except OSError:
-            Path(file.name).unlink(missing_ok=True)
-            raise
-    except OSError as error:
-        raise UsageError(f"cannot write `{path}`: {reason(error)}") from None

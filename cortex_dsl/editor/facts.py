@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from cortex_dsl import ir
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.definitions import Actor
-from cortex_dsl.semantics.quantities.units import dimension_name, si_formula, si_word
+from cortex_dsl.semantics.quantities.speaking import param_units
+from cortex_dsl.semantics.quantities.units import UNITS, Unit, dimension_name, si_formula, si_word
 from cortex_dsl.semantics.values import Quantity, Truth, Value
 from cortex_dsl.semantics.wording import kind_name, option_name
 from cortex_dsl.source import Span
@@ -108,7 +109,17 @@ def _numbers(sightings: Sightings) -> str:
     ends = [s.evaluator.interval(s.value.expr) for s in sightings if isinstance(s.value, Quantity)]
     low, high = min(low for low, _ in ends), max(high for _, high in ends)
     unit = si_word(first.value.dimension) or si_formula(first.value.dimension or ir.PURE)
-    return _between(low, high, "" if unit == "1" else unit)
+    told = _between(low, high, "" if unit == "1" else unit)
+    own = _own_unit(first)
+    return f"{told} ({_between(low / own.factor, high / own.factor, own.word)})" if told and own else told
+
+
+def _own_unit(sighting: Sighting) -> Unit | None:
+    """The unit in which a param behind a number is written, where it is another than that of SI."""
+    assert isinstance(sighting.value, Quantity)
+    words = param_units(sighting.value.expr, sighting.evaluator.file.genes)
+    units = (UNITS[word] for word in words if word in UNITS)
+    return next((u for u in units if u.dimension == sighting.value.dimension and u.factor != 1.0), None)
 
 
 def _between(low: float, high: float, unit: str) -> str:

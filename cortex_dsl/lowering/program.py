@@ -9,7 +9,7 @@ from cortex_dsl.lowering.arrays import floats, ints
 from cortex_dsl.lowering.code_tables import code_tables
 from cortex_dsl.lowering.groups import group_variants
 from cortex_dsl.lowering.variant import VariantCode, lower_variant
-from cortex_dsl.semantics.quantities.units import si_word
+from cortex_dsl.semantics.quantities.units import UNITS, si_word
 from cortex_dsl.source import FileText, Source
 from engine.archive import program_digest
 from engine.program import (
@@ -38,7 +38,7 @@ def lower(scenario: ir.Scenario) -> Program:
     codes = [lower_variant(v) if v.rejection is None else None for v in grouping.variants]
     rejections = sorted({(v.rejection_line, v.rejection) for v in grouping.variants if v.rejection is not None})
     requirements = (
-        *(Requirement(r.name, r.line, r.probability, si_word(r.dimension)) for r in example.requirements),
+        *map(_requirement, example.requirements),
         *(Requirement(reason, line) for line, reason in rejections),
         *BUILT_IN_REQUIREMENTS,
     )
@@ -65,6 +65,12 @@ def lower(scenario: ir.Scenario) -> Program:
         records=tuple(Record(r.name, r.when, r.watch, si_word(r.dimension), r.line) for r in scenario.records),
         monitors=tuple(monitor.name for monitor in example.monitors),
     )
+
+
+def _requirement(required: ir.Requirement) -> Requirement:
+    scale = UNITS[required.unit].factor if required.unit else 1.0
+    unit = si_word(required.dimension)
+    return Requirement(required.name, required.line, required.probability, unit, required.unit, scale)
 
 
 def _imported(source: Source) -> tuple[ImportedText, ...]:

@@ -1,7 +1,8 @@
 """A draft, compiled: what is wrong with it, and what is merely still to come."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
 from cortex_dsl.pipeline import Compiled, compile_source
@@ -37,28 +38,34 @@ class Checked:
     """Warnings and notes."""
     missing: bool = False
     """Whether there is no ego yet."""
-    weighable: Program | None = None
-    """What requirements can be weighed with."""
+    overrides: Mapping[str, str] = field(default_factory=dict)
+
+    @cached_property
+    def weighable(self) -> Program | None:
+        """What requirements can be weighed with."""
+        if self.compiled is not None:
+            return self.compiled.program
+        waits = self.missing and not self.errors and self.source.text
+        return _with_stand_in(self.source, self.overrides) if waits else None
 
 
 def check(draft: Draft, name: str, overrides: Mapping[str, str]) -> Checked:
     """Compile a draft; `overrides` are params that are held. Mistakes of the overrides are errors, too."""
     if not draft.text.strip():
-        return Checked(draft, Source(name, ""), missing=True)
+        return Checked(draft, Source(name, ""), missing=True, overrides=overrides)
     try:
         source = decode(name, draft.text.encode("utf-8", errors="replace"))
         compiled = compile_source(source, overrides)
     except CompileError as error:
         return _failed(draft, error, overrides)
-    return Checked(draft, compiled.source, compiled, (), compiled.diagnostics, weighable=compiled.program)
+    return Checked(draft, compiled.source, compiled, (), compiled.diagnostics, overrides=overrides)
 
 
 def _failed(draft: Draft, error: CompileError, overrides: Mapping[str, str]) -> Checked:
     grave = tuple(d for d in error.diagnostics if d.severity is Severity.ERROR)
     remarks = tuple(d for d in error.diagnostics if d.severity is not Severity.ERROR)
     wrong = tuple(d for d in grave if d.code not in STILL_TO_COME)
-    weighable = None if wrong else _with_stand_in(error.source, overrides)
-    return Checked(draft, error.source, None, wrong, remarks, len(wrong) < len(grave), weighable)
+    return Checked(draft, error.source, None, wrong, remarks, len(wrong) < len(grave), overrides)
 
 
 def _with_stand_in(source: Source, overrides: Mapping[str, str]) -> Program | None:

@@ -6,6 +6,7 @@ from pathlib import Path
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion, PathCompleter
 from prompt_toolkit.document import Document
 
+from cortex_dsl.cli.files import is_folder
 from cortex_dsl.editor.analysis import Analysis, View, analyse
 from cortex_dsl.editor.completion import complete
 from cortex_dsl.editor.tokens import word_before
@@ -81,4 +82,4 @@ class DeskCompleter(Completer):
 
 def _is_scenario(name: str) -> bool:
     path = Path(name)
-    return path.suffix in (".scn", ".scenic") or path.is_dir()
+    return path.suffix in (".scn", ".scenic") or is_folder(path)

@@ -1,6 +1,7 @@
 """Commands that draw scenes without running them."""
 
 import time
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -120,8 +121,7 @@ def do_plot(desk: Desk, argument: str) -> None:
         raise desk.not_ready()
     names = program.space.names
     if argument not in names:
-        what = f"no param is called `{argument}`" if argument else "which param?"
-        raise UsageError(what, did_you_mean(argument, names) if names else "the scenario has none yet")
+        raise _unknown_param(argument, names)
     desk.kernels.wait(desk.terminal)
     from cortex_dsl.report.distribution_view import distribution_view
 
@@ -129,6 +129,15 @@ def do_plot(desk: Desk, argument: str) -> None:
     console = desk.terminal.out
     view = distribution_view(weighing, names.index(argument), console.width, ascii_only=console.options.ascii_only)
     console.print(view)
+
+
+def _unknown_param(argument: str, names: Sequence[str]) -> UsageError:
+    words = argument.replace(",", " ").split()
+    if len(words) > 1:
+        single = next((word for word in words if word in names), words[0])
+        return UsageError("`:plot` shows one param at a time", f"as in `:plot {single}`")
+    what = f"no param is called `{argument}`" if argument else "which param?"
+    return UsageError(what, did_you_mean(argument, names) if names else "the scenario has none yet")
 
 
 def _plenty(desk: Desk, weighing: "Weighing") -> "Weighing":

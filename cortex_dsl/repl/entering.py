@@ -7,8 +7,8 @@ from cortex_dsl.repl import weighing
 from cortex_dsl.repl.checking import Checked, check, new_errors, remarks_on
 from cortex_dsl.repl.desk import Desk
 from cortex_dsl.repl.draft import Draft
-from cortex_dsl.repl.placing import Placed, place, place_last
-from cortex_dsl.repl.splitting import split
+from cortex_dsl.repl.placing import Placed, place, place_last, place_new
+from cortex_dsl.repl.splitting import keys, split
 from cortex_dsl.repl.values import show_value
 from cortex_dsl.report import diagnostics as report
 from cortex_dsl.source import Source
@@ -52,9 +52,12 @@ def _below(desk: Desk, chunk: str) -> Source:
 
 def _placed(draft: Draft, entries: Sequence[str]) -> list[Placed]:
     steps: list[Placed] = []
+    known = {key for entry in draft.entries for key in keys(entry)}
     for entry in entries:
-        steps.append(place(draft, entry))
+        own = keys(entry)
+        steps.append(place_new(draft, entry) if known.isdisjoint(own) else place(draft, entry))
         draft = steps[-1].draft
+        known |= own
     return steps
 
 

@@ -1,12 +1,11 @@
 """Commands that read and write files."""
 
 import contextlib
-import os
-import tempfile
 from pathlib import Path
 
 from cortex_dsl.cli.exits import UsageError
-from cortex_dsl.cli.files import read_source, reason
+from cortex_dsl.cli.files import is_folder, read_source, reason
+from cortex_dsl.cli.writing import write_bytes
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.repl.checking import check
 from cortex_dsl.repl.desk import Desk
@@ -73,13 +72,13 @@ def do_save(desk: Desk, argument: str) -> None:
         raise UsageError("under which name?", "as in `:save crossing.scn`")
     path = _path(name) if name else desk.file
     assert path is not None
-    if path.is_dir():
+    if is_folder(path):
         raise UsageError(f"`{path}` is a folder", f"name a file in it, as in `:save {path / 'crossing.scn'}`")
     path = path if path.suffix else path.with_name(path.name + SUFFIX)
     if not loud and not _may_write(desk, path):
         return
     text = _formatted(desk)
-    _write(path, text)
+    write_bytes(path, text.encode("utf-8", errors="replace"))
     _adopt_file(desk, path, text)
     desk.terminal.out.print(f"saved {path}", style="quiet", soft_wrap=True)
     if desk.overrides:
@@ -130,31 +129,3 @@ def _agreed(question: str) -> bool:
         return input(f"{question} [y/N] ").strip().lower() in ("y", "yes")
     except EOFError:
         return False
-
-
-def _write(path: Path, text: str) -> None:
-    """Write a file at once or not at all.
-
-    Raises:
-        UsageError: it cannot be written.
-    """
-    target = Path(os.path.realpath(path))
-    written: str | None = None
-    try:
-        mode = target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask()
-        with tempfile.NamedTemporaryFile("w", encoding="utf-8", newline="", dir=target.parent, delete=False) as file:
-            written = file.name
-            file.write(text)
-        Path(written).chmod(mode)
-        Path(written).replace(target)
-    except (OSError, ValueError) as error:
-        if written is not None:
-            Path(written).unlink(missing_ok=True)
-        why = reason(error) if isinstance(error, OSError) else "this cannot be the name of a file"
-        raise UsageError(f"cannot write `{path}`: {why}") from None
-
-
-def _umask() -> int:
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask

@@ -21,12 +21,17 @@ def place(draft: Draft, entry: str) -> Placed:
     """Put an entry where it belongs."""
     found = _same(draft, keys(entry))
     if found is None:
-        at = 0 if ("docstring", "") in keys(entry) else len(draft.entries)
-        return Placed(draft.with_entry(entry, at), at)
+        return place_new(draft, entry)
     index, key = found
     old = draft.entries[index]
     above = "" if comments_above(entry).strip() else comments_above(old)
     return Placed(draft.replaced(index, above + entry.lstrip("\n")), index, called(key))
+
+
+def place_new(draft: Draft, entry: str) -> Placed:
+    """Put an entry that replaces nothing at the end; a docstring at the beginning."""
+    at = 0 if ("docstring", "") in keys(entry) else len(draft.entries)
+    return Placed(draft.with_entry(entry, at), at)
 
 
 def place_last(draft: Draft, entry: str) -> Placed | None:

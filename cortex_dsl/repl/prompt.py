@@ -1,5 +1,7 @@
 """Editing at a terminal: several lines, history, completion, colours, and a line that says how things stand."""
 
+import re
+
 from prompt_toolkit import PromptSession
 from prompt_toolkit.application.current import get_app
 from prompt_toolkit.auto_suggest import AutoSuggestFromHistory
@@ -22,6 +24,8 @@ from cortex_dsl.repl.plain import MORE, PROMPT
 from cortex_dsl.repl.reading import is_command, is_whole
 from cortex_dsl.report.numbers import counted, percent
 
+NO_TEXT = re.compile("[\ud800-\udfff]")
+"""What a terminal makes of bytes that are not UTF-8."""
 INDENT = "    "
 REFRESH = 0.5
 """Seconds after which the line at the bottom is looked at again: kernels may have become ready."""
@@ -48,6 +52,7 @@ class EditedInput:
             refresh_interval=REFRESH,
             include_default_pygments_style=False,
             reserve_space_for_menu=6,
+            enable_suspend=True,
         )
         self._language = PygmentsLexer(ScnLexer, sync_from_start=True)
         self._order = SimpleLexer("class:order")
@@ -58,7 +63,7 @@ class EditedInput:
             text = self._session.prompt([("class:prompt", PROMPT)], default=proposal)
         except EOFError:
             return None
-        return text.strip("\n").rstrip()
+        return NO_TEXT.sub("\ufffd", text).strip("\n").rstrip()
 
     def _lexer(self) -> Lexer:
         return self._order if is_command(get_app().current_buffer.text) else self._language

@@ -11,6 +11,8 @@ from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes, parse
 
 Key = tuple[str, str]
+MOST_ENTRIES = 1 << 15
+"""Entries whose keys are kept: more than a draft of the largest size has, or else each entry would read all others."""
 _DOCSTRING = re.compile(r"(?:[ \t]*(?:#[^\n]*)?\n)*[ \t]*")
 _COMMENTS = re.compile(r"(?:[ \t]*(?:#[^\n]*)?\n)+")
 
@@ -56,7 +58,7 @@ def comments_above(entry: str) -> str:
 # -- what an entry defines --------------------------------------------------------------------------------------------
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=MOST_ENTRIES)
 def keys(entry: str) -> frozenset[Key]:
     """What an entry defines, so that another one that defines the same stands for it; nothing where it only adds."""
     source = Source("", entry + "\n")

@@ -1,8 +1,9 @@
 """What a single expression is worth: its kind, unit and range, as far as they are known before a run."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
-from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
+from cortex_dsl.diagnostics import CompileError, Diagnostic, Label, Severity
 from cortex_dsl.editor.facts import Witness, described
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.repl.checking import STILL_TO_COME
@@ -25,7 +26,7 @@ def show_value(desk: Desk, expression: str, refuse: Refuse) -> None:
     except CompileError as error:
         wrong = [d for d in error.diagnostics if _is_about(d, start)]
         if wrong:
-            refuse(desk, error.source, wrong)
+            refuse(desk, Source(desk.name, f"{desk.draft.text}{expression}\n"), [_as_typed(d, start) for d in wrong])
             return
     seen = witness.seen.get(Span(start, start + len(expression.rstrip()))) or _widest(witness, start)
     worth = described(seen) if seen else ""
@@ -38,6 +39,18 @@ def show_value(desk: Desk, expression: str, refuse: Refuse) -> None:
 def _is_about(diagnostic: Diagnostic, start: int) -> bool:
     grave = diagnostic.severity is Severity.ERROR and diagnostic.code not in STILL_TO_COME
     return grave and diagnostic.label.span.end >= start - len(PLACE)
+
+
+def _as_typed(diagnostic: Diagnostic, start: int) -> Diagnostic:
+    """The same where the expression stands alone, as it was typed."""
+
+    def placed(offset: int) -> int:
+        return offset if offset <= start - len(PLACE) else max(offset, start) - len(PLACE)
+
+    def moved(label: Label) -> Label:
+        return replace(label, span=Span(placed(label.span.start), placed(label.span.end)))
+
+    return replace(diagnostic, label=moved(diagnostic.label), secondary=tuple(map(moved, diagnostic.secondary)))
 
 
 def _widest(witness: Witness, start: int) -> Sequence:

@@ -14,6 +14,8 @@ NOTABLE = 0.5
 
 def tell_change(desk: Desk, before: Checked, after: Checked) -> None:
     """Weigh a draft that has just changed, if there is anything to tell of it."""
+    if not desk.interactive and "require" not in after.draft.text:
+        return
     if after.weighable is None:
         return
     fresh = _fresh(before.weighable, after.weighable)

@@ -65,7 +65,9 @@ def _shortfall(account: "Account", blame: "Blame") -> float:
 
 
 def _amount(account: "Account", requirement: int, amount: float) -> str:
-    return f"{significant(amount, 3)} {account.weighing.program.requirements[requirement].unit}".rstrip()
+    """In the unit in which the file speaks of such things."""
+    told = account.weighing.program.requirements[requirement]
+    return f"{significant(amount / told.told_scale, 3)} {told.told_unit or told.unit}".rstrip()
 
 
 def _nearest(account: "Account", failing: Sequence["Blame"]) -> Text | None:

@@ -1,6 +1,7 @@
 """What `--check` says of a file's ranges: which part of each can hold at all, and why."""
 
 from collections.abc import Sequence
+from typing import Any
 
 from rich.console import Group, RenderableType
 from rich.text import Text
@@ -21,6 +22,29 @@ def feasibility_view(program: Program, found: Feasibility) -> RenderableType | N
         who = Text.assemble(counted(impossible, "variant"), " cannot be: ", (_ruled_out(program, found), "quiet"))
         lines.append(who)
     return indented(Group(*lines)) if lines else None
+
+
+def feasibility_content(program: Program, found: Feasibility) -> dict[str, Any]:
+    """The same for a JSON document; params in the file's own units."""
+    names = [requirement.name for requirement in program.requirements]
+    return {
+        "looked_at": found.looked_at,
+        "infeasible": found.infeasible,
+        "conflict": [names[r] for r in found.conflict],
+        "cuts": [_cut_content(program, cut) for cut in found.cuts],
+        "variants": len(found.impossible),
+        "impossible_variants": int((found.impossible >= 0).sum()),
+    }
+
+
+def _cut_content(program: Program, cut: Cut) -> dict[str, Any]:
+    return {
+        "param": program.space.names[cut.gene],
+        "unit": program.space.units[cut.gene],
+        "side": "above" if cut.above else "below",
+        "value": cut.value,
+        "requirements": [program.requirements[r].name for r in cut.requirements],
+    }
 
 
 def _cut_ranges(program: Program, cuts: Sequence[Cut]) -> list[Text]:

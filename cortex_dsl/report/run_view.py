@@ -7,16 +7,16 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.report.layout import columns, heading, left, section
+from cortex_dsl.report.layout import columns, left, section
 from cortex_dsl.report.measures_view import measures_view
 from cortex_dsl.report.numbers import counted
 from cortex_dsl.report.params import params_view
 from cortex_dsl.report.records_view import records_view
 from cortex_dsl.report.risk_view import metrics_view, risk_view
-from cortex_dsl.report.sample_view import first_line
 from cortex_dsl.report.scene_view import KeyMoment, scene_view
 from cortex_dsl.report.story import Moment, end_of, in_order, tell
 from cortex_dsl.report.timeline import curves, timeline
+from cortex_dsl.report.titles import title_of
 from engine.metrics import Metric
 from engine.program import Program
 from engine.records import Recorded
@@ -63,7 +63,7 @@ def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> Rend
     end = float(outcomes.end_time[0])
     story = in_order([*tell(program, outcomes, report.trajectory, pair=report.pair), *report.aftermath])
     parts: list[RenderableType] = [
-        heading(program.name, first_line(program.description)),
+        title_of(program),
         _headline(report),
         section("Scene", drawing, _attempts(report.scenes)),
         section("What happened", timeline(story, program.actors), f"simulated by the {report.engine} engine"),

@@ -7,11 +7,12 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from cortex_dsl.report.blame_view import blame_note, blame_view
-from cortex_dsl.report.layout import columns, heading, left, right, section
+from cortex_dsl.report.layout import columns, left, right, section
 from cortex_dsl.report.numbers import counted, percent, ratio, whole
 from cortex_dsl.report.requirements import requirements_view
 from cortex_dsl.report.sparkline import bar
 from cortex_dsl.report.tally import Tally, first_culprit
+from cortex_dsl.report.titles import title_of
 from engine.program import Program
 from engine.vocabulary import Verdict
 
@@ -40,7 +41,7 @@ def sample_view(
     )
     requirements = requirements_view(program, tally, most_to_blame(program, tally, account))
     return Group(
-        heading(program.name, first_line(program.description)),
+        title_of(program),
         section(counted(tally.scenes, "scene"), Group(verdicts_table(tally), Text(), attempts), reproduce),
         section("Requirements", requirements, "tested only where the earlier ones held"),
         *([] if account is None else [section("Who is to blame", blame_view(account), blame_note(account))]),
@@ -73,8 +74,3 @@ def verdicts_table(tally: Tally) -> RenderableType:
                 )
             )
     return columns(left(), right(), right(), left(), left(wrap=True), rows=rows)
-
-
-def first_line(description: str) -> str:
-    """The first line of a docstring."""
-    return description.strip().splitlines()[0] if description.strip() else ""

@@ -10,15 +10,15 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from cortex_dsl.report.genes_view import effect_note, genes_view
-from cortex_dsl.report.layout import columns, heading, left, right, section
+from cortex_dsl.report.layout import columns, left, right, section
 from cortex_dsl.report.numbers import counted, duration, fixed, percent, ratio, whole
 from cortex_dsl.report.requirements import requirements_view
-from cortex_dsl.report.sample_view import first_line
 from cortex_dsl.report.search_report import SearchReport
 from cortex_dsl.report.sparkline import bar, sparkline
 from cortex_dsl.report.story import end_text
 from cortex_dsl.report.tally import Tally
 from cortex_dsl.report.theme import method_style
+from cortex_dsl.report.titles import title_of
 from cortex_dsl.report.worst_table import common_line, worst_files, worst_table
 from engine.program import Program
 from engine.search.diversity import distinct_failures
@@ -48,7 +48,7 @@ BAR = 16
 def search_view(program: Program, report: SearchReport, settings: str, width: int) -> RenderableType:
     """The whole report of `--ga` or of `--random`."""
     parts: list[RenderableType] = [
-        heading(program.name, first_line(program.description)),
+        title_of(program),
         headline(report),
         *_loneliness(program),
         section("Generations", generations_table(report, width), settings),
@@ -59,7 +59,7 @@ def search_view(program: Program, report: SearchReport, settings: str, width: in
 def comparison_view(program: Program, reports: Sequence[SearchReport], settings: str, width: int) -> RenderableType:
     """The whole report of `--ga --random`: both side by side, then the details of each."""
     parts: list[RenderableType] = [
-        heading(program.name, first_line(program.description)),
+        title_of(program),
         *(headline(report) for report in reports),
         *_loneliness(program),
         section("Side by side", comparison_table(reports, width), settings),
@@ -225,7 +225,7 @@ def _details(program: Program, report: SearchReport, width: int) -> list[Rendera
     if campaign.worst:
         title = "The ten worst" if len(campaign.worst) == 10 else f"The {len(campaign.worst)} worst"
         below = [line for line in (common_line(program.space, campaign), worst_files(report)) if line is not None]
-        table = worst_table(program.space, campaign, width - 2)
+        table = worst_table(program, campaign, width - 2)
         body = Group(table, Text(), Text(APART, "quiet"), *below)
         parts.append(section(title, body, "parts of the risk: C + MD + D_MS + TTC_MS"))
     if campaign.worst and len(program.space):

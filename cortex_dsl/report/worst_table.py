@@ -7,11 +7,14 @@ from rich.table import Column
 from rich.text import Text
 
 from cortex_dsl.report.layout import columns, right
+from cortex_dsl.report.numbers import ABSENT
 from cortex_dsl.report.params import format_gene
 from cortex_dsl.report.risk_view import PARTS
 from cortex_dsl.report.search_report import SearchReport
-from engine.program import ParamSpace
+from engine.program import ParamSpace, Program
+from engine.search.assessment import Assessment
 from engine.search.campaign import Campaign
+from engine.search.ranking import Case
 
 LEAST_GENE_WIDTH = 7
 """Narrower than this, a table of many genes is split into several."""
@@ -19,20 +22,21 @@ ALIKE = 0.1
 """Cases whose values of a gene span less of its range than this are called alike."""
 
 
-def worst_table(space: ParamSpace, campaign: Campaign, width: int) -> RenderableType:
+def worst_table(program: Program, campaign: Campaign, width: int) -> RenderableType:
     """One row a case. A file with many params gets several tables, so that none is wider than the terminal."""
-    blocks = _blocks(space, width)
+    judged = _judgement(program, campaign)
+    room = 3 + sum(2 + max(*map(len, lines), *(cell.cell_len for cell in cells)) for lines, cells in judged)
     tables: list[RenderableType] = []
-    for index, genes in enumerate(blocks):
+    for index, genes in enumerate(_blocks(program.space, width, room)):
         tables += [Text()] if index else []
-        tables.append(_block(space, campaign, genes, with_risk=index == 0))
+        tables.append(_block(program.space, campaign, genes, [] if index else judged))
     return Group(*tables)
 
 
-def _blocks(space: ParamSpace, width: int) -> list[list[int]]:
-    """Genes of each table: as many as fit."""
+def _blocks(space: ParamSpace, width: int, room: int) -> list[list[int]]:
+    """Genes of each table: as many as fit; the first one has other columns that take `room`."""
     blocks: list[list[int]] = [[]]
-    used = 23
+    used = room
     for gene in range(len(space)):
         needed = 2 + max(LEAST_GENE_WIDTH - 2, *(len(line) for line in gene_header(space, gene)))
         if used + needed > width and blocks[-1]:
@@ -43,24 +47,47 @@ def _blocks(space: ParamSpace, width: int) -> list[list[int]]:
     return blocks
 
 
-def _block(space: ParamSpace, campaign: Campaign, genes: Sequence[int], *, with_risk: bool) -> RenderableType:
-    height = max((len(gene_header(space, gene)) for gene in genes), default=1)
-    head: list[Column] = [right("\n" * (height - 1) + "#", "quiet")]
-    if with_risk:
-        head.append(right("\n" * (height - 1) + "risk", "title"))
-        head.append(right("\n" * (height - 1) + "parts"))
-    head += [right("\n".join(["", "", "", "", *gene_header(space, gene)][-height:])) for gene in genes]
-    rows = [_row(space, campaign, genes, place, with_risk=with_risk) for place in range(len(campaign.worst))]
+Judged = list[tuple[list[str], list[Text]]]
+"""Columns in front of the genes: the lines of their heads, and a cell for each case."""
+
+
+def _judgement(program: Program, campaign: Campaign) -> Judged:
+    """Risk and its parts; and whom the ego hit or came near to, where there is more than one who may be meant."""
+    worst, runs = campaign.worst, campaign.evaluations.rollouts
+    found: Judged = [
+        (["risk"], [Text(str(case.score)) for case in worst]),
+        (["parts"], [_parts(runs.parts[case.row, case.rollout].tolist()) for case in worst]),
+    ]
+    if len(program.actors) > 2:
+        found.append((["hit or", "near"], [_other(program, runs, case) for case in worst]))
+    return found
+
+
+def _other(program: Program, runs: Assessment, case: Case) -> Text:
+    """The actor that decided the risk of a case."""
+    pair = int(runs.pair[case.row, case.rollout])
+    if pair < 0:
+        return Text(ABSENT, "quiet")
+    return Text(program.actors[pair + 1], "bad" if runs.collided[case.row, case.rollout] else "quiet")
+
+
+def _block(space: ParamSpace, campaign: Campaign, genes: Sequence[int], judged: Judged) -> RenderableType:
+    heads = [["#"], *(lines for lines, _ in judged), *(gene_header(space, gene) for gene in genes)]
+    height = max(map(len, heads))
+    styles = ["quiet", *("title" if lines == ["risk"] else "" for lines, _ in judged), *([""] * len(genes))]
+    head: list[Column] = [
+        right("\n".join([*[""] * (height - len(lines)), *lines]), style)
+        for lines, style in zip(heads, styles, strict=True)
+    ]
+    rows = [
+        [
+            Text(str(case.rank)),
+            *(cells[place] for _, cells in judged),
+            *(Text(format_gene(space, gene, case.genome[gene])) for gene in genes),
+        ]
+        for place, case in enumerate(campaign.worst)
+    ]
     return columns(*head, rows=rows, header=True)
-
-
-def _row(space: ParamSpace, campaign: Campaign, genes: Sequence[int], place: int, *, with_risk: bool) -> list[Text]:
-    case = campaign.worst[place]
-    cells = [Text(str(case.rank))]
-    if with_risk:
-        parts = campaign.evaluations.rollouts.parts[case.row, case.rollout]
-        cells += [Text(str(case.score)), _parts(parts.tolist())]
-    return cells + [Text(format_gene(space, gene, case.genome[gene])) for gene in genes]
 
 
 def _parts(parts: Sequence[int]) -> Text:

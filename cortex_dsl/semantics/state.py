@@ -153,6 +153,8 @@ class Variant:
     """How many lambdas are being called, one inside the other."""
     blocks: int = 0
     """How many blocks of behaviours are being written out, one inside the other."""
+    branches: int = 0
+    """How many of them are what a branch leaves to the next `elif`."""
     visits: Counter[Span] = field(default_factory=Counter)
     """How often each `Fixed(...)` was evaluated."""
     draw_count: int = 0
@@ -184,19 +186,27 @@ class Variant:
         return self.scope_count - 1
 
     @contextmanager
-    def nested(self, span: Span) -> Iterator[None]:
-        """Around a block that is written out.
+    def nested(self, span: Span, *, otherwise: bool = False) -> Iterator[None]:
+        """Around a block that is written out; `otherwise`: around the branches below one.
 
         Raises:
             Mistake: it lies too deep.
         """
         if self.blocks == NESTING_LIMIT:
-            raise errors.TOO_DEEP_BODIES.mistake(span, limit=NESTING_LIMIT)
+            raise self._too_deep(span)
         self.blocks += 1
+        self.branches += otherwise
         try:
             yield
         finally:
             self.blocks -= 1
+            self.branches -= otherwise
+
+    def _too_deep(self, span: Span) -> Mistake:
+        mostly_branches = 2 * self.branches > NESTING_LIMIT
+        why = errors.DEEP_BY_BRANCHES if mostly_branches else errors.DEEP_BY_RUNNING
+        counted, reason, cure = why
+        return errors.TOO_DEEP_BODIES.mistake(span, limit=NESTING_LIMIT, counted=counted, reason=reason, cure=cure)
 
     @property
     def ego(self) -> Actor | None:

@@ -16,7 +16,7 @@ from cortex_dsl.semantics.definitions import (
     ScenarioCall,
     ScenarioValue,
 )
-from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
+from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
 from cortex_dsl.semantics.evaluation.functions import whole_number
 from cortex_dsl.semantics.evaluation.operators import combine, unpack
 from cortex_dsl.semantics.names.system import SYSTEM
@@ -25,6 +25,7 @@ from cortex_dsl.semantics.quantities import numbers
 from cortex_dsl.semantics.quantities.algebra import closed_value
 from cortex_dsl.semantics.quantities.certainty import weigh
 from cortex_dsl.semantics.quantities.margins import margin_of
+from cortex_dsl.semantics.quantities.speaking import spoken_unit
 from cortex_dsl.semantics.quantities.units import PURE, TIME, Dimension
 from cortex_dsl.semantics.randomness.genes import param_value
 from cortex_dsl.semantics.road import roads, signals
@@ -83,6 +84,8 @@ def _assign(ev: Evaluator, node: nodes.Assign) -> None:
 def _bind(ev: Evaluator, name: str, value: Value, span: Span) -> None:
     if name == "ego" and not isinstance(value, Actor):
         raise errors.EGO_NOT_OBJECT.mistake(span, actual=kind_name(value))
+    if name == "ego" and ev.scope.get("ego", value) is not value and isinstance(ev.scope["ego"], Actor):
+        ev.report(errors.SECOND_EGO.at(span))
     ev.scope[name] = value
 
 
@@ -149,17 +152,23 @@ def _model(ev: Evaluator, node: nodes.Model) -> None:
 
 
 def _simulation(ev: Evaluator, node: nodes.Simulation) -> None:
-    for argument in evaluate_arguments(ev, [given for given in node.arguments if given.name != SYSTEM]):
-        name = argument.name or ""
-        if name not in SETTINGS:
-            suggestion = did_you_mean(name, SETTINGS)
-            raise errors.UNKNOWN_ARGUMENT.mistake(
-                argument.place, function="simulation", name=name, suggestion=suggestion
-            )
-        if name == "scenario":
-            _check_text(name, argument)
-            continue
-        ev.file.settings = replace(ev.file.settings, **{name: _setting(ev, name, argument)})
+    given, _ = evaluate_each(ev, [given for given in node.arguments if given.name != SYSTEM])
+    for argument in given:
+        try:
+            _set(ev, argument)
+        except Mistake as mistake:
+            ev.report(mistake)
+
+
+def _set(ev: Evaluator, argument: Given) -> None:
+    name = argument.name or ""
+    if name not in SETTINGS:
+        suggestion = did_you_mean(name, SETTINGS)
+        raise errors.UNKNOWN_ARGUMENT.mistake(argument.place, function="simulation", name=name, suggestion=suggestion)
+    if name == "scenario":
+        _check_text(name, argument)
+        return
+    ev.file.settings = replace(ev.file.settings, **{name: _setting(ev, name, argument)})
 
 
 def _setting(ev: Evaluator, name: str, argument: Given) -> float | int | str:
@@ -208,7 +217,8 @@ def _require(ev: Evaluator, node: nodes.Require) -> None:
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
     name = node.name or " ".join(ev.file.source.slice(node.condition.span).split())
     margin = margin_of(ev.algebra, condition, ev.run.compared)
-    ev.run.requirements.append(ir.Requirement(condition, probability, name, ev.file.line(node.span), *margin))
+    unit = spoken_unit(node.condition, condition, margin[1], ev.file.genes)
+    ev.run.requirements.append(ir.Requirement(condition, probability, name, ev.file.line(node.span), *margin, unit))
     weight = weigh(condition, ev.interval(condition), certain=probability == 1.0)
     ev.file.weights[node.condition.span] = weight.joined(ev.file.weights.get(node.condition.span))
 

@@ -136,7 +136,7 @@ RESERVED_WORD = Code(
 FOREIGN_SPELLING = Code(
     "SCN114",
     "spelling of another language",
-    "The language has this, under another spelling.",
+    "Other languages write this in another way; the help says how it is written here.",
     "require a && b\n",
     "require a and b\n",
 )
@@ -248,6 +248,15 @@ WRONG_ENCODING = Code(
 )
 LARGE_FILE = Code(
     "SCN133", "file too large", "The size of a file is limited, so that none can exhaust the compiler.", "", "", _READ
+)
+LONE_RETURN = Code(
+    "SCN134",
+    "lines end with a carriage return alone",
+    "A line ends with a line feed, or with a carriage return and a line feed; the carriage return alone is that of "
+    "very old systems, and here it would be a mere blank.",
+    "",
+    "",
+    _READ,
 )
 
 CODES: tuple[Code, ...] = tuple(value for value in list(globals().values()) if isinstance(value, Code))

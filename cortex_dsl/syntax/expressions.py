@@ -131,11 +131,11 @@ class ExpressionBuilder:
             return None
         word = token(child)
         if word.type == "UNKNOWN_UNIT":
-            meant = SPOKEN_UNITS.get(word.lower()) or nearest(word, UNIT_WORDS)
+            meant = "m/s^2" if word == "m/s" else SPOKEN_UNITS.get(word.lower()) or nearest(word, UNIT_WORDS)
             self.report(
                 errors.UNKNOWN_UNIT.at(
                     span_of(word),
-                    f"unknown unit `{word}`",
+                    f"`{word}` is divided only once" if word == "m/s" else f"unknown unit `{word}`",
                     f"did you mean `{meant}`?" if meant else "a word directly after a number or a call is its unit",
                     reason=f"the units are {unit_list()}",
                     cure=f"write `{meant}`" if meant else "write one of them, or an operator before the word",

@@ -9,6 +9,8 @@ from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import errors
 from cortex_dsl.syntax.limits import MAX_BYTES
 
+_LONE_RETURN = re.compile(r"\r(?!\r*\n|\r*\Z)")
+"""One that something follows; several before a line feed are an accident of tools, and do no harm."""
 _NOTHING = re.compile(r"(?:\s|\ufeff|#[^\n]*(?:\n|\Z))*\Z")
 
 
@@ -62,9 +64,12 @@ def decode_text(name: str, content: bytes) -> Source:
             ),
         )
     try:
-        return Source(name, content.decode("utf-8-sig"))
+        source = Source(name, content.decode("utf-8-sig"))
     except UnicodeDecodeError as bad:
         _refuse(*_wrong_encoding(name, content, bad))
+    if (lone := _LONE_RETURN.search(source.text)) is not None:
+        _refuse(*_old_line_ends(source, lone.start()))
+    return source
 
 
 def check_size(name: str, size: int) -> None:
@@ -91,6 +96,18 @@ def _wrong_encoding(name: str, content: bytes, bad: UnicodeDecodeError) -> tuple
         f"byte 0x{content[bad.start]:02x}",
         reason=errors.WRONG_ENCODING.why,
         cure="save it as UTF-8",
+    )
+
+
+def _old_line_ends(source: Source, start: int) -> tuple[Source, Diagnostic]:
+    """The text with its lines told apart, and the end of the first of them."""
+    shown, count = Source(source.name, _LONE_RETURN.sub("\n", source.text)), len(_LONE_RETURN.findall(source.text))
+    return shown, errors.LONE_RETURN.at(
+        Span(start, start),
+        "a carriage return alone does not end a line",
+        "what follows would go on with this line",
+        reason=f"the file has {count} of them" if count > 1 else "it is the only one in the file",
+        cure="save the file with the line ends of Unix (LF) or Windows (CRLF)",
     )
 
 

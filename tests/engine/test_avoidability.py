@@ -47,6 +47,14 @@ def test_what_is_seen_early_is_avoidable() -> None:
     assert answer.braking == pytest.approx(1.15)
 
 
+def test_contact_is_the_instant_and_no_end_of_a_step() -> None:
+    """The front of the ego reaches the side of the other, 10 m/s each, after 36.94 m: within the step from 3.65 s."""
+    answer = judged(crossing(40.0, 40.0))
+    assert answer is not None
+    reach = 40.0 - 0.5 * 1.61 - 0.5 * 4.508
+    assert answer.contact == pytest.approx(reach / 10.0, abs=1e-3)
+
+
 def test_the_margin_is_what_stopping_takes() -> None:
     """The last moment is when the way to the side of the other's lane of travel is the stopping distance."""
     answer = judged(crossing(40.0, 40.0))

@@ -38,7 +38,8 @@ def pick(body: Body, node: nodes.Do) -> ir.Block:
     if len(candidates) == 1:
         body.ev.report(errors.ONE_OPTION.at(node.span, mode=node.mode))
     if all(closed_value(candidate.weight) == 0.0 for candidate in candidates):
-        raise errors.NO_WEIGHT.mistake(node.span)
+        what = "all weights are 0" if candidates else f"`do {node.mode}` has no options"
+        raise errors.NO_WEIGHT.mistake(node.span, what=what, mode=node.mode)
     invocations = _invocations(body, candidates)
     rule = guards.abort_rule(body.ev, node.span, f"do {node.mode} in {body.inliner.owner}: no option may start")
     options = tuple(

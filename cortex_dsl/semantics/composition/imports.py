@@ -84,7 +84,7 @@ class _Linker:
     def _file(self, node: nodes.Import | nodes.ImportFrom, stack: tuple[str, ...]) -> ImportedFile | None:
         name = self.files.find(stack[-1], _candidates(node))
         if name is None:
-            self.diagnostics.append(_missing(node, self.files.beside(stack[-1], _candidates(node)[0]), stack[-1]))
+            self.diagnostics.append(_missing(node, self._others_there(node, stack)))
             return None
         identity = self.files.identity(name)
         running = [self.files.identity(each) for each in stack]
@@ -99,6 +99,13 @@ class _Linker:
             self.read[identity] = None
             self._read(identity, name, node, stack)
         return self.read[identity]
+
+    def _others_there(self, node: nodes.Import | nodes.ImportFrom, stack: tuple[str, ...]) -> list[str]:
+        """Files in the folder that is meant, as the import would name them, without those that led here."""
+        running = [self.files.identity(each) for each in stack]
+        there = self.files.beside(stack[-1], _candidates(node)[0])
+        found = ((path, self.files.find(stack[-1], (path,))) for path in there)
+        return [path for path, name in found if name is not None and self.files.identity(name) not in running]
 
     def _read(self, identity: str, name: str, node: nodes.Import | nodes.ImportFrom, stack: tuple[str, ...]) -> None:
         start = len(self.source.whole) + 1
@@ -132,9 +139,9 @@ INSTEAD_OF_PYTHON = (
 )
 
 
-def _missing(node: nodes.Import | nodes.ImportFrom, there: list[str], importer: str) -> Diagnostic:
-    spelled = there if node.quoted else [_dotted(path) for path in there if path != PurePath(importer).name]
-    suggestion = did_you_mean(node.path, spelled) or "there is no scenario file in that folder"
+def _missing(node: nodes.Import | nodes.ImportFrom, there: list[str]) -> Diagnostic:
+    spelled = there if node.quoted else [_dotted(path) for path in there]
+    suggestion = did_you_mean(node.path, spelled) or "there is no other scenario file in that folder"
     if not node.quoted and node.path.split(".")[0] in PYTHON:
         suggestion = INSTEAD_OF_PYTHON
     return errors.MISSING_IMPORT.at(

@@ -210,15 +210,27 @@ TOO_MANY_BODIES = Problem(
         "ego = new Car on road, with behavior B1()\n",
     ),
 )
-TOO_DEEP_BODIES = Problem(
-    "SCN614",
-    "this block lies more than {limit} blocks deep, with those of the behaviors and scenarios that run it",
+DEEP_BY_RUNNING = (
+    ", with those of the behaviors and scenarios that run it",
     "each `do` is replaced by what it runs",
     "let one behavior `do` several after one another, instead of each the next",
+)
+DEEP_BY_BRANCHES = (
+    ": there are too many `elif`",
+    "each `elif` lies inside the `else` of the one before it",
+    "ask for one half first, `if x < 30: … else: …`, and put the finer `if` inside each; or compute what it decides",
+)
+"""What is counted, the reason and the cure."""
+TOO_DEEP_BODIES = Problem(
+    "SCN614",
+    "this block lies more than {limit} blocks deep{counted}",
+    "{reason}",
+    "{cure}",
     page=Page(
         "blocks that lie too deep",
         "What a `do` runs is written out in its place when the file is compiled, so that a chain of behaviors of which "
-        "each runs the next one becomes a block within a block, as if all of it were written in one place.",
+        "each runs the next one becomes a block within a block, as if all of it were written in one place. A chain of "
+        "`elif`, too, is one `if` inside the `else` of another.",
         "behavior B0():\n    wait\n"
         + "".join(f"behavior B{k}():\n    do B{k - 1}()\n" for k in range(1, 70))
         + "\nego = new Car on road, with behavior B69()\n",

@@ -70,7 +70,7 @@ TOO_MANY_VARIANTS = Problem(
     "choose from shorter lists, or fix some choices",
     page=Page(
         "too many combinations",
-        "Each way of making all finite choices is compiled on its own, so their number is limited.",
+        "Each way of making all finite choices is compiled on its own; there may be 4,096 at most.",
         "map intersection(lanes=4, rows=3, cols=3)\n"
         "a = Uniform(*network.lanes)\n"
         "b = Uniform(*network.lanes)\n"

@@ -71,7 +71,7 @@ STARTED_TWICE = Problem(
     "call it again, as in `do {name}(...)`, for objects of its own",
     page=Page(
         "scenario started twice",
-        "A scenario that was called once has one set of objects and runs once.",
+        "`s = Park()` makes one set of objects, which takes part once. Each `do Park()` makes new ones.",
         f"{_PARK}{_MAIN}        s = Park()\n        do s for 1 s\n        do s for 1 s\n",
         f"{_PARK}{_MAIN}        do Park() for 1 s\n        do Park() for 1 s\n",
     ),

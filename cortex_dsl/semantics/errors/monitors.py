@@ -90,9 +90,9 @@ ONE_OPTION = warning(
 )
 NO_WEIGHT = Problem(
     "SCN627",
-    "all weights are 0",
+    "{what}",
     "then no option can be taken",
-    "as in `do choose {{A(): 1, B(): 2}}`",
+    "as in `do {mode} {{A(): 1, B(): 2}}`",
     page=Page(
         "options without weight",
         "An option is as likely as its weight says: its weight over the sum of all that are allowed.",

@@ -99,7 +99,7 @@ BAD_OVERRIDE = Problem(
     "`-p {name}=...` needs one value",
     cure='as in `-p {name}=50`, `-p "{name}=50 km/h"`',
     page=Page(
-        "`-p` without one value",
+        "more or less than one value after `-p`",
         "The value of `-p NAME=VALUE` is one expression of the language.",
         "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\n",
         "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\n",
@@ -140,6 +140,32 @@ UNUSED_GENE = warning(
         "nothing.",
         "param V = Range(1, 9) m/s\nego = new Car on road\n",
         "param V = Range(1, 9) m/s\nego = new Car on road, with speed V\n",
+    ),
+)
+SECOND_EGO = warning(
+    "SCN212",
+    "this is a second ego",
+    "the vehicle under test is this one from here on; the first becomes one of the others",
+    "give one of them another name, or `new` without a name",
+    page=Page(
+        "second ego",
+        "A scenario has one vehicle under test. `ego` may be given to another object further down, as in Scenic, but "
+        "whoever writes it twice mostly wants a second car.",
+        "lane = network.lanes[0]\nego = new Car in lane.centerline\nego = new Car ahead of ego by 9 m\n",
+        "lane = network.lanes[0]\nego = new Car in lane.centerline\nlead = new Car ahead of ego by 9 m\n",
+    ),
+)
+SELF_AS_PARAMETER = Problem(
+    "SCN213",
+    "`self` is no parameter of a {kind}",
+    "{reason}",
+    "leave it out of the brackets",
+    page=Page(
+        "`self` among the parameters",
+        "The object that a behavior drives is `self` there, without being named in its brackets as in Python; whoever "
+        "calls it gives the other arguments alone. Monitors and scenarios drive none.",
+        "behavior Go(self, v):\n    do FollowLaneBehavior(v)\n\nego = new Car on road, with behavior Go(5 m/s)\n",
+        "behavior Go(v):\n    do FollowLaneBehavior(v)\n\nego = new Car on road, with behavior Go(5 m/s)\n",
     ),
 )
 SHADOWS = hint(

@@ -34,6 +34,14 @@ class Given:
 
 def evaluate_arguments(ev: Evaluator, arguments: Sequence[nodes.Argument]) -> list[Given]:
     """All arguments, lists behind `*` unpacked. Reports every mistake in them before giving up."""
+    given, broken = evaluate_each(ev, arguments)
+    if broken:
+        raise Mistake
+    return given
+
+
+def evaluate_each(ev: Evaluator, arguments: Sequence[nodes.Argument]) -> tuple[list[Given], bool]:
+    """The arguments that can be evaluated, and whether there are others; what is wrong with those is reported."""
     given: list[Given] = []
     broken = False
     for argument in arguments:
@@ -46,9 +54,7 @@ def evaluate_arguments(ev: Evaluator, arguments: Sequence[nodes.Argument]) -> li
             given += [Given(item, node.span) for item in items_of(value, node.span, "what `*` unpacks")]
         else:
             given.append(Given(value, node.span, argument.name, node, argument.span))
-    if broken:
-        raise Mistake
-    return given
+    return given, broken
 
 
 def items_of(value: Value, span: Span, what: str = "this") -> tuple[Value, ...]:

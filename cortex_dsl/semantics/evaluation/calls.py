@@ -17,6 +17,7 @@ from cortex_dsl.semantics.evaluation import driving as _driving  # noqa: F401 - 
 from cortex_dsl.semantics.evaluation import steering
 from cortex_dsl.semantics.evaluation.arguments import Given, Slot, bind, bind_builtin, evaluate_arguments, number_for
 from cortex_dsl.semantics.evaluation.functions import FUNCTIONS
+from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.quantities.algebra import is_dynamic
 from cortex_dsl.semantics.randomness import distributions
 from cortex_dsl.semantics.randomness.draws import Site
@@ -107,6 +108,8 @@ def as_scenario(value: Value, span: Span) -> ScenarioCall | None:
 
 def bind_parameters(node: Definition, given: Sequence[Given], span: Span) -> dict[str, Given]:
     """Arguments by the parameters of a definition in the file."""
+    if any(p.name == "self" for p in node.parameters):
+        raise Mistake  # that has been told, and nobody can give it
     slots = [Slot(p.name, p.default is not None) for p in node.parameters]
     shown = [p.name if p.default is None else f"{p.name}=..." for p in node.parameters]
     return bind(node.name, f"{node.name}({', '.join(shown)})", slots, given, span)

@@ -5,6 +5,8 @@ They run after the top level, so they see all names of the file. A name that a b
 
 from dataclasses import dataclass, replace
 
+from cortex_dsl.diagnostics import Diagnostic
+from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.names.binding import Definition, assigned, body_of, bound_by, duplicate, looked_at
 from cortex_dsl.semantics.names.looking_up import Names, NameTable
 from cortex_dsl.semantics.running.rules import speaks_of_run
@@ -37,6 +39,8 @@ class BodyNames:
                 first = seen[parameter.name]
                 self.table.findings.add(duplicate("the argument", parameter.name, parameter.span, first))
             seen[parameter.name] = parameter.span
+            if parameter.name == "self":
+                self.table.findings.add(self._self_named(parameter.span))
             if parameter.default is not None:
                 outside.visit(parameter.default)
         if not isinstance(self.definition, nodes.MonitorDefinition):
@@ -46,6 +50,11 @@ class BodyNames:
             for guard in (*self.definition.preconditions, *self.definition.invariants):
                 names.visit(guard.condition)
         self._block(self.body)
+
+    def _self_named(self, span: Span) -> Diagnostic:
+        kinds = {nodes.BehaviorDefinition: "behavior", nodes.MonitorDefinition: "monitor"}
+        reason = "it is there anyway" if self.in_behaviour else "it drives no object"
+        return errors.SELF_AS_PARAMETER.at(span, kind=kinds.get(type(self.definition), "scenario"), reason=reason)
 
     def _names(self) -> Names:
         inner, early = self.parameters | self.locals, frozenset(self.early)

@@ -63,6 +63,9 @@ CURES = {
     "indented again, this line",
 }
 """What to write, by where a statement belongs."""
+VALUE_BY_IF = (
+    "to choose a value write `x = a if CONDITION else b`; what depends on the run stands in a `behavior NAME():`"
+)
 
 
 @frozen
@@ -151,5 +154,6 @@ def _refuse(findings: Findings, statement: nodes.Statement, word: str, reason: s
 
 def _report(findings: Findings, statement: nodes.Statement, word: str, here: str, there: str) -> None:
     span = Span(statement.span.start, statement.span.start + len(word))
-    cure = CURES.get(there, "move it there, or remove it")
+    chooses = word == "if" and there == "in a behavior"
+    cure = VALUE_BY_IF if chooses else CURES.get(there, "move it there, or remove it")
     findings.add(errors.STATEMENT_PLACE.at(span, statement=word, here=here, there=there, cure=cure))

@@ -49,7 +49,9 @@ def quantity(value: Value, span: Span, what: str = "this") -> Quantity:
     """
     if isinstance(value, Quantity):
         return value
-    raise errors.WRONG_KIND.mistake(span, what=what, expected="a number", actual=kind_name(value), cure="")
+    quoted = isinstance(value, str) and value.strip()[:1].isdigit()
+    cure = f"write it without quotes: `{value}`" if quoted else ""
+    raise errors.WRONG_KIND.mistake(span, what=what, expected="a number", actual=kind_name(value), cure=cure)
 
 
 def _as_condition(value: Value) -> str:

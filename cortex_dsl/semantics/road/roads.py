@@ -6,7 +6,7 @@ from collections.abc import Callable, Container
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS, Kind
 from cortex_dsl.semantics.context import Evaluator
-from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
+from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
 from cortex_dsl.semantics.evaluation.functions import known_truth, whole_number
 from cortex_dsl.semantics.problems import Mistake
 from cortex_dsl.semantics.quantities.numbers import adopt
@@ -26,7 +26,7 @@ from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 from engine.program import RoadSpec
 from engine.road.build import build_network
-from engine.road.errors import RoadError
+from engine.road.errors import wrong_alone, wrong_together
 from engine.road.network import Network
 from engine.tables import ROAD_REGION
 
@@ -41,20 +41,18 @@ def lay_out(ev: Evaluator, node: nodes.Map) -> None:
         raise errors.UNKNOWN_MAP.mistake(node.span, kind=node.kind)
     if ev.run.network is not None:
         raise errors.MAP_TOO_LATE.mistake(node.span)
-    given = evaluate_arguments(ev, node.arguments)
-    spec, spans = _spec(ev, given)
-    try:
-        ev.run.network = _network(ev, spec, node.span)
-    except RoadError as error:
-        span = spans.get(error.argument, node.span)
-        raise errors.BAD_MAP.mistake(span, message=error.message, cure=error.cure) from None
+    ev.run.network = _network(ev, _spec(ev, node), node.span)
 
 
-def _spec(ev: Evaluator, given: list[Given]) -> tuple[RoadSpec, dict[str, Span]]:
-    """The road that is asked for, and where each number of it stands; tells what is wrong with all arguments."""
+def _spec(ev: Evaluator, node: nodes.Map) -> RoadSpec:
+    """The road that is asked for.
+
+    Raises:
+        Mistake: there is none; what is wrong with each argument has been told.
+    """
+    given, mistaken = evaluate_each(ev, node.arguments)
     values: dict[str, float | bool] = {}
     spans: dict[str, Span] = {}
-    mistaken = False
     for argument in given:
         try:
             name = _map_argument(argument, values)
@@ -63,15 +61,22 @@ def _spec(ev: Evaluator, given: list[Given]) -> tuple[RoadSpec, dict[str, Span]]
         except Mistake as mistake:
             ev.report(mistake)
             mistaken = True
-    if mistaken:
+    spec = RoadSpec(**values)  # type: ignore[arg-type]
+    wrong = list(wrong_alone(spec)) or ([] if mistaken else list(wrong_together(spec)))
+    for error in wrong:
+        ev.report(errors.BAD_MAP.at(spans.get(error.argument, node.span), message=error.message, cure=error.cure))
+    if mistaken or wrong:
         raise Mistake
-    return RoadSpec(**values), spans  # type: ignore[arg-type]
+    return spec
 
 
 def _map_argument(argument: Given, known: Container[str]) -> str:
     if argument.name is None:
         raise errors.NOT_SUPPORTED.mistake(
-            argument.span, what="`map` takes its arguments by name", reason="", cure="as in `ways=4, lanes=1`"
+            argument.span,
+            what="`map` takes its arguments by name",
+            reason="",
+            cure="as in `ways=4, lane_width=3.5 m`, with a point for decimals",
         )
     if argument.name not in MAP_ARGUMENTS:
         raise errors.UNKNOWN_ARGUMENT.mistake(

@@ -84,6 +84,15 @@ def test_commands(folder: Path, humble: Run, arguments: tuple[str, ...], said: s
     assert (folder / "readonly.scn").read_text() == UGLY
 
 
+def test_a_search(folder: Path, humble: Run) -> None:
+    """Without a place for its results it is not begun."""
+    example = ROOT / "examples" / "left_turn.scn"
+    result = humble(example, "--ga", "--generations", "1", "--out", "still/run")
+    assert result.returncode == 2
+    assert "cannot write" in result.stderr
+    assert [path.name for path in (folder / "still").iterdir()] == ["a.scn"]
+
+
 @pytest.mark.parametrize("name", ["unreadable.scn", "closed/b.scn"])
 def test_imports(folder: Path, humble: Run, name: str) -> None:
     """A file that may not be looked at is not called missing."""

@@ -4,6 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from cortex_dsl.repl import splitting
+from cortex_dsl.syntax import parse
+
 from .conftest import LEFT_TURN, Talk
 
 
@@ -173,3 +176,33 @@ def test_somebody_is_asked(talk: Talk, tmp_path: Path, monkeypatch: pytest.Monke
     talk(f":load {other}")
     assert talk.text == "y = 2\n"
     assert "nothing to undo" in talk(":undo").err
+
+
+def test_an_expression_is_told_as_it_was_typed(talk: Talk) -> None:
+    """The mistake stands in the line that the user sees, and a value also in the unit of the params that it reads."""
+    said = talk("x = 1 m", "foo.bar")
+    assert "session:2:1: error[SCN201]" in said.err
+    assert "2 | foo.bar\n  | ^^^\n" in said.err
+    said = talk("y + (x")
+    assert "it = " not in said.err
+    said = talk("param V = Range(18, 36) km/h", "V * 2")
+    assert "a speed, 10 to 20 m/s (36 to 72 km/h)" in said.out
+
+
+def test_one_param_is_plotted_at_a_time(talk: Talk) -> None:
+    """Of several names it is said so, with one that works."""
+    talk("param A = Range(1, 9) m", "param B = Range(1, 9) m")
+    for order in (":plot A B", ":plot A, B", ":plot X B"):
+        said = talk(order).err
+        assert "one param at a time" in said
+        assert f"as in `:plot {'B' if 'X' in order else 'A'}`" in said
+    assert "did you mean `A`" in talk(":plot AA").err
+
+
+def test_thousands_of_lines_are_pasted(talk: Talk, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each is parsed a few times and no more, however many there are."""
+    read: list[int] = []
+    monkeypatch.setattr(splitting, "parse", lambda source: (read.append(1), parse(source))[1])
+    talk("\n".join(f"x{i} = {i} m" for i in range(1500)))
+    assert len(talk.desk.draft.entries) == 1500
+    assert len(read) < 2 * 1500

@@ -1,6 +1,7 @@
 """Sessions at a real pseudo-terminal, seen through a terminal emulator."""
 
 import os
+import signal
 import sys
 import time
 from pathlib import Path
@@ -125,3 +126,31 @@ def test_a_history_that_cannot_be_written(folder: Path) -> None:
     screen.send(CTRL_C + CTRL_D, "not saved")
     screen.process.send(CTRL_D)
     assert screen.end() == 0
+
+
+def test_odd_moments(folder: Path) -> None:
+    """The window changes in the middle of a block, the session is stopped and goes on, Ctrl-D does not lose a block,
+    Ctrl-C while nothing runs and bytes that are no text do no harm, and the file disappears.
+    """
+    (folder / "a.scn").write_text("x = 1 m\n")
+    screen = Screen(folder, "a.scn")
+    screen.wait("still to come: ego")
+    screen.send("behavior Go():\r", "...")
+    screen.process.send("wai")
+    for columns, lines in ((20, 20), (10, 5), (100, 60)):
+        screen.process.setwinsize(lines, columns)
+    for number in (signal.SIGTSTP, signal.SIGCONT):
+        screen.process.kill(number)
+    screen.process.send(CTRL_D)
+    screen.send("t\r\r", "scn>", 2)
+    screen.send(":list\r", "wait", 2)
+    screen.process.send(CTRL_C + CTRL_C)
+    os.write(screen.process.child_fd, b"y = 1 \xff\xfe m\r")
+    screen.wait("SCN118")
+    (folder / "a.scn").unlink()
+    screen.send(":load b.scn\r", "N]")
+    screen.send("y\r", "there is no file `b.scn`")
+    screen.send(":save\r", "saved a.scn")
+    screen.process.send(CTRL_D)
+    assert screen.end() == 0
+    assert "behavior Go():\n    wait\n" in (folder / "a.scn").read_text()

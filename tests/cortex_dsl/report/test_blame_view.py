@@ -122,3 +122,34 @@ def test_nothing_is_said_of_what_is_whole() -> None:
     """A file without a cut is told in one line."""
     free = compile_text("map intersection(ways=4, lanes=1)\nparam A = Range(0, 10) m\nego = new Car on road\n").program
     assert feasibility_view(free, explain(free)) is None
+
+
+SPOKEN = """
+map intersection(ways=4, lanes=1)
+param V = Range(10, 40) km/h
+param W = Range(10, 40) km/h
+param H = Range(-20, 20) deg
+param BARE = Range(1, 3)
+ego = new Car on road, with speed V
+require V - W > 25 km/h as "written"
+require W > V + 6 m/s as "another"
+require H > 19.9 as "of the param"
+require V > W as "of what it reads"
+require BARE > 2.9 as "pure"
+"""
+
+
+def test_amounts_are_told_in_the_unit_of_the_file() -> None:
+    """The unit that a `require` writes, else that of the param it reads, else none; JSON stays in SI units."""
+    found = told(SPOKEN.replace("19.9", "19.9 deg"))
+    lines = render(blame_view(found), 120).splitlines()
+    units = {name: next(line for line in lines if line.strip().startswith(name)).rstrip() for name in
+             ("written", "another", "of the param", "of what it reads", "pure")}  # fmt: skip
+    assert units["written"].endswith(" km/h")
+    assert units["another"].endswith(" m/s")
+    assert units["of the param"].endswith(" deg")
+    assert units["of what it reads"].endswith(" km/h")
+    assert units["pure"][-1].isdigit()
+    miss = blame_content(found)["requirements"][0]["nearest_miss"]
+    assert miss["unit"] == "m/s"
+    assert f"{-miss['margin'] * 3.6:.3g} km/h" in units["written"]

@@ -17,6 +17,7 @@ from cortex_dsl.report.search_report import SearchReport
 from cortex_dsl.report.search_view import comparison_view, search_view
 from cortex_dsl.report.tally import Tally
 from cortex_dsl.report.theme import THEME
+from cortex_dsl.report.titles import name_of, title_of
 from engine.metrics import Metric
 from engine.program import Program, RoadSpec, Rule
 from engine.records import Recorded
@@ -328,3 +329,30 @@ def test_colour_is_only_the_terminals_own(run: RunReport) -> None:
     assert "\x1b[1;36m" in text
     assert "38;2;" not in text
     assert "38;5;" not in text
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_whom_the_ego_hit(program: Program, report: SearchReport, width: int) -> None:
+    """Each of the worst names the other actor where there is more than one; of two actors nothing need be said."""
+    third = replace(program, actors=("ego", "adversary", "delivery van"))
+    rollouts = report.campaign.evaluations.rollouts
+    case = report.campaign.worst[1]
+    pair = rollouts.pair.copy()
+    pair[case.row, case.rollout] = 1
+    evaluations = replace(report.campaign.evaluations, rollouts=replace(rollouts, pair=pair))
+    told = replace(report, campaign=replace(report.campaign, evaluations=evaluations))
+    text = render(search_view(third, told, "", width), width)
+    assert_fits(text, width)
+    table = text.split("The ten worst")[1].split("worst first")[0].splitlines()
+    rows = [line.split() for line in table if line.strip()[:1].isdigit()]
+    assert rows[0][3] == "adversary"
+    assert rows[1][3:5] == ["delivery", "van"]
+    assert "hit or" not in render(search_view(program, report, "", width), width)
+
+
+def test_the_title_of_a_case(program: Program) -> None:
+    """A case that a search wrote is called by the searched file; what merely has a number for a name keeps it."""
+    text = "# case 3 of a search in some/left_turn.scn: risk 22\nego = new Car on road\n"
+    assert title_of(replace(program, name="03", source_text=text)).plain.startswith("left_turn, case 3  ")
+    assert name_of(replace(program, name="mine", source_text=text)) == "mine"
+    assert name_of(replace(program, name="03", source_text="ego = new Car on road\n")) == "03"

@@ -103,6 +103,21 @@ def test_missing_files_are_answered_with_those_there(folder: Path) -> None:
     assert (second.code, second.cure) == ("SCN230", "did you mean `lib/gaps.scenic`?")
 
 
+def test_no_cure_is_a_cycle(folder: Path) -> None:
+    """Neither the importing file nor one that imports it is suggested, by whatever path."""
+    write(folder, "mix.scn", 'import "nix.scn"\n')
+    write(folder, "tix.scn", 'import "mix.scn"\n')
+    for path in ("tix.scn", "lib/../tix.scn"):
+        found = refused(folder, f'import "{path}"\nego = new Car on road\n')[1]
+        assert [d.code for d in found] == ["SCN230"]
+        assert "mix.scn" not in found[0].cure
+        assert "tix.scn" not in found[0].cure
+    (folder / "alone").mkdir()
+    write(folder, "alone/mix.scn", 'import "nix.scn"\n')
+    found = refused(folder, 'import "alone/mix.scn"\nego = new Car on road\n')[1]
+    assert found[0].cure == "there is no other scenario file in that folder"
+
+
 def test_a_cycle_is_shown(folder: Path) -> None:
     write(folder, "a.scn", "import b\n")
     write(folder, "b.scn", "import a\n")

@@ -18,7 +18,7 @@ from cortex_dsl.syntax.units import SPOKEN_UNITS, UNIT_WORDS
 from cortex_dsl.syntax.words import RESERVED, TEMPORAL_PREFIXES
 
 GRAMMAR = (files("grammar") / "cortex.lark").read_text(encoding="utf-8")
-FILE_CODES = {"SCN130", "SCN131", "SCN132", "SCN133"}
+FILE_CODES = {"SCN130", "SCN131", "SCN132", "SCN133", "SCN134"}
 
 
 def codes_of(text: str) -> list[str]:

@@ -14,6 +14,7 @@ REFUSED = {
     "SCN131": [b"x = \0 3", "x = 3".encode("utf-16"), b"\x7fELF\0\0"],
     "SCN132": [b"x = 3\ny = '\xff'", b"gr\xf6\xdfe = 3"],
     "SCN133": [b"x = 1\n" * MAX_BYTES],
+    "SCN134": [b"x = 1\ry = 2\r", b"x = 1\n\ry = 2\n"],
 }
 
 
@@ -51,3 +52,18 @@ def test_what_the_system_refuses_is_left_to_the_command(tmp_path: Path) -> None:
         read_source(tmp_path / "none.scn")
     with pytest.raises(OSError, match="directory"):
         read_source(tmp_path)
+
+
+def test_line_ends_that_are_fine() -> None:
+    """Those of Unix and Windows, mixed, and what tools make of them by accident."""
+    for text in (b"x = 1\r\ny = 2\n", b"x = 1\r\r\ny = 2\r\r\n", b"x = 1\r\n\r"):
+        assert decode("some.scn", text).text == text.decode()
+
+
+def test_place_of_a_lone_carriage_return() -> None:
+    """The end of the first line that it was meant to end, shown alone."""
+    with pytest.raises(CompileError) as caught:
+        decode("some.scn", b"x = 1\ry = 2\r")
+    text = render_text(caught.value.source, caught.value.diagnostics)
+    assert text.startswith("some.scn:1:6: error[SCN134]")
+    assert "1 | x = 1\n" in text

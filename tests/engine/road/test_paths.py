@@ -94,6 +94,7 @@ def test_join_is_remembered_and_lines_become_one() -> None:
     assert book.join((first, second)) == joined
     assert book.join([first]) == first
     assert book.primitives(joined) == (Primitive(0, 0, 0.0, 0.0, 7.0),)
+    assert (book.parts(joined), book.parts(second)) == ((first, second), (second,))
 
 
 def test_join_refuses_a_gap() -> None:
