@@ -1,0 +1,58 @@
+"""The way back: what a file says when it is read again must score as the run did that it was written from."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from benchmarks.validation.items import Item
+
+if TYPE_CHECKING:
+    from engine.interchange import Recording
+    from engine.risk import Risk
+    from engine.scenes import Outcomes
+
+NEAR = 1e-6
+"""Of metrics in SI units."""
+METRICS = ("min_distance", "max_closing_speed", "distance_at_ms", "ttc_at_ms", "end_time")
+
+
+def round_trip(item: Item) -> list[str]:
+    """Where a case that is read and measured again scores otherwise than it did."""
+    assert item.case is not None
+    from engine.interchange.measuring import measure
+
+    case = item.case
+    again = measure(_read(item.file), case.profile)
+    before = case.scenario.assess(case.outcomes, case.profile)
+    return _other_metrics(case.outcomes, again.outcomes) + _other_risk(before, again.risk)
+
+
+def _read(file: Path) -> "Recording":
+    from engine.interchange.reading import read_openscenario
+    from engine.interchange.tables import read_table
+
+    return (read_openscenario(file) if file.suffix == ".xosc" else read_table(file)).recording
+
+
+def _other_metrics(before: "Outcomes", after: "Outcomes") -> list[str]:
+    found = []
+    if before.collided[0] != after.collided[0]:
+        found.append(f"collided is {bool(after.collided[0])}, was {bool(before.collided[0])}")
+    for name in METRICS:
+        old, new = np.atleast_1d(getattr(before, name)[0]), np.atleast_1d(getattr(after, name)[0])
+        if old.shape != new.shape:
+            found.append(f"{name} is of {new.size} pairs, was of {old.size}")
+        elif not np.allclose(new, old, rtol=0.0, atol=NEAR, equal_nan=True):
+            off = np.nanmax(np.abs(new - old))
+            found.append(f"{name} is off by {off:.3g}")
+    return found
+
+
+def _other_risk(before: "Risk", after: "Risk") -> list[str]:
+    if before.score[0] != after.score[0]:
+        return [f"the risk is {int(after.score[0])}, was {int(before.score[0])}"]
+    if not math.isclose(before.continuous[0], after.continuous[0], abs_tol=NEAR):
+        return [f"the continuous risk is {after.continuous[0]:.9g}, was {before.continuous[0]:.9g}"]
+    return []
