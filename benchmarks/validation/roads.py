@@ -51,12 +51,9 @@ def counted(spec: RoadSpec) -> dict[str, Any]:
     """What others must find on it: see the checkers."""
     network = build_network(spec)
     turns = Counter((each.start_lane.road, each.end_lane.road) for each in network.maneuvers)
-    reached = {each.end for each in network.maneuvers}
-    away = {lane.id for each in network.intersections for lane in each.outgoing_lanes}
     return {
         "through": sorted(len(each.maneuvers) for each in network.intersections),
         "turns": sorted(turns.values()),
-        "unreached": 0 if spec.left_hand else len(away - reached),
     }
 
 

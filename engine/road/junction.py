@@ -98,11 +98,12 @@ class Junction:
     def turns(self) -> tuple[Turn, ...]:
         """All ways through, in the order of arms, lanes, and straight, left, right."""
         return tuple(
-            self._turn(start, lane, end)
+            self._turn(start, lane, end, end_lane)
             for start in self.arms
             for lane in range(1, self.spec.lanes + 1)
             for end in sorted(self.arms, key=lambda end: turn_type(start, end))
             if self._is_allowed(start, lane, end)
+            for end_lane in self._end_lanes(start, lane, end)
         )
 
     def _is_allowed(self, start: Direction, lane: int, end: Direction) -> bool:
@@ -117,19 +118,33 @@ class Junction:
         is_near = kind is self.near_turn
         if start.opposite in self.arms:
             return lane == (1 if is_near else self.spec.lanes)
+        return self._is_in_half(lane, near_kerb=is_near)
+
+    def _end_lanes(self, start: Direction, lane: int, end: Direction) -> tuple[int, ...]:
+        """A turn keeps its lane's number: then all turns of one corner run side by side.
+
+        Into a road that nobody reaches straight on (the stem of a T), each turn may take any lane of its own half.
+        """
+        if end.opposite in self.arms or lane not in (1, self.spec.lanes):
+            return (lane,)
+        is_near = turn_type(start, end) is self.near_turn
+        lanes = range(1, self.spec.lanes + 1)
+        half = [other for other in lanes if self._is_in_half(other, near_kerb=is_near)]
+        return tuple(sorted(half, key=lambda other: abs(other - lane)))
+
+    def _is_in_half(self, lane: int, *, near_kerb: bool) -> bool:
+        """Whether a lane belongs to the kerb's half of its road, or to the middle's; one in between belongs to both."""
         middle = (self.spec.lanes + 1) / 2
-        return lane <= middle if is_near else lane >= middle
+        return lane <= middle if near_kerb else lane >= middle
 
     @property
     def near_turn(self) -> ManeuverType:
         """The turn that crosses no oncoming lane."""
         return ManeuverType.LEFT_TURN if self.spec.left_hand else ManeuverType.RIGHT_TURN
 
-    def _turn(self, start: Direction, lane: int, end: Direction) -> Turn:
-        """A turn keeps its lane's number: then all turns of one corner run side by side."""
-        kind = turn_type(start, end)
-        first, last = self.incoming(start, lane, self.stop), self.outgoing(end, lane, self.stop)
-        return Turn(start, lane, end, lane, kind, connect(first, last))
+    def _turn(self, start: Direction, lane: int, end: Direction, end_lane: int) -> Turn:
+        first, last = self.incoming(start, lane, self.stop), self.outgoing(end, end_lane, self.stop)
+        return Turn(start, lane, end, end_lane, turn_type(start, end), connect(first, last))
 
     @cached_property
     def outline(self) -> Floats:

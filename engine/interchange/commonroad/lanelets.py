@@ -61,9 +61,10 @@ def legs(network: Network) -> Iterator[Leg]:
 def _rows(network: Network) -> list[tuple[Lane, ...]]:
     """Lanes of one direction side by side, from the kerb to the middle; each lane is in a row."""
     rows = [row for leg in legs(network) for row in (leg.incoming_lanes, leg.outgoing_lanes)]
-    turns: dict[tuple[int, str, str], list[Lane]] = defaultdict(list)
+    turns: dict[tuple[int, str, str, int], list[Lane]] = defaultdict(list)
     for maneuver in network.maneuvers:
-        turns[maneuver.intersection_id, maneuver.start_lane.road, maneuver.end_lane.road].append(
+        start, end = maneuver.start_lane, maneuver.end_lane
+        turns[maneuver.intersection_id, start.road, end.road, end.number - start.number].append(
             maneuver.connecting_lane
         )
     return rows + [tuple(sorted(row, key=lambda lane: lane.number)) for row in turns.values()]

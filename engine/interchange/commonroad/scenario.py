@@ -73,7 +73,7 @@ def _scenario(line: Timeline, ids: Ids, name: str) -> Element:
     tags = child(root, "scenarioTags")
     for tag in _tags(line, ids.network):
         child(tags, tag)
-    add_road(root, ids, recording.signals, recording.step)
+    add_road(root, ids, line.signals, recording.step)
     for track in sorted(line.others, key=_is_dynamic):  # static ones first, as the schema has them
         _add_actor(root, ids.actor(track.index), track)
     _add_problem(root, ids.actor(0), line.ego)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from engine.interchange.errors import InterchangeError
-from engine.interchange.recording import Contact, RecordedActor, Recording
+from engine.interchange.recording import Contact, RecordedActor, Recording, SignalTimes
 from engine.kernels.geometry import Box, box_distance
 from engine.road import build_network, outline
 from engine.tables import Floats
@@ -64,6 +64,12 @@ class Timeline:
     ego: Track
     others: tuple[Track, ...]
     """All actors that are there at some step."""
+
+    @property
+    def signals(self) -> SignalTimes | None:
+        """The plan of the lights as it runs from step 0 on."""
+        signals = self.recording.signals
+        return None if signals is None else replace(signals, offset=signals.offset + self.start)
 
     @property
     def contact_step(self) -> float | None:

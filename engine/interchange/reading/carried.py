@@ -17,6 +17,7 @@ LINEAR = (State.SPEED, State.STEER)
 OF_STEPS = (State.ACCELERATION, State.THROTTLE, State.BRAKE)
 """What a sample tells of the step that ended there, so that it holds all through that step."""
 SAME_INSTANT = 1e-9
+NEEDED = frozenset({State.SPEED, State.ACCELERATION})
 LONGEST = 10_000_000
 """Letters of one property: half a million numbers."""
 FITS = 0.02
@@ -59,11 +60,12 @@ class Carried:
 def read_carried(properties: Mapping[str, str]) -> Carried | None:
     """What the properties hold, or None where they are missing, incomplete or not of one length."""
     time = _numbers(properties.get("cortexc.time", ""))
-    columns = {column: _numbers(properties.get(f"cortexc.{column.name.lower()}", "")) for column in LINEAR + OF_STEPS}
+    written = [column for column in LINEAR + OF_STEPS if f"cortexc.{column.name.lower()}" in properties]
+    columns = {column: _numbers(properties[f"cortexc.{column.name.lower()}"]) for column in written}
     if time is None or not len(time) or not (np.diff(time) > 0.0).all():
         return None
     full = {column: values for column, values in columns.items() if values is not None and len(values) == len(time)}
-    return Carried(time, full) if len(full) == len(columns) else None
+    return Carried(time, full) if len(full) == len(columns) and full.keys() >= NEEDED else None
 
 
 def read_step(properties: Mapping[str, str]) -> float | None:

@@ -132,8 +132,12 @@ def _recording(path: Path, parts: Sequence[Part], end: float, step: float | None
         time=times,
         states=np.stack([states(part, times) for part in parts], axis=1),
         step=spacing,
-        commands=all(part.believed for part in parts),
+        commands=all(map(_carries_commands, parts)),
     )
+
+
+def _carries_commands(part: Part) -> bool:
+    return part.believed and part.carried is not None and State.STEER in part.carried.columns
 
 
 def _provenance(root: Node, path: Path) -> Provenance:

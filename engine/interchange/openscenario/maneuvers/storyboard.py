@@ -1,7 +1,9 @@
 """The storyboard of a plan: where all begin and which way they go, then for each actor its phases and reactions.
 
-An event that starts overrides those of its actor that run, and of several that start at once the last one stays: so
-phases stand in the order of the way, and reactions, whose triggers exclude each other and the phases, need no order.
+Events are `parallel`: a new action on an actor's speed ends the one before, and with it its event, which may start again
+(OpenSCENARIO 1.3, 7.5.1). An event that is overridden would be over for good, however often it might run (8.4.2.2). Of
+several that start at once the last one stays: so phases stand in the order of the way, and reactions, whose triggers
+exclude each other and the phases, need no order.
 """
 
 from collections.abc import Sequence
@@ -105,7 +107,7 @@ def _phase(maneuver: Element, actor: ActorPlan, phase: Phase, calm: Trigger, wor
     if phase.faster_than is not None:
         fast = Condition(Measure.SPEED, phase.faster_than, below=False, actor=actor.name)
         when = all_of([when, ((fast,),)])
-    _change(_event(maneuver, f"{actor.name}_{phase.name}", 1, words), phase.change, words)
+    _change(_event(maneuver, f"{actor.name}_{phase.name}", 1), phase.change, words)
     add_trigger(maneuver[-1], START, f"{actor.name}_{phase.name}", steady(when), words)
 
 
@@ -116,7 +118,7 @@ def _resumed(maneuver: Element, actor: ActorPlan, phase: Phase, calm: Trigger, w
     groups = [
         [*(Edged(each, rises=each is last) for each in group), *map(Edged, begun)] for group in calm for last in group
     ]
-    _change(_event(maneuver, name, OFTEN, words), phase.change, words)
+    _change(_event(maneuver, name, OFTEN), phase.change, words)
     add_trigger(maneuver[-1], START, name, groups, words)
 
 
@@ -124,12 +126,12 @@ def _reaction(maneuver: Element, actor: ActorPlan, reaction: Reaction, words: Wo
     """For as long as its trigger holds and the actor moves."""
     name = f"{actor.name}_{reaction.name}"
     moves = Condition(Measure.SPEED, STANDING, below=False, actor=actor.name)
-    _change(_event(maneuver, name, OFTEN, words), reaction.change, words)
+    _change(_event(maneuver, name, OFTEN), reaction.change, words)
     add_trigger(maneuver[-1], START, name, steady(all_of([reaction.when, ((moves,),)])), words)
 
 
 def _leave(maneuver: Element, actor: ActorPlan, when: Trigger, words: Words) -> None:
-    event = _event(maneuver, f"{actor.name}_leaves", 1, words)
+    event = _event(maneuver, f"{actor.name}_leaves", 1)
     action = child(child(event, "Action", name=f"{actor.name}_leaves_action"), "GlobalAction")
     child(child(action, "EntityAction", entityRef=actor.name), "DeleteEntityAction")
     add_trigger(event, START, f"{actor.name}_leaves", steady(when), words)
@@ -141,8 +143,8 @@ def _after(actor: ActorPlan, way: formula.Formula) -> Trigger:
     return ((Condition(Measure.TRAVELLED, way, below=False, actor=actor.name),),)
 
 
-def _event(maneuver: Element, name: str, times: int, words: Words) -> Element:
-    return child(maneuver, "Event", name=name, priority=words.version.priority, maximumExecutionCount=times)
+def _event(maneuver: Element, name: str, times: int) -> Element:
+    return child(maneuver, "Event", name=name, priority="parallel", maximumExecutionCount=times)
 
 
 def _change(event: Element, change: Change, words: Words) -> None:
