@@ -8,7 +8,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from errno import ENOENT
 from pathlib import Path
 
@@ -24,9 +24,14 @@ from engine.search.campaign import follow
 from engine.search.journal_reader import Record, read_journal
 from engine.search.manifest import Link, Manifest, Origin, Text
 from engine.search.protocol import Box
+from engine.search.ranking import Case, order_of_risk, worst_cases
 from engine.search.searchers import build_searcher
-from engine.search.store import JOURNAL, StoreError
+from engine.search.store import JOURNAL, StoreError, example_run
 from engine.study.store import is_study
+from engine.vocabulary import GeneKind
+
+WORST = 10
+"""Cases of which the run's folder has a scenario each; no two of them are nearly the same."""
 
 
 @dataclass(frozen=True)
@@ -102,11 +107,11 @@ def _run_folder(path: Path) -> Path:
         cure = (
             f"did you mean `{folder.with_name(near)}`?"
             if near
-            else "name the folder of a run, such as runs/left_turn-ga-001"
+            else f"name the folder of a run, such as {example_run()}"
         )
         raise StoreError(f"there is no folder `{folder}`", cure)
     if not folder.is_dir():
-        raise StoreError(f"`{folder}` is no folder", "name the folder of a run, such as runs/left_turn-ga-001")
+        raise StoreError(f"`{folder}` is no folder", f"name the folder of a run, such as {example_run()}")
     if inside := sorted(each.parent for each in folder.glob(f"*/{JOURNAL}")):
         raise StoreError(f"`{folder}` holds {len(inside)} runs", f"name one of them, such as `{inside[0]}`")
     if is_study(folder):
@@ -166,3 +171,31 @@ def _text_of(name: str) -> str | None:
         return read_source(name).text
     except CompileError:
         return None
+
+
+# -- its cases by number: those of its folder `worst` first, then all others, worst first ------------------------------
+
+
+def every_case(record: Record) -> tuple[Case, ...]:
+    """Every genome with a valid simulation. Number 7 is `worst/07.scn`; from 11 on it is what is left."""
+    evaluations = record.evaluations
+    first = worst_cases(evaluations, WORST, box_of(record))
+    taken = {case.row for case in first}
+    rest = [c for c in worst_cases(evaluations, len(order_of_risk(evaluations))) if c.row not in taken]
+    return (*first, *(replace(case, rank=rank) for rank, case in enumerate(rest, start=len(first) + 1)))
+
+
+def first_cases(record: Record, count: int) -> tuple[Case, ...]:
+    """The first `count` of them."""
+    return every_case(record)[:count]
+
+
+def box_of(record: Record) -> Box:
+    """The space that a run searched."""
+    rows = record.manifest.parameters
+    return Box(
+        tuple(p.name for p in rows),
+        tuple(p.low for p in rows),
+        tuple(p.high for p in rows),
+        tuple(GeneKind(p.kind) for p in rows),
+    )

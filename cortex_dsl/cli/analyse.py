@@ -15,10 +15,11 @@ from cortex_dsl.report.analysis_view import analysis_view, condition_text
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.runs import OpenedRun
 from engine.search.analysis import BUDGET, Analysis, analyse
+from engine.search.store import example_run
 
 DESCRIPTION = """\
-Different failures, where they lie, of what kinds they are, which params matter, and which
-collisions a competent driver would have avoided."""
+Different failures, where they lie, of what kinds they are, which params matter,
+and which collisions a competent driver would have avoided."""
 
 
 def main(arguments: Sequence[str], terminal: Terminal) -> int:
@@ -28,7 +29,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
         terminal.write(parser.format_help())
         return Exit.FINE
     if options.run is None:
-        raise UsageError("no run given", "name the folder of one, such as `cortexc analyse runs/left_turn-ga-001`")
+        raise UsageError("no run given", f"name the folder of one, such as `cortexc analyse {example_run()}`")
     run = told_run(options.run, terminal)
     compile_kernels(run.scenario, terminal)
     analysis = _analysis(run, options)

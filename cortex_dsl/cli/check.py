@@ -6,8 +6,11 @@ from cortex_dsl.cli.infeasible import no_scene_at_all
 from cortex_dsl.cli.misplaced import misplaced
 from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.feasibility_view import feasibility_content, feasibility_view
 from cortex_dsl.report.numbers import counted
+from cortex_dsl.semantics.tree import everything_in
+from cortex_dsl.syntax import nodes
 from engine.feasibility import explain
 
 
@@ -32,9 +35,15 @@ def execute(request: Request, terminal: Terminal) -> int:
             counted(len(program.space), "param"),
             counted(len(program.actors), "actor"),
             counted(len(program.variants), "variant"),
-            counted(sum(r.line > 0 for r in program.requirements), "requirement"),
+            counted(_requirements(compiled), "requirement"),
         )
         terminal.out.print(f"{request.file}: fine ({', '.join(sizes)})", soft_wrap=True)
         if (ranges := feasibility_view(program, found)) is not None:
             terminal.out.print(ranges)
     return Exit.FINE
+
+
+def _requirements(compiled: Compiled) -> int:
+    """How many are written: on scenes and on the run, not those that the compiler adds."""
+    modules = (compiled.module, *dict.fromkeys(file.module for file in compiled.imports.values()))
+    return sum(isinstance(node, nodes.Require) for module in modules for node in everything_in(module))

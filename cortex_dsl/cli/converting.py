@@ -1,35 +1,32 @@
 """`--to`: a recording in other formats, beside the file that it was read from or in a folder of its own."""
 
 import argparse
-from collections.abc import Mapping
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.exits import UsageError
-from cortex_dsl.cli.files import reason
+from cortex_dsl.cli.placing import place_files
+from cortex_dsl.exports.formats import FORMATS
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
     from cortex_dsl.report.measured_view import MeasuredReport
     from engine.interchange.export import Export
-    from engine.interchange.recording import Recording
 
-WRITERS: Mapping[str, str] = {
-    "csv": "engine.interchange.tables:write_csv",
-    "parquet": "engine.interchange.tables:write_parquet",
-    "mcap": "engine.interchange.mcap:write_mcap",
-    "xosc": "cortex_dsl.cli.converting:write_openscenario",
-}
-"""What a recording without a road of ours can be turned into."""
+CONVERTIBLE = tuple(name for name, entry in FORMATS.items() if not entry.needs)
+"""What a recording from elsewhere can be turned into."""
 
 
 def formats(text: str) -> tuple[str, ...]:
     """Names with commas between them, each once."""
     names = tuple(dict.fromkeys(word.strip().removeprefix(".").lower() for word in text.split(",")))
     for name in names:
-        if name not in WRITERS:
-            match = nearest(name, WRITERS)
-            meant = f"did you mean `{match}`?" if match else f"there are {', '.join(WRITERS)}"
+        if name in FORMATS and name not in CONVERTIBLE:
+            needs = f"{name} needs {FORMATS[name].needs}"
+            raise argparse.ArgumentTypeError(f"{needs}; a recording can become {', '.join(CONVERTIBLE)}")
+        if name not in FORMATS:
+            match = nearest(name, CONVERTIBLE)
+            meant = f"did you mean `{match}`?" if match else f"there are {', '.join(CONVERTIBLE)}"
             raise argparse.ArgumentTypeError(f"cannot be `{name}`: {meant}")
     return names
 
@@ -43,37 +40,35 @@ def written(report: "MeasuredReport", options: argparse.Namespace) -> "MeasuredR
     """
     from dataclasses import replace
 
-    from cortex_dsl.exports.files import standing, write_all
-
     folder = options.out or options.file.parent
-    exports = [_writer(name)(report.recording, options.file.stem) for name in options.to]
+    exports = list(_exports(report, options))
     files = {
         name: content if isinstance(content, bytes) else content.encode()
         for export in exports
         for name, content in export.files.items()
     }
-    try:
-        there = standing(folder, files)
-        if there.other and not options.force:
-            cure = "name another folder with --out, or write over it with --force"
-            raise UsageError(f"`{folder / there.other[0]}` holds something else", cure)
-        write_all(folder, files)
-    except OSError as error:
-        raise UsageError(f"cannot write `{error.filename or folder}`: {reason(error)}", "name another --out") from None
-    except ValueError:
-        raise UsageError(f"`{folder}` cannot be the name of a folder", "name another one with --out") from None
+    place_files(folder, files, force=options.force)
     told = dict.fromkeys((*report.remarks, *(remark for export in exports for remark in export.remarks)))
     return replace(report, remarks=tuple(told), written=tuple(str(folder / name) for name in files))
 
 
-def _writer(name: str) -> Any:
-    module, _, function = WRITERS[name].partition(":")
-    return getattr(import_module(module), function)
+def _exports(report: "MeasuredReport", options: argparse.Namespace) -> "Iterator[Export]":
+    from cortex_dsl.exports.formats import recording_writer_of
+
+    for name in options.to:
+        if FORMATS[name].of_recording:
+            yield recording_writer_of(name)(report.recording, options.file.stem)
+        else:
+            yield _openscenario(report, options.file.stem, options.osc)
 
 
-def write_openscenario(recording: "Recording", stem: str) -> "Export":
-    """The `.xosc` alone: a road that was read is not written again."""
-    from engine.interchange.export import ExportOptions
+def _openscenario(report: "MeasuredReport", stem: str, osc: str | None) -> "Export":
+    """The `.xosc`, and beside it a copy of the road that was read."""
+    from engine.interchange.export import Export, ExportOptions
     from engine.interchange.openscenario import write_trajectories
 
-    return write_trajectories(recording, stem, ExportOptions(), None)
+    road = None if report.road is None else Path(report.road.path)
+    how = ExportOptions() if osc is None else ExportOptions(osc)
+    export = write_trajectories(report.recording, stem, how, None if road is None else road.name)
+    copy = {} if road is None else {road.name: road.read_bytes()}
+    return Export({**export.files, **copy}, export.remarks)

@@ -1,20 +1,20 @@
 """`cortexc export RUN --case K --to xosc` and `cortexc export FILE.scn --to xosc`: cases for other people's tools."""
 
 import argparse
-from collections.abc import Mapping, Sequence
-from errno import EDQUOT, ENOSPC
+from collections.abc import Sequence
 from pathlib import Path
 from shlex import join
 from typing import TYPE_CHECKING
 
 from cortex_dsl.cli.arguments import SEED_LIMIT, assignment, whole_number
 from cortex_dsl.cli.exits import Exit, UsageError
-from cortex_dsl.cli.files import reason
 from cortex_dsl.cli.parser import Parser
+from cortex_dsl.cli.placing import place_files
 from cortex_dsl.cli.report import open_run
 from cortex_dsl.cli.terminal import Terminal
-from cortex_dsl.exports.formats import FORMATS, missing_extra
+from cortex_dsl.exports.formats import FORMATS, checked_of, missing_extra
 from cortex_dsl.spelling import nearest
+from engine.search.store import example_run
 
 if TYPE_CHECKING:
     from cortex_dsl.exports.cases import ExportCase
@@ -41,7 +41,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
         return Exit.FINE
     formats = _formats(options)
     if options.what is None:
-        raise UsageError("export what? name a run or a scenario", "cortexc export runs/left_turn-ga-001 --to xosc")
+        raise UsageError("export what? name a run or a scenario", f"cortexc export {example_run()} --to xosc")
     is_file = _is_file(options.what)
     cases = _of_file(options, terminal) if is_file else _of_run(options)
     if isinstance(cases, int):
@@ -55,9 +55,10 @@ def format_list() -> str:
     width = max(map(len, FORMATS))
     lines = []
     for name, entry in FORMATS.items():
-        missing = f"  [not installed: {missing_extra(name)}]" if missing_extra(name) else ""
-        lines += [f"{name:<{width}}  {', '.join(entry.suffixes)}: {entry.summary}{missing}"]
-        lines += [f"{'':<{width}}  for {entry.readers}"]
+        lines += [f"{name:<{width}}  {entry.summary}"]
+        lines += [f"{'':<{width}}  {text}" for text in (", ".join(entry.suffixes), f"for {entry.readers}")]
+        if cure := missing_extra(name):
+            lines += [f"{'':<{width}}  not installed; to have it:", f"{'':<{width}}    {cure}"]
     return "\n".join(lines)
 
 
@@ -97,7 +98,7 @@ def _home(path: Path) -> Path:
 def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
     """Case K of a run, or its first N."""
     from cortex_dsl.exports.cases import case_of_run
-    from cortex_dsl.page.cases import every_case
+    from cortex_dsl.runs import every_case
 
     for flag, value in (("--seed", options.seed), ("-p", options.param), ("--scenario", options.scenario)):
         if value is not None:
@@ -166,50 +167,15 @@ def _export(
         gathered = gather(cases, formats, how)
     except InterchangeError as error:
         raise UsageError(f"{error.place}: {error.message}", error.cure) from None
-    same = _write(folder, gathered.files, force=options.force)
+    same = place_files(folder, gathered.files, force=options.force)
     findings = _findings(cases, gathered, formats, folder, how) if options.check else None
-    written = Written(cases, gathered, folder, same, findings)
+    checked = {name: checked_of(name, how.mode) for name in formats} if options.check else {}
+    written = Written(cases, gathered, folder, same, findings, checked)
     if options.json:
         terminal.write(export_document(written, how))
     else:
         terminal.out.print(export_view(written, how), crop=False)
     return Exit.DIAGNOSTICS if findings else Exit.FINE
-
-
-def _write(folder: Path, files: Mapping[str, bytes], *, force: bool) -> frozenset[str]:
-    """Write all files; the names of those that were there with the same contents.
-
-    Raises:
-        UsageError: they cannot be written, or something else stands in their place.
-    """
-    from cortex_dsl.exports.files import standing, write_all
-
-    try:
-        there = standing(folder, files)
-        if there.other and not force:
-            first, *others = there.other
-            more = f" and {len(others):,} more" if others else ""
-            raise UsageError(
-                f"`{folder / first}`{more} holds something else",
-                "name another folder with --out, or write over it with --force",
-            )
-        write_all(folder, {name: content for name, content in files.items() if name not in there.same})
-    except OSError as error:
-        place = error.filename2 or error.filename or folder
-        raise UsageError(f"cannot write `{place}`: {reason(error)}", _cure(error, folder)) from None
-    except ValueError:
-        raise UsageError(f"`{folder}` cannot be the name of a folder", "name another one with --out") from None
-    return there.same
-
-
-def _cure(error: OSError, folder: Path) -> str:
-    if error.errno in (ENOSPC, EDQUOT):
-        return "free some space, or name another disk with --out DIR"
-    if isinstance(error, IsADirectoryError):
-        return "take that folder away, or name another place with --out DIR"
-    if isinstance(error, FileExistsError | NotADirectoryError):
-        return f"a part of `{folder}` is a file; name another folder with --out DIR"
-    return "make it writable, or name another folder with --out DIR"
 
 
 def _findings(
@@ -220,8 +186,7 @@ def _findings(
     findings: dict[Finding, None] = {}
     for case, names in zip(cases, gathered.names, strict=True):
         for name in formats:
-            if (check := checker_of(name)) is not None:
-                findings |= dict.fromkeys(check(case, folder, names, how))
+            findings |= dict.fromkeys(checker_of(name)(case, folder, names, how))
     return list(findings)
 
 
@@ -229,10 +194,10 @@ def _parser() -> Parser:
     readers = "\n".join(f"  {name:<12}{entry.summary}\n{'':14}for {entry.readers}" for name, entry in FORMATS.items())
     parser = Parser(
         prog="cortexc export",
-        usage="cortexc export RUN [--case K | --top N] --to FORMAT[,FORMAT...] [options]\n"
-        "       cortexc export FILE.scn [--seed N] [-p NAME=VALUE] --to FORMAT[,FORMAT...] [options]",
-        description="Write a found case, or the scene of a scenario, for other people's tools: everything that they\n"
-        "need in one folder, nothing there overwritten by something else.",
+        usage="cortexc export RUN [--case K | --top N] --to FORMATS [options]\n"
+        "       cortexc export FILE.scn [--seed N] [-p NAME=VALUE] --to FORMATS [options]",
+        description="Write a found case, or the scene of a scenario, for other people's tools:\n"
+        "everything that they need in one folder, nothing there overwritten by something\nelse.",
         epilog=f"formats:\n{readers}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,

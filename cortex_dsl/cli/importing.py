@@ -8,8 +8,9 @@ from cortex_dsl.cli.terminal import Terminal
 IMPORT = Command(
     "import",
     (SCENARIO,),
-    "Read an OpenSCENARIO file whose actors follow timed polylines, with the OpenDRIVE road beside it, and judge it\n"
-    "by the metrics and the risk of cortexc. Nothing is fetched from elsewhere.",
+    "Read an OpenSCENARIO file whose actors follow timed polylines, with the\n"
+    "OpenDRIVE road beside it, and judge it by the metrics and the risk of cortexc.\n"
+    "Nothing is fetched from elsewhere.",
     "cortexc import case.xosc",
 )
 

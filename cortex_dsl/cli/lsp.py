@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from cortex_dsl.cli.exits import Exit, UsageError
 from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.terminal import Terminal
+from engine.extras import installing
 
 
 def main(arguments: Sequence[str], terminal: Terminal) -> int:
@@ -18,7 +19,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
     except ModuleNotFoundError as missing:
         if (missing.name or "").split(".")[0] not in ("pygls", "lsprotocol"):
             raise
-        raise UsageError("the language server needs pygls: install `cortexc[lsp]`") from None
+        raise UsageError("the language server needs pygls, which is not installed", installing("lsp")) from None
     try:
         serve()
     except MemoryError:

@@ -5,11 +5,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from shlex import join
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from cortex_dsl.cli.arguments import seconds
-from cortex_dsl.cli.converting import WRITERS, formats, written
+from cortex_dsl.cli.converting import CONVERTIBLE, formats, written
 from cortex_dsl.cli.exits import Exit, UsageError
+from cortex_dsl.cli.export import OSC_VERSIONS
 from cortex_dsl.cli.files import reason
 from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.terminal import Terminal
@@ -18,8 +19,7 @@ from cortex_dsl.spelling import nearest
 if TYPE_CHECKING:
     from cortex_dsl.report.measured_view import MeasuredReport
     from engine.interchange.errors import InterchangeError
-    from engine.interchange.reading import OdrNetwork
-    from engine.interchange.recording import Recording
+    from engine.interchange.reading import Imported
 
 TABLES = (".csv", ".parquet")
 SCENARIO = ".xosc"
@@ -38,25 +38,19 @@ class Command:
 MEASURE = Command(
     "measure",
     (*TABLES, SCENARIO),
-    "Judge a recorded case by the metrics and the risk of cortexc: a table of trajectories, or an OpenSCENARIO file\n"
-    "whose actors follow timed polylines.",
+    "Judge a recorded case by the metrics and the risk of cortexc: a table of\n"
+    "trajectories, or an OpenSCENARIO file whose actors follow timed polylines.",
     "cortexc measure trajectories.csv",
 )
 EPILOG = """\
-tables: one row for each actor and time, as CSV or Parquet; positions are centres of outlines
-  omega-prime's columns (total_nanos, idx, x, y, …, yaw, type, role, subtype), or
-  time  [s]      id          x, y  [m]                            needed
-  heading [rad]  speed [m/s]  length, width [m]  type  role       taken from motion, or of the kind, where missing
-  other names and units are understood: t, track_id, yaw_deg, speed [km/h], timestamp_ms …"""
-
-
-@dataclass(frozen=True)
-class _Read:
-    """A file, read: a recording, its road, and what is to be said."""
-
-    recording: "Recording"
-    road: "OdrNetwork | None"
-    remarks: tuple[str, ...]
+tables: one row for each actor and time, as CSV or Parquet; positions are
+centres of outlines. Either omega-prime's columns (total_nanos, idx, x, y, …,
+yaw, type, role, subtype), or
+  needed         time [s], id, x [m], y [m]
+  where missing  heading [rad] and speed [m/s] are taken from motion,
+                 length [m], width [m], type and role are usual ones
+  other names and units are understood: t, track_id, yaw_deg, speed [km/h],
+  timestamp_ms …"""
 
 
 def main(arguments: Sequence[str], terminal: Terminal) -> int:
@@ -101,6 +95,8 @@ def _check(command: Command, options: argparse.Namespace) -> None:
     for name in (options.out is not None and "--out", options.force and "--force"):
         if name and not options.to:
             raise UsageError(f"{name} has no effect without --to", f"leave {name} out, or name formats with --to")
+    if options.osc is not None and "xosc" not in (options.to or ()):
+        raise UsageError("--osc has no effect without --to xosc", "leave --osc out, or add xosc to --to")
 
 
 def _instead(path: Path, command: Command) -> str:
@@ -147,16 +143,14 @@ def _report(command: Command, options: argparse.Namespace, terminal: Terminal) -
     )
 
 
-def _read(options: argparse.Namespace) -> _Read:
+def _read(options: argparse.Namespace) -> "Imported":
     if options.file.suffix.lower() == SCENARIO:
         from engine.interchange.reading import read_openscenario
 
-        found: Any = read_openscenario(options.file, ego=options.ego, step=options.step)
-    else:
-        from engine.interchange.tables import read_table
+        return read_openscenario(options.file, ego=options.ego, step=options.step)
+    from engine.interchange.tables import read_table
 
-        found = read_table(options.file, ego=options.ego, step=options.step)
-    return _Read(found.recording, found.road, found.remarks)
+    return read_table(options.file, ego=options.ego, step=options.step)
 
 
 def _again(command: Command, options: argparse.Namespace) -> str:
@@ -204,7 +198,7 @@ def _profile(text: str) -> str:
 def _parser(command: Command) -> Parser:
     parser = Parser(
         prog=f"cortexc {command.name}",
-        usage=f"cortexc {command.name} FILE [--ego NAME] [--step S] [--profile NAME] [--to FORMATS] [options]",
+        usage=f"cortexc {command.name} FILE [--ego NAME] [--step S] [--to FORMATS] [options]",
         description=command.description,
         epilog=EPILOG if ".csv" in command.suffixes else None,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -220,7 +214,10 @@ def _parser(command: Command) -> Parser:
     parser.add_argument(
         "--profile", type=_profile, default="paper", metavar="NAME", help="thresholds of the risk (paper)"
     )
-    parser.add_argument("--to", type=formats, metavar="FORMATS", help=f"also write it as: {', '.join(WRITERS)}")
+    parser.add_argument("--to", type=formats, metavar="FORMATS", help=f"also write it as: {', '.join(CONVERTIBLE)}")
+    parser.add_argument(
+        "--osc", choices=OSC_VERSIONS, metavar="V", help=f"of an xosc, the version: {', '.join(OSC_VERSIONS)} (1.2)"
+    )
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder for that (where the file is)")
     parser.add_argument("--force", action="store_true", help="write over files that hold something else")
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout, and nothing else there")

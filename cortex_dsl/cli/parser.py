@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from cortex_dsl.cli.arguments import (
     GENERATION_LIMIT,
@@ -21,6 +21,7 @@ from cortex_dsl.cli.arguments import (
     whole_number,
 )
 from cortex_dsl.cli.exits import UsageError
+from cortex_dsl.cli.guesses import refuse_guesses
 from cortex_dsl.cli.request import Mode, Request
 from cortex_dsl.spelling import nearest
 
@@ -32,13 +33,13 @@ cortexc finds the corner cases of a driving scenario that is written as text.
 
 EXAMPLES = """\
 examples:
-  cortexc examples/left_turn.scn                          one run, drawn in the terminal
-  cortexc examples/left_turn.scn --ga                     3,000 simulations, the ten worst kept
-  cortexc examples/left_turn.scn --ga --random --seed 7   the search beside its baseline
-  cortexc examples/left_turn.scn --method niching         failures that differ from one another
-  cortexc examples/left_turn.scn -p "EGO_SPEED=50 km/h"   one run with a param held fixed
-  cortexc examples/left_turn.scn --sample 10000           how many scenes are valid, and why not
-  cortexc examples/left_turn.scn --check                  diagnostics only
+  cortexc examples/left_turn.scn                         one run, drawn here
+  cortexc examples/left_turn.scn --ga                    3,000 simulations
+  cortexc examples/left_turn.scn --ga --random --seed 7  and a baseline
+  cortexc examples/left_turn.scn --method niching        failures that differ
+  cortexc examples/left_turn.scn -p "EGO_SPEED=50 km/h"  one param held fixed
+  cortexc examples/left_turn.scn --sample 10000         how often one is had
+  cortexc examples/left_turn.scn --check                 diagnostics only
 
 exit codes:
   0    fine
@@ -48,8 +49,9 @@ exit codes:
   70   a bug in cortexc: please report it
   130  interrupted with Ctrl-C
 
-New here? grammar/TUTORIAL.md goes from an empty file to the first collision. All of the language is in
-grammar/REFERENCE.md; the reports are explained in README.md."""
+New here? grammar/TUTORIAL.md goes from an empty file to the first collision.
+All of the language is in grammar/REFERENCE.md, Python in grammar/API.md; the
+reports are explained in README.md."""
 
 SEARCH_OPTIONS = ("generations", "population", "preset", "rollouts", "aggregate", "dask", "out")
 COMPILE_ONLY = ("seed", "engine", "jobs", "max_attempts", "time_step", "profile", "prune", "target")
@@ -63,6 +65,14 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         raise UsageError(_tidy(message, self), f"`{self.prog} --help` lists every option")
 
+    def parse_args(self, args: Sequence[str] | None = None, namespace: Any = None) -> Any:
+        """The options, unless they are those of another tool."""
+        if self.prog == "cortexc":
+            from cortex_dsl.cli.commands import SUBCOMMANDS
+
+            refuse_guesses(args or (), SUBCOMMANDS)
+        return super().parse_args(args, namespace)
+
     def format_help(self) -> str:
         return _coloured(super().format_help()) if _colour_wanted(sys.stdout) else super().format_help()
 
@@ -71,7 +81,8 @@ def build_parser() -> Parser:
     """The parser of `cortexc FILE`; options that were not given stay None."""
     parser = Parser(
         prog="cortexc",
-        usage="cortexc FILE [--ga] [--random] [--method NAME] [--sample N | --check | --emit STAGE] [options]",
+        usage="cortexc FILE [--ga] [--random] [--method NAME] [options]\n"
+        "       cortexc FILE [--sample N | --check | --emit STAGE] [options]",
         description=DESCRIPTION + _subcommands(),
         epilog=EXAMPLES,
         formatter_class=_Formatter,

@@ -20,12 +20,13 @@ from cortex_dsl.report.probability_view import probability_view
 from cortex_dsl.runs import open_run
 from cortex_dsl.session import Scenario
 from engine.search.kept_probability import keep
-from engine.search.probability import REPETITIONS, Probability, estimate
+from engine.search.probability import CONDITIONS, JOINT, PARAMS, REPETITIONS, Probability, estimate
 
 SAMPLES = 10_000
 EPILOG = """\
-mc: independent draws. subset: for what is rare; chains of runs that come ever nearer to contact.
-Of a run directory: of the scenario that it searched, with its settings; kept there for `cortexc report`."""
+mc: independent draws. subset: for what is rare; chains of runs that come ever
+nearer to contact. Of a run directory: of the scenario that it searched, with
+its settings; kept there for `cortexc report`."""
 
 
 def main(arguments: Sequence[str], terminal: Terminal) -> int:
@@ -38,6 +39,8 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
         raise UsageError("no file given", "try `cortexc probability examples/left_turn.scn`")
     if options.method == "subset" and options.samples < 100 * REPETITIONS:
         raise UsageError(f"--samples is {options.samples}", f"subset simulation needs at least {100 * REPETITIONS:,}")
+    if options.method == "subset" and options.condition == JOINT:
+        raise UsageError("--condition joint needs --method mc", "leave --method out")
     if options.file.is_dir():
         return _of_run(options, terminal)
     request = Request(
@@ -54,7 +57,9 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
         return compiled
     scenario = open_scenario(request, compiled)
     compile_kernels(scenario, terminal)
-    found = estimate(scenario.program, scenario.config, options.method, options.samples, options.seed or 0)
+    found = estimate(
+        scenario.program, scenario.config, options.method, options.samples, options.seed or 0, options.condition
+    )
     return _tell(options, scenario, found, terminal)
 
 
@@ -68,7 +73,7 @@ def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
         compile_kernels(run.scenario, terminal)
         config = replace(run.scenario.config, search=replace(run.scenario.config.search, jobs=options.jobs))
         seed = config.search.seed if options.seed is None else options.seed
-        found = estimate(run.scenario.program, config, options.method, options.samples, seed)
+        found = estimate(run.scenario.program, config, options.method, options.samples, seed, options.condition)
     code = _tell(options, run.scenario, found, terminal)
     with usage_errors():
         path = keep(run.folder, found, run.scenario.program.digest, seed)
@@ -87,12 +92,15 @@ def _tell(options: argparse.Namespace, scenario: Scenario, found: Probability, t
 def _parser() -> Parser:
     parser = command_parser(
         "probability",
-        "FILE|RUN [--method mc|subset] [--samples N] [options]",
-        "The probability of a collision, given a valid scene, when every param is drawn as the file says.",
+        "FILE|RUN [--method mc|subset] [--condition params|joint] [options]",
+        "The probability of a collision, given a valid scene, when every param is drawn\nas the file says.",
         EPILOG,
     )
     parser.add_argument("file", metavar="FILE|RUN", nargs="?", type=Path, help="a scenario, or a run directory")
     parser.add_argument("--method", choices=("mc", "subset"), metavar="NAME", default="mc", help="mc or subset (mc)")
+    parser.add_argument(
+        "--condition", choices=CONDITIONS, metavar="NAME", default=PARAMS, help=f"params or joint, see below ({PARAMS})"
+    )
     parser.add_argument(
         "--samples",
         metavar="N",

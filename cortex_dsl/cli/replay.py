@@ -11,6 +11,7 @@ from cortex_dsl.cli.exits import Exit, UsageError
 from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.report import open_run, write
 from cortex_dsl.cli.terminal import Terminal
+from engine.search.store import example_run
 
 if TYPE_CHECKING:
     from cortex_dsl.page.case import ToldCase
@@ -34,7 +35,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
         terminal.write(_parser().format_help())
         return Exit.FINE
     if options.what is None:
-        raise UsageError("replay what? name a run or a scenario", "cortexc replay runs/left_turn-ga-001 --case 1")
+        raise UsageError("replay what? name a run or a scenario", f"cortexc replay {example_run()} --case 1")
     _check_target(options.to)
     if options.seed is not None and options.what.suffix != ".scn":
         raise UsageError("--seed draws a scenario's scene, and a run has its own", "name a case with --case K")
@@ -56,8 +57,8 @@ def _check_target(path: Path | None) -> None:
 
 def _of_run(folder: Path, rank: int) -> Found:
     """Case `rank` of a run, 1 the worst."""
-    from cortex_dsl.page.cases import every_case
     from cortex_dsl.page.run_page import told_case
+    from cortex_dsl.runs import every_case
 
     run = open_run(folder)
     cases = every_case(run.record)
@@ -120,7 +121,7 @@ def _speed(text: str) -> float:
 def _parser() -> Parser:
     parser = Parser(
         prog="cortexc replay",
-        usage="cortexc replay RUN [--case K] | FILE.scn [--seed N] [--speed X] [--to FILE.html|FILE.gif]",
+        usage="cortexc replay RUN [--case K] | FILE.scn [--seed N] [--to FILE] [options]",
         description="Run one case again and watch it: in the terminal, as a page, or as a film.",
         allow_abbrev=False,
         add_help=False,

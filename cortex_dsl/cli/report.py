@@ -12,6 +12,7 @@ from cortex_dsl.cli.exits import Exit, UsageError
 from cortex_dsl.cli.files import reason
 from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.terminal import Terminal
+from engine.search.store import example_run
 
 if TYPE_CHECKING:
     from cortex_dsl.runs import OpenedRun
@@ -20,8 +21,9 @@ PAGE = "report.html"
 """The page's name inside the run directory."""
 MOST_CASES = 50
 DESCRIPTION = """\
-Write a run as one HTML file that needs no network: summary, course, where it fails, and the worst cases, each with a
-replay. A study: its verdict, box plots, curves and tests."""
+Write a run as one HTML file that needs no network: summary, course, where it
+fails, and the worst cases, each with a replay. A study: its verdict, box plots,
+curves and tests."""
 
 
 def main(arguments: Sequence[str], terminal: Terminal) -> int:
@@ -30,7 +32,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
         terminal.write(_parser().format_help())
         return Exit.FINE
     if options.run is None:
-        raise UsageError("which run? name its folder", "cortexc report runs/left_turn-ga-001")
+        raise UsageError("which run? name its folder", f"cortexc report {example_run()}")
     if _is_study(options.run):
         return _study(options, terminal)
     from cortex_dsl.cli.journals import told_run
@@ -136,8 +138,8 @@ def _open(path: Path, terminal: Terminal) -> None:
 
 
 def _parser() -> Parser:
-    parser = command_parser("report", "RUN|STUDY [--out FILE.html] [--cases N] [--figures DIR] [--open]", DESCRIPTION)
-    add_run(parser, "folder of a run or a study, such as runs/left_turn-ga-001")
+    parser = command_parser("report", "RUN|STUDY [--out FILE.html] [--cases N] [options]", DESCRIPTION)
+    add_run(parser, f"folder of a run or a study, such as {example_run()}")
     parser.add_argument("--out", type=Path, metavar="FILE", help=f"the page; by default {PAGE} in the run's folder")
     parser.add_argument(
         "--cases", type=whole_number(0, MOST_CASES), default=10, metavar="N", help="cases with a replay (10)"

@@ -17,15 +17,16 @@ from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.hunting import go_on
 from cortex_dsl.runs import OpenedRun, open_run
 from engine.search.manifest import changed_versions
+from engine.search.store import example_run
 from engine.study.store import is_study
 
 EPILOG = """\
-The run goes on with the text and the settings that it was started with, and ends with the journal that an undisturbed
-one would have written. Where it was finished its report is shown again.
+The run goes on with the text and the settings that it was started with, and
+ends with the journal that an undisturbed one would have written. Where it was
+finished its report is shown again, unless --generations asks for more.
 
-examples:
-  cortexc resume runs/left_turn-ga-001
-  cortexc resume runs/left_turn-ga-001 --generations 60    and 30 more"""
+example:
+  cortexc resume {run}"""
 
 
 def main(arguments: Sequence[str], terminal: Terminal) -> int:
@@ -35,7 +36,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
         terminal.write(parser.format_help())
         return Exit.FINE
     if options.run is None:
-        raise UsageError("no run given", "name the folder of one, such as `cortexc resume runs/left_turn-ga-001`")
+        raise UsageError("no run given", f"name the folder of one, such as `cortexc resume {example_run()}`")
     if is_study(options.run):
         if options.generations is not None:
             raise UsageError("--generations has no effect on a study: it goes on as it was begun", "leave it out")
@@ -89,7 +90,7 @@ def _parser() -> Parser:
         "resume",
         "RUN [--generations N] [--jobs N] [--dask ADDRESS] [--json]",
         "Go on with a search or a study that was stopped with Ctrl-C, or killed.",
-        EPILOG,
+        EPILOG.format(run=example_run()),
     )
     add_run(parser, "a run directory, or that of a study")
     parser.add_argument(

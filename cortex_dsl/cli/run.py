@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from cortex_dsl.cli.compiling import compile_request, show
 from cortex_dsl.cli.exits import Exit
 from cortex_dsl.cli.request import Request
@@ -13,6 +11,7 @@ from cortex_dsl.cli.simulation import again, announce_compilation, open_scenario
 from cortex_dsl.cli.stuck import never_acts
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.cli.undefined import undefined_value
+from cortex_dsl.holding import held_params
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.aftermath import aftermath
 from cortex_dsl.report.exhausted_view import exhausted_view
@@ -22,18 +21,15 @@ from cortex_dsl.report.run_view import RunReport, run_view
 from cortex_dsl.report.story import Moment, end_of
 from cortex_dsl.report.tally import Tally
 from cortex_dsl.session import Scenario
+from cortex_dsl.single import attempts
 from engine.records import recorded
 from engine.scenes import Outcomes, Scenes, Trajectory, actor_columns
-from engine.vocabulary import Column, EndReason, Method, Verdict
+from engine.vocabulary import Column, EndReason, Verdict
 
 if TYPE_CHECKING:
     from engine.blame import Account
     from engine.metrics import Metric
-    from engine.tables import Ints
     from engine.world.impacts import Impact
-
-DRAWS = 100
-"""How many genomes a single run draws until one allows a scene; Scenic, too, draws its params anew at every attempt."""
 
 
 @dataclass(frozen=True)
@@ -72,27 +68,10 @@ def perform(request: Request, scenario: Scenario, terminal: Terminal, reproduce:
 
 def draw(scenario: Scenario, request: Request) -> tuple[Scenes, Tally]:
     """The first genome of the seed that allows a scene, or the last one tried; and the counts of all that were."""
-    from engine.sampling import draw_genomes, sample
-
-    program, tally, keys = scenario.program, Tally(), _keys(scenario, request)
-    for key in keys:
-        genomes = draw_genomes(program.space, key)
-        scenes = sample(program, genomes, key, scenario.config.simulation)
+    tried, tally = list(attempts(scenario.program, scenario.config.simulation, request.seed)), Tally()
+    for scenes in tried:
         tally = tally.plus(scenes)
-        if scenes.verdict[0] not in (Verdict.EXHAUSTED, Verdict.INFEASIBLE) or key is keys[-1]:
-            return scenes, tally
-    raise AssertionError("there is at least one key")
-
-
-def _keys(scenario: Scenario, request: Request) -> "list[Ints]":
-    """The streams to try, one after the other; a concrete file has just its own."""
-    from engine.streams import key_rows, parse_key
-
-    pinned = scenario.program.settings.stream
-    if pinned is not None and request.seed is None:
-        return [np.array([parse_key(pinned)], dtype=np.int64)]
-    draws = DRAWS if len(scenario.program.space) else 1
-    return [key_rows(request.seed or 0, Method.SINGLE, 0, 0, [index]) for index in range(draws)]
+    return tried[-1], tally
 
 
 def _simulate(scenario: Scenario, scenes: Scenes, engine: str) -> Simulated:
@@ -125,6 +104,7 @@ def _report(request: Request, scenario: Scenario, scenes: Scenes, simulated: Sim
         engine=engine,
         road=outline(build_network(scenario.program.road_spec)),
         reproduce=_reproduce(request, scenario),
+        held=held_params(scenario),
     )
 
 

@@ -19,11 +19,14 @@ if TYPE_CHECKING:
     from engine.study.plan import Plan, Subject
 
 DESCRIPTION = """\
-Run every scenario by every method many times, keep every evaluation, and compare the methods run by run.
+Run every scenario by every method many times, keep every evaluation, and
+compare the methods run by run.
 
-  cortexc study                                   the paper's case study: its six scenarios, GA against random
+  cortexc study                   the paper's case study: its six scenarios,
+                                  the genetic algorithm against random search
   cortexc study a.scn b.scn --methods random,ga,niching --runs 30
-  cortexc study --resume runs/study-6x2x30-001    go on with one that was stopped or killed"""
+  cortexc study --resume runs/study-6x2x30-001
+                                  go on with one that was stopped or killed"""
 EXAMPLES = Path(cortex_dsl.__file__).parent.parent / "examples"
 METHODS = "random,ga"
 RUNS = 30
@@ -69,7 +72,12 @@ def _parser() -> Parser:
     add("--methods", metavar="LIST", help=f"methods with commas between them, or `all` ({METHODS})")
     add("--generations", metavar="N", type=whole_number(1, GENERATION_LIMIT), help="generations of each run (30)")
     add("--population", metavar="N", type=whole_number(2, 10**6), help="individuals in each generation (100)")
-    add("--seed", metavar="N", type=whole_number(0, SEED_LIMIT), help="root of all randomness (0)")
+    add(
+        "--seed",
+        metavar="N",
+        type=whole_number(0, SEED_LIMIT),
+        help="root of all randomness; the next scenario has the next (0)",
+    )
     add_jobs(parser, "processes, each with a whole run")
     add_dask(parser, "study")
     add("--preset", choices=("cortex", "cortex-literal"), metavar="NAME", help="of the genetic algorithm (cortex)")
@@ -92,7 +100,7 @@ def study_plan(options: argparse.Namespace, arguments: Sequence[str], terminal: 
     """
     from engine.search.methods.extras import MissingExtra
     from engine.search.plugins import PluginError
-    from engine.study.plan import Plan, check
+    from engine.study.plan import Plan, check, with_own_seeds
 
     methods = tuple(dict.fromkeys(_methods(options.methods)))
     files = _unfolded(options.files) or _the_six(terminal)
@@ -102,7 +110,7 @@ def study_plan(options: argparse.Namespace, arguments: Sequence[str], terminal: 
         if isinstance(subject, Exit):
             return subject
         subjects.append(subject)
-    plan = Plan(tuple(subjects), methods, options.runs, options.profile)
+    plan = Plan(with_own_seeds(subjects), methods, options.runs, options.profile)
     if plan.individuals * options.rollouts * plan.runs * len(subjects) * len(methods) > LIMIT:
         raise UsageError(f"the whole study is more than {LIMIT:,} simulations", "lower --runs, or make several studies")
     try:

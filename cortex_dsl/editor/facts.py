@@ -1,54 +1,20 @@
-"""What the compiler found out about a text on its way, also where it found mistakes: the value of every expression."""
+"""What an expression is worth in words, from the values that it had while its file was compiled."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.definitions import Actor
 from cortex_dsl.semantics.quantities.speaking import param_units
 from cortex_dsl.semantics.quantities.units import UNITS, Unit, dimension_name, si_formula, si_word
+from cortex_dsl.semantics.sightings import Sighting, Sightings
 from cortex_dsl.semantics.values import Quantity, Truth, Value
 from cortex_dsl.semantics.wording import kind_name, option_name
 from cortex_dsl.source import Span
-from cortex_dsl.syntax import nodes
 from engine.vocabulary import GeneKind
 
-MOST_SIGHTINGS = 24
-"""Values kept of one expression, which has one for every way of making the choices of the file."""
 MOST_OPTIONS = 6
 """Options that a hover text names."""
-
-
-class Superseded(Exception):  # noqa: N818 - no error: a newer text has come
-    """Stops a compilation whose result nobody waits for any more."""
-
-
-@dataclass(frozen=True)
-class Sighting:
-    """One value that an expression had, and where it had it."""
-
-    evaluator: Evaluator
-    value: Value
-
-
-Sightings = Sequence[Sighting]
-
-
-@dataclass
-class Witness:
-    """Collects values while a text is compiled; `superseded` is asked all the time."""
-
-    superseded: Callable[[], bool] = lambda: False
-    seen: dict[Span, list[Sighting]] = field(default_factory=dict)
-
-    def __call__(self, evaluator: Evaluator, node: nodes.Expression, value: Value) -> None:
-        if self.superseded():
-            raise Superseded
-        kept = self.seen.setdefault(node.span, [])
-        if len(kept) < MOST_SIGHTINGS:
-            kept.append(Sighting(evaluator, value))
 
 
 def ending_at(seen: Mapping[Span, Sightings], span: Span) -> Sightings:

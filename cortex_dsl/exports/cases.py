@@ -44,6 +44,21 @@ class ExportCase:
     """In that search, 1 the worst."""
 
     @property
+    def replay(self) -> Recording:
+        """What happened, with those alone who took part.
+
+        Raises:
+            InterchangeError: the ego did not.
+        """
+        return self.recording.taking_part()
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """What is to be said of a replay that leaves somebody out."""
+        actors = self.recording.actors
+        return tuple(f"`{actors[each].name}` never comes in, and is left out" for each in self.recording.never_there)
+
+    @property
     def road_provenance(self) -> Provenance:
         """What may be said of the road, which all cases of a scenario share."""
         facts = {

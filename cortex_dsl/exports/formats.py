@@ -7,16 +7,19 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
+from engine.extras import installing
+
 if TYPE_CHECKING:
     from cortex_dsl.exports.cases import ExportCase
     from cortex_dsl.exports.findings import Finding
     from engine.interchange.export import Export, ExportOptions
+    from engine.interchange.recording import Recording
 
 
 class Writer(Protocol):
     """What a row names: the files of one case, whose names begin with `stem`."""
 
-    def __call__(self, case: "ExportCase", stem: str, options: "ExportOptions") -> "Export": ...
+    def __call__(self, case: "ExportCase", stem: str, options: "ExportOptions", /) -> "Export": ...
 
 
 @dataclass(frozen=True)
@@ -31,50 +34,69 @@ class Format:
     """Who reads them."""
     opened: str
     """What to do with it, `{file}` being the first file."""
-    writer: str
-    """`module:function` of its `Writer`; imported when it is asked for."""
-    checker: str = ""
-    """The same of its `Checker`, which reads back what was written."""
+    checker: str
+    """`module:function` of its `Checker`, which reads back what was written; imported when it is asked for."""
+    checked: str
+    """What that holds against the run, `{mode}` being how OpenSCENARIO is written."""
+    writer: str = ""
+    """The same of its `Writer`."""
+    of_recording: str = ""
+    """In its place, `module:function` of a recording and a stem, where nothing else of the case is written."""
+    needs: str = ""
+    """What a recording from elsewhere lacks, so that it cannot be turned into this."""
     package: str = ""
     """What must be installed beside cortexc, by the name of its import."""
     extra: str = ""
     """The extra of cortexc that brings it."""
 
 
+class RecordingWriter(Protocol):
+    """The files of a recording, whose names begin with `stem`."""
+
+    def __call__(self, recording: "Recording", stem: str, /) -> "Export": ...
+
+
 class Checker(Protocol):
     """What is wrong with the files of one case, which were written into a folder under these names."""
 
     def __call__(
-        self, case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions"
+        self, case: "ExportCase", folder: Path, names: Sequence[str], options: "ExportOptions", /
     ) -> "Iterator[Finding]": ...
 
 
-_MOTION = "cortex_dsl.exports.writers"
+_WRITERS = "cortex_dsl.exports.writers"
 _CHECKS = "cortex_dsl.exports.checking"
+_ROAD, _SCENARIO = "a road made by `map`", "the scenario that it was a run of"
+_MOTION = "motion at every sample, metrics and risk"
 FORMATS: Mapping[str, Format] = {
     "xosc": Format(
         suffixes=(".xosc", ".xodr"),
         summary="OpenSCENARIO XML, and its road",
         readers="esmini, CARLA's ScenarioRunner, RoadRunner, dSPACE, Vector",
         opened="esmini --window 60 60 1000 600 --traj_filter 0 --osc {file}",
-        writer=f"{_MOTION}:openscenario",
+        writer=f"{_WRITERS}:openscenario",
         checker=f"{_CHECKS}.motion:openscenario",
+        checked="{mode}; the road's lanes",
     ),
     "xodr": Format(
         suffixes=(".xodr",),
         summary="OpenDRIVE: the road alone",
         readers="esmini, CARLA, SUMO's netconvert, Scenic",
         opened="odrviewer --window 60 60 1000 600 --odr {file}",
-        writer=f"{_MOTION}:opendrive",
+        writer=f"{_WRITERS}:opendrive",
         checker=f"{_CHECKS}.documents:opendrive",
+        checked="ids, links, and where the lanes lie",
+        needs=_ROAD,
     ),
     "commonroad": Format(
         suffixes=(".cr.xml", ".solution.xml"),
         summary="CommonRoad 2020a: scenario, and the ego's way as a solution",
         readers="commonroad-io, its drivability checker, CriMe",
         opened="from Python: CommonRoadFileReader('{file}').open()",
-        writer=f"{_MOTION}:commonroad",
+        of_recording="engine.interchange.commonroad:write_commonroad",
+        needs=_ROAD,
         checker=f"{_CHECKS}.documents:commonroad",
+        checked="ids, references, who is there; motion is not read back",
     ),
     "scenic": Format(
         suffixes=(".scenic", ".xodr"),
@@ -83,22 +105,26 @@ FORMATS: Mapping[str, Format] = {
         opened="scenic --2d {file}",
         writer="cortex_dsl.exports.scenic:files",
         checker=f"{_CHECKS}.documents:scenic",
+        checked="where everybody starts; what Scenic drives from there is its own",
+        needs=_SCENARIO,
     ),
     "csv": Format(
         suffixes=(".csv",),
         summary="trajectories, in omega-prime's columns",
         readers="pandas, omega-prime, spreadsheets",
         opened="cortexc measure {file}",
-        writer=f"{_MOTION}:csv",
+        of_recording="engine.interchange.tables:write_csv",
         checker=f"{_CHECKS}.motion:table",
+        checked=_MOTION,
     ),
     "parquet": Format(
         suffixes=(".parquet",),
         summary="the same as a Parquet table",
         readers="pandas, polars, DuckDB",
         opened="cortexc measure {file}",
-        writer=f"{_MOTION}:parquet",
+        of_recording="engine.interchange.tables:write_parquet",
         checker=f"{_CHECKS}.motion:table",
+        checked=_MOTION,
         package="pyarrow",
         extra="export",
     ),
@@ -107,7 +133,9 @@ FORMATS: Mapping[str, Format] = {
         summary="a scene that plays in a viewer",
         readers="Foxglove, Lichtblick, rerun",
         opened="open {file} in Foxglove or Lichtblick",
-        writer=f"{_MOTION}:mcap",
+        of_recording="engine.interchange.mcap:write_mcap",
+        checker=f"{_CHECKS}.messages:mcap",
+        checked="every message: who is there, places, headings, sizes, speeds, pedals",
         package="mcap",
         extra="export",
     ),
@@ -116,21 +144,45 @@ FORMATS: Mapping[str, Format] = {
         summary="a scenario of cortexc that runs to the same outcome",
         readers="cortexc",
         opened="cortexc {file}",
-        writer=f"{_MOTION}:scn",
+        writer=f"{_WRITERS}:scn",
         checker=f"{_CHECKS}.motion:scenario",
+        checked="compiled and run again: every state and every metric, bit for bit",
+        needs=_SCENARIO,
     ),
 }
 """By the name that `--to` takes."""
 
 
+MODES: Mapping[str, str] = {
+    "trajectory": _MOTION,
+    "maneuver": "the rules of a file; its motion is not looked at, as it is for a simulator to play",
+}
+"""What is checked of an `.xosc`, by how it is written."""
+
+
 def writer_of(name: str) -> Writer:
     """The function behind a row."""
-    return _function(FORMATS[name].writer)
+    entry = FORMATS[name]
+    if entry.writer:
+        return _function(entry.writer)
+    from cortex_dsl.exports.writers import of_recording
+
+    return of_recording(_function(entry.of_recording))
 
 
-def checker_of(name: str) -> Checker | None:
-    """The one that checks what was written; None where nothing of ours reads the format."""
-    return _function(FORMATS[name].checker) if FORMATS[name].checker else None
+def recording_writer_of(name: str) -> "RecordingWriter":
+    """The one that asks for a recording only, of a row that has it."""
+    return _function(FORMATS[name].of_recording)
+
+
+def checker_of(name: str) -> Checker:
+    """The one that checks what was written."""
+    return _function(FORMATS[name].checker)
+
+
+def checked_of(name: str, mode: str) -> str:
+    """What a check looks at."""
+    return FORMATS[name].checked.format(mode=MODES[mode])
 
 
 def _function(place: str) -> Any:
@@ -143,4 +195,4 @@ def missing_extra(name: str) -> str:
     entry = FORMATS[name]
     if not entry.package or find_spec(entry.package) is not None:
         return ""
-    return f"pip install 'cortexc[{entry.extra}]'"
+    return installing(entry.extra)

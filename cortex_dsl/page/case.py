@@ -6,9 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
+from cortex_dsl.holding import Held, held_params
 from cortex_dsl.page.drawing import Frame, Shape, shapes, way_of
 from cortex_dsl.page.replay import Approach, approach
 from cortex_dsl.report.aftermath import aftermath
+from cortex_dsl.report.motion import speeds
+from cortex_dsl.report.speeds import SpeedUnit, speed_unit
 from cortex_dsl.report.story import Moment, in_order, tell
 from cortex_dsl.session import Scenario
 from engine.metrics import Metric, measure_impacts, measure_trajectory, scored_samples
@@ -37,6 +40,8 @@ class ToldCase:
     """The pair (ego, pair + 1) that decides the risk; 0 where there is none."""
     files: Mapping[str, str]
     """The case as a scenario of its own: texts by name, the main one first."""
+    held: Sequence[Held] = ()
+    """Params that were held fixed."""
 
     @cached_property
     def shapes(self) -> list[Shape]:
@@ -44,8 +49,18 @@ class ToldCase:
 
     @cached_property
     def moments(self) -> list[Moment]:
-        told = tell(self.program, self.outcomes, self.trajectory, 0, self.pair)
+        told = tell(self.program, self.outcomes, self.trajectory, 0, self.pair, self.unit)
         return in_order([*told, *aftermath(self.program, self.impacts, self.trajectory)])
+
+    @cached_property
+    def unit(self) -> SpeedUnit:
+        """Of speeds, as people read them."""
+        return speed_unit(self.program)
+
+    @cached_property
+    def speeds(self) -> Floats:
+        """(samples, actors) [m/s], after contact those of free bodies."""
+        return speeds(self.trajectory)
 
     @cached_property
     def metrics(self) -> tuple[Metric, ...]:
@@ -124,4 +139,5 @@ def tell_case(
         parts=tuple(risk.parts[0].tolist()),
         pair=max(0, int(risk.pair[0])),
         files=scenario.concrete_files(scenes, remark=remark, name=name),
+        held=held_params(scenario),
     )

@@ -6,7 +6,7 @@ from shlex import quote
 
 from cortex_dsl.page import drawing
 from cortex_dsl.page.case import ToldCase
-from cortex_dsl.page.case_tables import params_table, risk_table
+from cortex_dsl.page.case_tables import pairs_table, params_table, risk_table
 from cortex_dsl.page.element import Element, Node, element, prose
 from cortex_dsl.page.player import player
 from cortex_dsl.page.summary import figure
@@ -45,7 +45,14 @@ def card(told: ToldCase, place: Place, number: int) -> Element:
         element(
             "div",
             element("section", element("h4", "What happened"), _story(told), class_="story"),
-            element("section", element("h4", "Risk"), risk_table(told), element("h4", "Params"), params_table(told)),
+            element(
+                "section",
+                element("h4", "Risk"),
+                risk_table(told),
+                pairs_table(told),
+                element("h4", "Params"),
+                params_table(told),
+            ),
             class_="case-body",
         ),
         _again(told, place),

@@ -1,7 +1,9 @@
 """The tables of one case on a page: its risk with the parts, and its params."""
 
+from math import isfinite
+
 from cortex_dsl.page.case import ToldCase
-from cortex_dsl.page.element import Element, element
+from cortex_dsl.page.element import Element, Node, element
 from cortex_dsl.report.numbers import fixed, significant
 from cortex_dsl.report.params import format_gene
 from cortex_dsl.report.risk_view import PARTS
@@ -44,6 +46,24 @@ def _measured(told: ToldCase, name: str) -> str:
     return f"{fixed(float(array[0, pair]), 2)} {unit}"
 
 
+def pairs_table(told: ToldCase) -> Node:
+    """How near the ego came to everybody else than the one who decides the risk."""
+    outcomes = told.outcomes
+    rows = [
+        element(
+            "tr",
+            element("th", told.program.actors[pair + 1], scope="row"),
+            element("td", f"{fixed(float(outcomes.min_distance[0, pair]), 2)} m", class_="number"),
+            element("td", f"at {fixed(float(outcomes.min_distance_time[0, pair]), 2)} s", class_="quiet"),
+        )
+        for pair in range(outcomes.min_distance.shape[1])
+        if pair != told.pair and isfinite(outcomes.min_distance[0, pair])
+    ]
+    if not rows:
+        return None
+    return [element("h4", "Nearest to the others"), element("table", element("tbody", rows), class_="facts")]
+
+
 def params_table(told: ToldCase) -> Element:
     space, genome = told.program.space, told.scenes.genomes[0]
     rows = []
@@ -60,8 +80,18 @@ def params_table(told: ToldCase) -> Element:
                 element("td", element("div", class_="where", style=f"--at:{share:.1f}%"), title=ends),
             )
         )
+    held = [
+        element(
+            "tr",
+            element("th", one.name, scope="row"),
+            element("td", one.text, class_="number"),
+            element("td", one.unit, class_="unit"),
+            element("td", "held", class_="quiet"),
+        )
+        for one in told.held
+    ]
     choices = [
         element("tr", element("th", choice.name, scope="row"), element("td", choice.option, colspan=3))
         for choice in told.program.variants[int(told.scenes.variant[0])].choices
     ]
-    return element("table", element("tbody", rows, choices), class_="params")
+    return element("table", element("tbody", rows, held, choices), class_="params")

@@ -1,13 +1,11 @@
 """The last sections of a run's page: how its runs ended, and how to do it all again."""
 
-from shlex import join, quote
+from shlex import quote
 
-import numpy as np
-
-from cortex_dsl.page import run_charts
+from cortex_dsl.page import commands, run_charts
 from cortex_dsl.page.element import Element, element
 from cortex_dsl.page.understanding import part
-from cortex_dsl.report.story import end_text
+from cortex_dsl.report.ends import End, ends_of
 from cortex_dsl.runs import OpenedRun
 from engine.vocabulary import EndReason, Verdict
 
@@ -25,26 +23,20 @@ def ends(run: OpenedRun) -> Element:
 
 def how_runs_ended(run: OpenedRun) -> tuple[list[tuple[str, int, str]], int]:
     """(words, count, style) of each end, most frequent first, and how many there are."""
-    evaluations = run.record.evaluations
-    runs = evaluations.rollouts
-    new = np.repeat(evaluations.simulated[:, np.newaxis], runs.verdict.shape[1], axis=1)
-    verdict, reason, rule = runs.verdict[new], runs.end_reason[new], runs.end_rule[new]
-    ends, counts = np.unique(np.stack([verdict, reason, rule]), axis=1, return_counts=True)
-    rows = [(*_end(run, *end), int(count)) for end, count in zip(ends.T.tolist(), counts.tolist(), strict=True)]
-    return [(text, count, style) for text, style, count in sorted(rows, key=lambda row: -row[2])], len(verdict)
+    rows = [(*_words(end), end.count) for end in ends_of(run.scenario.program, run.record.evaluations)]
+    return [(text, count, style) for text, style, count in rows], sum(count for _, _, count in rows)
 
 
-def _end(run: OpenedRun, verdict: int, reason: int, rule: int) -> tuple[str, str]:
-    program = run.scenario.program
-    if verdict == Verdict.VALID or reason >= 0:
-        style = "hit" if reason == EndReason.COLLISION else "" if verdict == Verdict.VALID else "invalid"
-        return end_text(program, EndReason(reason), rule), style
-    return run_charts.VERDICTS[Verdict(verdict)], "invalid"
+def _words(end: End) -> tuple[str, str]:
+    if end.reason is None:
+        return run_charts.VERDICTS[end.verdict], "invalid"
+    style = "hit" if end.reason == EndReason.COLLISION else "" if end.verdict == Verdict.VALID else "invalid"
+    return end.text, style
 
 
 def again(run: OpenedRun) -> Element:
     manifest, folder = run.record.manifest, run.folder
-    command = join(("cortexc", *manifest.command_line)) if manifest.command_line else ""
+    command = commands.again(manifest.command_line) if manifest.command_line else ""
     facts = [
         ("file", manifest.file),
         ("digest of the text", manifest.file_digest),

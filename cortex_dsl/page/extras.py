@@ -3,12 +3,14 @@
 from importlib import import_module
 from typing import Any
 
+from engine.extras import installing
+
 
 class MissingExtra(Exception):  # noqa: N818 - says what is missing
     """An output needs a package that is not installed."""
 
     def __init__(self, package: str, what: str) -> None:
-        self.cure = "pip install 'cortexc[report]'"
+        self.cure = installing("report")
         super().__init__(f"{what} need the package `{package}`, which is not installed")
 
 

@@ -10,7 +10,6 @@ import numpy as np
 from cortex_dsl.page.case import ToldCase
 from cortex_dsl.page.drawing import Frame, colour
 from cortex_dsl.page.extras import needed
-from cortex_dsl.report.numbers import fixed
 from cortex_dsl.report.scene_view import outline_corners
 from engine.tables import Floats
 from engine.vocabulary import State
@@ -24,7 +23,6 @@ HOLD = 1.2
 GROUND, ASPHALT, KERB, MARKING, INK = "#f3f1ea", "#d3d6d9", "#8b9198", "#ffffff", "#1b1f24"
 ACTORS = ("#0072b2", "#d55e00", "#008f68", "#b0508a", "#8a6d00", "#4a4f55")
 HOT = "#c8400a"
-KM_H = 3.6
 
 
 @dataclass(frozen=True)
@@ -139,8 +137,8 @@ def _caption(draw: Any, told: ToldCase, sample: int, after: bool) -> None:
     font = needed("PIL.ImageFont", "pillow", "GIFs").load_default(15)
     draw.text((14, 12), f"{told.trajectory.time[sample]:.2f} s", fill=INK, font=font)
     for actor, shape in enumerate(told.shapes):
-        state = told.trajectory.states[sample, actor]
-        speed = f"{fixed(KM_H * float(state[State.SPEED]), 0)} km/h" if state[State.PRESENT] > 0.5 else "-"
+        now = float(told.speeds[sample, actor])
+        speed = told.unit.text(now, 0) if np.isfinite(now) else "-"
         draw.text((14, 34 + 20 * actor), f"{shape.name}  {speed}", fill=ACTORS[colour(actor)], font=font)
     if after:
         draw.text((14, 34 + 20 * len(told.shapes)), "after contact: not scored", fill=KERB, font=font)

@@ -4,16 +4,26 @@ from shlex import quote
 
 from cortex_dsl.page.element import Element, element
 from cortex_dsl.page.understanding import part, table
-from cortex_dsl.report.numbers import counted, percent
-from cortex_dsl.report.probability_view import HOW, interval_text, probability_text
+from cortex_dsl.report.numbers import percent
+from cortex_dsl.report.probability_view import (
+    EXPOSURE,
+    HOW,
+    avoidable_interval_text,
+    avoidable_text,
+    condition_text,
+    counts_text,
+    interval_text,
+    probability_text,
+)
 from cortex_dsl.runs import OpenedRun
+from engine.search.estimated import Probability
 from engine.search.kept_probability import kept
-from engine.search.probability import Probability
 
 NOTE = (
     "Of a collision, given a valid run, when every param is drawn as the file says. What a search found tells nothing "
-    "of this: it goes where it has found danger."
+    f"of this: it goes where it has found danger. And {EXPOSURE}."
 )
+HEAD = ("of a collision", "95 %", "of one a competent driver avoids", "95 %", "how it is drawn", "from", "valid draws")
 
 
 def likely(run: OpenedRun) -> Element:
@@ -24,8 +34,7 @@ def likely(run: OpenedRun) -> Element:
     """
     found = kept(run.folder, run.scenario.program.digest)
     if found:
-        head = ("probability", "95 %", "by", "from", "valid draws")
-        return part("probability", "How probable is it?", NOTE, table(head, [_row(each) for each in found], "likely"))
+        return part("probability", "How probable is it?", NOTE, table(HEAD, [_row(each) for each in found], "likely"))
     command = element("pre", f"cortexc probability {quote(str(run.folder))}", class_="command")
     missing = element("p", "It has not been estimated yet; this does, and the next report shows it:", class_="note")
     return part("probability", "How probable is it?", NOTE, missing, command)
@@ -36,7 +45,9 @@ def _row(found: Probability) -> Element:
         "tr",
         element("th", probability_text(found), scope="row"),
         element("td", interval_text(found), class_="number"),
-        element("td", HOW[found.method]),
-        element("td", f"{counted(found.collisions, 'collision')} in {counted(found.simulations, 'simulation')}"),
+        element("td", avoidable_text(found), class_="number"),
+        element("td", avoidable_interval_text(found), class_="number"),
+        element("td", condition_text(found), element("br"), element("small", HOW[found.method], class_="quiet")),
+        element("td", counts_text(found)),
         element("td", percent(found.valid_share), class_="number quiet"),
     )

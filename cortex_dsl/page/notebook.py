@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from cortex_dsl.asking import row_of
 from cortex_dsl.page import drawing
 from cortex_dsl.page.document import picture
 from cortex_dsl.page.element import Element, element, render
@@ -72,7 +73,7 @@ def show(scenario: Scenario, thing: Any, row: int = 0) -> Picture | Shown:
     from engine.search.ranking import Case
 
     if isinstance(thing, Scenes):
-        return Picture(picture(scene_drawing(scenario.program, thing, row)))
+        return Picture(picture(scene_drawing(scenario.program, thing, row_of(thing, row))))
     if isinstance(thing, Case):
         from cortex_dsl.page.case import tell_case
         from cortex_dsl.page.case_page import case_page

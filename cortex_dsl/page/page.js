@@ -35,6 +35,24 @@ function startCases() {
   choose(cases[0].dataset.case);
 }
 
+/** Room around the map of all simulations for its axes [px]. */
+const ROOM = { left: 84, right: 16, top: 24, bottom: 38 };
+
+/** Along a gene's range: round numbers, or as many of its options as there is room for; [value, text] each. */
+function ticks({ low, high, options }, most) {
+  const stride = Math.ceil(options.length / most);
+  if (stride) return options.map((text, k) => [k, text]).filter(([k]) => k % stride === 0);
+  const raw = (high - low) / 5 || 1;
+  const power = 10 ** Math.floor(Math.log10(raw));
+  const step = power * [1, 2, 2.5, 5, 10].find((s) => s * power >= raw * (1 - 1e-9));
+  const found = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++)
+    found.push([k * step, String(Number((k * step).toPrecision(6)))]);
+  return found;
+}
+
+const short = (text, most) => (text.length > most ? `${text.slice(0, most - 1)}…` : text);
+
 class Explorer {
   constructor(root, data) {
     this.data = data;
@@ -57,11 +75,49 @@ class Explorer {
   /** Canvas pixels of an individual. */
   place(row) {
     const [a, b] = this.genes;
-    const inside = (gene, size) => {
-      const { low, high } = this.data.genes[gene];
-      return 8 + ((this.data.values[gene][row] - low) / (high - low || 1)) * (size - 16);
+    return [this.x(a, this.data.values[a][row]), this.y(b, this.data.values[b][row])];
+  }
+
+  x(gene, value) {
+    const { low, high } = this.data.genes[gene];
+    return ROOM.left + ((value - low) / (high - low || 1)) * (this.width - ROOM.left - ROOM.right);
+  }
+
+  y(gene, value) {
+    const { low, high } = this.data.genes[gene];
+    const bottom = this.height - ROOM.bottom;
+    return bottom - ((value - low) / (high - low || 1)) * (bottom - ROOM.top);
+  }
+
+  /** Lines and numbers along both sides, and what they are of. */
+  drawAxes(pen, style) {
+    const [a, b] = this.genes;
+    const [across, up] = [this.data.genes[a], this.data.genes[b]];
+    const [right, bottom] = [this.width - ROOM.right, this.height - ROOM.bottom];
+    const line = (...points) => {
+      pen.beginPath();
+      pen.moveTo(points[0], points[1]);
+      pen.lineTo(points[2], points[3]);
+      pen.stroke();
     };
-    return [inside(a, this.width), this.height - inside(b, this.height)];
+    const say = (text, x, y, align) => {
+      pen.textAlign = align;
+      pen.fillText(text, x, y);
+    };
+    const name = ({ name, unit }) => (unit ? `${name} [${unit}]` : name);
+    pen.strokeStyle = style.getPropertyValue("--line").trim();
+    pen.fillStyle = style.getPropertyValue("--quiet").trim();
+    pen.font = "11px system-ui, sans-serif";
+    for (const [value, text] of ticks(across, 8)) {
+      line(this.x(a, value), ROOM.top - 8, this.x(a, value), bottom + 6);
+      say(short(text, 14), this.x(a, value), bottom + 18, "center");
+    }
+    for (const [value, text] of ticks(up, 14)) {
+      line(ROOM.left - 6, this.y(b, value), right + 8, this.y(b, value));
+      say(short(text, 12), ROOM.left - 10, this.y(b, value) + 4, "right");
+    }
+    say(name(across), right, this.height - 6, "right");
+    say(name(up), 6, 12, "left");
   }
 
   draw() {
@@ -74,6 +130,7 @@ class Explorer {
     pen.scale(ratio, ratio);
     const style = getComputedStyle(this.canvas);
     const colours = ["--invalid", "--safe-dot", "--hot"].map((name) => style.getPropertyValue(name).trim());
+    this.drawAxes(pen, style);
     for (const kind of [0, 1, 2]) this.drawKind(pen, kind, colours[kind]);
   }
 

@@ -11,10 +11,6 @@ from cortex_dsl.page.charts import Course, Mark, line_chart
 from cortex_dsl.page.element import Element, Node, element
 from cortex_dsl.page.replay import replay_data
 from cortex_dsl.report.numbers import fixed
-from engine.vocabulary import State
-
-KM_H = 3.6
-
 
 SPEEDS = (0.25, 0.5, 1, 2, 4)
 
@@ -36,7 +32,9 @@ def player_data(told: ToldCase) -> dict[str, Any]:
     """What the player replays."""
     frame = told.frame
     return {
-        **replay_data(told.trajectory, told.shapes, told.approach, told.key_time),
+        **replay_data(told.trajectory, told.shapes, told.approach, told.key_time, told.speeds),
+        "speed_per_si": told.unit.per_si,
+        "touched": bool(told.outcomes.collided[0]),
         "frame": [frame.left, -frame.bottom - frame.height, frame.width, frame.height],
         "point": told.contact_point,
     }
@@ -151,13 +149,13 @@ def _plots(told: ToldCase) -> Iterator[Element]:
     marks = [Mark(told.key_time, "after", to_end=True)] if told.collided else []
     marks.append(Mark(told.key_time, "contact" if told.collided else "closest"))
     speeds = [_speed(told, actor) for actor in range(len(told.shapes))]
-    yield _plot("speed", "km/h", speeds, [c.name for c in speeds], told, marks)
+    yield _plot("speed", told.unit.name, speeds, [c.name for c in speeds], told, marks)
     if len(told.shapes) > 1:
         other = told.shapes[told.pair + 1].name
         distance = _distance(told)
-        closing = Course("closing", "first", time, KM_H * near.closing_speed)
+        closing = Course("closing", "first", time, told.unit.per_si * near.closing_speed)
         yield _plot("distance", "m", [distance], [f"outlines of ego and {other}"], told, marks)
-        yield _plot("closing speed", "km/h", [closing], ["centres, positive while they approach"], told, marks)
+        yield _plot("closing speed", told.unit.name, [closing], ["centres, positive while they approach"], told, marks)
 
 
 def _distance(told: ToldCase) -> Course:
@@ -170,8 +168,7 @@ def _distance(told: ToldCase) -> Course:
 
 
 def _speed(told: ToldCase, actor: int) -> Course:
-    states = told.trajectory.states[:, actor]
-    values = np.where(states[:, State.PRESENT] > 0.5, KM_H * states[:, State.SPEED], np.nan)
+    values = told.unit.per_si * told.speeds[:, actor]
     return Course(told.shapes[actor].name, f"actor-{drawing.colour(actor)}", told.trajectory.time, values)
 
 

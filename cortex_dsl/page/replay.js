@@ -3,7 +3,6 @@
 
 const PER_METRE = 100;
 const PER_RADIAN = 1000;
-const KM_H = 3.6;
 
 /** Numbers from a first value and differences; null stays null. */
 function unpack(packed, scale) {
@@ -175,6 +174,21 @@ class Player {
     return this.data.contact >= 0 && this.time > this.data.key + 1e-6;
   }
 
+  /** A series at this place. Between the last sample before contact and the next it is what it was before the blow,
+   * and then what it is after it: nothing lies in between. */
+  now(series) {
+    const { contact } = this.data;
+    if (contact < 0 || this.place <= contact || this.place >= contact + 1) return at(series, this.place);
+    return series[this.after ? contact + 1 : contact];
+  }
+
+  /** How far the pair is apart: down to 0 at contact, which lies between two samples. */
+  distance() {
+    const { contact, key, step, touched, distance } = this.data;
+    if (!touched || this.after || this.place <= contact) return this.now(distance);
+    return distance[contact] * (1 - (this.place - contact) / (key / step - contact));
+  }
+
   draw() {
     for (const node of this.actors) this.drawActor(node);
     this.group.classList.toggle("after", this.after);
@@ -235,9 +249,10 @@ class Player {
 
   reading(name, index) {
     const times = (value, scale) => (value === null ? null : value * scale);
-    if (name === "speed") return words(times(at(this.data.actors[index].speed, this.place), KM_H), 1);
-    if (name === "distance") return words(at(this.data.distance, this.place), 2);
-    return words(times(at(this.data.closing, this.place), KM_H), 1);
+    const scale = this.data.speed_per_si;
+    if (name === "speed") return words(times(this.now(this.data.actors[index].speed), scale), 1);
+    if (name === "distance") return words(this.distance(), 2);
+    return words(times(this.now(this.data.closing), scale), 1);
   }
 }
 

@@ -55,21 +55,25 @@ def _closing_speed(now: Snapshot) -> float:
     return -(x * vx + y * vy) / apart if apart else math.nan
 
 
-def replay_data(trajectory: Trajectory, drawn: Sequence[Shape], near: Approach, key_time: float) -> dict[str, Any]:
-    """The embedded form, which `replay.js` reads."""
+def replay_data(
+    trajectory: Trajectory, drawn: Sequence[Shape], near: Approach, key_time: float, speeds: Floats
+) -> dict[str, Any]:
+    """The embedded form, which `replay.js` reads; `speeds` (samples, actors) [m/s], NaN for who is not there."""
     return {
         "step": time_step(trajectory),
         "samples": len(trajectory.time),
         "scored": scored_samples(trajectory),
         "contact": trajectory.contact_sample,
         "key": key_time,
-        "actors": [_actor(trajectory.states[:, actor], shape.name) for actor, shape in enumerate(drawn)],
+        "actors": [
+            _actor(trajectory.states[:, actor], speeds[:, actor], shape.name) for actor, shape in enumerate(drawn)
+        ],
         "distance": packed(near.distance, PER_METRE),
         "closing": packed(near.closing_speed, PER_METRE),
     }
 
 
-def _actor(states: Floats, name: str) -> dict[str, Any]:
+def _actor(states: Floats, speeds: Floats, name: str) -> dict[str, Any]:
     there = states[:, State.PRESENT] > 0.5
     return {
         "name": name,
@@ -77,7 +81,7 @@ def _actor(states: Floats, name: str) -> dict[str, Any]:
         "x": packed(np.where(there, states[:, State.X], np.nan), PER_METRE),
         "y": packed(np.where(there, states[:, State.Y], np.nan), PER_METRE),
         "heading": packed(np.where(there, _unwound(states[:, State.HEADING]), np.nan), PER_RADIAN),
-        "speed": packed(np.where(there, states[:, State.SPEED], np.nan), PER_METRE),
+        "speed": packed(speeds, PER_METRE),
     }
 
 

@@ -4,19 +4,19 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from cortex_dsl.page import case_card, endings, likely, run_charts, summary, understanding, where
+from cortex_dsl.page import case_card, endings, likely, params, run_charts, summary, understanding, where
 from cortex_dsl.page.case import ToldCase, tell_case
-from cortex_dsl.page.cases import WORST, first_cases
 from cortex_dsl.page.document import page
 from cortex_dsl.page.element import Element, Node, element
 from cortex_dsl.page.player import player_data
 from cortex_dsl.page.understanding import part
 from cortex_dsl.report.numbers import counted, fixed
 from cortex_dsl.report.titles import first_line
-from cortex_dsl.runs import OpenedRun
+from cortex_dsl.runs import WORST, OpenedRun, first_cases
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
 from engine.search.analysis import BUDGET, Analysis, analyse
+from engine.search.exports import collisions_by_partner
 from engine.search.figures import distinct_collisions
 from engine.search.journal import finite
 from engine.search.journal_reader import Record
@@ -98,6 +98,7 @@ def numbers(record: Record, worst: Sequence[Case]) -> dict[str, Any]:
         "status": record.status,
         "seconds": record.seconds,
         "distinct_collisions": distinct_collisions(record.evaluations),
+        **collisions_by_partner(record.evaluations, manifest.actors),
         "by_individual": asdict(everyone),
         "by_simulation": asdict(simulated),
         "generations": [asdict(row) for row in record.generations],
@@ -148,6 +149,7 @@ def _tiles(found: RunPage) -> Iterator[Element]:
     distinct = distinct_collisions(record.evaluations)
     different, style = len(found.analysis.distinct), "hot" if distinct else ""
     yield _tile("distinct_collisions", distinct, f"{distinct:,}", "sets of params that led to a collision", style)
+    yield from _partner_tiles(record)
     yield _tile("distinct_failures", different, f"{different:,}", "clearly different failures among them", style)
     if simulated.valid:
         score = int(record.evaluations.score.max())
@@ -155,6 +157,18 @@ def _tiles(found: RunPage) -> Iterator[Element]:
     yield _tile("by_simulation.rl", simulated.rl, fixed(simulated.rl, 2), "mean risk of a valid simulation")
     yield _tile("by_simulation.nis", simulated.nis, f"{simulated.nis:,}", "invalid individuals")
     yield _tile("by_simulation.runs", simulated.runs, f"{simulated.runs:,}", "distinct simulations")
+
+
+def _partner_tiles(record: Record) -> Iterator[Element]:
+    """With whom, where there is more than one to collide with: a search may have missed somebody."""
+    actors = record.manifest.actors
+    if len(actors) < 3:
+        return
+    counts = collisions_by_partner(record.evaluations, actors)
+    for name, count in counts["collisions_with"].items():
+        yield _tile(f"collisions_with.{name}", count, f"{count:,}", f"collisions with {name}", "hot" if count else "")
+    if count := counts["collisions_without_ego"]:
+        yield _tile("collisions_without_ego", count, f"{count:,}", f"collisions of others, without {actors[0]}")
 
 
 def _tile(name: str, value: float, text: str, meaning: str, style: str = "") -> Element:
@@ -182,7 +196,7 @@ def _parts(found: RunPage) -> Iterator[Node]:
     yield understanding.avoided(analysis)
     yield understanding.grids(analysis)
     yield likely.likely(found.run)
-    yield understanding.params(space, analysis, found.record.evaluations)
+    yield params.params(space, analysis, found.record.evaluations)
     yield endings.ends(found.run)
     yield endings.again(found.run)
 
@@ -202,7 +216,7 @@ def _cases(found: RunPage) -> Node:
             element(
                 "a",
                 f"Case {case.rank} ",
-                element("small", f"risk {case.score}{', collision' if case.collided else ''}"),
+                element("small", _case_words(found, case)),
                 href=f"#case-{case.rank}",
                 class_="case-tab",
                 data_case=case.rank,
@@ -215,6 +229,14 @@ def _cases(found: RunPage) -> Node:
         for number, (case, told) in enumerate(zip(found.worst, found.told, strict=True))
     ]
     return part("cases", "The worst cases", note, element("ol", tabs, class_="tabs"), cards)
+
+
+def _case_words(found: RunPage, case: Case) -> str:
+    """`risk 22, truck`: with whom, where there is more than one who may be meant."""
+    actors, pair = found.record.manifest.actors, int(found.record.evaluations.rollouts.pair[case.row, case.rollout])
+    if len(actors) > 2 and pair >= 0:
+        return f"risk {case.score}, {'' if case.collided else 'near '}{actors[pair + 1]}"
+    return f"risk {case.score}{', collision' if case.collided else ''}"
 
 
 def _answer(found: RunPage, case: Case) -> Avoidability | None:

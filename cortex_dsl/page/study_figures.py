@@ -91,7 +91,7 @@ def _boxes(axes: Any, study: Study, rows: tuple[Comparison, ...], scenario: int,
     for box, method in zip(drawn["boxes"], order, strict=True):
         box.set(facecolor=_colour(study, method), alpha=0.6, linewidth=0.6)
     name = study.plan.subjects[scenario].name
-    stars = {row.method: row.stars for row in rows if row.scenario == name and row.measure is measure}
+    stars = {row.method: row.marks for row in rows if row.scenario == name and row.measure is measure}
     labels = [f"{method_name(method)} {stars.get(method, '')}".strip() for method in order]
     axes.set_xticks(range(1, len(order) + 1), map(_text, labels), rotation=0 if len(order) < 4 else 40)
     axes.set_ylabel(_text(f"{measure.name} [{measure.unit}]" if measure.unit else measure.name))

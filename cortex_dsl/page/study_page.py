@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.page import study_tables
+from cortex_dsl.page import commands, study_tables
 from cortex_dsl.page.charts import Box, Course, box_chart, line_chart
 from cortex_dsl.page.document import page
 from cortex_dsl.page.element import Element, Node, element
@@ -18,11 +18,11 @@ from engine.search.journal import finite
 from engine.study.comparisons import sample
 from engine.study.curves import curve_of, smoothed
 from engine.study.exports import test_row
-from engine.study.findings import RULE, Findings, findings
+from engine.study.findings import FAMILIES, RULE, Findings, findings
 from engine.study.measures import MEASURES, Measure
 from engine.study.reading import Study
 
-SHOWN = ("distinct collisions", "distinct failures", "failing cells", "RL", "MDG", "MDEC", "NIS")
+SHOWN = ("colliding genomes", "distinct failures", "failing cells", "RL", "MDG", "MDEC", "NIS")
 """Measures with box plots of their own."""
 LINKS = (
     ("#verdict", "Verdict"),
@@ -73,14 +73,17 @@ def _hero(study: Study, found: Findings) -> Element:
         element("p", ", ".join(subject.name for subject in plan.subjects), class_="description"),
         element("p", unfinished, class_="note") if unfinished else None,
         element("div", [element("p", _sentence(text), class_="headline") for text in found.verdict], id="verdict"),
-        element("p", f"{RULE[0].upper()}{RULE[1:]}.", class_="note"),
+        element("p", _sentence(RULE), class_="note"),
+        element("p", _sentence(FAMILIES), class_="note"),
         element("div", [_tile(*tile) for tile in tiles], class_="tiles"),
         class_="hero",
     )
 
 
 def _sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}."
+    first, space, others = text.partition(" ")
+    name = method_name(first)  # of a sentence about a method
+    return f"{name[:1].upper()}{name[1:]}{space}{others}."
 
 
 def _tile(number: str, meaning: str) -> Element:
@@ -127,8 +130,9 @@ def _style(study: Study, method: str) -> str:
 
 def _boxes(study: Study, found: Findings) -> Node:
     note = (
-        "Each box is the runs of one method: median, quartiles, whiskers within one and a half boxes. Stars: Holm's p "
-        f"of the test against {method_name(study.plan.baseline)} below 0.05, 0.01, 0.001."
+        "Each box is the runs of one method that have the number: median, quartiles, whiskers within one and a half "
+        f"boxes. Stars: Holm's p of the test against {method_name(study.plan.baseline)} below 0.05, 0.01, 0.001; "
+        "▲ better, ▼ worse."
     )
     blocks = [
         [
@@ -151,7 +155,7 @@ def _box(study: Study, found: Findings, scenario: int, name: str) -> Element:
     boxes = [Box(m, _style(study, m), sample(study.records, scenario, m, measure)) for m in order]
     title = plan.subjects[scenario].name
     rows = {row.method: row for row in found.comparisons if row.scenario == title and row.measure is measure}
-    stars = [(0, order.index(m), rows[m].stars) for m in plan.contenders if m in rows and rows[m].stars]
+    stars = [(0, order.index(m), rows[m].marks) for m in plan.contenders if m in rows and rows[m].stars]
     return _panel(measure, box_chart(boxes, f"{measure.name}, {title}", stars=stars))
 
 
@@ -228,7 +232,7 @@ def _curve(study: Study, scenario: int, metric: PaperMetric) -> Element:
 def _again(study: Study) -> Element:
     plan, command = study.plan, study.manifest.get("command_line")
     facts: Sequence[tuple[str, Any]] = (
-        ("seed", plan.subjects[0].config.search.seed),
+        ("seed of each scenario", ", ".join(map(str, plan.seeds))),
         (
             "generations x population",
             f"{plan.subjects[0].config.search.generations} x {plan.subjects[0].config.search.population}",
@@ -241,7 +245,8 @@ def _again(study: Study) -> Element:
         "again",
         "Do it again",
         "The same command gives the same study, run by run.",
-        element("pre", join(("cortexc", *command)), class_="command") if command else None,
+        element("pre", commands.again(("study", *command)), class_="command") if command is not None else None,
+        element("pre", join(("cortexc", "report", str(study.folder))), class_="command"),
         element("table", element("tbody", rows), class_="facts"),
     )
 

@@ -4,12 +4,13 @@ from cortex_dsl.page.element import Element, Node, element
 from cortex_dsl.page.summary import figure, method_name
 from cortex_dsl.page.understanding import part, table
 from cortex_dsl.report.numbers import counted, fixed, percent
+from cortex_dsl.report.study_numbers import p_text, quartiles, told
 from cortex_dsl.report.study_paper_view import differences
 from engine.search.statistics import Interval
 from engine.study.against_paper import Beside
 from engine.study.comparisons import Comparison, Spread
 from engine.study.findings import Findings
-from engine.study.measures import DISTINCT_FAILURES, FAILING_CELLS, PRIMARY, Measure
+from engine.study.measures import DISTINCT_FAILURES, PRIMARY
 from engine.study.reading import Study
 
 
@@ -22,13 +23,13 @@ def primary(study: Study, found: Findings) -> Node:
             element("th", row.scenario, scope="row"),
             element("td", method_name(row.method)),
             element("td", _figure(row, "median", row.spread.median), class_="number"),
-            element("td", _quartiles(row.spread, row.measure), class_="number quiet"),
-            element("td", fixed(row.baseline_spread.median, row.measure.decimals), class_="number"),
-            element("td", _quartiles(row.baseline_spread, row.measure), class_="number quiet"),
-            element("td", _p(row.p_holm), " ", element("b", row.stars), class_="number"),
+            element("td", _quartiles(row.spread, row), class_="number quiet"),
+            element("td", told(row.baseline_spread.median, row), class_="number"),
+            element("td", _quartiles(row.baseline_spread, row), class_="number quiet"),
+            element("td", p_text(row.p_holm), " ", element("b", row.marks), class_="number"),
             element("td", fixed(row.a12, 2), class_="number"),
             element("td", _interval(row.interval), class_="number quiet"),
-            element("td", _words(row), class_="verdict-word"),
+            element("td", row.words, class_="verdict-word"),
         )
         for measure in (PRIMARY, DISTINCT_FAILURES)
         for row in found.comparisons
@@ -47,8 +48,10 @@ def primary(study: Study, found: Findings) -> Node:
         "95 %",
         "",
     )
-    note = f"Primary outcome, named before the study was run: {PRIMARY.meaning}."
-    second = f"And how many of them are clearly different: {DISTINCT_FAILURES.meaning}."
+    note = (
+        f"Two outcomes named before the study was run, one family of tests. Yield: {PRIMARY.meaning}, be it in a bit."
+    )
+    second = f"Variety, how many of them are clearly different: {DISTINCT_FAILURES.meaning}."
     return part(
         "primary",
         "Who finds more",
@@ -61,23 +64,20 @@ def primary(study: Study, found: Findings) -> Node:
 
 def _figure(row: Comparison, field: str, value: float) -> Node:
     name = f"{row.scenario}.{row.method}.{row.measure.name}.{field}"
-    return figure(name, value, fixed(value, row.measure.decimals))
+    return figure(name, value, told(value, row))
 
 
-def _quartiles(spread: Spread, measure: Measure) -> str:
-    return f"{fixed(spread.quartiles.low, measure.decimals)} to {fixed(spread.quartiles.high, measure.decimals)}"
+def _quartiles(spread: Spread, row: Comparison) -> str:
+    return " to ".join(quartiles(spread, row))
 
 
 def _interval(interval: Interval) -> str:
     return f"{fixed(interval.low, 2)} to {fixed(interval.high, 2)}"
 
 
-def _p(value: float) -> str:
-    return "< 0.0001" if value < 0.0001 else fixed(value, 4)
-
-
-def _words(row: Comparison) -> str:
-    return "better" if row.beats else "worse" if row.loses else "no clear difference"
+def _missing(row: Comparison) -> Node:
+    """Which runs have no number and rank last."""
+    return element("small", f" {row.missing}", class_="quiet") if row.missing else None
 
 
 def tests(found: Findings) -> Node:
@@ -88,20 +88,37 @@ def tests(found: Findings) -> Node:
             "tr",
             element("td", row.scenario),
             element("td", row.title, element("small", f" {row.measure.unit}", class_="quiet")),
+            element("td", "exploratory" if row.measure.exploratory else row.measure.family, class_="quiet"),
             element("td", row.method),
             element("td", _figure(row, "median", row.spread.median), class_="number"),
-            element("td", fixed(row.baseline_spread.median, row.measure.decimals), class_="number"),
-            element("td", _p(row.p), class_="number quiet"),
-            element("td", _p(row.p_holm), " ", element("b", row.stars), class_="number"),
+            element("td", told(row.baseline_spread.median, row), class_="number"),
+            element("td", p_text(row.p), class_="number quiet"),
+            element("td", p_text(row.p_holm), " ", element("b", row.marks), class_="number"),
             element("td", fixed(row.a12, 2), class_="number"),
             element("td", _interval(row.interval), class_="number quiet"),
-            element("td", _words(row)),
+            element("td", row.words, _missing(row)),
         )
         for row in found.comparisons
-        if row.measure not in (PRIMARY, DISTINCT_FAILURES, FAILING_CELLS)
+        if row.measure not in (PRIMARY, DISTINCT_FAILURES)
     ]
-    head = ("scenario", "measure", "method", "median", found.comparisons[0].baseline, "p", "p, Holm", "A12", "95 %", "")
-    note = "Two-sided Mann-Whitney tests, Holm's correction in each family; A12 above 0.5: the method is better."
+    head = (
+        "scenario",
+        "measure",
+        "role",
+        "method",
+        "median",
+        found.comparisons[0].baseline,
+        "p",
+        "p, Holm",
+        "A12",
+        "95 %",
+        "",
+    )
+    note = (
+        "Two-sided Mann-Whitney tests, Holm's correction in each family; ▲ and A12 above 0.5: the method is better. "
+        "What is exploratory suggests, and shows nothing by itself: who picks one of its families has not corrected "
+        "for that."
+    )
     inner = element("details", element("summary", counted(len(rows), "test")), table(head, rows, "tests"))
     return part("tests", "Every test", note, inner)
 

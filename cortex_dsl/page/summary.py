@@ -5,11 +5,13 @@ from math import isfinite
 from typing import Any
 
 from cortex_dsl.page.element import Node, element, prose
+from cortex_dsl.report.ends import partners_text
 from cortex_dsl.report.numbers import counted, duration, fixed, percent, ratio
 from cortex_dsl.report.search_view import METHOD_NAMES
 from engine.risk import HIGHEST_RISK
 from engine.search.figures import Figures, distinct_collisions, figures
 from engine.search.journal_reader import Record
+from engine.search.partners import partners
 from engine.search.ranking import worst_cases
 from engine.search.statistics import clopper_pearson
 from engine.vocabulary import Verdict
@@ -88,13 +90,13 @@ def _range(parameter: Any) -> str:
 def _how_much(record: Record) -> Node:
     manifest, search = record.manifest, record.manifest.settings["search"]
     everyone, simulated = whole_run(record)
-    preset = f" (preset {manifest.preset})" if manifest.preset else ""
+    preset, name = f" (preset {manifest.preset})" if manifest.preset else "", method_name(manifest.method)
     planned = search["generations"]
     cut = "" if len(record.generations) == planned else f" of {planned:,} planned"
     took = f" It took {duration(record.seconds)}." if record.seconds == record.seconds else ""
     return element(
         "p",
-        f"{method_name(manifest.method).capitalize()}{preset}, seed {manifest.seed}: ",
+        f"{name[:1].upper()}{name[1:]}{preset}, seed {manifest.seed}: ",
         f"{counted(len(record.generations), 'generation')}{cut} of {search['population']:,}, ",
         figure("by_individual.individuals", everyone.individuals, counted(everyone.individuals, "individual")),
         ". ",
@@ -122,12 +124,20 @@ def _found(record: Record, different: int) -> Node:
         " of ",
         figure("by_simulation.valid_runs", simulated.valid_runs, counted(simulated.valid_runs, "valid simulation")),
         f", {share}. " if simulated.valid_runs else ". ",
+        _partners(record),
         f"The first came with simulation {first:,}. " if first else "",
         figure("by_simulation.nis", simulated.nis, counted(simulated.nis, "individual")),
         f" ({percent(ratio(simulated.nis, simulated.individuals))})",
         f" {'was' if simulated.nis == 1 else 'were'} invalid{_why_invalid(record)}. ",
         _worst(record),
     )
+
+
+def _partners(record: Record) -> str:
+    """With whom the ego collided, and with whom never."""
+    actors = record.manifest.actors
+    text = partners_text(actors, partners(record.evaluations, len(actors)))
+    return f"By partner: {text.removeprefix('with ')}. " if text else ""
 
 
 INVALID = {

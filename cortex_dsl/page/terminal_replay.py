@@ -20,7 +20,6 @@ from engine.vocabulary import State
 FRAMES_PER_SECOND = 20.0
 PAUSE = 1.0
 """How long contact is shown before the run goes on [s]."""
-KM_H = 3.6
 
 
 @dataclass(frozen=True)
@@ -74,11 +73,12 @@ class Film:
 
     def _lines(self, place: float) -> Iterator[Text]:
         sample = min(round(place), len(self.told.trajectory.time) - 1)
+        if self.told.collided and place * self._step <= self.told.key_time + 1e-9:
+            sample = min(sample, self.told.trajectory.contact_sample)  # at contact it is told what led to it
         line = Text.assemble((f"{place * self._step:6.2f} s  ", "title"))
         for actor, shape in enumerate(self.told.shapes):
-            state = self.told.trajectory.states[sample, actor]
-            speed = fixed(KM_H * float(state[State.SPEED]), 1) if state[State.PRESENT] > 0.5 else "–"
-            line.append(f" {shape.name} {speed} km/h ", actor_style(actor))
+            speed = self.told.unit.text(float(self.told.speeds[sample, actor]))
+            line.append(f" {shape.name} {speed} ", actor_style(actor))
         yield line
         yield Text(self._event(place, sample), "quiet")
 
@@ -89,11 +89,11 @@ class Film:
         if told.collided and since >= -1e-9:
             return "contact" if since < self._step else "after contact: physics for illustration, not scored"
         apart = float(told.approach.distance[sample])
-        closing = KM_H * float(told.approach.closing_speed[sample])
+        closing = told.unit.text(float(told.approach.closing_speed[sample]))
         if not math.isfinite(apart):
             return ""
         other = told.shapes[told.pair + 1].name
-        return f"{other} {fixed(apart, 2)} m away, closing at {fixed(closing, 1)} km/h"
+        return f"{other} {fixed(apart, 2)} m away, closing at {closing}"
 
 
 def play(told: ToldCase, console: Console, speed: float = 1.0) -> None:

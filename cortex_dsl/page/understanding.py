@@ -1,22 +1,28 @@
-"""Sections of a run's page that come from its analysis: kinds of failures, grids, which params matter, whose fault."""
+"""Sections of a run's page that come from its analysis: kinds of failures, grids, whose fault."""
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from cortex_dsl.page.drawing import number
 from cortex_dsl.page.element import Element, Node, element, prose
-from cortex_dsl.page.run_charts import bars, strip
+from cortex_dsl.page.run_charts import bars
 from cortex_dsl.page.summary import figure
-from cortex_dsl.report.analysis_view import AVOIDANCES, DRIVER, condition_text, lost_text, margin_text
+from cortex_dsl.report.analysis_view import (
+    AVOIDANCES,
+    DRIVER,
+    condition_text,
+    fastest_text,
+    grid_text,
+    lost_text,
+    margin_text,
+    shuffled_text,
+    system_lines,
+)
+from cortex_dsl.report.layout import shortened
 from cortex_dsl.report.numbers import counted, fixed, percent
 from engine.avoidability import Avoidability, Avoidance
 from engine.program import ParamSpace
-from engine.search.analysis import Analysis, Avoided
+from engine.search.analysis import Analysis
 from engine.search.diversity import Grid
-from engine.search.evaluations import Evaluations
-from engine.search.sensitivity import CHANCE, GeneIndex, Sensitivity
-from engine.tables import Floats
-from engine.vocabulary import GeneKind
 
 AVOIDANCE_STYLES = {Avoidance.AVOIDABLE: "hit", Avoidance.BRAKED_AS_HARD: "warn", Avoidance.UNSEEN: "warn"}
 """What speaks against the ego stands out."""
@@ -66,7 +72,7 @@ def kinds(space: ParamSpace, analysis: Analysis) -> Node:
         element(
             "tr",
             element("td", f"{len(cluster.rows):,}", class_="number"),
-            element("td", element("div", class_="bar hit", style=_share(len(cluster.rows) / whole)), class_="bar-cell"),
+            element("td", _bar(len(cluster.rows) / whole), class_="bar-cell"),
             element("td", condition_text(space, cluster), class_="condition"),
             element("td", percent(cluster.precision, 0), class_="number"),
             element("td", percent(cluster.coverage, 0), class_="number"),
@@ -78,10 +84,20 @@ def kinds(space: ParamSpace, analysis: Analysis) -> Node:
     distinct = len(analysis.distinct)
     note = [
         figure("distinct_failures", distinct, counted(distinct, "failure")),
-        KINDS,
+        f"{KINDS}{_shuffled(analysis)}",
     ]
     head = ("failures", "", "where", "collide there", "of the kind", "held out: collide", "of the kind")
     return part("kinds", "Kinds of failures", note, table(head, rows, "kinds"))
+
+
+def _bar(share: float) -> Element:
+    return element("div", class_="bar hit", style=share_style(share))
+
+
+def _shuffled(analysis: Analysis) -> str:
+    """How far the count depends on which failure came first."""
+    low, high = analysis.distinct_range
+    return f" Counted in other orders, {low:,} to {high:,} differ so." if shuffled_text(analysis) else ""
 
 
 # -- grids ------------------------------------------------------------------------------------------------------------
@@ -98,7 +114,7 @@ def grids(analysis: Analysis) -> Node:
             element(
                 "figcaption",
                 element("b", grid.name),
-                element("span", f"{grid.failing} of {grid.cells} cells collide · QD score {fixed(grid.qd_score, 0)}"),
+                element("span", f"{grid_text(grid)} · QD score {fixed(grid.qd_score, 0)}"),
             ),
             grid_chart(grid),
             class_="panel",
@@ -110,6 +126,8 @@ def grids(analysis: Analysis) -> Node:
 
 
 CELL, LABEL, FOOT = 26, 74, 18
+ROOM = 50
+"""Characters that stand below the cells side by side."""
 
 
 def grid_chart(grid: Grid) -> Element:
@@ -117,7 +135,8 @@ def grid_chart(grid: Grid) -> Element:
     used = [i for i in range(len(grid.first)) if grid.runs[i].any()][::-1]
     width = LABEL + 300
     across = 300 / len(grid.second)
-    height = CELL * len(used) + FOOT
+    ends = _ends(grid.second, width, CELL * len(used))
+    height = CELL * len(used) + FOOT * len({end.attributes["y"] for end in ends})
     cells = [
         _grid_cell(grid, i, j, LABEL + j * across, row * CELL, across)
         for row, i in enumerate(used)
@@ -127,10 +146,6 @@ def grid_chart(grid: Grid) -> Element:
     labels = [
         element("text", grid.first[i], x=LABEL - 6, y=number(row * CELL + 17), text_anchor="end")
         for row, i in enumerate(used)
-    ]
-    ends = [
-        element("text", grid.second[0], x=LABEL, y=height - 4),
-        element("text", grid.second[-1], x=width, y=height - 4, text_anchor="end") if len(grid.second) > 1 else None,
     ]
     return element(
         "svg",
@@ -145,6 +160,17 @@ def grid_chart(grid: Grid) -> Element:
     )
 
 
+def _ends(names: Sequence[str], width: int, top: int) -> list[Element]:
+    """The first and the last cell by name, one below the other where they would meet."""
+    first, *others = names
+    below = FOOT if others and len(first) + len(others[-1]) > ROOM - 4 else 0
+    y = top + FOOT - 4
+    return [
+        element("text", shortened(first, ROOM), x=LABEL, y=y),
+        *(element("text", shortened(last, ROOM), x=width, y=y + below, text_anchor="end") for last in others[-1:]),
+    ]
+
+
 def _grid_cell(grid: Grid, i: int, j: int, x: float, y: float, across: float) -> Element:
     runs, failures = int(grid.runs[i, j]), int(grid.failures[i, j])
     text = f"{grid.first[i]}; {grid.second[j]}: {failures:,} of {runs:,} collide"
@@ -156,101 +182,11 @@ def _grid_cell(grid: Grid, i: int, j: int, x: float, y: float, across: float) ->
         width=number(across - 1),
         height=CELL - 1,
         class_="cell hit" if failures else "cell safe",
-        style=_share(failures / runs) if failures else None,
+        style=share_style(failures / runs) if failures else None,
     )
 
 
-# -- params -----------------------------------------------------------------------------------------------------------
-
-
-def params(space: ParamSpace, analysis: Analysis, evaluations: Evaluations) -> Node:
-    """What each param does to the scenario, and what the search made of it."""
-    if not len(space):
-        return None
-    hit = evaluations.simulated & evaluations.collided
-    most = _most(analysis.sensitivity)
-    rows = [
-        element(
-            "tr",
-            element("th", effect.name, _system(analysis, effect.name), scope="row"),
-            *_index_cells(analysis.sensitivity, gene, most),
-            element("td", _signed(effect.correlation), class_="number"),
-            element("td", _strip(space, gene, evaluations.genomes[hit, gene]), class_="strip-cell"),
-        )
-        for gene, effect in enumerate(analysis.genes)
-    ]
-    if analysis.sensitivity is not None:
-        last = element("th", "chance", element("small", " lanes, places, …", class_="quiet"), scope="row")
-        rows.append(
-            element("tr", last, *_index_cells(analysis.sensitivity, len(space), most), element("td", colspan=2))
-        )
-    indices = ("total effect on risk", "[95 %]", "on collision") if analysis.sensitivity else ()
-    head = ("param", *indices, "trend in the search", "where collisions lie in its range")
-    return part("params", "Which params matter", list(_params_note(analysis)), table(head, rows, "genes"))
-
-
-def _params_note(analysis: Analysis) -> Iterator[str]:
-    if analysis.sensitivity is not None:
-        yield (
-            f"Total effect: the share of the variance that is lost when all other params are known (Sobol', estimated "
-            f"as by Saltelli et al. 2010, from {analysis.sensitivity.simulations:,} simulations of their own, drawn as "
-            f"the file says). "
-        )
-    yield (
-        "Trend: Spearman's rank correlation with risk among what the search simulated; it also shows what the search "
-        "bred for, and is no proof of cause."
-    )
-
-
-def _most(found: Sensitivity | None) -> float:
-    totals = [index.total for index in (found.risk if found else ()) if math.isfinite(index.total)]
-    return max(totals, default=0.0)
-
-
-def _index_cells(found: Sensitivity | None, row: int, most: float) -> Iterator[Element]:
-    if found is None:
-        return
-    risk, collision = found.risk[row], found.collision[row]
-    share = risk.total / most if most > 0.0 and math.isfinite(risk.total) else 0.0
-    name = "bar quiet-bar" if risk.name == CHANCE else "bar total-bar"
-    yield element(
-        "td",
-        element(
-            "div",
-            element("i", class_=name, style=_share(share)) if share else None,
-            _index(risk),
-            class_="bar-and-number",
-        ),
-    )
-    yield element("td", _interval(risk), class_="number quiet")
-    yield element("td", _index(collision), class_="number")
-
-
-def _index(index: GeneIndex) -> str:
-    return fixed(index.total, 2)
-
-
-def _interval(index: GeneIndex) -> str:
-    low, high = index.total_interval
-    return f"{fixed(low, 2)} to {fixed(high, 2)}" if math.isfinite(low) else ""
-
-
-def _system(analysis: Analysis, name: str) -> Node:
-    return element("small", " of the system", class_="quiet") if name in analysis.system else None
-
-
-def _strip(space: ParamSpace, gene: int, values: Floats) -> Element:
-    low, high = float(space.low[gene]), float(space.high[gene])
-    if space.kinds[gene] == GeneKind.INDEX:
-        return strip(values, low - 0.5, high + 0.5, len(space.options[gene]))
-    return strip(values, low, high)
-
-
-def _signed(value: float) -> str:
-    return "–" if math.isnan(value) else f"{value:+.2f}".replace("-", "\N{MINUS SIGN}")
-
-
-def _share(share: float) -> str:
+def share_style(share: float) -> str:
     return f"--share:{100.0 * max(0.0, min(1.0, share)):.1f}%"
 
 
@@ -268,15 +204,12 @@ def avoided(analysis: Analysis) -> Node:
     ]
     note = (
         f"{counted(found.driven, 'different collision')}, each driven again by the reference driver of {DRIVER}. "
-        "An avoidable collision speaks against the ego; an unavoidable one may speak against the scene. "
-        f"{_lost(found)}"
+        "An avoidable collision speaks against the ego as it was set; an unavoidable one may speak against the scene. "
+        "Shares are of what this search kept: no rates."
     )
-    return part("avoidable", "Would a competent driver have avoided it?", note, bars(rows, found.driven))
-
-
-def _lost(found: Avoided) -> str:
-    text = lost_text(found)
-    return f"{text}." if text else ""
+    more = [text for text in (lost_text(found), *system_lines(found), fastest_text(analysis)) if text]
+    said = [element("p", f"{text[0].upper()}{text[1:]}.", class_="note") for text in more]
+    return part("avoidable", "Would a competent driver have avoided it?", note, bars(rows, found.driven), said)
 
 
 def avoidance_badge(answer: Avoidability | None) -> Node:

@@ -55,8 +55,9 @@ def where_it_fails(record: Record) -> Iterator[Node]:
     if maps:
         key = element(
             "p",
-            element("span", "none collide ", element("i", class_="ramp"), "all collide"),
-            element("span", "blank: never tried"),
+            element("span", element("i", class_="none"), "none of those tried collide"),
+            element("span", "few ", element("i", class_="ramp"), "all collide"),
+            element("span", element("i", class_="blank"), "never tried"),
             class_="key",
         )
         note = (

@@ -4,10 +4,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Label, Severity
-from cortex_dsl.editor.facts import Witness, described
+from cortex_dsl.editor.facts import described
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.repl.checking import STILL_TO_COME
 from cortex_dsl.repl.desk import Desk
+from cortex_dsl.semantics.sightings import Witness
 from cortex_dsl.source import Source, Span
 
 PLACE = "it = "

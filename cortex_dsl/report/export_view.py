@@ -2,8 +2,8 @@
 
 import os
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
@@ -37,6 +37,8 @@ class Written:
     """Names of files that were there already with the same contents."""
     findings: Sequence[Finding] | None
     """None: not asked for."""
+    checked: Mapping[str, str] = field(default_factory=dict)
+    """By format, what a check has looked at."""
 
 
 def export_view(written: Written, how: "ExportOptions") -> RenderableType:
@@ -47,9 +49,9 @@ def export_view(written: Written, how: "ExportOptions") -> RenderableType:
     parts += [Text(), _line(heading(f"{written.folder}{os.sep}", _unchanged(written))), indented(_files(written))]
     parts += [Text(), heading("to open"), *_openings(written)]
     if written.gathered.remarks:
-        parts.append(section("not carried, or otherwise", _remarks(written), note=_version(written, how)))
+        parts.append(section("what these formats leave out or change", _remarks(written), note=_version(written, how)))
     if written.findings is not None:
-        parts.append(_check(written.findings))
+        parts.append(_check(written.findings, written.checked))
     return Group(*parts)
 
 
@@ -118,7 +120,7 @@ def _remarks(written: Written) -> RenderableType:
         alike.setdefault(key, []).append((sentence, numbers))
     rows, before = [], ""
     for (name, _), told in alike.items():
-        text = Text.assemble(told[0][0].removesuffix("."), (_of_which(written, [n for _, n in told]), "quiet"))
+        text = Text.assemble(told[0][0], (_of_which(written, [n for _, n in told]), "quiet"))
         rows.append((Text("" if name == before else name, "title"), text))
         before = name
     return columns(left(), left(wrap=True), rows=rows)
@@ -134,10 +136,13 @@ def _of_which(written: Written, groups: Sequence[Sequence[int]]) -> str:
     return f" (case{'' if len(ranks) == 1 else 's'} {', '.join(ranks[:5])}{', …' if len(ranks) > 5 else ''})"
 
 
-def _check(findings: Sequence[Finding]) -> RenderableType:
+def _check(findings: Sequence[Finding], checked: Mapping[str, str]) -> RenderableType:
+    """What was found, and what was looked at: no finding says no more than that."""
+    rows = [(Text(name, "title"), Text(what, "quiet")) for name, what in checked.items()]
+    looked_at = columns(left(), left(wrap=True), rows=rows)
     if not findings:
-        return Group(Text(), Text("checked: no finding", "good"))
-    return section("check", Group(*_findings(findings)), note=counted(len(findings), "finding"))
+        return Group(Text(), Text("checked: no finding", "good"), indented(looked_at))
+    return section("check", Group(*_findings(findings), Text(), looked_at), note=counted(len(findings), "finding"))
 
 
 def _findings(findings: Sequence[Finding]) -> Iterator[Text]:
@@ -170,6 +175,7 @@ def export_document(written: Written, how: "ExportOptions") -> str:
             {"format": name, "remark": sentence, "cases": [written.cases[number].recording.name for number in numbers]}
             for (name, sentence), numbers in gathered.remarks.items()
         ],
+        "checked": written.checked,
         "findings": None if written.findings is None else [asdict(finding) for finding in written.findings],
     }
     return document("export", content)

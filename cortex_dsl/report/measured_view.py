@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 DEFINITIONS = (
     ("TTC", "time until the outlines touch if both keep their velocities at that instant"),
     ("DRAC", "the steady braking that would just avoid contact then"),
-    ("MS", "how fast the centres come nearer, at most; D_MS and TTC_MS are taken at that instant"),
+    ("MS", "how fast the centres come nearer, at most; D_MS is the distance of the outlines then"),
+    ("TTC_MS", "D_MS / MS, no TTC in the sense above"),
 )
 """Metrics that other tools give the same names and other definitions."""
 OTHERS = "other tools take centres, lanes or the worst braking instead, and come to other numbers"
@@ -109,6 +110,9 @@ def measured_view(report: MeasuredReport, width: int, *, ascii_only: bool = Fals
     if facts := report.recording.provenance.facts:
         rows = [(Text(name, "quiet"), Text(shortened(value, 2 * LONGEST_TITLE))) for name, value in facts.items()]
         parts.append(section("It says of itself", columns(left(), left(wrap=True), rows=rows)))
+    if genome := report.recording.provenance.genome:
+        rows = [(Text(name, "quiet"), Text(shortened(value, 2 * LONGEST_TITLE))) for name, value in genome.items()]
+        parts.append(section("Its params", columns(left(), left(wrap=True), rows=rows)))
     if report.road is not None:
         parts.append(section("Road", Text(report.road.summary()), report.road.file))
     if report.remarks:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from engine.interchange.errors import InterchangeError
 
 OSC_VERSIONS = ("1.0", "1.1", "1.2", "1.3")
-"""Of OpenSCENARIO XML. CARLA's ScenarioRunner reads 1.0 only."""
+"""Of OpenSCENARIO XML: the rows of `openscenario.versions`. CARLA's ScenarioRunner reads 1.0 only."""
 MODES = ("trajectory", "maneuver")
 
 
@@ -35,4 +35,6 @@ class Export:
     files: Mapping[str, str | bytes]
     """Contents by file name, the one to open first."""
     remarks: tuple[str, ...] = ()
-    """What the format cannot carry, or carries otherwise, each as one sentence that names it."""
+    """What the format cannot carry, or carries otherwise, each as one sentence that names it: without a full stop, and
+    beginning with a small letter unless a name stands there.
+    """

@@ -5,9 +5,9 @@ Field names and numbers of kinds are those of Foxglove's published message schem
 
 import math
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any
 
+from engine.interchange.kinds import KINDS
 from engine.interchange.recording import RecordedActor, Recording
 from engine.program import RoadSpec
 from engine.road import build_network, outline
@@ -18,18 +18,6 @@ FRAME = "map"
 EGO, OTHERS, THINGS = (0.95, 0.45, 0.1), (0.25, 0.45, 0.75), (0.5, 0.5, 0.5)
 """Colours, as red, green, blue."""
 KERB, MARKING, STOP = (0.55, 0.55, 0.55), (0.85, 0.85, 0.85), (1.0, 1.0, 1.0)
-HEIGHTS: Mapping[ActorKind, float] = MappingProxyType(
-    {
-        ActorKind.CAR: 1.5,
-        ActorKind.TRUCK: 3.5,
-        ActorKind.BUS: 3.2,
-        ActorKind.MOTORCYCLE: 1.5,
-        ActorKind.BICYCLE: 1.7,
-        ActorKind.PEDESTRIAN: 1.75,
-        ActorKind.OBSTACLE: 1.0,
-    }
-)
-"""Of the boxes [m]: *ours*, round figures."""
 LINE_STRIP = 0
 """Foxglove's number of lines from point to point."""
 DELETE_ID = 0
@@ -43,7 +31,7 @@ def _scene(entities: list[Message], deletions: list[Message] | None = None) -> M
 
 def actors_scene(recording: Recording, sample: int, instant: int) -> Message:
     """All who are there, and the end of those who were there one sample before."""
-    there = recording.states[:, :, State.PRESENT] != 0.0
+    there = recording.there
     gone = there[max(sample - 1, 0)] & ~there[sample]
     entities = [
         _entity(actor.name, instant, cubes=[_cube(actor, recording.states[sample, i], i == 0)])
@@ -56,7 +44,7 @@ def actors_scene(recording: Recording, sample: int, instant: int) -> Message:
 
 
 def _cube(actor: RecordedActor, state: Floats, is_ego: bool) -> Message:
-    height, heading = HEIGHTS[actor.kind], float(state[State.HEADING])
+    height, heading = KINDS[actor.kind].height, float(state[State.HEADING])
     colour = EGO if is_ego else THINGS if actor.kind is ActorKind.OBSTACLE else OTHERS
     return {
         "pose": {

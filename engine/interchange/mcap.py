@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from engine.extras import installing
 from engine.interchange.errors import InterchangeError
 from engine.interchange.export import Export
 from engine.interchange.foxglove import SCENE_UPDATE, Message, actors_scene, road_scene
@@ -36,13 +37,9 @@ def write_mcap(recording: Recording, stem: str) -> Export:
     Raises:
         InterchangeError: the package mcap is not installed, nothing was recorded, or a state is not a finite number.
     """
-    there = recording.states[..., State.PRESENT] != 0.0
-    if not len(recording):
-        raise InterchangeError("the recording is empty", "export a case that was run")
-    if not np.all(np.isfinite(recording.states[there])):
-        raise InterchangeError("a state of the recording is not a finite number", "export a case that ran to its end")
+    recording.refuse_broken()
     writer, out = _writer()
-    _write(writer, recording)
+    _write(writer, recording.from_zero())
     return Export({f"{stem}.mcap": out.getvalue()}, tuple(_remarks(recording)))
 
 
@@ -50,7 +47,7 @@ def _writer() -> tuple[Any, BytesIO]:
     try:
         package = import_module("mcap.writer")
     except ImportError as missing:
-        raise InterchangeError("MCAP needs the package mcap", "pip install 'cortexc[export]'") from missing
+        raise InterchangeError("MCAP needs the package mcap", installing("export")) from missing
     out = BytesIO()
     return package.Writer(out, compression=package.CompressionType.NONE), out
 
@@ -69,7 +66,7 @@ def _write(writer: Any, recording: Recording) -> None:
     if recording.road is not None:
         _add(writer, road, 0, 0, road_scene(recording.road))
     gaps = _gaps(recording)
-    for sample, time in enumerate((recording.time - recording.time[0]).tolist()):
+    for sample, time in enumerate(recording.time.tolist()):
         instant = round(time * 1e9)
         _add(writer, actors, sample, instant, actors_scene(recording, sample, instant))
         _add(writer, numbers, sample, instant, _numbers(recording, sample, gaps))
@@ -111,7 +108,7 @@ def _gaps(recording: Recording) -> dict[int, tuple[Floats, Floats]]:
 
 
 def _distances(recording: Recording, other: int) -> Floats:
-    both = np.all(recording.states[:, (0, other), State.PRESENT] != 0.0, axis=1)
+    both = np.all(recording.there[:, (0, other)], axis=1)
     pairs = zip(_boxes(recording, 0), _boxes(recording, other), both, strict=True)
     return np.array([box_distance(ego, them) if there else math.nan for ego, them, there in pairs])
 
@@ -124,7 +121,7 @@ def _boxes(recording: Recording, actor: int) -> list[Box]:
 
 def _closing(recording: Recording, other: int) -> Floats:
     ways = recording.states[:, other, [State.X, State.Y]] - recording.states[:, 0, [State.X, State.Y]]
-    both = np.all(recording.states[:, (0, other), State.PRESENT] != 0.0, axis=1)
+    both = np.all(recording.there[:, (0, other)], axis=1)
     apart = np.where(both, np.hypot(*ways.T), math.nan)
     return -np.gradient(apart, recording.time) if len(apart) > 1 else np.full(1, math.nan)
 
@@ -132,9 +129,10 @@ def _closing(recording: Recording, other: int) -> Floats:
 def _numbers(recording: Recording, sample: int, gaps: dict[int, tuple[Floats, Floats]]) -> Message:
     """Of all who are there, by name."""
     message: Message = {}
+    there = recording.there[sample]
     for i, actor in enumerate(recording.actors):
         state = recording.states[sample, i]
-        if state[State.PRESENT] == 0.0:
+        if not there[i]:
             continue
         message[actor.name] = {name: float(state[column]) for name, column in NUMBERS.items()}
         if i in gaps:

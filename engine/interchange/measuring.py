@@ -6,17 +6,16 @@ was such a run has the same numbers again.
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from engine.interchange.errors import InterchangeError
-from engine.interchange.record import SAME_INSTANT
-from engine.interchange.recording import Recording
+from engine.interchange.recording import SAME_INSTANT, Recording
 from engine.interchange.resampling import OF_STEPS, states_at
 from engine.kernels.contact import Touch, search_contact
-from engine.kernels.measure import Approach, PairMetrics, measure_pair
+from engine.kernels.measure import PairMetrics, measure_pair
 from engine.metrics import Metric, measure_trajectory
 from engine.risk import PROFILES, Risk, assess
 from engine.runs import MAX_SAMPLES
@@ -26,7 +25,6 @@ from engine.vocabulary import EndReason, State, Verdict
 
 COMMANDS = frozenset({"steering oscillation", "pedal oscillation"})
 """Metrics of wheel and pedals, which not every recording tells."""
-POSES = [State.X, State.Y, State.HEADING, State.SPEED]
 
 
 @dataclass(frozen=True)
@@ -62,7 +60,7 @@ def measure(recording: Recording, profile: str = "paper") -> Measured:
     if profile not in PROFILES:
         raise InterchangeError(f"there is no risk profile `{profile}`", f"name one of {', '.join(PROFILES)}")
     _check(recording)
-    recording = replace(recording, time=recording.time - recording.time[0])
+    recording = recording.from_zero()
     outlines = np.array([[actor.length, actor.width, actor.rear_to_center] for actor in recording.actors])
     instants: Floats = np.arange(_steps(recording) + 1, dtype=np.float64) * recording.step
     steps = states_at(recording, instants)
@@ -80,19 +78,13 @@ def measure(recording: Recording, profile: str = "paper") -> Measured:
 
 def _check(recording: Recording) -> None:
     """Raises InterchangeError where there is nothing to measure, or too much."""
-    name, there = recording.name, recording.states[:, :, State.PRESENT] != 0.0
-    if not there.any():
-        raise InterchangeError(f"`{name}` holds nobody at any time", "record one actor at least")
+    recording.refuse_broken()
     if not (math.isfinite(recording.step) and recording.step > 0.0):
         raise InterchangeError(f"a time step of {recording.step} s", "take a positive number of seconds")
-    if not (np.isfinite(recording.time).all() and (np.diff(recording.time) > 0.0).all()):
-        raise InterchangeError(f"the times of `{name}` do not ascend", "record each instant once, in order")
-    if not np.isfinite(recording.states[there][:, POSES]).all():
-        raise InterchangeError(f"`{name}` holds a pose or speed that is no number", "mend the recording")
     span = float(recording.time[-1] - recording.time[0])
     if len(recording) > 2 * MAX_SAMPLES or span / recording.step > MAX_SAMPLES:
         raise InterchangeError(
-            f"`{name}`: {len(recording):,} samples over {span:g} s, in steps of {recording.step:g} s, are too many",
+            f"`{recording.name}`: {len(recording):,} samples over {span:g} s, every {recording.step:g} s, are too many",
             f"measure a part of it, or with a longer step: at most {MAX_SAMPLES:,} steps",
         )
 
@@ -182,12 +174,25 @@ def _reason(end: _End) -> EndReason:
 
 def _of_pairs(pairs: Sequence[PairMetrics]) -> dict[str, np.ndarray]:
     """The columns of outcomes that hold a number for each pair."""
-    names = {"angle": "approach_angle"}
-    table = {name: [getattr(pair, name) for pair in pairs] for name in PairMetrics._fields if name != "approach"}
-    table |= {names.get(name, name): [getattr(pair.approach, name) for pair in pairs] for name in Approach._fields}
-    known = {field.name for field in fields(Outcomes)} & table.keys()
-    kinds = {"side": np.int32}
-    return {name: np.array(table[name], dtype=kinds.get(name, np.float64)).reshape(1, -1) for name in known}
+    met = [pair.approach for pair in pairs]
+    return {
+        "min_distance": _line(pair.min_distance for pair in pairs),
+        "min_distance_time": _line(pair.min_distance_time for pair in pairs),
+        "max_closing_speed": _line(pair.max_closing_speed for pair in pairs),
+        "max_closing_time": _line(pair.max_closing_time for pair in pairs),
+        "distance_at_ms": _line(pair.distance_at_ms for pair in pairs),
+        "ttc_at_ms": _line(pair.ttc_at_ms for pair in pairs),
+        "ego_speed": _line(approach.ego_speed for approach in met),
+        "other_speed": _line(approach.other_speed for approach in met),
+        "approach_angle": _line(approach.angle for approach in met),
+        "closing_speed": _line(approach.closing_speed for approach in met),
+        "side": _row(*(approach.side for approach in met)).reshape(1, -1),
+    }
+
+
+def _line(values: Iterable[float]) -> Floats:
+    """(1, pairs)"""
+    return np.array(list(values), dtype=np.float64).reshape(1, -1)
 
 
 def _left_road(recording: Recording, judged: Floats) -> Floats:

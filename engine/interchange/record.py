@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from engine.interchange.recording import Contact, Provenance, RecordedActor, Recording, SignalTimes
+from engine.interchange.recording import SAME_INSTANT, Contact, Provenance, RecordedActor, Recording, SignalTimes
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats
@@ -10,8 +10,6 @@ from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, State
 from engine.world import WorldRun
 
-SAME_INSTANT = 1e-9
-"""Closer than this contact counts as at a sample [s]: no format tells the two apart."""
 NO_PROVENANCE = Provenance()
 
 

@@ -8,10 +8,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from engine.interchange.errors import InterchangeError
 from engine.program import RoadSpec
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, State
+
+SAME_INSTANT = 1e-9
+"""Instants closer than this are one [s]: no format tells them apart."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,16 @@ class Contact:
     actors: tuple[int, int]
 
 
+ARMS = ("north", "east", "south", "west")
+"""Of a junction, clockwise."""
+PHASES = 2
+
+
+def phase_of(arm: str) -> int:
+    """Whose turn an arm's light has: 0, the first, of north and south; 1 of east and west."""
+    return ARMS.index(arm) % PHASES
+
+
 @dataclass(frozen=True)
 class SignalTimes:
     """The fixed-time plan of all traffic lights [s]: see `cortex_dsl.semantics.road.signals`.
@@ -61,6 +76,20 @@ class SignalTimes:
     """How far into the plan the run starts."""
     controlled: bool = False
     """Whether the file also lets behaviours or monitors change the lights, which a fixed plan cannot tell."""
+
+    @property
+    def slot(self) -> float:
+        """How long it is one phase's turn [s]."""
+        return self.green + self.yellow + self.all_red
+
+    @property
+    def cycle(self) -> float:
+        """After how long the plan starts again [s]."""
+        return PHASES * self.slot
+
+    def begins(self, arm: str) -> float:
+        """An instant at which the arm's light turns green [s]; negative where that was before the run."""
+        return phase_of(arm) * self.slot - self.offset
 
 
 @dataclass(frozen=True)
@@ -88,7 +117,10 @@ class Recording:
     time: Floats
     """(samples,) ascending [s]: whole steps, and where two touched the instant of first contact."""
     states: Floats
-    """(samples, actors, len(State)). What follows first contact is contact physics, and not scored."""
+    """(samples, actors, len(State)): metres, m/s, radians, pedals from 0 to 1; x east and y north, as the road has it.
+
+    What an actor that is not there says means nothing. What follows first contact is contact physics, and not scored.
+    """
     step: float
     """Time step of the simulation [s]."""
     contact: Contact | None = None
@@ -102,9 +134,57 @@ class Recording:
     def __len__(self) -> int:
         return len(self.time)
 
+    @property
+    def there(self) -> NDArray[np.bool_]:
+        """(samples, actors): who is there when."""
+        return self.states[:, :, State.PRESENT] != 0.0
+
+    @property
+    def never_there(self) -> tuple[int, ...]:
+        """The actors that take no part: the run ended before they came in."""
+        return tuple(np.flatnonzero(~self.there.any(axis=0)).tolist())
+
+    def refuse_broken(self) -> None:
+        """Raises InterchangeError where nobody is there, times do not ascend, or a state is no number."""
+        if not len(self) or not self.there.any():
+            raise InterchangeError(f"`{self.name}` holds nobody at any time", "record one actor at least")
+        if not (np.isfinite(self.time).all() and (np.diff(self.time) > 0.0).all()):
+            raise InterchangeError(f"the times of `{self.name}` do not ascend", "record each instant once, in order")
+        broken = np.argwhere(self.there & ~np.isfinite(self.states).all(axis=2))
+        if len(broken):
+            sample, actor = broken[0].tolist()
+            who, when = self.actors[actor].name, self.time[sample]
+            raise InterchangeError(f"the state of `{who}` at {when:g} s is no number", "take a run that did not break")
+
+    def taking_part(self) -> "Recording":
+        """The same without those who never come in: a replay has no place for them.
+
+        Raises:
+            InterchangeError: the ego is one of them.
+        """
+        if not (away := self.never_there):
+            return self
+        if 0 in away:
+            raise InterchangeError(
+                "the ego never comes in: there is nothing to replay", "take a scene in which it does"
+            )
+        left = [index for index in range(len(self.actors)) if index not in away]
+        contact = self.contact and replace(self.contact, actors=tuple(map(left.index, self.contact.actors)))
+        actors = tuple(self.actors[index] for index in left)
+        return replace(self, actors=actors, states=self.states[:, left], contact=contact)
+
+    def from_zero(self) -> "Recording":
+        """The same with times that begin at 0, those of contact and of the signals' plan among them."""
+        begin = float(self.time[0])
+        if begin == 0.0:
+            return self
+        contact = self.contact and replace(self.contact, time=self.contact.time - begin)
+        signals = self.signals and replace(self.signals, offset=self.signals.offset + begin)
+        return replace(self, time=self.time - begin, contact=contact, signals=signals)
+
     def stretches(self, actor: int) -> list[tuple[int, int]]:
         """First and last sample (inclusive) of each stretch of time in which an actor is there."""
-        there = np.concatenate([[False], self.states[:, actor, State.PRESENT] != 0.0, [False]])
+        there = np.concatenate([[False], self.there[:, actor], [False]])
         edges = np.flatnonzero(there[1:] != there[:-1])
         return [(int(start), int(end) - 1) for start, end in edges.reshape(-1, 2)]
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from engine.interchange.record import SAME_INSTANT
-from engine.interchange.recording import Recording
+from engine.interchange.recording import SAME_INSTANT, Recording
 from engine.tables import Floats
 from engine.vocabulary import State
 

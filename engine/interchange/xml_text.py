@@ -1,11 +1,20 @@
 """XML as every format here is written: one element a line, numbers that read back to the same value."""
 
+import math
+import re
+from decimal import Decimal
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from engine.interchange.errors import InterchangeError
 
-__all__ = ["Element", "SubElement", "child", "number", "xml_text"]
+__all__ = ["INFINITE", "LARGEST", "NUMBER", "Element", "SubElement", "child", "decimal", "number", "xml_text"]
+
+NUMBER = re.compile(r"\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,4})?\s*", re.ASCII)
+"""XML Schema's xs:double without its infinities; Python alone would take `1_000`, too."""
+INFINITE = ("INF", "+INF", "inf", "Infinity")
+LARGEST = 1e9
+"""No length, time or angle of a real file is larger: beyond it, arithmetic loses the millimetre."""
 
 
 def child(parent: Element, tag: str, /, **attributes: str | float | int) -> Element:
@@ -21,6 +30,12 @@ def number(value: float) -> str:
     if isinstance(value, int):
         return str(value)
     return repr(float(value) + 0.0).removesuffix(".0")
+
+
+def decimal(value: float) -> str:
+    """As `number` without an exponent, which neither decimals of XML Schema nor all readers' expressions know."""
+    text = f"{Decimal(repr(float(value) + 0.0)):f}" if math.isfinite(value) else repr(value)
+    return text.removesuffix(".0")
 
 
 def xml_text(root: Element) -> str:

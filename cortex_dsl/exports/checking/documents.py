@@ -8,6 +8,7 @@ from pathlib import Path
 from cortex_dsl.exports.cases import ExportCase
 from cortex_dsl.exports.checking.tree import Tree, read_tree
 from cortex_dsl.exports.findings import Finding
+from engine.interchange.commonroad.timeline import timeline
 from engine.interchange.errors import InterchangeError
 from engine.interchange.export import ExportOptions
 from engine.road import build_network
@@ -22,16 +23,25 @@ BETWEEN = (0.0, 0.25, 0.5, 0.75, 1.0)
 # -- OpenSCENARIO -----------------------------------------------------------------------------------------------------
 
 
-def openscenario(folder: Path, name: str) -> Iterator[Finding]:
+def scenario_rules(folder: Path, name: str) -> Iterator[Finding]:
     tree = read_tree(folder / name)
     if tree.find("Storyboard") is None:  # a distribution of parameters
         yield from _referenced(tree, folder, "ScenarioFile")
+        yield from _values(tree)
         return
     yield from _named_once(tree)
     yield from _entities(tree)
     yield from _referenced(tree, folder, "LogicFile")
     yield from _timing(tree)
     yield from _ends(tree)
+
+
+def _values(tree: Tree) -> Iterator[Finding]:
+    """Something is drawn or set by a file of parameter values."""
+    for tag in ("ValueSetDistribution", "ParameterValueSet", "Stochastic"):
+        for element in tree.root.iter(tag):
+            if not len(element):
+                yield tree.finding(element, f"<{tag}> holds no values", "write one case at least")
 
 
 def _named_once(tree: Tree) -> Iterator[Finding]:
@@ -126,7 +136,9 @@ def _lanes(case: ExportCase, path: Path) -> Iterator[Finding]:
                 found = read.pose(place.road, place.lane, place.s)
                 off = max(abs(ours.x - found.x), abs(ours.y - found.y))
                 if not off <= NEAR:
-                    yield Finding(f"{path.name}, road {place.road}", f"lane {place.lane} lies {off:.3g} m off")
+                    yield Finding(
+                        f"{path.name}, road {place.road}", f"lane {place.lane} lies {off:.3g} m off", "export it again"
+                    )
                     break
     except InterchangeError as error:
         yield Finding(error.place or path.name, error.message, error.cure)
@@ -149,8 +161,9 @@ def commonroad(case: ExportCase, folder: Path, names: Sequence[str], _options: E
         if tree.find("planningProblem") is None:
             yield tree.finding(tree.root, "the ego has no planningProblem", "give it one")
         others = sum(1 for tag in ("dynamicObstacle", "staticObstacle") for _ in tree.root.iter(tag))
-        if others < len(case.recording.actors) - 1:
-            yield tree.finding(tree.root, f"{others} obstacles of {len(case.recording.actors) - 1} are there")
+        wanted = len(timeline(case.replay).others)
+        if others != wanted:
+            yield tree.finding(tree.root, f"{others} obstacles of {wanted} are there", "export it again")
 
 
 def scenic(case: ExportCase, folder: Path, names: Sequence[str], _options: ExportOptions) -> Iterator[Finding]:

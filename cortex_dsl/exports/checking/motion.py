@@ -1,6 +1,7 @@
 """Files that tell a motion: read back by our own readers, and held against the run by samples, metrics and risk."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from cortex_dsl.session import load
 from engine.interchange.errors import InterchangeError
 from engine.interchange.export import ExportOptions
 from engine.interchange.measuring import measure
+from engine.interchange.record import recorded_run
 from engine.interchange.recording import Recording
 from engine.risk import Risk
 from engine.scenes import Outcomes
@@ -36,7 +38,7 @@ def openscenario(case: ExportCase, folder: Path, names: Sequence[str], options: 
     from engine.interchange.reading import read_openscenario
 
     for name in (each for each in names if each.endswith(".xosc")):
-        yield from documents.openscenario(folder, name)
+        yield from documents.scenario_rules(folder, name)
         if options.mode != "trajectory":  # maneuvers are for a simulator to play
             continue
         try:
@@ -69,19 +71,39 @@ def scenario(case: ExportCase, folder: Path, names: Sequence[str], _options: Exp
         copy = load(folder / name)
         key = np.array(parse_key(copy.program.settings.stream or ""), dtype=np.int64)
         scenes = copy.scene_of(np.zeros(len(copy.program.space)), key)
-        run = copy.watch(scenes) if scenes.valid[0] else None
-        if run is None or run.outcomes.end_time[0] != case.outcomes.end_time[0]:
-            yield Finding(name, "it does not run to the same outcome", OURS)
+        if not scenes.valid[0]:
+            yield Finding(name, "its scene is not valid", OURS)
+            continue
+        run = copy.watch(scenes)
+        again = recorded_run(copy.program, scenes, run, step=copy.config.simulation.time_step)
+        yield from _same_bits(case, again, run.outcomes, name)
+
+
+def _same_bits(case: ExportCase, again: Recording, outcomes: Outcomes, name: str) -> Iterator[Finding]:
+    """Every state of every sample, and every number of the outcome."""
+    if not (_same(again.time, case.recording.time) and _same(again.states, case.recording.states)):
+        yield Finding(name, "it does not run the same way", OURS)
+    differ = [
+        each.name for each in fields(outcomes) if not _same(*(getattr(o, each.name) for o in (outcomes, case.outcomes)))
+    ]
+    if differ:
+        yield Finding(name, f"it does not run to the same outcome: {', '.join(differ)}", OURS)
+
+
+def _same(one: np.ndarray, other: np.ndarray) -> bool:
+    """Bit for bit, where no number is no number."""
+    return one.shape == other.shape and bool(((one == other) | ((one != one) & (other != other))).all())
 
 
 def _same_run(case: ExportCase, read: Recording, name: str) -> Iterator[Finding]:
     """Everybody where they were, and the same metrics and risk."""
-    if len(read.actors) != len(case.recording.actors):
-        count = f"{len(case.recording.actors)} took part, {len(read.actors)} are read back"
+    ours = case.replay
+    if len(read.actors) != len(ours.actors):
+        count = f"{len(ours.actors)} took part, {len(read.actors)} are read back"
         yield Finding(name, count, OURS)
         return
-    for number, actor in enumerate(case.recording.actors):
-        yield from _same_way(case.recording, read, number, f"{name}, {actor.name}")
+    for number, actor in enumerate(ours.actors):
+        yield from _same_way(ours, read, number, f"{name}, {actor.name}")
     yield from _same_risk(case, read, name)
 
 
@@ -100,7 +122,7 @@ def _same_way(ours: Recording, read: Recording, actor: int, place: str) -> Itera
 
 
 def _course(read: Recording, actor: int, column: State) -> tuple[Floats, Floats]:
-    there = read.states[:, actor, State.PRESENT] != 0.0
+    there = read.there[:, actor]
     values = read.states[there, actor, column]
     return read.time[there], np.unwrap(values) if column == State.HEADING else values
 
@@ -114,17 +136,19 @@ def _same_risk(case: ExportCase, read: Recording, name: str) -> Iterator[Finding
     except InterchangeError as error:
         yield Finding(name, error.message, error.cure)
         return
-    yield from _same_metrics(case.outcomes, measured.outcomes, name)
+    pairs = [actor - 1 for actor in range(1, len(case.recording.actors)) if actor not in case.recording.never_there]
+    yield from _same_metrics(case.outcomes, pairs, measured.outcomes, name)
     ours: Risk = case.scenario.assess(case.outcomes, case.profile)
     if int(ours.score[0]) != int(measured.risk.score[0]):
         yield Finding(name, f"the risk is {ours.score[0]}, read back {measured.risk.score[0]}", OURS)
 
 
-def _same_metrics(ours: Outcomes, read: Outcomes, name: str) -> Iterator[Finding]:
+def _same_metrics(ours: Outcomes, pairs: Sequence[int], read: Outcomes, name: str) -> Iterator[Finding]:
+    """`pairs` of ours are those of which both took part."""
     if bool(ours.collided[0]) != bool(read.collided[0]):
         yield Finding(name, "the run collided or not, read back it is otherwise", OURS)
     for metric, column in METRICS.items():
-        one, other = getattr(ours, column)[0], getattr(read, column)[0]
+        one, other = getattr(ours, column)[0, pairs], getattr(read, column)[0]
         if not np.allclose(one, other, rtol=SAME, atol=SAME, equal_nan=True):
             yield Finding(name, f"{metric} is {_listed(one)}, read back {_listed(other)}", OURS)
 

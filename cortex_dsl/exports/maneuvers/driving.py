@@ -12,12 +12,11 @@ from cortex_dsl.source import Span
 from engine.interchange.openscenario.maneuvers import formula
 from engine.interchange.openscenario.maneuvers.formula import Formula
 from engine.interchange.openscenario.maneuvers.plan import Change, Reaction, Trigger, all_of, none_of
+from engine.kernels.steering import MAX_ACCELERATION
 from engine.vocabulary import ActorKind, Column, Command, Op
 
 LEAST_RATE = 0.0001
 """Added to what brakes do: readers take no rate of 0, that of a pedal which is not pressed [m/s^2]."""
-SPEED_LIMIT_OF_PEDALS = 3.0
-"""Acceleration of the simulator's speed controller [m/s^2], as `engine.kernels.steering.MAX_ACCELERATION`."""
 
 
 @dataclass(frozen=True)
@@ -189,16 +188,16 @@ class Reader:
     def _note_senses(self, condition: ir.Expr) -> None:
         name = self.names[self.actor]
         if _mentions(condition, Op.WITHIN):
-            self.remarks.append(f"`{name}` notices others within a distance all around, not in its view sector only.")
+            self.remarks.append(f"`{name}` notices others within a distance all around, not in its view sector only")
         if _mentions(condition, Op.TTC):
-            self.remarks.append(f"`{name}` reacts to times to collision as the reader defines them.")
+            self.remarks.append(f"`{name}` reacts to times to collision as the reader defines them")
 
     def _leave_out(self, what: str, span: Span) -> None:
-        self.remarks.append(f"`{self.names[self.actor]}` does not carry {what} ({self.case.place(span)}).")
+        self.remarks.append(f"left out of `{self.names[self.actor]}`: {what} ({self.case.place(span)})")
 
     def _acceleration(self) -> Formula:
         most = self.case.column(self.actor, Column.MAX_ACCELERATION)
-        return formula.number(max(min(most, SPEED_LIMIT_OF_PEDALS), LEAST_RATE))
+        return formula.number(max(min(most, MAX_ACCELERATION), LEAST_RATE))
 
 
 def _set_by(act: ir.Act) -> Iterator[int]:

@@ -57,7 +57,7 @@ def _planned(reader: Reader) -> tuple[ActorPlan, Placed, Drive | None]:
         return _actor_plan(case, reader, drive, placed, lanes), placed, drive
     except UnsayableError as error:
         words = f"`{name}` goes along its recorded trajectory, for no maneuver says {error.what}"
-        reader.remarks.append(f"{words} ({case.place(error.span if error.span.end else case.actors[actor].span)}).")
+        reader.remarks.append(f"{words} ({case.place(error.span if error.span.end else case.actors[actor].span)})")
         placed = Placed(start_of(case, actor, name, ()).start)
         speed = formula.number(case.column(actor, Column.SPEED))
         return ActorPlan(name, placed.start, speed, exact=True), placed, None
@@ -118,7 +118,7 @@ def _check_keeps_to_lane(reader: Reader, lane: int | None, free: Change, speed: 
         return
     if lane is None:
         raise UnsayableError("its way off the lanes", reader.case.actors[reader.actor].span)
-    reader.remarks.append(f"`{reader.names[reader.actor]}` keeps to its lane; in the simulation it goes straight on.")
+    reader.remarks.append(f"`{reader.names[reader.actor]}` keeps to its lane; in the simulation it goes straight on")
 
 
 # -- ends -------------------------------------------------------------------------------------------------------------
@@ -132,7 +132,7 @@ def _rule_ends(case: Case, names: tuple[str, ...], reader: Reader) -> Iterator[E
             yield End(rule.name, trigger_of(case, names, rule.condition))
         except UnsayableError as error:
             line = case.scenario.program.place(rule.line)
-            reader.remarks.append(f"The end of the run `{rule.name}` needs {error.what} and is left out (line {line}).")
+            reader.remarks.append(f"the end of the run `{rule.name}` needs {error.what} and is left out (line {line})")
 
 
 def _behaviour_ends(case: Case, planned: Sequence[tuple[ActorPlan, Placed, Drive | None]]) -> Iterator[End]:
@@ -145,7 +145,7 @@ def _behaviour_ends(case: Case, planned: Sequence[tuple[ActorPlan, Placed, Drive
 def _other_ends(case: Case, names: tuple[str, ...]) -> Iterator[End]:
     """First contact of any two, and the time limit."""
     pairs = [(one, other) for i, one in enumerate(names) for other in names[i + 1 :]]
-    touching = tuple((Condition(Measure.TOUCH, formula.ZERO, True, one, other),) for one, other in pairs)
+    touching = tuple((Condition(Measure.COLLISION, formula.ZERO, True, one, other),) for one, other in pairs)
     if touching:
         yield End("first contact", touching)
     limit = formula.number(case.scenario.config.simulation.max_time)
@@ -171,7 +171,7 @@ def _genes(case: Case) -> Iterator[Parameter]:
 def _unused(case: Case, used: frozenset[str]) -> Iterator[str]:
     idle = [gene.name for gene, name in zip(case.whole.genes, case.names, strict=True) if name not in used]
     if idle:
-        yield f"Nothing in the file depends on {', '.join(idle)}: what they decide is as in this case."
+        yield f"nothing in the file depends on {', '.join(idle)}: what they decide is as in this case"
 
 
 def _left_out(case: Case) -> Iterator[str]:
@@ -179,10 +179,10 @@ def _left_out(case: Case) -> Iterator[str]:
     place = case.scenario.program.place
     for requirement in case.variant.rules:
         if requirement.kind is RuleKind.ABORT and requirement.condition is not None:
-            yield f"`{requirement.name}` is not watched (line {place(requirement.line)})."
+            yield f"`{requirement.name}` is not watched (line {place(requirement.line)})"
     for monitor in case.variant.monitors:
-        yield f"What `{monitor.name}` does is left out ({case.place(monitor.span)})."
+        yield f"what `{monitor.name}` does is left out ({case.place(monitor.span)})"
     if case.whole.temporals:
-        yield "Temporal requirements are not watched."
+        yield "temporal requirements are not watched"
     if case.whole.records:
-        yield "Nothing is recorded of what the file asks to record."
+        yield "nothing is recorded of what the file asks to record"

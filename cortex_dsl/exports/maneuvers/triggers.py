@@ -24,7 +24,7 @@ MOST_GROUPS = 32
 
 
 @dataclass(frozen=True)
-class Measured:
+class Unlimited:
     """A measure without its limit. `makes` turns limit and side into the trigger."""
 
     makes: Callable[[formula.Formula, bool], Trigger]
@@ -39,6 +39,8 @@ def trigger_of(case: Case, names: tuple[str, ...], condition: ir.Expr) -> Trigge
     trigger = _trigger(case, names, condition)
     if len(trigger) > MOST_GROUPS:
         raise UnsayableError("a condition of very many alternatives", condition.span)
+    for each in (each for group in trigger for each in group if not each.can_be_said):
+        raise UnsayableError(f"the opposite of `{each.measure.value}`", condition.span)
     return trigger
 
 
@@ -81,7 +83,7 @@ def _comparison(case: Case, names: tuple[str, ...], less: ir.Expr, more: ir.Expr
     raise UnsayableError("a condition on params alone", less.span)
 
 
-def _measured(case: Case, names: tuple[str, ...], expression: ir.Expr) -> Measured | None:
+def _measured(case: Case, names: tuple[str, ...], expression: ir.Expr) -> Unlimited | None:
     if not isinstance(expression, ir.Apply):
         return None
     if expression.op == Op.TIME:
@@ -90,17 +92,17 @@ def _measured(case: Case, names: tuple[str, ...], expression: ir.Expr) -> Measur
         return _single(Measure.SPEED, names[expression.immediates[0]])
     if expression.op == Op.TTC:
         other = expression.immediates[1]
-        return _several(Measure.COLLISION_TIME, names, expression.immediates[0], None if other < 0 else other)
+        return _several(Measure.TIME_TO_COLLISION, names, expression.immediates[0], None if other < 0 else other)
     if expression.op == Op.HYPOT:
         return _distance(case, names, expression)
     return None
 
 
-def _single(measure: Measure, actor: str = "", other: str = "", point: tuple[float, float] = (0.0, 0.0)) -> Measured:
-    return Measured(lambda limit, below: ((Condition(measure, limit, below, actor, other, point),),))
+def _single(measure: Measure, actor: str = "", other: str = "", point: tuple[float, float] = (0.0, 0.0)) -> Unlimited:
+    return Unlimited(lambda limit, below: ((Condition(measure, limit, below, actor, other, point),),))
 
 
-def _several(measure: Measure, names: tuple[str, ...], actor: int, other: int | None) -> Measured:
+def _several(measure: Measure, names: tuple[str, ...], actor: int, other: int | None) -> Unlimited:
     """With one other, or the least over all."""
     others = [name for index, name in enumerate(names) if index != actor and other in (None, index)]
 
@@ -108,17 +110,17 @@ def _several(measure: Measure, names: tuple[str, ...], actor: int, other: int | 
         each = [((Condition(measure, limit, below, names[actor], name),),) for name in others]
         return any_of(each) if below else all_of(each)
 
-    return Measured(makes)
+    return Unlimited(makes)
 
 
-def _apart(names: tuple[str, ...], actor: int, other: int | None) -> Measured:
-    return _several(Measure.APART, names, actor, other)
+def _apart(names: tuple[str, ...], actor: int, other: int | None) -> Unlimited:
+    return _several(Measure.RELATIVE_DISTANCE, names, actor, other)
 
 
 # -- distances --------------------------------------------------------------------------------------------------------
 
 
-def _distance(case: Case, names: tuple[str, ...], expression: ir.Apply) -> Measured | None:
+def _distance(case: Case, names: tuple[str, ...], expression: ir.Apply) -> Unlimited | None:
     """hypot(x1 - x0, y1 - y0), where one end at least is an actor."""
     across, along = expression.arguments
     if not (_is_difference(across) and _is_difference(along)):
@@ -146,11 +148,11 @@ def _actor_at(x: ir.Expr, y: ir.Expr) -> int | None:
     return states[0][0] if same else None
 
 
-def _from_place(case: Case, names: tuple[str, ...], actor: int, x: ir.Expr, y: ir.Expr) -> Measured:
+def _from_place(case: Case, names: tuple[str, ...], actor: int, x: ir.Expr, y: ir.Expr) -> Unlimited:
     own = case.actors[actor].columns
     if x is own[Column.X] and y is own[Column.Y]:
-        return _single(Measure.FROM_START, names[actor])
+        return _single(Measure.DISTANCE_TO_START, names[actor])
     point = settled(case, x), settled(case, y)
     if not all(each.plain for each in point):
         raise UnsayableError("the distance from a place that depends on a param", x.span)
-    return _single(Measure.FROM_POINT, names[actor], point=(point[0].number, point[1].number))
+    return _single(Measure.DISTANCE_TO_POINT, names[actor], point=(point[0].number, point[1].number))

@@ -18,6 +18,7 @@ from cortex_dsl.semantics.values import DirectionField, GlobalParameters, Pose, 
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.unparse_expressions import Level, write
+from engine.interchange.recording import Recording
 from engine.road.network import Intersection, Network
 
 N = TypeVar("N", bound=nodes.Node)
@@ -38,7 +39,9 @@ class Expressions:
     worth: Worth
     from_north: bool
     """Whether headings in the author's file are measured as Scenic measures them, because it has a `model` line."""
-    make: "Callable[[nodes.New], nodes.Expression]"
+    recording: Recording
+    """Of the run: it says where everybody stood."""
+    make: "Callable[[Expressions, nodes.New], nodes.Expression]"
     """How a `new` is written; `objects.py`."""
 
     def __call__(self, node: nodes.Expression) -> nodes.Expression:
@@ -221,7 +224,7 @@ def _is_prefix(node: nodes.Expression) -> bool:
 
 
 def _new(to: Expressions, node: nodes.New) -> nodes.Expression:
-    return to.make(node)
+    return to.make(to, node)
 
 
 def _lambda(to: Expressions, node: nodes.Lambda) -> nodes.Expression:

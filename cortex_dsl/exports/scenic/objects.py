@@ -5,15 +5,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from cortex_dsl.exports.scenic.expressions import Expressions, Worth, heading_from_north
-from cortex_dsl.exports.scenic.sheet import NOWHERE, Sheet, Unsaid, verbatim
+from cortex_dsl.exports.scenic.expressions import Expressions, heading_from_north
+from cortex_dsl.exports.scenic.sheet import NOWHERE, Unsaid, verbatim
 from cortex_dsl.exports.scenic.words import NO_LONGER
 from cortex_dsl.semantics.definitions import Actor
 from cortex_dsl.semantics.quantities.algebra import closed_value
 from cortex_dsl.semantics.values import Pose, Value
 from cortex_dsl.syntax import nodes
 from engine.interchange.recording import Recording
-from engine.road.network import Network
 from engine.vocabulary import State
 
 SIZES = ("width", "length")
@@ -33,23 +32,15 @@ class Stand:
         return [nodes.At(verbatim(place), span=NOWHERE), nodes.Facing(verbatim(heading), span=NOWHERE)]
 
 
-def expressions(sheet: Sheet, network: Network, worth: Worth, recording: Recording, *, from_north: bool) -> Expressions:
-    """How a file's expressions are written, its objects among them."""
-    holder: list[Expressions] = []
-    to = Expressions(sheet, network, worth, from_north, lambda node: _made(holder[0], recording, node))
-    holder.append(to)
-    return to
-
-
-def _made(to: Expressions, recording: Recording, node: nodes.New) -> nodes.New:
+def made(to: Expressions, node: nodes.New) -> nodes.New:
     """The same `new` for Scenic."""
     to.declare(node.class_name)
     value = to.value(node)
-    stand = _stand(value, recording)
+    stand = _stand(value, to.recording)
     given = [each for each in node.specifiers if isinstance(each, nodes.With)]
     kept = (each for with_ in given for each in _property(to, with_))
     placed = stand.specifiers() if stand else list(map(partial(_placing, to), _placings(node)))
-    added = _sizes(value, recording, given) if isinstance(value, Actor) else []
+    added = _sizes(value, to.recording, given) if isinstance(value, Actor) else []
     free = [] if node.class_name in ("Point", "OrientedPoint") else [_with("regionContainedIn", "everywhere")]
     return replace(node, specifiers=(*placed, *kept, *added, *free))
 

@@ -5,13 +5,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cortex_dsl.diagnostics import CompileError
-from cortex_dsl.editor.facts import Witness
-from cortex_dsl.exports.scenic.objects import expressions
+from cortex_dsl.exports.scenic.expressions import Expressions
+from cortex_dsl.exports.scenic.objects import made
 from cortex_dsl.exports.scenic.sheet import Sheet
 from cortex_dsl.exports.scenic.statements import Statements
 from cortex_dsl.exports.scenic.words import STAND_INS
 from cortex_dsl.exports.writers import opendrive
 from cortex_dsl.pipeline import Compiled, compile_source
+from cortex_dsl.semantics.sightings import Witness
 from cortex_dsl.semantics.tree import everything_in
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
@@ -74,12 +75,13 @@ def scenic_source(case: "ExportCase", name: str, road_file: str) -> tuple[str, t
     witness = Witness()
     compiled = _concrete(case, witness)
     sheet = Sheet(compiled.source)
-    to = expressions(
-        sheet,
-        build_network(case.scenario.program.road_spec),
-        lambda span: [sighting.value for sighting in witness.seen.get(span, ())],
-        case.recording,
+    to = Expressions(
+        sheet=sheet,
+        network=build_network(case.scenario.program.road_spec),
+        worth=lambda span: [sighting.value for sighting in witness.seen.get(span, ())],
         from_north=any(isinstance(each, nodes.Model) for each in compiled.module.statements),
+        recording=case.recording,
+        make=made,
     )
     statements = Statements(to, compiled.imports).all(_written(compiled.module))
     sheet.remark(RUN_REMARK)
@@ -96,7 +98,7 @@ def _written(module: nodes.Module) -> Iterator[nodes.Statement]:
 
 def _concrete(case: "ExportCase", witness: Witness) -> Compiled:
     """The case as a scenario of its own, compiled; the witness sees what each expression is worth."""
-    texts = case.scenario.concrete_files(case.scenes)
+    texts = case.scenario.concrete_files(case.scenes, laid_out=False)
     main = next(iter(texts))
     try:
         return compile_source(Source(main, texts[main]), files=_Texts(texts), observe=witness)

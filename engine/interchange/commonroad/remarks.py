@@ -2,9 +2,10 @@
 
 from collections.abc import Iterator
 
-from engine.interchange.commonroad.road import CLOCKWISE, cycle
+from engine.interchange.commonroad.road import cycle
 from engine.interchange.commonroad.solution import VEHICLES, has_size_of, nearest_vehicle
 from engine.interchange.commonroad.timeline import Timeline
+from engine.interchange.recording import ARMS
 
 
 def remarks(line: Timeline) -> tuple[str, ...]:
@@ -45,12 +46,12 @@ def _times(line: Timeline) -> Iterator[str]:
 
 
 def _signals(line: Timeline) -> Iterator[str]:
-    signals = line.recording.signals
+    signals = line.signals
     if signals is None:
         return
     if signals.controlled:
         yield "behaviours or monitors may change the traffic lights, and the file has their fixed plan"
-    if not all(cycle(signals, arm, line.recording.step).is_exact for arm in CLOCKWISE):
+    if not all(cycle(signals, arm, line.recording.step).is_exact for arm in ARMS):
         yield "traffic lights change at whole steps, as near to their plan as these allow"
 
 

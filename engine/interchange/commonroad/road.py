@@ -7,14 +7,12 @@ from itertools import pairwise
 
 from engine.interchange.commonroad.lanelets import Beside, Lanelet, lanelets
 from engine.interchange.commonroad.texts import add_point, add_text
-from engine.interchange.recording import SignalTimes
+from engine.interchange.recording import ARMS, SignalTimes
 from engine.interchange.xml_text import Element, child
 from engine.road.network import Intersection, LaneRole, Leg, Network
 from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 
-CLOCKWISE = ("north", "east", "south", "west")
-ARMS = len(CLOCKWISE)
 SUCCESSORS = {
     "successorsRight": ManeuverType.RIGHT_TURN,
     "successorsStraight": ManeuverType.STRAIGHT,
@@ -35,14 +33,14 @@ class Ids:
         return 1 + len(self.network.lanes) + site
 
     def incoming(self, site: int, arm: str) -> int:
-        return self.intersection(len(self.network.intersections)) + ARMS * site + CLOCKWISE.index(arm)
+        return self.intersection(len(self.network.intersections)) + len(ARMS) * site + ARMS.index(arm)
 
     def light(self, site: int, arm: str) -> int:
-        return self.incoming(len(self.network.intersections), CLOCKWISE[0]) + ARMS * site + CLOCKWISE.index(arm)
+        return self.incoming(len(self.network.intersections), ARMS[0]) + len(ARMS) * site + ARMS.index(arm)
 
     def actor(self, index: int) -> int:
         """The ego, actor 0, is the planning problem."""
-        return self.light(len(self.network.intersections), CLOCKWISE[0]) + index
+        return self.light(len(self.network.intersections), ARMS[0]) + index
 
 
 def add_road(root: Element, ids: Ids, signals: SignalTimes | None, step: float) -> None:
@@ -132,7 +130,7 @@ def _add_intersection(root: Element, ids: Ids, intersection: Intersection) -> No
             ways = (ids.lanelet(maneuver.connecting) for maneuver in maneuvers if maneuver.type is kind)
             _add_references(incoming, tag, ways)
         # Named as if it were the other way round, but commonroad-io reads it so: who comes in on this one's left.
-        on_the_left = CLOCKWISE[(CLOCKWISE.index(leg.name) + 1) % ARMS]
+        on_the_left = ARMS[(ARMS.index(leg.name) + 1) % len(ARMS)]
         if on_the_left in arms:
             child(incoming, "isLeftOf", ref=ids.incoming(intersection.id, on_the_left))
 
@@ -164,9 +162,8 @@ class Cycle:
 
 def cycle(signals: SignalTimes, arm: str, step: float) -> Cycle:
     """The plan of the light of one arm, each change at the nearest step."""
-    part = signals.green + signals.yellow + signals.all_red
-    begin = (0.0 if arm in ("north", "south") else part) - signals.offset
-    times = [0.0, signals.green, signals.green + signals.yellow, 2.0 * part]
+    begin = signals.begins(arm)
+    times = [0.0, signals.green, signals.green + signals.yellow, signals.cycle]
     exact = [time / step for time in times]
     whole = [round(time) for time in exact]
     spans = [after - before for before, after in pairwise(whole)]

@@ -8,26 +8,18 @@ import numpy as np
 from engine.interchange.commonroad.remarks import remarks
 from engine.interchange.commonroad.road import Ids, add_road
 from engine.interchange.commonroad.solution import solution
-from engine.interchange.commonroad.texts import add_exact, add_interval, add_point, add_rectangle, add_text, decimal
-from engine.interchange.commonroad.timeline import Timeline, Track, timeline
+from engine.interchange.commonroad.texts import add_exact, add_interval, add_point, add_rectangle, add_text
+from engine.interchange.commonroad.timeline import Course, Timeline, timeline
 from engine.interchange.errors import InterchangeError
 from engine.interchange.export import Export
+from engine.interchange.kinds import KINDS
 from engine.interchange.recording import Recording
-from engine.interchange.xml_text import Element, child, xml_text
+from engine.interchange.xml_text import Element, child, decimal, xml_text
 from engine.road import Network, build_network
 from engine.vocabulary import ActorKind
 
 UNKNOWN_PLACE = {"geoNameId": "-999", "gpsLatitude": "999", "gpsLongitude": "999"}
 """What commonroad-io writes where nothing is known of a place."""
-TYPES = {
-    ActorKind.CAR: "car",
-    ActorKind.TRUCK: "truck",
-    ActorKind.BUS: "bus",
-    ActorKind.MOTORCYCLE: "motorcycle",
-    ActorKind.BICYCLE: "bicycle",
-    ActorKind.PEDESTRIAN: "pedestrian",
-    ActorKind.OBSTACLE: "unknown",
-}
 TURN = np.radians(45.0)
 """More than this is a turn, for the scenario's tags [rad]."""
 
@@ -112,14 +104,14 @@ def _tags(line: Timeline, network: Network) -> Iterator[str]:
 # -- actors
 
 
-def _is_dynamic(track: Track) -> bool:
+def _is_dynamic(track: Course) -> bool:
     return not (track.actor.kind is ActorKind.OBSTACLE and track.never_moves)
 
 
-def _add_actor(root: Element, id: int, track: Track) -> None:  # noqa: A002 -- the attribute's name
+def _add_actor(root: Element, id: int, track: Course) -> None:  # noqa: A002 -- the attribute's name
     is_dynamic = _is_dynamic(track)
     element = child(root, "dynamicObstacle" if is_dynamic else "staticObstacle", id=id)
-    add_text(element, "type", TYPES[track.actor.kind])
+    add_text(element, "type", KINDS[track.actor.kind].commonroad)
     add_rectangle(child(element, "shape"), track.actor.length, track.actor.width)
     _add_state(element, "initialState", track, 0)
     if is_dynamic:
@@ -128,7 +120,7 @@ def _add_actor(root: Element, id: int, track: Track) -> None:  # noqa: A002 -- t
             _add_state(trajectory, "state", track, step)
 
 
-def _add_state(parent: Element, tag: str, track: Track, step: int) -> None:
+def _add_state(parent: Element, tag: str, track: Course, step: int) -> None:
     """Where an actor is and how it moves at one step; what is asked of a beginning is given of all."""
     state = child(parent, tag)
     add_point(child(state, "position"), float(track.x[step]), float(track.y[step]))
@@ -148,7 +140,7 @@ def _add_state(parent: Element, tag: str, track: Track, step: int) -> None:
 # -- the ego
 
 
-def _add_problem(root: Element, id: int, ego: Track) -> None:  # noqa: A002 -- the attribute's name
+def _add_problem(root: Element, id: int, ego: Course) -> None:  # noqa: A002 -- the attribute's name
     """To be where the ego ended, then: an area of its own size around its last place."""
     problem = child(root, "planningProblem", id=id)
     _add_state(problem, "initialState", ego, 0)

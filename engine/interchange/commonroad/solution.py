@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from engine.interchange.commonroad.texts import add_text
-from engine.interchange.commonroad.timeline import Timeline, Track
+from engine.interchange.commonroad.timeline import Course, Timeline
 from engine.interchange.recording import RecordedActor
 from engine.interchange.xml_text import Element, child, number
 
@@ -44,7 +44,7 @@ def solution(line: Timeline, problem: int, name: str) -> Element:
     return root
 
 
-def _add_state(trajectory: Element, ego: Track, step: int) -> None:
+def _add_state(trajectory: Element, ego: Course, step: int) -> None:
     state = child(trajectory, "ksState")
     values = {
         "x": ego.x[step],

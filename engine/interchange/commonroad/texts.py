@@ -1,15 +1,8 @@
 """How CommonRoad writes numbers, points and states."""
 
 from collections.abc import Mapping
-from decimal import Decimal
 
-from engine.interchange.xml_text import Element, child, number
-
-
-def decimal(value: float) -> str:
-    """The shortest plain text that reads back to the same number: the schema's decimals know no exponent."""
-    text = number(value)
-    return format(Decimal(text), "f") if "e" in text else text
+from engine.interchange.xml_text import Element, child, decimal
 
 
 def add_text(parent: Element, tag: str, text: str) -> None:

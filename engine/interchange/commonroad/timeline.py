@@ -6,15 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from engine.interchange.errors import InterchangeError
-from engine.interchange.recording import Contact, RecordedActor, Recording, SignalTimes
+from engine.interchange.recording import SAME_INSTANT, Contact, RecordedActor, Recording, SignalTimes
 from engine.kernels.geometry import Box, box_distance
 from engine.road import build_network, outline
 from engine.tables import Floats
 from engine.vocabulary import State
 
 CURE = "write csv or parquet, which carry any times"
-SAME_INSTANT = 1e-9
-"""Closer than this contact counts as at a sample [s], as `recorded_run` has it."""
 SHORT = 1e-3
 """Part of a step."""
 HALVINGS = 20
@@ -24,7 +22,7 @@ ASIDE = 50.0
 
 
 @dataclass(frozen=True)
-class Track:
+class Course:
     """One actor at each step from 0 to its last; all arrays (steps,). SI units, angles [rad]."""
 
     actor: RecordedActor
@@ -61,8 +59,8 @@ class Timeline:
     start: float
     """Time of step 0 in the recording [s]."""
     steps: int
-    ego: Track
-    others: tuple[Track, ...]
+    ego: Course
+    others: tuple[Course, ...]
     """All actors that are there at some step."""
 
     @property
@@ -88,14 +86,13 @@ def timeline(recording: Recording) -> Timeline:
     stretches = whole.stretches(0)
     if not stretches or stretches[0][0] == stretches[0][1]:
         raise InterchangeError("the ego is there at fewer than two whole steps, too few for CommonRoad", CURE)
+    recording.refuse_broken()
     first, last = stretches[0]
     numbers = np.round(whole.time[first:] / recording.step)
     if np.any(np.diff(numbers) != 1.0):
         raise InterchangeError("the recording leaves out steps, and CommonRoad knows no gaps", CURE)
     states = whole.states[first:]
-    there = states[..., State.PRESENT] != 0.0
-    if not np.all(np.isfinite(states[there])):
-        raise InterchangeError("a state of the recording is not a finite number", "export a case that ran to its end")
+    there = whole.there[first:]
     ego = _track(recording, states[: last - first + 1], 0)
     others = tuple(_track(recording, states, i) for i in range(1, len(recording.actors)) if there[:, i].any())
     return Timeline(recording, float(whole.time[first]), len(states), ego, others)
@@ -143,7 +140,7 @@ def _box(actor: RecordedActor, state: Floats) -> Box:
     return Box(x, y, heading, actor.length, actor.width)
 
 
-def _track(recording: Recording, states: Floats, index: int) -> Track:
+def _track(recording: Recording, states: Floats, index: int) -> Course:
     """An actor up to the last step at which it is there; until then it waits aside where it is not."""
     actor = recording.actors[index]
     there = states[:, index, State.PRESENT] != 0.0
@@ -153,7 +150,7 @@ def _track(recording: Recording, states: Floats, index: int) -> Track:
     x, y = (columns[:, column].copy() for column in (State.X, State.Y))
     if not there.all():
         x[~there], y[~there] = _aside(recording, index)
-    return Track(
+    return Course(
         actor=actor,
         index=index,
         x=x,

@@ -3,14 +3,11 @@
 from dataclasses import dataclass
 
 from engine.interchange.opendrive.places import Carriageway, RoadMap, road_map
+from engine.interchange.recording import ARMS, PHASES, phase_of
 from engine.interchange.xml_text import Element, child
 from engine.program import RoadSpec
-from engine.road import Intersection, Lane, Leg, Maneuver
+from engine.road import Intersection, Lane, Maneuver
 
-ARMS = 4
-"""Lights of a junction are numbered by its arms, as in the language."""
-PHASES = 2
-"""Arms that face each other are green together: see `engine.interchange.recording.SignalTimes`."""
 BESIDE = 0.5
 """From the kerb to a light's mast [m]."""
 ABOVE = 2.5
@@ -44,7 +41,7 @@ def groups_of(roads: RoadMap) -> tuple[SignalGroup, ...]:
 
 
 def _group(junction: Intersection, phase: int) -> SignalGroup:
-    arms = [(arm, leg) for arm, leg in enumerate(junction.legs) if _phase(leg) == phase]
+    arms = [(arm, leg) for arm, leg in enumerate(junction.legs) if phase_of(leg.name) == phase]
     return SignalGroup(
         phase=phase,
         intersection=junction.id,
@@ -54,12 +51,9 @@ def _group(junction: Intersection, phase: int) -> SignalGroup:
     )
 
 
-def _phase(leg: Leg) -> int:
-    return 0 if leg.name in ("north", "south") else 1
-
-
 def _signal_id(junction: Intersection, arm: int) -> str:
-    return str(junction.id * ARMS + arm + 1)
+    """Lights of a junction are numbered by its arms, as in the language."""
+    return str(junction.id * len(ARMS) + arm + 1)
 
 
 def add_signals(element: Element, roads: RoadMap, road: Carriageway) -> None:

@@ -5,52 +5,24 @@ coordinate systems), so the centre of its bounding box lies ahead of it.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 
+from engine.interchange.kinds import KINDS, Kind
 from engine.interchange.openscenario.names import literal
 from engine.interchange.openscenario.versions import Version
+from engine.interchange.properties import FIELDS, of_actor
 from engine.interchange.recording import RecordedActor, Recording
-from engine.interchange.xml_text import Element, child, number
-from engine.vocabulary import ActorKind, State
+from engine.interchange.xml_text import Element, child
+from engine.vocabulary import State
 
 UNBOUNDED_SPEED = 100.0
 """`maxSpeed` of what no speed bounds [m/s]; a run that is faster has its own top speed instead."""
 
 
-@dataclass(frozen=True)
-class Shape:
-    """What OpenSCENARIO asks for and a flat world does not know, and how the kind is called there.
-
-    Heights are *ours*: round figures within the range usual for the kind, a person on a bicycle or motorcycle included.
-    """
-
-    tag: str
-    category: str
-    height: float
-    """[m]"""
-    wheel: float = 0.0
-    """Diameter [m]; *ours*."""
-
-
-SHAPES: Mapping[ActorKind, Shape] = MappingProxyType(
-    {
-        ActorKind.CAR: Shape("Vehicle", "car", 1.5, 0.6),
-        ActorKind.TRUCK: Shape("Vehicle", "truck", 3.5, 1.0),
-        ActorKind.BUS: Shape("Vehicle", "bus", 3.0, 1.0),
-        ActorKind.MOTORCYCLE: Shape("Vehicle", "motorbike", 1.7, 0.6),
-        ActorKind.BICYCLE: Shape("Vehicle", "bicycle", 1.8, 0.7),
-        ActorKind.PEDESTRIAN: Shape("Pedestrian", "pedestrian", 1.75),
-        ActorKind.OBSTACLE: Shape("MiscObject", "obstacle", 1.0),
-    }
-)
 CATEGORY = {"Vehicle": "vehicleCategory", "Pedestrian": "pedestrianCategory", "MiscObject": "miscObjectCategory"}
 WALKER = "walker.pedestrian.0001"
 """The model that 1.0 wants of every pedestrian: the name CARLA has for its first."""
-CARRIED = ("mass", "wheelbase", "max_acceleration", "max_braking", "max_steer", "max_speed")
-"""Fields of an actor that stand in properties where its element has no place for them."""
 
 
 def add_entities(
@@ -72,7 +44,7 @@ def add_entities(
 
 
 def _entity(parent: Element, actor: RecordedActor, name: str, top_speed: float, version: Version) -> Element:
-    shape = SHAPES[actor.kind]
+    shape = KINDS[actor.kind]
     attributes: dict[str, str | float] = {"name": name, CATEGORY[shape.tag]: shape.category}
     if shape.tag != "Vehicle" or version.vehicle_mass:
         attributes["mass"] = actor.mass
@@ -86,7 +58,7 @@ def _entity(parent: Element, actor: RecordedActor, name: str, top_speed: float, 
     return element
 
 
-def _bounding_box(parent: Element, actor: RecordedActor, shape: Shape) -> None:
+def _bounding_box(parent: Element, actor: RecordedActor, shape: Kind) -> None:
     box = child(parent, "BoundingBox")
     child(box, "Center", x=actor.rear_to_center, y=0, z=shape.height / 2)
     child(box, "Dimensions", width=actor.width, length=actor.length, height=shape.height)
@@ -98,7 +70,7 @@ def _performance(parent: Element, actor: RecordedActor, top_speed: float) -> Non
     child(parent, "Performance", maxSpeed=speed, maxAcceleration=acceleration, maxDeceleration=braking)
 
 
-def _axles(parent: Element, actor: RecordedActor, shape: Shape) -> None:
+def _axles(parent: Element, actor: RecordedActor, shape: Kind) -> None:
     axles = child(parent, "Axles")
     for tag, x, steering in (("FrontAxle", actor.wheelbase, actor.max_steer), ("RearAxle", 0.0, 0.0)):
         child(
@@ -114,8 +86,8 @@ def _axles(parent: Element, actor: RecordedActor, shape: Shape) -> None:
 
 def _carried(actor: RecordedActor, version: Version) -> tuple[str, ...]:
     """Fields that the element of this kind has no place for."""
-    if SHAPES[actor.kind].tag != "Vehicle":
-        return CARRIED[1:]
+    if KINDS[actor.kind].tag != "Vehicle":
+        return FIELDS[1:]
     mass = () if version.vehicle_mass else ("mass",)
     return mass if np.isfinite(actor.max_speed) else (*mass, "max_speed")
 
@@ -125,9 +97,7 @@ def _own_properties(actor: RecordedActor, *, ego: bool, carried: Sequence[str]) 
     return {
         "type": "ego_vehicle" if ego else "simulation",
         "plineInterpolation": "segment",
-        "cortexc.name": actor.name,
-        "cortexc.kind": actor.kind.name.lower(),
-        **{f"cortexc.{field}": number(getattr(actor, field)) for field in carried},
+        **of_actor(actor, carried),
     }
 
 

@@ -11,7 +11,7 @@ RED, YELLOW, GREEN = "on;off;off", "off;on;off", "off;off;on"
 
 
 @dataclass(frozen=True)
-class Phase:
+class SignalPhase:
     """What the lights of a group show for a time [s]."""
 
     name: str
@@ -37,27 +37,26 @@ def _add_controller(signals: Element, group: SignalGroup, times: SignalTimes) ->
             child(element, "TrafficSignalState", trafficSignalId=signal, state=phase.state)
 
 
-def phases(times: SignalTimes, turn: int) -> tuple[Phase, ...]:
+def phases(times: SignalTimes, turn: int) -> tuple[SignalPhase, ...]:
     """What a group shows from the beginning of the run on, whose turn is the first (0) or second (1) of the plan.
 
     A run that begins in the middle of a phase begins with its rest, and the part before comes last.
     """
-    slot = times.green + times.yellow + times.all_red
     mine = (
-        Phase("green", times.green, GREEN),
-        Phase("yellow", times.yellow, YELLOW),
-        Phase("clear", times.all_red, RED),
+        SignalPhase("green", times.green, GREEN),
+        SignalPhase("yellow", times.yellow, YELLOW),
+        SignalPhase("clear", times.all_red, RED),
     )
-    others = Phase("red", slot, RED)
+    others = SignalPhase("red", times.slot, RED)
     plan = (*mine, others) if turn == 0 else (others, *mine)
-    return tuple(phase for phase in _begun(plan, times.offset % (2 * slot)) if phase.duration > 0.0)
+    return tuple(phase for phase in _begun(plan, times.offset % times.cycle) if phase.duration > 0.0)
 
 
-def _begun(plan: tuple[Phase, ...], offset: float) -> tuple[Phase, ...]:
+def _begun(plan: tuple[SignalPhase, ...], offset: float) -> tuple[SignalPhase, ...]:
     for index, phase in enumerate(plan):
         if offset < phase.duration:
-            rest = Phase(phase.name, phase.duration - offset, phase.state)
-            before = Phase(f"{phase.name}_before", offset, phase.state)
+            rest = SignalPhase(phase.name, phase.duration - offset, phase.state)
+            before = SignalPhase(f"{phase.name}_before", offset, phase.state)
             return (rest, *plan[index + 1 :], *plan[:index], before)
         offset -= phase.duration
     return plan

@@ -18,7 +18,7 @@ def add_storyboard(root: Element, recording: Recording, names: Sequence[str], ve
     for actor, name in enumerate(names):
         add_replay(act, name, stretches(recording, actor), version)
     if not len(act):
-        _group(act, names[0])  # all stand still, and an act needs a group
+        add_group(act, names[0])  # all stand still, and an act needs a group
     time_trigger(act, "StartTrigger", "replay_begins", 0.0, version)
     stop_trigger(storyboard, float(recording.time[-1]), version)
     return storyboard
@@ -28,7 +28,7 @@ def add_init(storyboard: Element, recording: Recording, names: Sequence[str], ve
     """Place and speed of all who are there at the beginning; who is not named here is not there yet."""
     actions = child(child(storyboard, "Init"), "Actions")
     for actor, name in enumerate(names):
-        if recording.states[0, actor, State.PRESENT]:
+        if recording.there[0, actor]:
             private = child(actions, "Private", entityRef=name)
             teleport(private, recording.rear_axle(actor)[0])
             start_speed(private, float(recording.states[0, actor, State.SPEED]), version)
@@ -39,7 +39,7 @@ def add_replay(act: Element, name: str, parts: Sequence[Stretch], version: Versi
     """The maneuver group of one actor; none if it is there from beginning to end and never moves."""
     if not any(part.moves or part.starts_late or part.gone is not None for part in parts):
         return
-    maneuver = child(_group(act, name), "Maneuver", name=f"{name}_maneuver")
+    maneuver = child(add_group(act, name), "Maneuver", name=f"{name}_maneuver")
     for number, part in enumerate(parts, start=1):
         if part.moves or part.starts_late:
             _begin(maneuver, name, number, part, version)
@@ -47,7 +47,8 @@ def add_replay(act: Element, name: str, parts: Sequence[Stretch], version: Versi
             _leave(maneuver, name, number, part.gone, version)
 
 
-def _group(act: Element, name: str) -> Element:
+def add_group(act: Element, name: str) -> Element:
+    """An empty maneuver group of one actor."""
     group = child(act, "ManeuverGroup", name=f"{name}_group", maximumExecutionCount=1)
     child(child(group, "Actors", selectTriggeringEntities="false"), "EntityRef", entityRef=name)
     return group

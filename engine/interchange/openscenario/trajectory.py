@@ -1,4 +1,4 @@
-"""One stretch of an actor's motion as a timed polyline, and what a polyline cannot carry as properties."""
+"""One stretch of an actor's motion as a timed polyline."""
 
 from dataclasses import dataclass
 
@@ -7,13 +7,8 @@ import numpy as np
 from engine.interchange.openscenario.document import world_position
 from engine.interchange.openscenario.versions import Version
 from engine.interchange.recording import Recording
-from engine.interchange.xml_text import Element, child, number
+from engine.interchange.xml_text import Element, child
 from engine.tables import Floats
-from engine.vocabulary import State
-
-MOTION = (State.SPEED, State.ACCELERATION)
-COMMANDS = (State.STEER, State.THROTTLE, State.BRAKE)
-"""Columns that do not follow exactly from positions."""
 
 
 @dataclass(frozen=True)
@@ -71,19 +66,3 @@ def follow_trajectory(action: Element, stretch: Stretch, name: str, version: Ver
         world_position(child(polyline, "Vertex", time=float(time)), pose)
     child(child(follow, "TimeReference"), "Timing", domainAbsoluteRelative="absolute", scale=1, offset=0)
     child(follow, "TrajectoryFollowingMode", followingMode="position")
-
-
-def carried_samples(recording: Recording, actor: int) -> dict[str, str]:
-    """Properties `cortexc.*`: the step, and one number for each sample at which the actor is there."""
-    there = recording.states[:, actor, State.PRESENT] != 0.0
-    carried = (*MOTION, *COMMANDS) if recording.commands else MOTION
-    columns = {state.name.lower(): recording.states[there, actor, state] for state in carried}
-    return {
-        "cortexc.step": number(recording.step),
-        "cortexc.time": _numbers(recording.time[there]),
-        **{f"cortexc.{name}": _numbers(values) for name, values in columns.items()},
-    }
-
-
-def _numbers(values: Floats) -> str:
-    return " ".join(map(number, values.tolist()))

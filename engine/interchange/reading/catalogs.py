@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from engine.interchange.errors import InterchangeError
-from engine.interchange.reading.node import Node, did_you_mean, quoted
+from engine.interchange.errors import InterchangeError, did_you_mean, quoted
+from engine.interchange.reading.node import Node
 from engine.interchange.reading.parameters import substituted
 from engine.interchange.reading.xml import Limits, read_xml
 

@@ -9,9 +9,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-from engine.interchange.errors import InterchangeError
+from engine.interchange import properties
+from engine.interchange.errors import InterchangeError, did_you_mean
 from engine.interchange.reading.catalogs import Catalogs
-from engine.interchange.reading.node import INFINITE, NUMBER, Node, did_you_mean
+from engine.interchange.reading.node import Node
 from engine.interchange.recording import RecordedActor
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
@@ -30,13 +31,9 @@ CATEGORIES: Mapping[str, ActorKind] = MappingProxyType(
         "train": ActorKind.BUS,
         "motorbike": ActorKind.MOTORCYCLE,
         "bicycle": ActorKind.BICYCLE,
-        "standupScooter": ActorKind.BICYCLE,
-        "wheelchair": ActorKind.PEDESTRIAN,
     }
 )
 MOST_ACTORS = 500
-CARRIED = ("mass", "wheelbase", "max_acceleration", "max_braking", "max_steer", "max_speed")
-"""Fields of an actor that our own files write as properties where an element has no place for them."""
 LONGEST = 1000.0
 """Of an outline [m]; a wall may be long."""
 
@@ -69,52 +66,64 @@ def read_entities(scenario: Node, catalogs: Catalogs, ego: str | None) -> list[E
         if name in by_name:
             raise node.error(f"two take part as `{name}`", f"rename one; see {by_name[name].node.place}")
         by_name[name] = _entity(node, name, catalogs)
-    first = _ego(list(by_name), ego, scenario)
-    return _renamed([by_name.pop(first), *by_name.values()])
+    entities = _renamed(list(by_name.values()))
+    first = _ego(entities, ego, scenario)
+    return [first, *(each for each in entities if each is not first)]
 
 
 def _renamed(entities: list[Entity]) -> list[Entity]:
     """Under the names that our own files remember, since other readers take few letters only."""
-    names = [entity.properties.get("cortexc.name") or entity.actor.name for entity in entities]
+    names = [entity.properties.get(properties.NAME) or entity.actor.name for entity in entities]
     if len(set(names)) < len(names):
         return entities
     return [replace(e, actor=replace(e.actor, name=name)) for e, name in zip(entities, names, strict=True)]
 
 
-def _ego(names: list[str], ego: str | None, scenario: Node) -> str:
+def _ego(entities: list[Entity], ego: str | None, scenario: Node) -> Entity:
+    """The one of that name, as it is shown or else as it stands in the file; without a name, the one that is usual."""
+    shown, written = ([name(each) for each in entities] for name in (_shown_name, _written_name))
     if ego is None:
-        return next((name for name in names if name.casefold() in EGO_NAMES), names[0])
-    if ego not in names:
-        raise InterchangeError(f"nobody is called `{ego}`", did_you_mean(ego, names), scenario.file)
-    return ego
+        return next((each for each in entities if _written_name(each).casefold() in EGO_NAMES), entities[0])
+    for names in (shown, written):
+        if ego in names:
+            return entities[names.index(ego)]
+    raise InterchangeError(f"nobody is called `{ego}`", did_you_mean(ego, [*shown, *written]), scenario.file)
+
+
+def _shown_name(entity: Entity) -> str:
+    return entity.actor.name
+
+
+def _written_name(entity: Entity) -> str:
+    return entity.node.text("name")
 
 
 def _entity(node: Node, name: str, catalogs: Catalogs) -> Entity:
     body = next((child for child in node.children if child.tag in ("CatalogReference", *BODIES)), None)
     if body is None:
-        said = f"<{node.children[0].tag}>" if node.children else "nothing"
-        raise node.error(f"`{name}` is {said}, which is not read here", f"write one of {', '.join(BODIES)}")
+        found = f"<{node.children[0].tag}>" if node.children else "nothing"
+        raise node.error(f"`{name}` is {found}, which is not read here", f"write one of {', '.join(BODIES)}")
     if body.tag == "CatalogReference":
         body = catalogs.entry(body)
     if body.tag not in BODIES:
         raise body.error(f"`{name}` is a <{body.tag}>, which takes no part", f"name one of {', '.join(BODIES)}")
-    properties = _properties(body)
-    kind = _kind(body, properties)
+    said = _properties(body)
+    kind = _kind(body, said)
     box = body.need("BoundingBox", "Center")
     forward = box.number("x", low=-LONGEST, high=LONGEST)
-    actor = _as_carried(_actor(name, kind, body, forward), properties)
-    return Entity(actor, forward, box.number("y", low=-LONGEST, high=LONGEST), properties, node)
+    actor = replace(_actor(name, kind, body, forward), **properties.fields_in(said))
+    return Entity(actor, forward, box.number("y", low=-LONGEST, high=LONGEST), said, node)
 
 
 def _properties(body: Node) -> dict[str, str]:
     rows = (body.find("Properties") or body).every("Property")
-    return {row.text("name"): row.text("value") for row in rows if row.text("name").startswith("cortexc.")}
+    return {row.text("name"): row.text("value") for row in rows if row.text("name").startswith(properties.PREFIX)}
 
 
-def _kind(body: Node, properties: Mapping[str, str]) -> ActorKind:
-    """Of an element; our own files say theirs, since a category may stand for two of our kinds."""
-    if (said := properties.get("cortexc.kind", "").upper()) in ActorKind.__members__:
-        return ActorKind[said]
+def _kind(body: Node, said: properties.Properties) -> ActorKind:
+    """Of an element; our own files say theirs."""
+    if (kind := properties.kind_in(said)) is not None:
+        return kind
     if body.tag != "Vehicle":
         return BODIES[body.tag]
     category = body.text("vehicleCategory")
@@ -139,14 +148,6 @@ def _actor(name: str, kind: ActorKind, body: Node, forward: float) -> RecordedAc
         max_steer=_max_steer(body, model.max_steer),
         max_speed=performance.number("maxSpeed", model.max_speed, low=0.0, high=math.inf),
     )
-
-
-def _as_carried(actor: RecordedActor, properties: Mapping[str, str]) -> RecordedActor:
-    """The same with what our own files say in properties, because their element has no place for it."""
-    known = {field: properties.get(f"cortexc.{field}", "") for field in CARRIED}
-    read = {field: float(text) for field, text in known.items() if NUMBER.fullmatch(text) or text in INFINITE}
-    positive = {field: number for field, number in read.items() if number >= 0.0}
-    return replace(actor, **positive)
 
 
 def _wheelbase(body: Node, default: float) -> float:

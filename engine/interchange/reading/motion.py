@@ -1,4 +1,4 @@
-"""Deeds done in the order of time: a track for each entity, and remarks on what a replay leaves out."""
+"""Actions in the order of time: a track for each entity, and remarks on what a replay leaves out."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -8,14 +8,14 @@ from engine.interchange.reading.entities import Entity
 from engine.interchange.reading.node import Node, did_you_mean
 from engine.interchange.reading.opendrive import OdrNetwork
 from engine.interchange.reading.positions import Placed, Surroundings, place
-from engine.interchange.reading.storyboard import Deed
+from engine.interchange.reading.storyboard import TimedAction
 from engine.interchange.reading.tracks import Coast, Path, Track
 from engine.interchange.reading.trajectories import read_path
 
 
 @dataclass
 class _Stage:
-    """Where everybody is, deed after deed."""
+    """Where everybody is, action after action."""
 
     road: OdrNetwork | None
     catalogs: Catalogs
@@ -37,35 +37,35 @@ class _Stage:
             raise node.error(f"nobody is called `{name[:40]}`", did_you_mean(name, self.tracks))
         return self.tracks[name]
 
-    def does(self, deed: Deed) -> None:
-        track = self.track(deed.entity, deed.action)
-        self.tracks[deed.entity] = self._after(track, deed)
+    def does(self, timed: TimedAction) -> None:
+        track = self.track(timed.entity, timed.action)
+        self.tracks[timed.entity] = self._after(track, timed)
 
-    def _after(self, track: Track, deed: Deed) -> Track:
-        time, action = deed.time, deed.action
+    def _after(self, track: Track, timed: TimedAction) -> Track:
+        time, action = timed.time, timed.action
         match action.tag:
             case "FollowTrajectoryAction":
                 return track.with_leg(read_path(action, time, self.around(time), self.catalogs))
             case "TeleportAction":
-                return track.with_leg(self._placed(action, deed))
+                return track.with_leg(self._placed(action, timed))
             case "AddEntityAction":
-                return track.enters(time).with_leg(self._placed(action, deed))
+                return track.enters(time).with_leg(self._placed(action, timed))
             case "DeleteEntityAction":
                 return track.leaves(time)
             case _:
-                return self._at_speed(track, deed)
+                return self._at_speed(track, timed)
 
-    def _placed(self, action: Node, deed: Deed) -> Coast:
-        placed = place(action.need("Position"), self.around(deed.time))
-        return Coast(deed.time, placed, self.speeds.get(deed.entity, 0.0) if deed.time == 0.0 else 0.0, self.road)
+    def _placed(self, action: Node, timed: TimedAction) -> Coast:
+        placed = place(action.need("Position"), self.around(timed.time))
+        return Coast(timed.time, placed, self.speeds.get(timed.entity, 0.0) if timed.time == 0.0 else 0.0, self.road)
 
-    def _at_speed(self, track: Track, deed: Deed) -> Track:
-        target = deed.action.need("SpeedActionTarget")
+    def _at_speed(self, track: Track, timed: TimedAction) -> Track:
+        target = timed.action.need("SpeedActionTarget")
         absolute = target.find("AbsoluteTargetSpeed")
         if absolute is None:
             raise target.error("only an absolute speed is read here", "write <AbsoluteTargetSpeed value=…/>")
         speed = absolute.number("value", low=-1000.0, high=1000.0)
-        self.speeds[deed.entity] = speed
+        self.speeds[timed.entity] = speed
         legs = tuple(
             Coast(leg.begin, leg.placed, speed, leg.road) if isinstance(leg, Coast) else leg for leg in track.legs
         )
@@ -73,7 +73,7 @@ class _Stage:
 
 
 def read_tracks(
-    entities: Sequence[Entity], deeds: Sequence[Deed], road: OdrNetwork | None, catalogs: Catalogs
+    entities: Sequence[Entity], actions: Sequence[TimedAction], road: OdrNetwork | None, catalogs: Catalogs
 ) -> tuple[list[Track], list[str]]:
     """One track for each entity, in their order, and remarks.
 
@@ -81,14 +81,14 @@ def read_tracks(
         InterchangeError: somebody is moved otherwise than by a trajectory, or has no place.
     """
     stage = _Stage(road, catalogs, {entity.node.text("name"): Track() for entity in entities})
-    for deed in deeds:
-        if deed.is_read:
-            stage.does(deed)
+    for timed in actions:
+        if timed.is_read:
+            stage.does(timed)
         else:
-            stage.track(deed.entity, deed.action)
-    remarks = _of_others(stage, [deed for deed in deeds if not deed.is_read])
-    steered = dict.fromkeys(deed.entity for deed in deeds if _is_steered(deed.action))
-    remarks += [f"{name} may steer along its trajectory (mode `follow`); here it is on it exactly." for name in steered]
+            stage.track(timed.entity, timed.action)
+    remarks = _of_others(stage, [timed for timed in actions if not timed.is_read])
+    steered = dict.fromkeys(timed.entity for timed in actions if _is_steered(timed.action))
+    remarks += [f"{name} may steer along its trajectory (mode `follow`); here it is on it exactly" for name in steered]
     for entity in entities:
         remarks += _of_track(entity, stage.tracks[entity.node.text("name")])
     return list(stage.tracks.values()), remarks
@@ -99,16 +99,16 @@ def _is_steered(action: Node) -> bool:
     return mode is not None and mode.text("followingMode") == "follow"
 
 
-def _of_others(stage: _Stage, deeds: Sequence[Deed]) -> list[str]:
+def _of_others(stage: _Stage, actions: Sequence[TimedAction]) -> list[str]:
     """Remarks on actions that only a simulator could work out, of those who have a trajectory, too."""
-    for deed in deeds:
-        if not stage.tracks[deed.entity].follows:
-            raise deed.action.error(
-                f"`{deed.entity}` is moved by <{deed.action.tag}>, which only a simulator can work out",
+    for timed in actions:
+        if not stage.tracks[timed.entity].follows:
+            raise timed.action.error(
+                f"`{timed.entity}` is moved by <{timed.action.tag}>, which only a simulator can work out",
                 "record the run in a simulator, and import the recording",
             )
-    pairs = dict.fromkeys((deed.entity, deed.action.tag) for deed in deeds)
-    return [f"<{tag}> of {name} is not replayed: it follows its trajectory alone." for name, tag in pairs]
+    pairs = dict.fromkeys((timed.entity, timed.action.tag) for timed in actions)
+    return [f"<{tag}> of {name} is not replayed: it follows its trajectory alone" for name, tag in pairs]
 
 
 def _of_track(entity: Entity, track: Track) -> list[str]:
@@ -116,10 +116,10 @@ def _of_track(entity: Entity, track: Track) -> list[str]:
     name = entity.node.text("name")
     if not track.legs:
         raise entity.node.error(f"nothing says where `{name}` is", "place it by a TeleportAction in <Init>")
-    said = [f"{name} jumps {distance:.1f} m at {time:g} s." for time, distance in track.jumps()]
+    said = [f"{name} jumps {distance:.1f} m at {time:g} s" for time, distance in track.jumps()]
     first = track.legs[0]
     if isinstance(first, Coast) and first.speed and not track.follows:
-        said.append(f"{name} follows no trajectory: it goes on at {first.speed:g} m/s, along its lane where known.")
+        said.append(f"{name} follows no trajectory: it goes on at {first.speed:g} m/s, along its lane where known")
     elif isinstance(first, Path) and first.begin > 0.0 and not track.absent:
-        said.append(f"Nothing says where {name} is before {first.begin:g} s: it waits where its trajectory begins.")
+        said.append(f"nothing says where {name} is before {first.begin:g} s: it waits where its trajectory begins")
     return said

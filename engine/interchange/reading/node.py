@@ -2,23 +2,11 @@
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
-from itertools import islice
 
-from engine.interchange.errors import InterchangeError
-
-LARGEST = 1e9
-"""No length, time or angle of a real file is larger: beyond it, arithmetic loses the millimetre."""
-NUMBER = re.compile(r"\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,4})?\s*", re.ASCII)
-"""XML Schema's xs:double without its infinities; Python alone would take `1_000`, too."""
-INFINITE = ("INF", "+INF", "inf", "Infinity")
-MOST_CHOICES = 12
-MOST_COMPARED = 2000
-"""Names that one is held against."""
-MOST_LETTERS = 60
-"""Of a stranger's text that a message quotes."""
+from engine.interchange.errors import InterchangeError, did_you_mean, quoted
+from engine.interchange.xml_text import INFINITE, LARGEST, NUMBER
 
 
 @dataclass(eq=False, slots=True)
@@ -112,21 +100,3 @@ class Node:
         if not re.fullmatch(r"[+-]?\d{1,9}", text, re.ASCII):
             raise self.error(f"{name}={quoted(text)} is not a whole number", "write one such as -1")
         return int(text)
-
-
-def quoted(text: str) -> str:
-    """A stranger's text in quotes, cut to what a message can bear, without control characters."""
-    cut = text if len(text) <= MOST_LETTERS else text[: MOST_LETTERS - 1] + "…"
-    return '"' + "".join(letter if letter.isprintable() else "?" for letter in cut) + '"'
-
-
-def did_you_mean(word: str, names: Iterable[str], few: int = MOST_CHOICES) -> str:
-    """A cure for an unknown name: the nearest one, or those that exist, at most `few` of them."""
-    choices = list(islice(dict.fromkeys(names), MOST_COMPARED))
-    folded = {name.casefold(): name for name in choices}
-    if near := get_close_matches(word.casefold()[:MOST_LETTERS], folded, n=1):
-        return f"did you mean `{folded[near[0]]}`?"
-    if not choices or not few:
-        return ""
-    rest = " and others" if len(choices) > few else ""
-    return "there is " + ", ".join(f"`{name}`" for name in choices[:few]) + rest

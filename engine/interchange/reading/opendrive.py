@@ -98,6 +98,8 @@ class OdrNetwork:
     file: str
     roads: Mapping[str, OdrRoad]
     junctions: tuple[str, ...]
+    path: Path
+    """Where that file is."""
 
     def road(self, road: str, place: str = "") -> OdrRoad:
         """A road of this network; `place` is who asks.
@@ -170,7 +172,7 @@ def read_opendrive(path: str | Path, limits: Limits = LIMITS) -> OdrNetwork:
         roads[road.id] = road
     if not roads:
         raise root.error("there is no road in it", "write <road> elements into <OpenDRIVE>")
-    return OdrNetwork(path.name, roads, tuple(node.text("id") for node in root.every("junction")))
+    return OdrNetwork(path.name, roads, tuple(node.text("id") for node in root.every("junction")), path)
 
 
 def _read_road(node: Node) -> OdrRoad:

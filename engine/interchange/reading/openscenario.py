@@ -1,6 +1,6 @@
 """`read_openscenario`: a scenario of timed polylines as a recording, with its road. Versions 1.0 to 1.3.
 
-file -> xml -> parameters put in -> entities, road -> deeds in the order of time -> tracks -> one grid of samples
+file -> xml -> parameters put in -> entities, road -> actions in the order of time -> tracks -> one grid of samples
 """
 
 import math
@@ -10,22 +10,22 @@ from pathlib import Path
 
 import numpy as np
 
-from engine.interchange.errors import InterchangeError
+from engine.interchange.errors import InterchangeError, did_you_mean, quoted
+from engine.interchange.properties import FILE_PREFIX
 from engine.interchange.reading.catalogs import Catalogs
 from engine.interchange.reading.entities import read_entities
 from engine.interchange.reading.motion import read_tracks
-from engine.interchange.reading.node import Node, did_you_mean, quoted
+from engine.interchange.reading.node import Node
 from engine.interchange.reading.opendrive import OdrNetwork, read_opendrive
 from engine.interchange.reading.parameters import substituted
-from engine.interchange.reading.storyboard import condition_name, deeds, stop_time
+from engine.interchange.reading.storyboard import condition_name, stop_time, timed_actions
 from engine.interchange.reading.timeline import Part, grid, part_of, states
 from engine.interchange.reading.xml import LIMITS, Limits, read_xml
 from engine.interchange.recording import Provenance, Recording
+from engine.vocabulary import State
 
 SHORTEST_STEP = 1e-4
 """[s]"""
-OWN = "cortexc_"
-"""How parameters begin in which our own files say where they come from."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def read_openscenario(
     catalogs = Catalogs(scenario, path.parent, limits)
     entities = read_entities(scenario, catalogs, ego)
     storyboard = scenario.need("Storyboard")
-    tracks, said = read_tracks(entities, deeds(storyboard), road, catalogs)
+    tracks, said = read_tracks(entities, timed_actions(storyboard), road, catalogs)
     end, on_end = _read_end(storyboard)
     parts = [part_of(entity, track) for entity, track in zip(entities, tracks, strict=True)]
     recording = _recording(path, parts, end, step)
@@ -74,7 +74,7 @@ def _read_end(storyboard: Node) -> tuple[float, list[str]]:
     """When it ends at the latest [s], and remarks on ends that only a simulator would see."""
     end, passed_over = stop_time(storyboard)
     names = dict.fromkeys(map(condition_name, passed_over))
-    return end, [f"The end by <{name}> is not taken over: it ends with the last vertex." for name in names]
+    return end, [f"the end by <{name}> is not taken over: it ends with the last vertex" for name in names]
 
 
 def _of_kind(root: Node) -> Node:
@@ -95,7 +95,7 @@ def _read_road(scenario: Node, folder: Path, limits: Limits) -> tuple[OdrNetwork
     """The road that the scenario names, looked for beside it."""
     network = scenario.find("RoadNetwork")
     lights = network.find("TrafficSignals") if network else None
-    remarks = ["Its traffic lights are not taken over."] if lights and lights.children else []
+    remarks = ["its traffic lights are not taken over"] if lights and lights.children else []
     node = network.find("LogicFile") if network else None
     name = node.text("filepath").replace("\\", "/") if node else ""
     if node is None or not name:
@@ -103,7 +103,7 @@ def _read_road(scenario: Node, folder: Path, limits: Limits) -> tuple[OdrNetwork
     if "://" in name:
         raise node.error(f"the road {quoted(name)} lies elsewhere, and nothing is fetched", "put the .xodr beside it")
     if not Path(name).suffix:
-        return None, [*remarks, f"The road {quoted(name)} is the name of a map, not a file: it is not read."]
+        return None, [*remarks, f"the road {quoted(name)} is the name of a map, not a file: it is not read"]
     return read_opendrive(_beside(node, folder, name), limits), remarks
 
 
@@ -148,8 +148,8 @@ def _provenance(root: Node, path: Path) -> Provenance:
         row.text("name"): row.text("value", "")
         for row in (declarations.every("ParameterDeclaration") if declarations else [])
     }
-    facts = {name.removeprefix(OWN): value for name, value in declared.items() if name.startswith(OWN)}
-    genome = {name: value for name, value in declared.items() if not name.startswith(OWN)} if facts else {}
+    facts = {name.removeprefix(FILE_PREFIX): value for name, value in declared.items() if name.startswith(FILE_PREFIX)}
+    genome = {name: value for name, value in declared.items() if not name.startswith(FILE_PREFIX)} if facts else {}
     version = f"OpenSCENARIO 1.{header.text('revMinor', '0')[:3]}"
     return Provenance(
         title=header.text("description", "")[:500],

@@ -13,7 +13,9 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
-from engine.interchange.reading.node import NUMBER, Node, did_you_mean, quoted
+from engine.interchange.errors import did_you_mean, quoted
+from engine.interchange.reading.node import Node
+from engine.interchange.xml_text import NUMBER
 
 NAME = re.compile(r"\$([A-Za-z_]\w*)", re.ASCII)
 NOTHING: Mapping[str, str] = MappingProxyType({})

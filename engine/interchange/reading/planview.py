@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.interchange.reading.node import LARGEST, Node
+from engine.interchange.reading.node import Node
+from engine.interchange.xml_text import LARGEST
 
 MOST_TURNING = 1000.0
 """More than this no road turns along one piece [rad]; it bounds the work of one point, too."""

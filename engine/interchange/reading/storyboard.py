@@ -1,4 +1,4 @@
-"""What a storyboard has its entities do, and when: deeds in the order of time. Times in seconds of the simulation.
+"""What a storyboard has its entities do, and when: actions in the order of time. Times in seconds of the simulation.
 
 Only triggers on the simulation's time are known beforehand; every other one depends on a run that is not made here.
 """
@@ -31,11 +31,11 @@ AFTER = ("greaterOrEqual", "greaterThan", "equalTo")
 AT_ONCE = ("lessThan", "lessOrEqual", "notEqualTo")
 
 
-MOST_DEEDS = 5000
+MOST_ACTIONS = 5000
 
 
 @dataclass(frozen=True)
-class Deed:
+class TimedAction:
     """One action of one entity."""
 
     time: float
@@ -46,18 +46,18 @@ class Deed:
     """Whether it is replayed; if not, its time is not known, and 0."""
 
 
-def deeds(storyboard: Node) -> list[Deed]:
-    """All deeds that concern motion, in the order of time, and of the file at the same time.
+def timed_actions(storyboard: Node) -> list[TimedAction]:
+    """All actions that concern motion, in the order of time, and of the file at the same time.
 
     Raises:
         InterchangeError: one of `ACTED_ON` waits for what a file alone cannot tell.
     """
     acts = [act for story in storyboard.every("Story") for act in story.every("Act")]
     parts = [_initial(storyboard.need("Init", "Actions")), *map(_of_act, acts)]
-    found = list(islice(chain.from_iterable(parts), MOST_DEEDS + 1))
-    if len(found) > MOST_DEEDS:
-        raise storyboard.error(f"it holds more than {MOST_DEEDS} actions", "leave out actors or events")
-    return sorted(found, key=lambda deed: deed.time)
+    found = list(islice(chain.from_iterable(parts), MOST_ACTIONS + 1))
+    if len(found) > MOST_ACTIONS:
+        raise storyboard.error(f"it holds more than {MOST_ACTIONS} actions", "leave out actors or events")
+    return sorted(found, key=lambda timed: timed.time)
 
 
 def stop_time(storyboard: Node) -> tuple[float, list[Node]]:
@@ -77,16 +77,16 @@ def condition_name(condition: Node) -> str:
     return names[-1]
 
 
-def _initial(actions: Node) -> Iterator[Deed]:
+def _initial(actions: Node) -> Iterator[TimedAction]:
     for node in actions.children:
         if node.tag == "Private":
             for action in node.every("PrivateAction"):
-                yield from _deed(NOW, [node.text("entityRef")], action, True)
+                yield from _timed(NOW, [node.text("entityRef")], action, True)
         elif node.tag == "GlobalAction":
-            yield from _deed(NOW, [], node, True)
+            yield from _timed(NOW, [], node, True)
 
 
-def _of_act(act: Node) -> Iterator[Deed]:
+def _of_act(act: Node) -> Iterator[TimedAction]:
     begins = _Start(act.find("StartTrigger"))
     for group in act.every("ManeuverGroup"):
         actors = group.find("Actors") or group
@@ -95,7 +95,7 @@ def _of_act(act: Node) -> Iterator[Deed]:
             start = _Start(event.find("StartTrigger"), begins)
             for holder in event.every("Action"):
                 for action in holder.every("PrivateAction", "GlobalAction"):
-                    yield from _deed(start, names, action, False)
+                    yield from _timed(start, names, action, False)
 
 
 class _Start:
@@ -144,7 +144,7 @@ def _condition_time(condition: Node) -> float | None:
     return delay if rule in AT_ONCE else None
 
 
-def _deed(start: _Start, names: list[str], action: Node, initial: bool) -> Iterator[Deed]:
+def _timed(start: _Start, names: list[str], action: Node, initial: bool) -> Iterator[TimedAction]:
     leaf, entity = _leaf(action)
     if leaf is None:
         return
@@ -154,7 +154,7 @@ def _deed(start: _Start, names: list[str], action: Node, initial: bool) -> Itera
     is_read = leaf.tag in ACTED_ON and (initial or leaf.tag != "SpeedAction")
     time = start.time if is_read else 0.0
     for name in actors:
-        yield Deed(time, name, leaf, is_read)
+        yield TimedAction(time, name, leaf, is_read)
 
 
 def _leaf(action: Node) -> tuple[Node | None, str | None]:

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine.interchange.errors import InterchangeError
-from engine.interchange.reading.carried import OF_STEPS, SAME_INSTANT, Carried, near, read_carried, read_step
+from engine.interchange.properties import step_in
+from engine.interchange.reading.carried import Carried, near, read_carried
 from engine.interchange.reading.entities import Entity
 from engine.interchange.reading.tracks import Path, Track
+from engine.interchange.recording import SAME_INSTANT
 from engine.tables import Floats
 from engine.vocabulary import State
 
@@ -48,16 +50,16 @@ def part_of(entity: Entity, track: Track) -> Part:
         return Part(entity, track, None)
     paths = [leg for leg in track.legs if isinstance(leg, Path)]
     in_time = all(near(carried.time, path.times).all() for path in paths)
-    if in_time and carried.fits(track.poses(carried.time), read_step(entity.properties) or math.inf):
+    if in_time and carried.fits(track.poses(carried.time), step_in(entity.properties) or math.inf):
         return Part(entity, track, carried, believed=True)
-    said = f"{entity.actor.name}: the speeds it carries do not fit its vertices, which are believed."
+    said = f"{entity.actor.name}: the speeds it carries do not fit its vertices, which are believed"
     return Part(entity, track, carried if in_time else None, remark=said)
 
 
 def grid(parts: Sequence[Part], end: float, step: float | None, file: str) -> tuple[Floats, float]:
     """Times of all samples, and the step of the recording [s].
 
-    The times are those of all vertices and of all samples that our own files carry, of deeds, and with a `step`, or
+    The times are those of all vertices and of all samples that our own files carry, of actions, and with a `step`, or
     where vertices are far apart, whole steps.
 
     Raises:
@@ -65,7 +67,7 @@ def grid(parts: Sequence[Part], end: float, step: float | None, file: str) -> tu
     """
     times = _told_times(parts, end, file)
     spacing, usual = _spacing(parts)
-    wanted = step or next((s for part in parts if (s := read_step(part.entity.properties)) is not None), None)
+    wanted = step or next((s for part in parts if (s := step_in(part.entity.properties)) is not None), None)
     if wanted is None and usual > COARSE:
         wanted, step = FINE, FINE
     if step is not None:
@@ -104,7 +106,7 @@ def _told_times(parts: Sequence[Part], end: float, file: str) -> Floats:
             file,
         )
     last = min(end, max(float(times[-1]), 0.0))
-    times = _with_moments(times, [*_deed_times(parts), 0.0, last])
+    times = _with_moments(times, [*_action_times(parts), 0.0, last])
     return times[(times >= 0.0) & (times <= last + SOON)]
 
 
@@ -123,7 +125,7 @@ def _with_steps(times: Floats, step: float, actors: int, file: str) -> Floats:
     return _merged(np.concatenate([times, whole]))
 
 
-def _deed_times(parts: Sequence[Part]) -> list[float]:
+def _action_times(parts: Sequence[Part]) -> list[float]:
     """Beginnings of legs, comings and goings."""
     begins = [leg.begin for part in parts for leg in part.track.legs]
     changes = [time for part in parts for pair in part.track.absent for time in pair]
@@ -173,4 +175,4 @@ def _derive(found: Floats, poses: Floats, times: Floats, there: np.ndarray) -> N
         way_x, way_y = np.gradient(poses[part, 0], times[part]), np.gradient(poses[part, 1], times[part])
         speed = way_x * np.cos(poses[part, 2]) + way_y * np.sin(poses[part, 2])
         found[part, State.SPEED] = speed
-        found[start + 1 : end, OF_STEPS[0]] = np.diff(speed) / np.diff(times[part])
+        found[start + 1 : end, State.ACCELERATION] = np.diff(speed) / np.diff(times[part])

@@ -13,8 +13,8 @@ from types import MappingProxyType
 from typing import NoReturn
 from xml.parsers import expat
 
-from engine.interchange.errors import InterchangeError
-from engine.interchange.reading.node import Node, quoted
+from engine.interchange.errors import InterchangeError, quoted
+from engine.interchange.reading.node import Node
 
 CHUNK = 1 << 22
 """Bytes. An attribute that fills many chunks is looked at again with each, so that small ones would cost minutes."""

@@ -11,8 +11,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from engine.interchange.errors import InterchangeError
-from engine.interchange.reading.node import quoted
+from engine.interchange.errors import InterchangeError, quoted
 from engine.interchange.tables.columns import TEXTS, Chosen, Column, check_complete, choose
 from engine.interchange.tables.parquet import ParquetFile
 from engine.tables import Floats, Ints

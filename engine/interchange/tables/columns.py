@@ -10,8 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from engine.interchange.errors import InterchangeError
-from engine.interchange.reading.node import did_you_mean, quoted
+from engine.interchange.errors import InterchangeError, did_you_mean, quoted
 
 TEXTS = frozenset({"actor", "type", "role"})
 """Columns that are read as text; the others are numbers."""

@@ -15,10 +15,9 @@ import numpy as np
 
 from engine.interchange.errors import InterchangeError
 from engine.interchange.export import Export
-from engine.interchange.openscenario.entities import SHAPES
+from engine.interchange.kinds import KINDS
 from engine.interchange.recording import Recording
 from engine.interchange.tables.motion import across, along, rates
-from engine.interchange.tables.osi import CODES
 from engine.interchange.tables.parquet import parquet_bytes
 from engine.tables import Floats, Ints
 from engine.vocabulary import State
@@ -117,7 +116,7 @@ def _on_nanoseconds(recording: Recording, nanos: Ints) -> Floats:
     states, time = recording.states.copy(), recording.time
     late, step = nanos[touching] / NANOS - time[touching], time[touching] - time[touching - 1]
     if late * NANOS > EXACT:
-        both = (states[[touching - 1, touching], :, State.PRESENT] != 0.0).all(axis=0)
+        both = np.all(recording.there[[touching - 1, touching]], axis=0)
         here = np.ix_([touching], both, [State.X, State.Y, State.HEADING, State.SPEED])
         before = np.ix_([touching - 1], both, [State.X, State.Y, State.HEADING, State.SPEED])
         states[here] += (states[here] - states[before]) * late / step
@@ -130,7 +129,7 @@ def _on_nanoseconds(recording: Recording, nanos: Ints) -> Floats:
 def _of_actor(recording: Recording, states: Floats, nanos: Ints, actor: int) -> Table:
     """All rows of one actor."""
     body, stretches = recording.actors[actor], recording.stretches(actor)
-    code, height = CODES[body.kind], SHAPES[body.kind].height
+    code, height = KINDS[body.kind].code, KINDS[body.kind].height
     rows = np.concatenate([np.arange(first, last + 1) for first, last in stretches] or [np.zeros(0, np.int64)])
     own = states[:, actor]
     moving = [_motion(recording, own, first, last, body.rear_to_center) for first, last in stretches]

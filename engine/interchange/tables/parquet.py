@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from engine.extras import installing
 from engine.interchange.errors import InterchangeError
 
 EGO, NAMES = b"host_vehicle_idx", b"cortexc_names"
@@ -80,5 +81,5 @@ def _pyarrow(module: str) -> Any:
     try:
         return import_module(module)
     except ImportError:
-        cure = "pip install 'cortexc[export]', or take CSV"
+        cure = f"{installing('export')}, or take CSV"
         raise InterchangeError("Parquet needs the package `pyarrow`, which is not installed", cure) from None

@@ -4,16 +4,15 @@ Positions are centres of outlines. Which columns a plain table may have, and in 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from engine.interchange.errors import InterchangeError
-from engine.interchange.reading.node import quoted
+from engine.interchange.errors import InterchangeError, quoted
+from engine.interchange.reading import Imported
 from engine.interchange.recording import RecordedActor, Recording
 from engine.interchange.tables.cells import Cells, read_csv_cells, read_parquet_cells
-from engine.interchange.tables.tracks import Track, spelt, tracks_of
+from engine.interchange.tables.tracks import TableTrack, spelt, tracks_of
 from engine.runs import MAX_SAMPLES
 from engine.tables import Floats
 from engine.vehicles import MODELS
@@ -30,18 +29,8 @@ DIGITS = 9
 """Steps are told in nanoseconds."""
 
 
-@dataclass(frozen=True)
-class ReadTable:
-    """A recording, and what was taken for granted."""
-
-    recording: Recording
-    remarks: tuple[str, ...]
-    road: None = None
-    """Tables tell none."""
-
-
-def read_table(path: Path, ego: str | None = None, step: float | None = None) -> ReadTable:
-    """The recording of a `.csv` or `.parquet` file.
+def read_table(path: Path, ego: str | None = None, step: float | None = None) -> Imported:
+    """The recording of a `.csv` or `.parquet` file; tables tell no road.
 
     `ego`: the name of the actor that is judged, else the one that the table calls so, else its first; `step` [s]: on
     which steps to measure, else the usual one of the table.
@@ -63,7 +52,7 @@ def read_table(path: Path, ego: str | None = None, step: float | None = None) ->
         commands=False,
     )
     gaps = tuple(f"`{quoted(t.name)[1:-1]}` is missing for a while" for t in tracks if len(_gaps(t.time)))
-    return ReadTable(recording, (*found.remarks, *chosen, *told, *gaps))
+    return Imported(recording, None, (*found.remarks, *chosen, *told, *gaps))
 
 
 def _cells(path: Path) -> Cells:
@@ -85,7 +74,7 @@ def _cells(path: Path) -> Cells:
         raise InterchangeError(f"it cannot be read: {reason}", "mend that, or copy the file", path.name) from None
 
 
-def _ego_first(tracks: Sequence[Track], ego: str | None, cells: Cells) -> tuple[list[Track], tuple[str, ...]]:
+def _ego_first(tracks: Sequence[TableTrack], ego: str | None, cells: Cells) -> tuple[list[TableTrack], tuple[str, ...]]:
     """The tracks with the ego before all others, and what is to be said of the choice."""
     names = [track.name for track in tracks]
     if ego is not None and ego not in names:
@@ -101,7 +90,7 @@ def _ego_first(tracks: Sequence[Track], ego: str | None, cells: Cells) -> tuple[
     return [tracks[first], *tracks[:first], *tracks[first + 1 :]], told
 
 
-def _actor(track: Track) -> RecordedActor:
+def _actor(track: TableTrack) -> RecordedActor:
     model, scale = MODELS[track.kind], track.length / MODELS[track.kind].length
     return RecordedActor(
         name=track.name,
@@ -121,7 +110,7 @@ def _actor(track: Track) -> RecordedActor:
 # -- time -------------------------------------------------------------------------------------------------------------
 
 
-def _clock(tracks: Sequence[Track], cells: Cells) -> tuple[Floats, tuple[str, ...]]:
+def _clock(tracks: Sequence[TableTrack], cells: Cells) -> tuple[Floats, tuple[str, ...]]:
     """All instants at which anybody has a row."""
     time = np.unique(np.concatenate([track.time for track in tracks]))
     if len(time) > 2 * MAX_SAMPLES or len(time) * len(tracks) > MOST_STATES:
@@ -157,7 +146,7 @@ def _gaps(time: Floats) -> np.ndarray:
 # -- states -----------------------------------------------------------------------------------------------------------
 
 
-def _states(tracks: Sequence[Track], time: Floats) -> Floats:
+def _states(tracks: Sequence[TableTrack], time: Floats) -> Floats:
     """(instants, actors, len(State)): between two of its rows an actor moves linearly; outside of them it is absent."""
     states = np.zeros((len(time), len(tracks), len(State)))
     for actor, track in enumerate(tracks):

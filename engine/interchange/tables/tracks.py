@@ -7,11 +7,10 @@ from types import MappingProxyType
 
 import numpy as np
 
-from engine.interchange.errors import InterchangeError
-from engine.interchange.reading.node import quoted
+from engine.interchange.errors import InterchangeError, quoted
+from engine.interchange.osi import UNSET, Code, kind_of
 from engine.interchange.tables.cells import Cells
 from engine.interchange.tables.motion import across, along, headings_of, rates
-from engine.interchange.tables.osi import UNSET, Code, kind_of
 from engine.tables import Floats, Ints
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
@@ -38,7 +37,7 @@ KINDS: Mapping[str, ActorKind] = MappingProxyType(
 
 
 @dataclass(frozen=True)
-class Track:
+class TableTrack:
     """One actor as a table tells it; SI units, headings not wrapped, positions of centres."""
 
     name: str
@@ -61,7 +60,7 @@ class Track:
 class Tracks:
     """All actors of a table, in the order in which it names them."""
 
-    tracks: tuple[Track, ...]
+    tracks: tuple[TableTrack, ...]
     remarks: tuple[str, ...]
 
 
@@ -103,7 +102,7 @@ class _Gathered:
     cells: Cells
     remarks: list[str]
 
-    def track(self, label: str, rows: Ints, time: Floats) -> Track:
+    def track(self, label: str, rows: Ints, time: Floats) -> TableTrack:
         """`rows` of one actor, in the order of time."""
         cells, own = self.cells, time[rows]
         if len(same := np.flatnonzero(np.diff(own) <= 0.0)):
@@ -117,7 +116,7 @@ class _Gathered:
         behind = MODELS[kind].rear_to_center * length / MODELS[kind].length
         speed, behind = self._speed(own, positions, heading, rows, behind)
         is_ego = name.casefold() == "ego" or self._text("role", rows).casefold() in ("ego", "host", "hero")
-        return Track(name, kind, is_ego, own, positions, heading, speed, length, width, behind)
+        return TableTrack(name, kind, is_ego, own, positions, heading, speed, length, width, behind)
 
     def _text(self, column: str, rows: Ints) -> str:
         return self.cells.texts[column][int(rows[0])] if column in self.cells.texts else ""

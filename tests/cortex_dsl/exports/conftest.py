@@ -6,8 +6,7 @@ import pytest
 
 from cortex_dsl.cli import main
 from cortex_dsl.exports.cases import ExportCase, case_of_run
-from cortex_dsl.page.cases import every_case
-from cortex_dsl.runs import OpenedRun, open_run
+from cortex_dsl.runs import OpenedRun, every_case, open_run
 
 LEFT_TURN = Path(__file__).parents[3] / "examples" / "left_turn.scn"
 

@@ -10,11 +10,12 @@ import pytest
 from cortex_dsl.exports.cases import ExportCase, case_of_run, case_of_scene
 from cortex_dsl.exports.maneuvers import maneuver_files, maneuver_plan
 from cortex_dsl.exports.maneuvers.beginning import nearest_lane
-from cortex_dsl.runs import open_run
+from cortex_dsl.runs import OpenedRun, every_case, open_run
 from cortex_dsl.session import Scenario, compile_text, load
 from engine.interchange.export import OSC_VERSIONS, ExportOptions
 from engine.interchange.opendrive import road_map
 from engine.interchange.openscenario.maneuvers.plan import ActorPlan, ManeuverPlan, Measure
+from engine.interchange.openscenario.versions import VERSIONS
 from engine.scenes import Scenes, actor_columns
 from engine.search.ranking import worst_cases
 from engine.vocabulary import Column
@@ -103,7 +104,7 @@ def test_every_param_of_the_examples_can_be_varied(path: Path) -> None:
     (brakes,) = plan.actors[0].reactions
     assert [each.limit.expression() for group in brakes.when for each in group] == ["$SAFETY_DIST"]
     measures = [each.measure for end in plan.ends for group in end.when for each in group]
-    assert measures == [Measure.FROM_START, Measure.APART, Measure.TOUCH, Measure.TIME]
+    assert measures == [Measure.DISTANCE_TO_START, Measure.RELATIVE_DISTANCE, Measure.COLLISION, Measure.TIME]
 
 
 @pytest.mark.parametrize("version", OSC_VERSIONS)
@@ -116,20 +117,56 @@ def test_the_examples_are_valid_in_every_version(path: Path, version: str) -> No
     assert any("view sector" in remark for remark in export.remarks)
 
 
-def test_a_run_has_its_champions(tmp_path: Path) -> None:
-    """Those that begin on the same lanes, worst first, by all parameters of the file; the others are counted."""
-    load(EXAMPLES[0]).search("random", generations=2, population=12, seed=3, out=tmp_path / "run")
-    run = open_run(tmp_path / "run")
-    worst = worst_cases(run.record.evaluations, 50)
-    case = case_of_run(run, worst[0])
+def test_the_command_offers_the_versions_that_there_are() -> None:
+    """Three lists, of which the command's must not load the others."""
+    from cortex_dsl.cli import export
+
+    assert export.OSC_VERSIONS == OSC_VERSIONS == tuple(VERSIONS)
+
+
+@pytest.fixture(scope="module")
+def small_run(tmp_path_factory: pytest.TempPathFactory) -> OpenedRun:
+    """More cases than are looked at as champions, on several lanes."""
+    folder = tmp_path_factory.mktemp("maneuvers") / "run"
+    load(EXAMPLES[0]).search("random", generations=3, population=40, seed=3, out=folder)
+    return open_run(folder)
+
+
+@pytest.mark.parametrize("rank", [1, 3, -1], ids=["first", "third", "last"])
+def test_a_run_has_its_champions(small_run: OpenedRun, rank: int) -> None:
+    """The case itself, then those that make the same finite choices, worst first; the others are counted.
+
+    The last case of all is none of the worst, and none of these makes the choices that it makes.
+    """
+    worst, every = worst_cases(small_run.record.evaluations, 50), every_case(small_run.record)
+    chosen = worst[rank - 1] if rank > 0 else every[-1]
+    case = case_of_run(small_run, chosen)
     export = maneuver_files(case, "case", ExportOptions(mode="maneuver"))
     text = str(export.files["case.champions.xosc"])
     assert findings("openscenario", "1.2", text) == []
-    same = [each for each in worst if run.scenario.scene(each).variant[0] == case.scenes.variant[0]]
+    same = [each for each in worst if small_run.scenario.scene(each).variant[0] == case.scenes.variant[0]]
     speeds = re.findall(r'parameterRef="EGO_SPEED" value="([^"]+)"', text)
-    gene = run.scenario.program.space.names.index("EGO_SPEED")
-    assert [float(each) for each in speeds] == [each.genome[gene] for each in same]
-    assert any(f"{len(worst) - len(same)} of the run's" in remark for remark in export.remarks)
+    gene = small_run.scenario.program.space.names.index("EGO_SPEED")
+    expected = [chosen, *(each for each in same if each.genome != chosen.genome)]
+    assert [float(each) for each in speeds] == [each.genome[gene] for each in expected]
+    assert len(worst) == 50 > len(same)
+    said = f"{50 - len(same)} of the run's 50 worst cases make other finite choices"
+    assert any(remark.startswith(said) for remark in export.remarks)
+
+
+def test_integers_of_very_many_values_are_drawn_like_any_number() -> None:
+    """And said so; few are named one by one, and both are declared as what they are."""
+    text = f"param FEW = DiscreteRange(1, 5)\nparam MANY = DiscreteRange(1, 500)\n{HEAD}ego = new Car at spot,\n"
+    text += "    with speed FEW + MANY / 100, with behavior FollowLaneBehavior(SPEED)\n"
+    export = maneuver_files(case_of(compile_text(text)), "case", ExportOptions(mode="maneuver"))
+    text = str(export.files["case.xosc"])
+    declared = dict(re.findall(r'<ParameterDeclaration name="(\w+)" parameterType="(\w+)"', text))
+    assert (declared["FEW"], declared["MANY"], declared["SPEED"]) == ("int", "int", "double")
+    ranges = str(export.files["case.ranges.xosc"])
+    assert findings("openscenario", "1.2", ranges) == []
+    assert ranges.count("<Element ") == 5
+    said = [remark for remark in export.remarks if "whole" in remark]
+    assert said == ["the ranges draw MANY from all numbers, not from the whole ones alone: they are too many"]
 
 
 # -- starts -----------------------------------------------------------------------------------------------------------
@@ -215,11 +252,11 @@ def test_later_interrupts_go_before_earlier_ones() -> None:
 @pytest.mark.parametrize(
     ("when", "measure", "below"),
     [
-        ("(distance from self to other) < 9 m", Measure.APART, True),
-        ("(distance from self to other) > 9 m", Measure.APART, False),
-        ("timeToCollision(self, other) < 2 s", Measure.COLLISION_TIME, True),
+        ("(distance from self to other) < 9 m", Measure.RELATIVE_DISTANCE, True),
+        ("(distance from self to other) > 9 m", Measure.RELATIVE_DISTANCE, False),
+        ("timeToCollision(self, other) < 2 s", Measure.TIME_TO_COLLISION, True),
         ("self.speed > 9 m/s", Measure.SPEED, False),
-        ("(distance from self to spot) > 9 m", Measure.FROM_START, False),
+        ("(distance from self to spot) > 9 m", Measure.DISTANCE_TO_START, False),
     ],
 )
 def test_conditions_that_can_be_said(when: str, measure: Measure, below: bool) -> None:
@@ -247,7 +284,7 @@ def test_what_is_left_out_is_named_with_its_line(body: str, said: str) -> None:
     plan = ego_of(body)
     assert not plan.actors[0].exact
     remark = next(each for each in plan.remarks if said in each)
-    assert re.search(r"`ego` does not carry .*\(line \d+\)", remark)
+    assert re.search(r"left out of `ego`: .*\(line \d+\)$", remark)
 
 
 @pytest.mark.parametrize(
@@ -275,12 +312,12 @@ def test_who_cannot_be_said_goes_along_its_trajectory(body: str, said: str) -> N
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("monitor Calm():\n    while True:\n        wait\nrequire monitor Calm()\n", "What `Calm` does is left out"),
+        ("monitor Calm():\n    while True:\n        wait\nrequire monitor Calm()\n", "what `Calm` does is left out"),
         ("require always ego.speed < 90 m/s\n", "is not watched"),
-        ("require eventually ego.speed > 1 m/s\n", "Temporal requirements are not watched"),
-        ("record ego.speed\n", "Nothing is recorded"),
+        ("require eventually ego.speed > 1 m/s\n", "temporal requirements are not watched"),
+        ("record ego.speed\n", "nothing is recorded"),
         ("terminate when ego in intersection\n", "is left out"),
-        ("param IDLE = Range(0, 1)\n", "Nothing in the file depends on"),
+        ("param IDLE = Range(0, 1)\n", "nothing in the file depends on"),
     ],
 )
 def test_what_belongs_to_nobody_is_named(text: str, said: str) -> None:

@@ -58,7 +58,6 @@ def test_everybody_stands_where_the_run_began(path: Path, tmp_path: Path) -> Non
     for name, content in export.files.items():
         (tmp_path / name).write_text(str(content), encoding="utf-8")
     check = checker_of("scenic")
-    assert check is not None
     assert (
         list(
             check(

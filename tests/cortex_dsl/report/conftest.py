@@ -230,7 +230,7 @@ def _campaign(valid_share: float, space: ParamSpace) -> Campaign:
         keys=np.zeros((count, 1, 6), dtype=np.int64),
         rollouts=rollouts,
     )
-    probes = Probes(np.array([0.4, 5.5, 0.0]), np.array([3, 30, 0]), 32)
+    probes = Probes(np.array([0.4, 5.5, 0.0]), np.array([31, 30, 32]), np.array([3, 30, 0]), 32)
     return Campaign(
         method=Method.GA,
         preset="cortex",

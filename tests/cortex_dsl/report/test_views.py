@@ -6,15 +6,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rich.console import Console, RenderableType
+from rich.console import Console, Group, RenderableType
 
+from cortex_dsl.holding import Held
 from cortex_dsl.report.exhausted_view import exhausted_view
+from cortex_dsl.report.pairs_view import further_pairs
 from cortex_dsl.report.progress import SearchProgress, progress_view
 from cortex_dsl.report.run_document import run_content
 from cortex_dsl.report.run_view import RunReport, run_view
 from cortex_dsl.report.sample_view import sample_view
 from cortex_dsl.report.search_report import SearchReport
 from cortex_dsl.report.search_view import comparison_view, search_view
+from cortex_dsl.report.speeds import KM_H
+from cortex_dsl.report.story import end_of
 from cortex_dsl.report.tally import Tally
 from cortex_dsl.report.theme import THEME
 from cortex_dsl.report.titles import name_of, title_of
@@ -83,7 +87,7 @@ def test_run(run: RunReport, width: int) -> None:
     """A run shows its drawing, story, metrics with units, risk, params, choices and how to see it again."""
     text = render(run_view(run, width), width)
     assert_fits(text, width)
-    for word in ("closest", "2.31 m", "19.84 m/s", "risk 11 of 22", "EGO_SPEED", "43.17", "km/h", "wet", "north.in.1"):
+    for word in ("closest", "2.31 m", "71.42 km/h", "risk 11 of 22", "EGO_SPEED", "43.17", "km/h", "wet", "north.in.1"):
         assert word in " ".join(text.split())
     assert "cortexc examples/left_turn.scn --seed 0" in " ".join(text.split())
     assert any(0x2800 < ord(character) < 0x2900 for character in text)
@@ -228,7 +232,8 @@ def test_search_names_what_each_gene_did(program: Program, report: SearchReport)
     lines = [line.split() for line in text.split("What each gene did")[1].splitlines()]
     genes = {words[0]: words[1:] for words in lines if len(words) > 4 and words[1] != "changes"}
     assert genes["EGO_BRAKE"][0] == "5.5"
-    assert genes["EGO_BRAKE"][2].startswith("-0.")
+    assert genes["EGO_BRAKE"][2] == "30"
+    assert genes["EGO_BRAKE"][3].startswith("-0.")
     assert genes["WEATHER"][0] == "none"
     assert "WEATHER changes nothing" in text
 
@@ -356,3 +361,48 @@ def test_the_title_of_a_case(program: Program) -> None:
     assert title_of(replace(program, name="03", source_text=text)).plain.startswith("left_turn, case 3  ")
     assert name_of(replace(program, name="mine", source_text=text)) == "mine"
     assert name_of(replace(program, name="03", source_text="ego = new Car on road\n")) == "03"
+
+
+PAIR_FIELDS = (
+    "min_distance",
+    "min_distance_time",
+    "max_closing_speed",
+    "max_closing_time",
+    "distance_at_ms",
+    "ttc_at_ms",
+)
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_further_pairs_have_a_line_each(outcomes: Outcomes, width: int) -> None:
+    """The deciding pair has the metrics; who else was near is told, the nearest first."""
+    one = {name: getattr(outcomes, name) for name in PAIR_FIELDS}
+    fields = {name: np.hstack([value, np.full((1, 1), np.inf), value + 1.0]) for name, value in one.items()}
+    actors = ("ego", "adversary", "ghost", "walker")
+    view = Group(*further_pairs(replace(outcomes, **fields), actors, 0, KM_H))
+    text = render(view, width)
+    assert_fits(text, width)
+    told = " ".join(text.split())
+    assert told.startswith("Further pairs ego and … MD MS D_MS TTC_MS")
+    assert told.endswith("walker 3.31 m at 4.10 s 75.0 km/h 39.20 m 2.92 s ghost never met")
+    assert further_pairs(outcomes, actors[:2], 0, KM_H) == []
+
+
+def test_when_others_crash_the_ego_has_touched_nobody(run: RunReport, program: Program, collision: Outcomes) -> None:
+    """Whoever reads only the first lines knows that it was not the ego."""
+    others = replace(
+        collision,
+        contact_actors=np.array([[1, 2]], dtype=np.int32),
+        end_reason=np.array([EndReason.OTHER_COLLISION], dtype=np.int32),
+    )
+    told = end_of(replace(program, actors=("ego", "truck", "walker")), others, 0).text
+    assert told == "contact: truck and walker; ego has touched nobody"
+
+
+def test_held_params_stay_in_the_table(run: RunReport) -> None:
+    """With their unit, and marked."""
+    held = (Held("TRUCK_SPEED", 200.0, "km/h"), Held("LANE", "network.lanes[0]"))
+    told = " ".join(render(run_view(replace(run, held=held), 80), 80).split())
+    assert "TRUCK_SPEED 200 km/h held" in told
+    assert "LANE network.lanes[0] held" in told
+    assert run_content(replace(run, held=held), "f.scn")["held"]["TRUCK_SPEED"] == {"value": 200.0, "unit": "km/h"}

@@ -161,15 +161,15 @@ def test_without_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "mcap.writer", None)
     with pytest.raises(InterchangeError, match="pip install") as caught:
         write_mcap(recording(), "case")
-    assert "cortexc[export]" in caught.value.cure
+    assert "[export]" in caught.value.cure
 
 
 def test_broken_recordings() -> None:
     """Empty, or with a state that is no number."""
     empty = recording()
-    with pytest.raises(InterchangeError, match="empty"):
+    with pytest.raises(InterchangeError, match="nobody"):
         write_mcap(replace(empty, time=empty.time[:0], states=empty.states[:0]), "case")
     broken = recording()
     broken.states[1, 0, State.X] = np.inf
-    with pytest.raises(InterchangeError, match="finite"):
+    with pytest.raises(InterchangeError, match="no number"):
         write_mcap(broken, "case")

@@ -12,11 +12,9 @@ from dataclasses import dataclass
 from engine.interchange.openscenario.maneuvers import formula
 from engine.interchange.openscenario.maneuvers.formula import Formula
 from engine.interchange.openscenario.maneuvers.plan import Change, Phase
+from engine.kernels.steering import MAX_BRAKING as HARDEST
+from engine.kernels.steering import PLANNED_BRAKING as PLANNED
 
-PLANNED = 3.0
-"""[m/s^2], `engine.kernels.steering.PLANNED_BRAKING`."""
-HARDEST = 8.0
-"""[m/s^2], `engine.kernels.steering.MAX_BRAKING`."""
 EARLY = 0.25
 """So long before the bend begins its speed is reached [s]: drivers look 0.5 s ahead, and lag by half of it."""
 GAP = 0.1

@@ -3,25 +3,25 @@
 Source: ParameterValueDistribution of ASAM OpenSCENARIO XML 1.1 and later; 1.0 has none.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 
 from engine.interchange.openscenario.document import header
-from engine.interchange.openscenario.maneuvers.formula import decimal
 from engine.interchange.openscenario.maneuvers.plan import Parameter
 from engine.interchange.openscenario.versions import Version
 from engine.interchange.recording import Provenance
-from engine.interchange.xml_text import Element, child, xml_text
+from engine.interchange.xml_text import Element, child, decimal, xml_text
 
 RUNS = 100
 """How many draws a stochastic file asks for."""
 MOST_VALUES = 100
-"""An integer with more values than these is drawn like any number."""
+"""An integer with more values than these is drawn like any number: no law of OpenSCENARIO draws integers alone."""
 
 
 def champions_file(
     scenario_file: str, sets: Sequence[Mapping[str, float]], provenance: Provenance, version: Version
 ) -> str:
-    """A deterministic distribution: one set of values for each known case, the worst first."""
+    """A deterministic distribution: one set of values for each known case, of which there must be one."""
     root, body = _document(scenario_file, provenance, version)
     multi = child(child(body, "Deterministic"), "DeterministicMultiParameterDistribution")
     values = child(multi, "ValueSetDistribution")
@@ -43,6 +43,11 @@ def ranges_file(
     return xml_text(root)
 
 
+def is_listed(parameter: Parameter) -> bool:
+    """Whether the ranges name each value of a parameter, so that no other is drawn."""
+    return parameter.whole and parameter.high - parameter.low < MOST_VALUES
+
+
 def _document(scenario_file: str, provenance: Provenance, version: Version) -> tuple[Element, Element]:
     root = Element("OpenSCENARIO")
     header(root, provenance, version)
@@ -53,7 +58,7 @@ def _document(scenario_file: str, provenance: Provenance, version: Version) -> t
 
 def _law(parent: Element, parameter: Parameter) -> None:
     low, high = parameter.low, parameter.high
-    if parameter.whole and high - low < MOST_VALUES:
+    if is_listed(parameter):
         values = child(parent, "ProbabilityDistributionSet")
         for value in range(round(low), round(high) + 1):
             child(values, "Element", value=str(value), weight=1)
@@ -63,4 +68,5 @@ def _law(parent: Element, parameter: Parameter) -> None:
     else:
         mean, deviation = parameter.normal
         law = child(parent, "NormalDistribution", expectedValue=mean, variance=deviation**2)
-    child(law, "Range", lowerLimit=low, upperLimit=high)
+    if math.isfinite(low) and math.isfinite(high):
+        child(law, "Range", lowerLimit=low, upperLimit=high)

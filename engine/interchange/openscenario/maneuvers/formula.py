@@ -1,13 +1,15 @@
 """Numbers of a maneuver that others may vary: arithmetic over the parameters of a file.
 
-Written, a formula is an expression of OpenSCENARIO 1.1 or later: `${$EGO_SPEED / 3.6}`. Of functions that standard has
-sqrt but neither least nor greatest, so these are said by them: max(x, 0) = (x + sqrt(x^2)) / 2.
+Written, a formula is an expression of OpenSCENARIO 1.1 or later: `${$EGO_SPEED / 3.6}`. Of functions all versions have
+sqrt. 1.3 has max and min, too (ASAM OpenSCENARIO XML 1.3.1, 9.2.1), but ASAM's own checker (asam-qc-openscenarioxml
+1.0.0) takes them for errors there, so everywhere max(x, 0) is said as (x + sqrt(x^2)) / 2.
 """
 
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from decimal import Decimal
+
+from engine.interchange.xml_text import decimal
 
 OPERATORS: Mapping[str, tuple[int, Callable[[float, float], float]]] = {
     "+": (1, lambda a, b: a + b),
@@ -61,9 +63,8 @@ class Formula:
 
     def expression(self) -> str:
         """As an attribute of OpenSCENARIO 1.1 or later: a number, `$NAME`, or `${…}`."""
-        if not self.operands:
-            return _written(self)[0]
-        return f"${{{_written(self)[0]}}}"
+        text, _ = _written(self)
+        return f"${{{text}}}" if self.operands else text
 
 
 def number(value: float) -> Formula:
@@ -204,9 +205,3 @@ def _call(function: str, inner: tuple[str, int]) -> tuple[str, int]:
 def _inside(part: tuple[str, int], strength: int) -> str:
     text, own = part
     return text if own >= strength else f"({text})"
-
-
-def decimal(value: float) -> str:
-    """The shortest text that reads back, without an exponent: not every reader's expressions know one."""
-    text = f"{Decimal(repr(float(value) + 0.0)):f}" if math.isfinite(value) else repr(value)
-    return text.removesuffix(".0")

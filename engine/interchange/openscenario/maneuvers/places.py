@@ -8,7 +8,7 @@ from engine.interchange.openscenario.document import world_position
 from engine.interchange.openscenario.maneuvers import formula
 from engine.interchange.openscenario.maneuvers.formula import Formula
 from engine.interchange.openscenario.maneuvers.plan import ActorPlan, Start
-from engine.interchange.xml_text import Element, child
+from engine.interchange.xml_text import Element, child, decimal
 
 MIDDLE = 0.5
 """A lane on the way is named by its middle, which is on no other lane."""
@@ -54,5 +54,5 @@ def _lane_position(parent: Element, lane: LanePlace, along: Formula, text: Text,
     s = along if lane.forward else formula.subtract(formula.number(lane.length), along)
     element = child(child(parent, "Position"), "LanePosition", roadId=lane.road, laneId=str(lane.lane), s=text(s))
     if left:
-        element.set("offset", formula.decimal(left if lane.forward else -left))
+        element.set("offset", decimal(left if lane.forward else -left))
     return element

@@ -21,16 +21,20 @@ class Measure(Enum):
     """Way of an actor since the start [m]."""
     SPEED = "speed"
     """Of an actor [m/s]."""
-    APART = "apart"
+    RELATIVE_DISTANCE = "relative distance"
     """From an actor to another, as the crow flies [m]."""
-    COLLISION_TIME = "time to collision"
+    TIME_TO_COLLISION = "time to collision"
     """Of an actor with another [s]."""
-    FROM_START = "from its start"
+    DISTANCE_TO_START = "distance to its start"
     """From an actor to where it started, as the crow flies [m]."""
-    FROM_POINT = "from a point"
+    DISTANCE_TO_POINT = "distance to a point"
     """From an actor to a point of the plane, as the crow flies [m]."""
-    TOUCH = "touch"
+    COLLISION = "collision"
     """Whether an actor touches another; has no limit."""
+
+
+ONE_SIDED: Mapping[Measure, bool] = {Measure.TRAVELLED: False, Measure.COLLISION: True}
+"""Measures of which one side alone can be said: that somebody has gone so far, or touches another."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,11 @@ class Condition:
     actor: str = ""
     other: str = ""
     point: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def can_be_said(self) -> bool:
+        """Whether OpenSCENARIO has this side of the measure."""
+        return ONE_SIDED.get(self.measure, self.below) == self.below
 
     def negated(self) -> "Condition":
         return Condition(self.measure, self.limit, not self.below, self.actor, self.other, self.point)

@@ -140,6 +140,7 @@ def ways(draw: st.DrawFn, samples: int) -> list[object]:
 
 @st.composite
 def recordings(draw: st.DrawFn) -> Recording:
+    """Of which the ego takes part at some time; others may never."""
     kinds = draw(st.lists(st.sampled_from(ActorKind), min_size=1, max_size=3))
     samples = draw(st.integers(1, 8))
     time = [sample * STEP for sample in range(samples)]
@@ -147,7 +148,8 @@ def recordings(draw: st.DrawFn) -> Recording:
         time = sorted([*time, time[-1] + draw(st.floats(1e-6, STEP - 1e-6))])
     names = [draw(st.text(st.characters(exclude_categories=["Cc", "Cs", "Cn"]), max_size=4)) for _ in kinds]
     actors = [actor(name, kind) for name, kind in zip(names, kinds, strict=True)]
-    return recording(actors, time, [draw(ways(len(time))) for _ in actors])
+    ego = draw(ways(len(time)).filter(lambda way: any(pose is not None for pose in way)))
+    return recording(actors, time, [ego, *(draw(ways(len(time))) for _ in actors[1:])])
 
 
 versions = st.sampled_from(OSC_VERSIONS)

@@ -5,7 +5,8 @@ import math
 import pytest
 from hypothesis import given
 
-from engine.interchange.openscenario.entities import SHAPES, UNBOUNDED_SPEED
+from engine.interchange.kinds import KINDS
+from engine.interchange.openscenario.entities import UNBOUNDED_SPEED
 from engine.interchange.recording import Recording
 from engine.interchange.xml_text import Element
 from engine.vehicles import MODELS
@@ -36,7 +37,7 @@ def test_the_box_lies_ahead_of_the_rear_axle(kind: ActorKind) -> None:
 @given(recordings())
 def test_the_reference_point_is_the_rear_axle(of: Recording) -> None:
     """Rule 1: centres of boxes put at the written poses are the centres of the recording."""
-    root = scenario(of)
+    root, of = scenario(of), of.taking_part()
     for private in root.iter("Private"):
         name = private.get("entityRef")
         index = [each.get("name") for each in root.iter("ScenarioObject")].index(name)
@@ -54,7 +55,7 @@ def test_outlines_are_those_of_the_recording(kind: ActorKind) -> None:
     assert (float(dimensions.get("length")), float(dimensions.get("width"))) == (model.length, model.width)
 
 
-@pytest.mark.parametrize("kind", [kind for kind in ActorKind if SHAPES[kind].tag == "Vehicle"])
+@pytest.mark.parametrize("kind", [kind for kind in ActorKind if KINDS[kind].tag == "Vehicle"])
 def test_axles_are_a_wheelbase_apart(kind: ActorKind) -> None:
     """The rear axle is at the origin; the front wheels alone steer."""
     front, rear = entity(kind).find("Axles/FrontAxle"), entity(kind).find("Axles/RearAxle")

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 
 from engine.interchange.openscenario.names import entity_names
-from engine.interchange.openscenario.trajectory import COMMANDS, MOTION, stretches
+from engine.interchange.openscenario.trajectory import stretches
+from engine.interchange.properties import COMMANDS, MOTION
 from engine.interchange.recording import Recording
 from engine.vocabulary import State
 from tests.engine.interchange.openscenario.conftest import (
@@ -25,7 +26,7 @@ from tests.engine.interchange.openscenario.conftest import (
 @given(recordings(), versions)
 def test_every_sample_can_be_read_back(of: Recording, version: str) -> None:
     """At each sample an actor is where it was, to a nanometre, and is not there where it was not."""
-    root = scenario(of, version)
+    root, of = scenario(of, version), of.taking_part()
     for index, name in enumerate(entity_names(of)):
         poses = of.rear_axle(index)
         for sample, time in enumerate(of.time):
@@ -89,7 +90,8 @@ def test_what_positions_do_not_tell_stands_in_properties(of: Recording) -> None:
     of.states[:, :, State.SPEED : State.PRESENT] = np.arange(of.states[:, :, State.SPEED : State.PRESENT].size).reshape(
         of.states[:, :, State.SPEED : State.PRESENT].shape
     )
-    for index, element in enumerate(scenario(of).iter("ScenarioObject")):
+    root, of = scenario(of), of.taking_part()
+    for index, element in enumerate(root.iter("ScenarioObject")):
         values = {each.get("name"): each.get("value") for each in element.iter("Property")}
         there = of.states[:, index, State.PRESENT] != 0
         assert float(values["cortexc.step"]) == of.step

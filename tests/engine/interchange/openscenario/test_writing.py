@@ -13,7 +13,8 @@ import pytest
 from engine.interchange.errors import InterchangeError
 from engine.interchange.export import ExportOptions
 from engine.interchange.openscenario import write_trajectories
-from engine.interchange.recording import Contact, Recording
+from engine.interchange.recording import Contact, Recording, SignalTimes
+from engine.program import RoadSpec
 from engine.vocabulary import State
 from tests.engine.interchange.openscenario.conftest import (
     ROAD,
@@ -45,9 +46,31 @@ def test_what_the_format_has_no_place_for_is_said() -> None:
     """Speeds and pedals, a changed name, what follows contact."""
     said = remarks(small())
     assert "cortexc.*" in said
+    assert "steering" in said
     assert "`bus 12` is called `bus_12`" in said
     assert "first contact at 0.120 s" in said
     assert "light" not in said
+
+
+def test_what_was_not_recorded_is_not_said_to_stand_there() -> None:
+    """A motion from elsewhere has no wheel and pedals, in the file as in its remark."""
+    of = replace(small(), commands=False)
+    assert "steering" not in remarks(of)
+    assert "pedals" not in remarks(of)
+    names = {each.get("name") for each in scenario(of).iter("Property")}
+    assert {"cortexc.speed", "cortexc.acceleration"} <= names
+    assert not names & {"cortexc.steer", "cortexc.throttle", "cortexc.brake"}
+
+
+def test_who_never_comes_in_is_not_in_the_file() -> None:
+    """Nothing could say where it is; contact counts those who are there."""
+    ways = [[(0, 0, 0)] * 2, [None] * 2, [(9, 0, 0), (8, 0, 0)]]
+    of = recording([actor("ego"), actor("away"), actor("other")], [0.0, 0.05], ways)
+    root = scenario(replace(of, contact=Contact(0.05, (0, 2))))
+    assert [each.get("name") for each in root.iter("ScenarioObject")] == ["ego", "other"]
+    assert "away" not in {each.get("entityRef") for each in root.iter()}
+    contact = root.find(".//ParameterDeclaration[@name='cortexc_contact_actors']").get("value")
+    assert contact == "0 1"
 
 
 def test_readers_of_the_first_version_are_warned() -> None:
@@ -66,7 +89,7 @@ def test_users_of_esmini_are_told_of_its_filter() -> None:
 
 def test_lights_that_cannot_be_written_are_said() -> None:
     """Without a road there is no place for them; a plan that the scenario changes is only a plan."""
-    assert "No road is named" in remarks(with_lights(), road_file=None)
+    assert "no road is named" in remarks(with_lights(), road_file=None)
     assert "traffic lights are left out" in remarks(with_lights(), road_file=None)
     assert "traffic lights are left out" in remarks(replace(with_lights(), road=None))
     changed = with_lights()
@@ -77,11 +100,13 @@ def test_lights_that_cannot_be_written_are_said() -> None:
 def test_a_recording_that_begins_later_begins_at_zero() -> None:
     """A scenario's time does; contact and all samples move with it."""
     late = recording([actor("a"), actor("b")], [5.0, 5.05], [[(0, 0, 0), (1, 0, 0)], [(9, 0, 0), (8, 0, 0)]])
-    late = replace(late, contact=Contact(5.05, (0, 1)))
+    late = replace(late, contact=Contact(5.05, (0, 1)), road=RoadSpec(), signals=SignalTimes(10.0, 3.0, 1.0, 2.0))
     root = scenario(late)
     assert polyline(root.find(".//Polyline")).times == pytest.approx([0.0, 0.05])
     contact = root.find(".//ParameterDeclaration[@name='cortexc_contact_time']").get("value")
     assert float(contact) == pytest.approx(0.05)
+    green = root.find(".//TrafficSignalController/Phase[@name='green']")
+    assert float(green.get("duration")) == pytest.approx(10.0 - 2.0 - 5.0)
     assert "5 s less" in remarks(late)
 
 
@@ -90,7 +115,7 @@ def test_an_empty_recording_is_refused() -> None:
     nobody = recording([], [0.0], [])
     never = recording([actor("car")], [], [[]])
     for empty in (nobody, never):
-        with pytest.raises(InterchangeError, match="no scenario"):
+        with pytest.raises(InterchangeError, match="nobody at any time"):
             write_trajectories(empty, "case", ExportOptions(), ROAD)
 
 
@@ -101,7 +126,7 @@ def test_a_broken_state_is_refused() -> None:
     broken.states[0, 2, State.PRESENT] = 0.0
     write_trajectories(broken, "case", ExportOptions(), ROAD)
     broken.states[2, 1, State.X] = np.nan
-    with pytest.raises(InterchangeError, match=r"bus 12 at 0\.1 s"):
+    with pytest.raises(InterchangeError, match=r"`bus 12` at 0\.1 s"):
         write_trajectories(broken, "case", ExportOptions(), ROAD)
 
 

@@ -57,6 +57,22 @@ def test_a_crash_comes_back_as_it_was(tmp_path: Path, version: str) -> None:
     assert not [remark for remark in imported.remarks if "speeds" in remark]
 
 
+@pytest.mark.parametrize("ego", ["bus 12", "bus_12"])
+def test_the_ego_may_be_named_as_it_is_shown(tmp_path: Path, ego: str) -> None:
+    """By the name that it had before readers wanted letters alone, or by that of the file."""
+    again(tmp_path, small())
+    read = read_openscenario(tmp_path / "case.xosc", ego=ego).recording
+    assert [actor.name for actor in read.actors] == ["bus 12", "ego", "walker", "box"]
+
+
+def test_nobody_of_that_name(tmp_path: Path) -> None:
+    """The name that is shown is offered before that of the file."""
+    again(tmp_path, small())
+    with pytest.raises(InterchangeError, match="nobody is called `walkre`") as wrong:
+        read_openscenario(tmp_path / "case.xosc", ego="walkre")
+    assert wrong.value.cure == "did you mean `walker`?"
+
+
 @many
 @given(recordings(), versions)
 def test_every_recording_comes_back(tmp_path: Path, one: Recording, version: str) -> None:

@@ -13,11 +13,12 @@ from hypothesis import strategies as st
 
 from cortex_dsl.session import load
 from engine.interchange import Contact, InterchangeError, Recording
+from engine.interchange.kinds import KINDS
 from engine.interchange.measuring import COMMANDS, measure
+from engine.interchange.osi import Code, kind_of
 from engine.interchange.record import recorded_run
 from engine.interchange.tables import COLUMNS, read_table, write_csv, write_parquet
 from engine.interchange.tables.omega_prime import omega_prime_table, wrapped
-from engine.interchange.tables.osi import CODES, Code, kind_of
 from engine.vocabulary import ActorKind, State, Verdict
 from engine.world import run
 
@@ -139,7 +140,7 @@ def test_yaw_is_wrapped_and_keeps_its_digits(heading: float) -> None:
 
 def test_kinds_come_back() -> None:
     """Each kind has a code of its own."""
-    assert {kind: kind_of(code) for kind, code in CODES.items()} == {kind: kind for kind in ActorKind}
+    assert {kind: kind_of(row.code) for kind, row in KINDS.items()} == {kind: kind for kind in ActorKind}
     assert kind_of(Code(4)) is None
     assert kind_of(Code(2, 2, 0)) is None
 
@@ -188,4 +189,4 @@ def test_parquet_without_pyarrow_is_a_clear_error(monkeypatch: pytest.MonkeyPatc
     for use in (lambda: write_parquet(recordings()[0], "case"), lambda: read_table(path)):
         with pytest.raises(InterchangeError, match="pyarrow") as caught:
             use()
-        assert "cortexc[export]" in caught.value.cure
+        assert "[export]" in caught.value.cure

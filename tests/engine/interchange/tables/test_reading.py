@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from engine.interchange import InterchangeError, Recording
-from engine.interchange.tables import ReadTable, cells, read_table, reading
+from engine.interchange.reading import Imported
+from engine.interchange.tables import cells, read_table, reading
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, State
 
@@ -16,7 +17,7 @@ from engine.vocabulary import ActorKind, State
 def table(tmp_path: Path):
     """Write a table and read it."""
 
-    def read(text: str | bytes, ego: str | None = None, step: float | None = None, name: str = "t.csv") -> ReadTable:
+    def read(text: str | bytes, ego: str | None = None, step: float | None = None, name: str = "t.csv") -> Imported:
         path = tmp_path / name
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
         return read_table(path, ego, step)

@@ -20,8 +20,7 @@ def phases(*bends: Bend, along: float = 10.0, lateral: float = 3.0) -> tuple:
     return phases_of(Way(bends, formula.number(along), 50.0, lateral), SPEED, FREE)
 
 
-def test_drivers_here_are_those_of_the_simulator() -> None:
-    assert (PLANNED, HARDEST) == (steering.PLANNED_BRAKING, steering.MAX_BRAKING)
+def test_drivers_here_look_ahead_as_those_of_the_simulator() -> None:
     assert pytest.approx(steering.SPEED_PREVIEW - 1.0 / steering.SPEED_GAIN) == EARLY
 
 

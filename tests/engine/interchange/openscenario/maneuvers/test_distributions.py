@@ -4,7 +4,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from engine.interchange.openscenario.maneuvers import champions_file, ranges_file
+from engine.interchange.openscenario.maneuvers import champions_file, is_listed, ranges_file
 from engine.interchange.openscenario.maneuvers.plan import Parameter
 from engine.interchange.openscenario.versions import VERSIONS
 from engine.interchange.recording import Provenance
@@ -52,3 +52,16 @@ def test_ranges_follow_the_laws_of_the_params() -> None:
     assert (laws["GAP"].get("expectedValue"), laws["GAP"].get("variance")) == ("8", "4")
     assert [each.get("value") for each in laws["COUNT"]] == ["1", "2", "3"]
     assert root.find(".//Stochastic").get("randomSeed") == "7"
+
+
+def test_a_law_without_bounds_has_no_range() -> None:
+    """`inf` is no number of XML Schema, and no bound."""
+    endless = (Parameter("GAP", 7.5, normal=(8.0, 2.0)),)
+    text = ranges_file("case.xosc", endless, Provenance(), VERSIONS["1.2"], 7.0)
+    assert findings("openscenario", "1.2", text) == []
+    assert ElementTree.fromstring(text).find(".//NormalDistribution").attrib == {"expectedValue": "8", "variance": "4"}
+    assert "Range" not in text
+
+
+def test_what_is_listed_draws_whole_numbers_alone() -> None:
+    assert [each.name for each in PARAMETERS if is_listed(each)] == ["COUNT"]

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from engine.interchange.openscenario.maneuvers import formula
 from engine.interchange.openscenario.maneuvers.formula import Formula
+from engine.interchange.xml_text import decimal
 from tests.engine.interchange.openscenario.maneuvers.conftest import (
     evaluated,
     formulas,
@@ -73,6 +74,6 @@ def test_what_has_no_value_is_no_number() -> None:
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_numbers_read_back_without_an_exponent(value: float) -> None:
-    text = formula.decimal(value)
+    text = decimal(value)
     assert "e" not in text.lower()
     assert float(text) == value

@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from engine.interchange.errors import InterchangeError
 from engine.interchange.export import OSC_VERSIONS, Export, ExportOptions
 from engine.interchange.opendrive import road_map
 from engine.interchange.openscenario.maneuvers import ManeuverPlan, formula, write_maneuvers
@@ -36,7 +37,7 @@ BACKWARD = next(i for i, place in enumerate(ROADS.places) if not place.forward)
 
 def plan() -> ManeuverPlan:
     """An ego that turns left and brakes for a parked van, which a third car passes on its recorded way."""
-    near = ((Condition(Measure.APART, GAP, True, "ego", "van"),),)
+    near = ((Condition(Measure.RELATIVE_DISTANCE, GAP, True, "ego", "van"),),)
     brakes = Reaction("brakes_1", near, Change(formula.ZERO, formula.number(4.0)))
     way = Way((Bend(50.0, 60.0, 0.1),), formula.number(20.0), 50.0, 3.0)
     start = Start((0.0, 0.0, 0.0), 0, formula.number(20.0))
@@ -46,7 +47,7 @@ def plan() -> ManeuverPlan:
     van = ActorPlan("van", Start((9.0, 9.0, 1.0), BACKWARD, formula.number(12.0)), formula.ZERO, phases=still)
     passing = ActorPlan("passing", Start((3.0, 4.0, 0.0)), formula.number(5.0), exact=True)
     over = End("over", ((Condition(Measure.TIME, formula.number(9.0), below=False),),))
-    away = End("away", ((Condition(Measure.FROM_START, formula.number(40.0), False, "ego"),),))
+    away = End("away", ((Condition(Measure.DISTANCE_TO_START, formula.number(40.0), False, "ego"),),))
     parameters = (
         Parameter("SPEED", 36.0, 10.0, 80.0, unit="km/h"),
         Parameter("GAP", 7.5, 0.0, 20.0, normal=(8.0, 2.0), unit="m"),
@@ -100,6 +101,23 @@ def test_parameters_have_their_ranges_and_units() -> None:
     assert (speed.get("value"), limits) == ("36", [("greaterOrEqual", "10"), ("lessOrEqual", "80")])
     unit = root.find("ParameterDeclarations/ParameterDeclaration[@name='cortexc_unit_of_SPEED']")
     assert unit.get("value") == "km/h"
+
+
+@pytest.mark.parametrize(("version", "kind"), [("1.0", "integer"), ("1.1", "integer"), ("1.2", "int"), ("1.3", "int")])
+def test_whole_numbers_are_declared_as_such(version: str, kind: str) -> None:
+    """1.2 renamed their type."""
+    whole = plan()
+    whole = replace(whole, parameters=(whole.parameters[0], replace(whole.parameters[1], value=7.0, whole=True)))
+    gap = document(version, whole).find("ParameterDeclarations/ParameterDeclaration[@name='GAP']")
+    assert (gap.get("parameterType"), gap.get("value")) == (kind, "7")
+
+
+@pytest.mark.parametrize(("measure", "below"), [(Measure.COLLISION, False), (Measure.TRAVELLED, True)])
+def test_a_condition_without_words_is_refused(measure: Measure, below: bool) -> None:
+    """That two do not touch, or that somebody has not gone so far: a trigger that says the opposite would be a lie."""
+    end = End("odd", ((Condition(measure, formula.number(1.0), below, "ego", "van"),),))
+    with pytest.raises(InterchangeError, match="no condition for the opposite"):
+        written(of=replace(plan(), ends=(end,)))
 
 
 def test_phases_and_reactions_take_turns() -> None:

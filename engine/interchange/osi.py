@@ -29,24 +29,14 @@ class Code(NamedTuple):
     subtype: int = UNSET
 
 
-CODES: Mapping[ActorKind, Code] = MappingProxyType(
-    {
-        ActorKind.CAR: Code(VEHICLE, CIVIL, MEDIUM_CAR),
-        ActorKind.TRUCK: Code(VEHICLE, CIVIL, HEAVY_TRUCK),
-        ActorKind.BUS: Code(VEHICLE, PUBLIC_TRANSPORT, BUS),
-        ActorKind.MOTORCYCLE: Code(VEHICLE, CIVIL, MOTORBIKE),
-        ActorKind.BICYCLE: Code(VEHICLE, CIVIL, BICYCLE),
-        ActorKind.PEDESTRIAN: Code(PEDESTRIAN),
-        ActorKind.OBSTACLE: Code(OTHER),
-    }
-)
 BY_SUBTYPE: Mapping[int, ActorKind] = MappingProxyType(
     {
         **dict.fromkeys(range(SMALL_CAR, DELIVERY_VAN + 1), ActorKind.CAR),
         **dict.fromkeys((HEAVY_TRUCK, SEMITRAILER, TRAILER, SEMITRACTOR), ActorKind.TRUCK),
         **dict.fromkeys((BUS, TRAM, TRAIN), ActorKind.BUS),
         MOTORBIKE: ActorKind.MOTORCYCLE,
-        **dict.fromkeys((BICYCLE, WHEELCHAIR, STANDUP_SCOOTER), ActorKind.BICYCLE),
+        **dict.fromkeys((BICYCLE, STANDUP_SCOOTER), ActorKind.BICYCLE),
+        WHEELCHAIR: ActorKind.PEDESTRIAN,
     }
 )
 

@@ -1,0 +1,75 @@
+"""How the runs of a search ended, and with whom the ego collided."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cortex_dsl.report.ends import ends_of, partners_text
+from cortex_dsl.report.search_report import SearchReport
+from cortex_dsl.report.search_view import headline
+from engine.program import Program
+from engine.search.evaluations import Evaluations
+from engine.search.partners import Partners
+from engine.vocabulary import EndReason
+
+
+@pytest.fixture
+def three(program: Program) -> Program:
+    return replace(program, actors=("ego", "truck", "walker"))
+
+
+def others_crash(evaluations: Evaluations, count: int) -> Evaluations:
+    """The first few valid runs without a collision, ended by two others."""
+    runs = evaluations.rollouts
+    rows = np.flatnonzero(evaluations.simulated & evaluations.valid & ~evaluations.collided)[:count]
+    reason = runs.end_reason.copy()
+    reason[rows] = EndReason.OTHER_COLLISION
+    rule = runs.end_rule.copy()
+    rule[rows] = -1
+    return replace(evaluations, rollouts=replace(runs, end_reason=reason, end_rule=rule))
+
+
+def test_every_partner_is_told_also_the_missed_one(three: Program, report: SearchReport) -> None:
+    """The truck in every collision, the walker in none; and the two of them, which the ego watched."""
+    evaluations = others_crash(report.campaign.evaluations, 7)
+    found = ends_of(three, evaluations)
+    ends = {end.text: end.count for end in found}
+    assert ends["collision with truck"] == report.campaign.by_simulation.colliding_runs
+    assert ends["collision with walker"] == 0
+    assert ends["collision without the ego: truck and walker"] == 7
+    assert sum(end.count for end in found) == int(evaluations.simulated.sum())
+
+
+def test_two_alone_need_no_names(program: Program, report: SearchReport) -> None:
+    """A collision is a collision."""
+    texts = [end.text for end in ends_of(program, report.campaign.evaluations)]
+    assert "collision" in texts
+    assert partners_text(program.actors, Partners((3,), 0)) == ""
+
+
+def test_nothing_valid_misses_nobody(three: Program, nothing_valid: SearchReport) -> None:
+    """Without a run there is nobody to collide with."""
+    assert not any("walker" in end.text for end in ends_of(three, nothing_valid.campaign.evaluations))
+
+
+def test_the_headline_counts_simulations_first(three: Program, report: SearchReport) -> None:
+    """Collisions of valid simulations with their share, then by partner, and last the paper's count with elites."""
+    first, by, _, last = headline(three, report).plain.splitlines()
+    found, everyone = report.campaign.by_simulation, report.campaign.by_individual
+    share = 100 * found.colliding_runs / found.valid_runs
+    assert first == (
+        f"genetic algorithm: {found.colliding_runs} of {found.valid_runs} valid simulations collided ({share:.1f} %)"
+    )
+    assert by == f"  with truck {found.colliding_runs}, walker 0"
+    assert last == (
+        f"  as the paper counts, elites repeated: {everyone.nc} collisions among {everyone.individuals} individuals"
+    )
+
+
+def test_others_are_named_where_they_are_known() -> None:
+    """Beside the ego and two more, a journal does not say which two met."""
+    assert partners_text(("ego", "a", "b"), Partners((2, 0), 1_276)).endswith("; 1,276 of a and b, without ego")
+    assert (
+        partners_text(("ego", "a", "b", "c"), Partners((2, 0, 1), 4)) == "with a 2, b 0, c 1; 4 of others, without ego"
+    )
