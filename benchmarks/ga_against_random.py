@@ -17,7 +17,7 @@ from engine.study.comparisons import Comparison, compare_all
 from engine.study.exports import test_row
 from engine.study.measures import MEASURES
 
-SHOWN = ("distinct collisions", "distinct failures", "RL", "NC", "MDG", "MDEC", "NIS", "NIS, last 10")
+SHOWN = ("colliding genomes", "distinct failures", "RL", "NC", "MDG", "MDEC", "NIS", "NIS, last 10")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -92,12 +92,14 @@ def markdown_row(row: Comparison) -> str:
     p = "< 0.0001" if row.p_holm < 1e-4 else f"{row.p_holm:.4f}"
     low, high = row.interval
     medians = f"{short(row.spread.median, row)} | {short(row.baseline_spread.median, row)}"
-    verdict = "yes" if row.beats else "loses" if row.loses else "no"
+    verdict = {"better": "yes", "worse": "loses", "no clear difference": "no"}.get(row.words, row.words)
     effect = f"{row.a12:.2f} ({low:.2f} .. {high:.2f})"
     return f"| {row.scenario} | {row.measure.name} | {medians} | {p} | {effect} | {verdict} |"
 
 
 def short(value: float, row: Comparison) -> str:
+    if abs(value) == float("inf"):  # the run in the middle has no such number
+        return "none"
     return f"{value:.{row.measure.decimals}f}" if row.measure.decimals else f"{value:g}"
 
 

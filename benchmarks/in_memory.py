@@ -10,7 +10,7 @@ from pathlib import Path
 from cortex_dsl.session import load
 from engine.paper.numbers import FILES
 from engine.study.execution import perform_all
-from engine.study.plan import Plan, Subject, check
+from engine.study.plan import Plan, Subject, check, with_own_seeds
 from engine.study.records import Finished, RunRecord
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -33,7 +33,8 @@ def parser(description: str | None, runs: int) -> argparse.ArgumentParser:
 def plan_of(options: argparse.Namespace, methods: Sequence[str]) -> Plan:
     """The plan that the options ask for, checked."""
     files = options.files or [EXAMPLES / f"{name}.scn" for name in FILES]
-    plan = Plan(tuple(_subject(file, options) for file in files), tuple(methods), options.runs)
+    subjects = with_own_seeds([_subject(file, options) for file in files])
+    plan = Plan(subjects, tuple(methods), options.runs)
     check(plan)
     return plan
 

@@ -1,10 +1,10 @@
 """Which searcher is good at what? All of them at equal budget over the six examples.
 
-    python -m benchmarks.methods --runs 10 --jobs 2
+    python -m benchmarks.methods --runs 30 --jobs 2
 
 | column            | meaning, a median over runs, then over scenarios                                        |
 |-------------------|-----------------------------------------------------------------------------------------|
-| collisions        | different genomes that collided: the yield                                              |
+| colliding genomes | different genomes that collided: the yield                                              |
 | distinct failures | collisions that differ in a third of their genes by a tenth of the range from all before |
 | cells             | cells of the descriptor grids (see `engine.search.diversity`) with a collision          |
 | invalid           | share of individuals without a scene                                                    |
@@ -12,7 +12,8 @@
 | simulations       | distinct simulations: an elite that is kept is not simulated again                      |
 | seconds           | of one run on one core                                                                  |
 
-`+n` and `-n`: in n scenarios better or worse than random, by the rule of `engine.study.comparisons`.
+`+n` and `-n`: in n scenarios better or worse than random, by the rule of `engine.study.comparisons`, which asks for 30
+runs. A column without them says nothing of equality.
 """
 
 import json
@@ -26,9 +27,9 @@ import numpy as np
 from benchmarks.in_memory import carried_out, parser, plan_of
 from engine.search.journal import finite
 from engine.search.searchers import SEARCHERS
-from engine.study.comparisons import Comparison, compare_all
+from engine.study.comparisons import Comparison, compare_all, spread
 from engine.study.measures import DISTINCT_FAILURES, FAILING_CELLS, MEASURES, PRIMARY, Measure
-from engine.study.plan import Plan
+from engine.study.plan import RUNS, Plan
 from engine.study.records import RunRecord
 
 FIRST = next(measure for measure in MEASURES if measure.name == "first collision")
@@ -48,7 +49,7 @@ class Column:
 
 
 COLUMNS = (
-    Column("collisions", lambda r: PRIMARY.of(r.figures), PRIMARY),
+    Column("colliding genomes", lambda r: PRIMARY.of(r.figures), PRIMARY),
     Column("distinct failures", lambda r: DISTINCT_FAILURES.of(r.figures), DISTINCT_FAILURES),
     Column("cells", lambda r: FAILING_CELLS.of(r.figures), FAILING_CELLS),
     Column(
@@ -61,7 +62,7 @@ COLUMNS = (
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    made = parser(__doc__, runs=10)
+    made = parser(__doc__, runs=30)
     made.add_argument("--methods", default="all", help="names with commas between them (all that are installed)")
     options = made.parse_args(arguments)
     plan = plan_of(options, methods_of(options.methods))
@@ -83,12 +84,13 @@ def methods_of(text: str) -> list[str]:
 
 
 def number(plan: Plan, records: Sequence[RunRecord], method: str, column: Column) -> float:
-    """The median over scenarios of the medians over runs."""
-    medians = [
-        np.nanmedian([column.of(r) for r in records if r.address[:2] == (scenario, method)])
-        for scenario in range(len(plan.subjects))
-    ]
-    return float(np.nanmedian(medians))
+    """The median over scenarios of the medians over runs; a run without the number counts as the worst there is."""
+    worst = -np.inf if column.larger_is_better else np.inf
+    medians = []
+    for scenario in range(len(plan.subjects)):
+        values = np.array([column.of(r) for r in records if r.address[:2] == (scenario, method)])
+        medians.append(spread(np.where(np.isnan(values), worst, values)).median)
+    return spread(np.array(medians)).median
 
 
 def as_markdown(plan: Plan, records: Sequence[RunRecord], comparisons: Sequence[Comparison]) -> str:
@@ -108,12 +110,15 @@ def as_markdown(plan: Plan, records: Sequence[RunRecord], comparisons: Sequence[
             for place, (column, value) in enumerate(zip(COLUMNS, values, strict=True))
         ]
         lines.append(f"| {method} | {' | '.join(cells)} |")
-    return "\n".join([*lines, "", *honest(plan, comparisons)])
+    few = [f"- With fewer than {RUNS} runs nothing is decided."] if plan.runs < RUNS else []
+    return "\n".join([*lines, "", *few, *honest(plan, comparisons)])
 
 
 def cell(
     method: str, column: Column, value: float, everyone: Sequence[float], comparisons: Sequence[Comparison]
 ) -> str:
+    if np.isinf(value):
+        return "never"
     text = f"{value:.{column.decimals}f}"
     if column.compared is not None and value == (max if column.larger_is_better else min)(everyone):
         text = f"**{text}**"

@@ -1,5 +1,7 @@
 """Plain Monte Carlo against subset simulation where a collision is rare: do the intervals agree, at what price?
 
+Both also estimate how probable a collision is that a competent driver avoids.
+
     python -m benchmarks.probability [--samples 1000000]
 
 Two cars cross; their speeds vary by a few percent, and only those who both are far from their means meet.
@@ -32,6 +34,9 @@ def main() -> None:
     found = [_told(scenario, "mc", options.samples), _told(scenario, "subset", options.level_size)]
     agree = found[0].interval.low <= found[1].interval.high and found[1].interval.low <= found[0].interval.high
     print(f"intervals {'overlap' if agree else 'DO NOT overlap'}")
+    for each in found:
+        low, high = each.avoidable_interval
+        print(f"{each.method:7} avoidable {each.avoidable:.3e}  [{low:.3e}, {high:.3e}]  {each.driven:,} driven again")
 
 
 def _told(scenario, method: str, samples: int) -> Probability:

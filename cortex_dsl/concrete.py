@@ -2,7 +2,7 @@
 
 Numbers are written with the digits that bring back the same floating-point value, nuisance values in SI units and
 genes in the unit of the file, so that compiling the copy gives the registers of the original and a run of it the same
-outcome, bit for bit. Comments and layout of the author stay.
+outcome, bit for bit. Comments of the author stay; the layout is that of `cortexc fmt`.
 """
 
 from collections import defaultdict
@@ -11,12 +11,14 @@ from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Any
 
+from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.semantics.composition.imports import ImportedFile, bound_name, import_statements
 from cortex_dsl.semantics.composition.scenarios import pinned_scenario
 from cortex_dsl.semantics.names.overrides import override_text
 from cortex_dsl.semantics.tree import everything_in
 from cortex_dsl.source import FileText, Source, Span
 from cortex_dsl.syntax import nodes
+from cortex_dsl.syntax.formatting import format_source
 from engine.config import SimulationConfig
 from engine.program import ChoiceLabel, DrawSite, Program
 from engine.scenes import Scenes, StreamKey
@@ -64,6 +66,7 @@ def concrete_files(
     imports: Imports = NO_IMPORTS,
     scenario: str | None = None,
     name: str = "copy.scn",
+    laid_out: bool = True,
 ) -> dict[str, str]:
     """The scenario that is scene `row` and nothing else, by file name: the main text first, then what it imports.
 
@@ -78,6 +81,7 @@ def concrete_files(
         imports: the file behind each import statement of the original.
         scenario: the scenario that was asked for, if it is not the file's own choice.
         name: of the copy; what it imports is written beside it, under names that begin with its stem.
+        laid_out: as `cortexc fmt` would; else every line of the author stays where it is.
     """
     source = Source(program.name, program.source_text)
     for file in program.imported:
@@ -93,7 +97,15 @@ def concrete_files(
     ]
     texts = {names[file.start]: _apply(file, edits) for file in source.files}
     texts[name] = "".join(f"# {line}\n" for line in remark.splitlines()) + texts[name]
-    return texts
+    return {file: _laid_out(file, text) for file, text in texts.items()} if laid_out else texts
+
+
+def _laid_out(name: str, text: str) -> str:
+    """In the one layout, so that `cortexc fmt` has nothing to do to a copy; what is drawn makes lines longer."""
+    try:
+        return format_source(Source(name, text))
+    except CompileError:
+        return text  # its own compilation tells why
 
 
 def _copied_names(source: Source, name: str) -> dict[int, str]:
@@ -150,15 +162,16 @@ def _param_edits(
 
 
 def gene_text(program: Program, gene: int, value: float) -> str:
-    """A gene's value as the file would write it, with every digit and its unit; `value` in the unit of the file."""
+    """A gene's value as the file would write it, with every digit; `value` in its unit, which stays away if bare."""
     space = program.space
+    unit = "" if space.names[gene] in space.bare else space.units[gene]
     match GeneKind(space.kinds[gene]):
         case GeneKind.INDEX:
             return space.options[gene][int(value)]
         case GeneKind.INTEGER:
-            return _number(int(value), space.units[gene])
+            return _number(int(value), unit)
         case GeneKind.CONTINUOUS:
-            return _number(value, space.units[gene])
+            return _number(value, unit)
 
 
 def _number(value: float, unit: str) -> str:

@@ -61,4 +61,5 @@ class CompileError(Exception):
     def __init__(self, source: Source, diagnostics: Iterable[Diagnostic]) -> None:
         self.source = source
         self.diagnostics = tuple(diagnostics)
-        super().__init__("; ".join(f"{d.code}: {d.message}" for d in self.diagnostics))
+        told = (f"{d.code}: {d.message}{f' ({d.cure})' if d.cure else ''}" for d in self.diagnostics)
+        super().__init__("; ".join(told))

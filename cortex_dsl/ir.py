@@ -267,6 +267,8 @@ class GeneInfo:
     options: tuple[str, ...]
     weights: tuple[float, ...]
     span: Span
+    bare: bool = False
+    """Whether the unit is not the file's, but that of the places in which the gene stands."""
 
 
 @frozen

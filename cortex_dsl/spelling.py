@@ -4,11 +4,16 @@ from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from types import MappingProxyType
 
+SHORTEST_BEGINNING = 4
+"""Letters of a word that is taken for the beginning of another."""
+
 
 def nearest(word: str, candidates: Iterable[str]) -> str | None:
     """The candidate that `word` was probably meant to be, or None if none is near."""
     by_folded = {candidate.lower(): candidate for candidate in candidates}
-    matches = get_close_matches(word.lower(), by_folded, n=1, cutoff=0.6)
+    folded = word.lower()
+    begun = [candidate for candidate in by_folded if len(folded) >= SHORTEST_BEGINNING and candidate.startswith(folded)]
+    matches = [min(begun, key=len)] if begun else get_close_matches(folded, by_folded, n=1, cutoff=0.6)
     return by_folded[matches[0]] if matches else None
 
 
@@ -29,6 +34,11 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
         "choose": "name what to choose from, as in `do choose A(), B()`",
         "shuffle": "name what to run, as in `do shuffle A(), B()`",
         "light": "write `signals()` to have lights; `FollowLaneBehavior(5 m/s, obey_signals=True)` stops at red ones",
+        **dict.fromkeys(
+            ("sidewalk", "pavement", "footpath", "crosswalk", "crossing", "kerb", "curb", "shoulder", "verge"),
+            "the map has lanes alone: stand beside one, as in `p = new OrientedPoint after intersection by 3 m along "
+            "trajectory` and `new Pedestrian right of p by 3 m, with regionContainedIn None`",
+        ),
         "collision": "contact is always looked for, and ends the run",
         **dict.fromkeys(
             ("north", "east", "south", "west"),
@@ -76,7 +86,13 @@ SYNONYMS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "throttle": ("SetThrottleAction",),
         "steer": ("SetSteerAction",),
         "vehicle": ("Car",),
-        "van": ("Truck",),
+        **dict.fromkeys(("sedan", "suv", "taxi", "automobile", "auto", "jeep"), ("Car",)),
+        **dict.fromkeys(("van", "lorry", "hgv", "pickup", "trailer", "tractor", "semi", "ambulance"), ("Truck",)),
+        **dict.fromkeys(("coach", "tram", "minibus"), ("Bus",)),
+        **dict.fromkeys(("motorbike", "moped", "scooter"), ("Motorcycle",)),
+        **dict.fromkeys(("bike", "cycle"), ("Bicycle",)),
+        **dict.fromkeys(("child", "kid", "human", "man", "woman", "jogger"), ("Pedestrian",)),
+        **dict.fromkeys(("box", "crate", "wall", "pole"), ("Obstacle",)),
         "cyclist": ("Bicycle",),
         "person": ("Pedestrian",),
         "walker": ("Pedestrian",),
@@ -91,6 +107,34 @@ SYNONYMS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 
 MOST_CHOICES = 24
 """Names that an answer lists; of more, none would be read."""
+
+
+_RANGES: Mapping[str, str] = MappingProxyType(
+    {
+        "speed": "Range(20, 60) km/h",
+        "veloc": "Range(20, 60) km/h",
+        "dist": "Range(5, 40) m",
+        "gap": "Range(2, 10) m",
+        "brak": "Range(0, 1)",
+        "throttle": "Range(0, 1)",
+        "time": "Range(0, 3) s",
+        "delay": "Range(0, 3) s",
+        "angle": "Range(-10, 10) deg",
+    }
+)
+"""Ranges as they are usual for params of which the name has a part."""
+
+
+def likely_range(param: str) -> str:
+    """A range that a param of this name may have."""
+    return next((usual for part, usual in _RANGES.items() if part in param.lower()), "Range(LOW, HIGH)")
+
+
+def class_called(word: str, classes: Iterable[str]) -> str | None:
+    """The class of what people call by a word, such as `Truck` for `lorry`; None if it is no such word."""
+    known = {name.lower(): name for name in classes}
+    folded = word.lower().replace("_", "").rstrip("0123456789")
+    return next((known[n.lower()] for n in (folded, *SYNONYMS.get(folded, ())) if n.lower() in known), None)
 
 
 def did_you_mean(word: str, candidates: Iterable[str]) -> str:

@@ -7,7 +7,8 @@ cross, it begins when contact is less than four seconds away if both go on as th
 four seconds tell those who are still in control from those who are not, Hirst and Graham (1997), "The format and
 presentation of collision warnings", in "Ergonomics and Safety of Intelligent Driver Interfaces".
 
-The driver never steers. A collision from behind, which braking cannot avoid, is called unavoidable by that.
+The driver never steers, brakes no less than the ego itself had begun to, and never harder than 0.774 g. A collision
+from behind, which braking cannot avoid, is called unavoidable by that.
 """
 
 import math
@@ -18,7 +19,7 @@ import numpy as np
 
 from engine.batch import simulate
 from engine.config import SimulationConfig
-from engine.kernels.avoidance import NEVER, Case, Driver, Weighed, weigh
+from engine.kernels.avoidance import NEVER, PATH_COLUMNS, Case, Driver, Weighed, weigh
 from engine.program import Program
 from engine.runs import memory, plan, requested, samples_of
 from engine.scenes import Scenes, actor_columns
@@ -58,8 +59,12 @@ class Avoidability:
     braking: float
     """When the reference driver begins to brake; NaN if never."""
     margin: float
-    """How much later braking could begin and still avoid contact; negative: how much earlier it would have to.
-    Minus infinity where braking never helps, NaN where nothing was perceived."""
+    """By how much braking may wait, each moment until then avoiding contact. Where the reference driver does not avoid
+    it: by how much earlier braking would have to begin (negative), or later where only that helps, as one then passes
+    before the other. Minus infinity where braking never helps, NaN where nothing was perceived."""
+    lost: bool = False
+    """Whether contact cannot be avoided by braking at all: neither by the reference driver from any moment on, nor by
+    full braking from the very start, without the time that it takes to press the pedal."""
 
     @property
     def avoidable(self) -> bool:
@@ -73,7 +78,7 @@ def avoidability(
     shared, rows = plan(program, config), requested(scenes)
     extra = math.ceil(AFTERWARDS / config.time_step)
     run = memory(program, samples_of(config) + 1 + extra)
-    path = np.zeros((len(run.states), 4))
+    path = np.zeros((len(run.states), PATH_COLUMNS))
 
     contacts = simulate(program, scenes, config).end_time  # of a run that ended in contact, the instant of it
 
@@ -104,6 +109,7 @@ def _told(weighed: Weighed, contact: float, time_step: float) -> Avoidability | 
         perceived=perceived,
         braking=braking,
         margin=math.nan if weighed.perceived == NEVER else margin,
+        lost=bool(weighed.lost),
     )
 
 

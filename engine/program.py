@@ -15,7 +15,8 @@ class ParamSpace:
 
     names: tuple[str, ...]
     units: tuple[str, ...]
-    """Unit as written in the file, "" for pure numbers and option indices."""
+    """Unit as written in the file, or where it writes none that of the places in which the gene stands (SI); "" for
+    pure numbers and option indices."""
     kinds: Ints
     """(d,) `GeneKind`."""
     low: Floats
@@ -33,6 +34,8 @@ class ParamSpace:
     """Probabilities of a DISCRETE gene's options; () otherwise."""
     system: tuple[str, ...] = ()
     """Names of the params that belong to the system under test; one that is held fixed is no gene."""
+    bare: tuple[str, ...] = ()
+    """Names of the genes whose unit the file does not write."""
 
     def __len__(self) -> int:
         return len(self.names)

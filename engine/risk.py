@@ -96,6 +96,12 @@ class Risk:
     pair: Ints
     """(n,) the pair that decides: actor `pair + 1`; -1 where not valid or without a pair."""
 
+    def __repr__(self) -> str:
+        """One line, for notebooks."""
+        valid = self.score[self.score > INVALID]
+        told = f"scores {valid.min()} to {valid.max()}, mean {valid.mean():.1f}" if len(valid) else "no score"
+        return f"Risk({len(self.score)}: {told}; {len(self.score) - len(valid)} invalid)"
+
 
 def assess(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Risk:
     """Score every row of the outcomes."""

@@ -128,6 +128,11 @@ class Trajectory:
     """(scored samples, rules): at each sample the values of the rules of kind WATCH (`engine.records` names them);
     other columns are undefined. Empty where a program watches nothing."""
 
+    def __repr__(self) -> str:
+        """One line, for notebooks."""
+        contact = f", contact after sample {self.contact_sample}" if self.contact_sample >= 0 else ""
+        return f"Trajectory({len(self.time)} samples of {self.states.shape[1]} actors, {self.time[-1]:.2f} s{contact})"
+
 
 def actor_columns(program: Program, values: Floats) -> Floats:
     """(actors, len(Column)): the properties of the actors of one scene; `values` is its row of scene values."""

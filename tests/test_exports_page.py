@@ -11,6 +11,9 @@ from benchmarks.validation.environments import REQUIREMENTS
 from benchmarks.validation.table import BEGIN, END
 from cortex_dsl.cli import main
 from cortex_dsl.exports.formats import FORMATS
+from engine.interchange.kinds import KINDS
+from engine.interchange.osi import VEHICLE, Code, kind_of
+from engine.vocabulary import ActorKind
 from tests.test_tutorial import FENCE, commands, pattern
 
 ROOT = Path(__file__).parents[1]
@@ -27,7 +30,8 @@ def test_the_page_can_be_followed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """From top to bottom in a folder with the example, 80 columns wide: every command prints what is shown below it."""
-    (tmp_path / "left_turn.scn").write_bytes((ROOT / "examples" / "left_turn.scn").read_bytes())
+    (tmp_path / "examples").mkdir()
+    (tmp_path / "examples" / "left_turn.scn").write_bytes((ROOT / "examples" / "left_turn.scn").read_bytes())
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
     monkeypatch.setenv("CORTEXC_DEBUG", "1")
@@ -50,6 +54,17 @@ def test_every_format_has_its_row() -> None:
     for name, entry in FORMATS.items():
         assert name in PAGE, name
         assert all(suffix in PAGE for suffix in entry.suffixes), name
+
+
+def test_the_codes_of_types_are_those_that_are_written() -> None:
+    """Every kind has its row, as `engine.interchange.kinds` has it; subtypes are read as the page says."""
+    rows = [[cell.strip() for cell in row.strip("|").split("|")] for row in PAGE.splitlines() if row.startswith("| ")]
+    told = {row[0]: tuple(int(cell.split()[0]) for cell in row[1:]) for row in rows if re.match(r"-?\d", row[1])}
+    assert {kind.name.lower(): tuple(entry.code) for kind, entry in KINDS.items()}.items() <= told.items()
+    read = {"CAR": range(2, 7), "TRUCK": (7, 8, 9, 16), "BUS": (12, 13, 14), "BICYCLE": (11, 17), "PEDESTRIAN": (15,)}
+    for name, codes in read.items():
+        assert {kind_of(Code(VEHICLE, 2, code)) for code in codes} == {ActorKind[name]}
+    assert [kind_of(Code(VEHICLE, 2, code)) for code in (0, 1, 18)] == [None, None, None]
 
 
 def test_the_versions_are_those_that_are_tried() -> None:

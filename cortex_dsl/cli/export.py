@@ -37,7 +37,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
         terminal.write(_parser().format_help())
         return Exit.FINE
     if options.to == "list":
-        terminal.write(format_list())
+        terminal.write(_formats_document() if options.json else format_list())
         return Exit.FINE
     formats = _formats(options)
     if options.what is None:
@@ -60,6 +60,18 @@ def format_list() -> str:
         if cure := missing_extra(name):
             lines += [f"{'':<{width}}  not installed; to have it:", f"{'':<{width}}    {cure}"]
     return "\n".join(lines)
+
+
+def _formats_document() -> str:
+    """The same as the one document of --json."""
+    from cortex_dsl.report.json_documents import document
+
+    told = [
+        {"name": name, "suffixes": entry.suffixes, "summary": entry.summary, "readers": entry.readers}
+        | {"installed": not missing_extra(name)}
+        for name, entry in FORMATS.items()
+    ]
+    return document("formats", {"formats": told})
 
 
 def _formats(options: argparse.Namespace) -> tuple[str, ...]:
@@ -127,7 +139,7 @@ def _of_file(options: argparse.Namespace, terminal: Terminal) -> "list[ExportCas
         if value is not None:
             raise UsageError(f"{flag} names cases of a run, and a scenario has none", f"leave {flag} out")
     words = _scene_words(options)
-    drawn = drawn_scene(words, terminal)
+    drawn = drawn_scene([*words, *(["--json"] if options.json else [])], terminal)
     if isinstance(drawn, Exit):
         return drawn
     pinned = drawn.scenario.program.settings.stream is not None and options.seed is None
@@ -144,7 +156,12 @@ def _scene_words(options: argparse.Namespace) -> list[str]:
     params = [word for name, value in options.param or () for word in ("-p", f"{name}={value}")]
     scenario = [] if options.scenario is None else ["--scenario", options.scenario]
     seed = [] if options.seed is None else ["--seed", str(options.seed)]
-    return [str(options.what), *scenario, *params, *seed]
+    return [as_word(options.what), *scenario, *params, *seed]
+
+
+def as_word(path: Path) -> str:
+    """A path as one types it: a name that begins like an option has lost the "./" before it."""
+    return f"./{path}" if str(path).startswith("-") else str(path)
 
 
 # -- their files ------------------------------------------------------------------------------------------------------
@@ -168,6 +185,7 @@ def _export(
     except InterchangeError as error:
         raise UsageError(f"{error.place}: {error.message}", error.cure) from None
     same = place_files(folder, gathered.files, force=options.force)
+    formats = [name for name in formats if name not in gathered.refused]
     findings = _findings(cases, gathered, formats, folder, how) if options.check else None
     checked = {name: checked_of(name, how.mode) for name in formats} if options.check else {}
     written = Written(cases, gathered, folder, same, findings, checked)
@@ -175,7 +193,9 @@ def _export(
         terminal.write(export_document(written, how))
     else:
         terminal.out.print(export_view(written, how), crop=False)
-    return Exit.DIAGNOSTICS if findings else Exit.FINE
+    for error in gathered.refused.values():
+        terminal.complain(f"{error.place}: {error.message}", error.cure)
+    return Exit.DIAGNOSTICS if findings else Exit.USAGE if gathered.refused else Exit.FINE
 
 
 def _findings(

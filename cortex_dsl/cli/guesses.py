@@ -1,8 +1,8 @@
 """Command lines as people guess them who know other tools: `cortexc check FILE`, `cortexc --explain CODE`."""
 
+import os
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from types import MappingProxyType
 
 from cortex_dsl.cli.exits import UsageError
@@ -32,7 +32,7 @@ def refuse_guesses(arguments: Sequence[str], commands: Iterable[str]) -> None:
     Raises:
         UsageError: it is; the cure is the line as it should be.
     """
-    if not arguments or Path(arguments[0]).exists():
+    if not arguments or os.access(arguments[0], os.F_OK):
         return
     first, rest = arguments[0], arguments[1:]
     if first in _PAGES:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from cortex_dsl.cli.arguments import seconds
 from cortex_dsl.cli.converting import CONVERTIBLE, formats, written
 from cortex_dsl.cli.exits import Exit, UsageError
-from cortex_dsl.cli.export import OSC_VERSIONS
+from cortex_dsl.cli.export import OSC_VERSIONS, as_word
 from cortex_dsl.cli.files import reason
 from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.terminal import Terminal
@@ -154,7 +154,7 @@ def _read(options: argparse.Namespace) -> "Imported":
 
 
 def _again(command: Command, options: argparse.Namespace) -> str:
-    words = ["cortexc", command.name, str(options.file)]
+    words = ["cortexc", command.name, as_word(options.file)]
     words += [] if options.ego is None else ["--ego", options.ego]
     words += [] if options.step is None else ["--step", f"{options.step!r}"]
     words += [] if options.profile == "paper" else ["--profile", options.profile]

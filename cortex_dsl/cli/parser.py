@@ -5,7 +5,7 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
@@ -38,7 +38,7 @@ examples:
   cortexc examples/left_turn.scn --ga --random --seed 7  and a baseline
   cortexc examples/left_turn.scn --method niching        failures that differ
   cortexc examples/left_turn.scn -p "EGO_SPEED=50 km/h"  one param held fixed
-  cortexc examples/left_turn.scn --sample 10000         how often one is had
+  cortexc examples/left_turn.scn --sample 10000          how often one is had
   cortexc examples/left_turn.scn --check                 diagnostics only
 
 exit codes:
@@ -65,13 +65,14 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         raise UsageError(_tidy(message, self), f"`{self.prog} --help` lists every option")
 
-    def parse_args(self, args: Sequence[str] | None = None, namespace: Any = None) -> Any:
+    def parse_args(self, args: Iterable[str] | None = None, namespace: Any = None) -> Any:  # type: ignore[override]
         """The options, unless they are those of another tool."""
+        given = list(sys.argv[1:] if args is None else args)
         if self.prog == "cortexc":
             from cortex_dsl.cli.commands import SUBCOMMANDS
 
-            refuse_guesses(args or (), SUBCOMMANDS)
-        return super().parse_args(args, namespace)
+            refuse_guesses(given, SUBCOMMANDS)
+        return super().parse_args(given, namespace)
 
     def format_help(self) -> str:
         return _coloured(super().format_help()) if _colour_wanted(sys.stdout) else super().format_help()

@@ -25,8 +25,12 @@ from engine.search.probability import CONDITIONS, JOINT, PARAMS, REPETITIONS, Pr
 SAMPLES = 10_000
 EPILOG = """\
 mc: independent draws. subset: for what is rare; chains of runs that come ever
-nearer to contact. Of a run directory: of the scenario that it searched, with
-its settings; kept there for `cortexc report`."""
+nearer to contact.
+params: they are drawn once, and a scene for them is sought in max_attempts
+attempts. joint: they are drawn anew with every attempt, as the requirements
+are written (mc only); --samples counts valid runs.
+Of a run directory: of the scenario that it searched, with its settings; kept
+there for `cortexc report`."""
 
 
 def main(arguments: Sequence[str], terminal: Terminal) -> int:
@@ -92,7 +96,7 @@ def _tell(options: argparse.Namespace, scenario: Scenario, found: Probability, t
 def _parser() -> Parser:
     parser = command_parser(
         "probability",
-        "FILE|RUN [--method mc|subset] [--condition params|joint] [options]",
+        "FILE|RUN [--method NAME] [--condition NAME] [options]",
         "The probability of a collision, given a valid scene, when every param is drawn\nas the file says.",
         EPILOG,
     )

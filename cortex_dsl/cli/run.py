@@ -104,7 +104,7 @@ def _report(request: Request, scenario: Scenario, scenes: Scenes, simulated: Sim
         engine=engine,
         road=outline(build_network(scenario.program.road_spec)),
         reproduce=_reproduce(request, scenario),
-        held=held_params(scenario),
+        held=held_params(scenario.compiled.module, scenario.overrides),
     )
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from cortex_dsl.exports.cases import ExportCase
 from cortex_dsl.exports.formats import writer_of
 from engine.interchange.errors import InterchangeError
-from engine.interchange.export import ExportOptions
+from engine.interchange.export import Export, ExportOptions
 
 
 @dataclass(frozen=True)
@@ -21,28 +21,41 @@ class Gathered:
     """Of each case, the names of all its files."""
     remarks: dict[tuple[str, str], list[int]] = field(default_factory=dict)
     """By format and sentence, the cases (from 0) that it is about."""
+    refused: dict[str, InterchangeError] = field(default_factory=dict)
+    """By format, why it cannot carry a case; nothing is written in it."""
 
 
 def gather(cases: Sequence[ExportCase], formats: Sequence[str], options: ExportOptions) -> Gathered:
-    """The files of every case in every format.
+    """The files of every case in every format that can carry them all; the others are `refused`.
 
     Raises:
-        InterchangeError: a format cannot carry a case; its place names both.
+        InterchangeError: none can; its place names case and format.
     """
+    made: dict[str, list[Export]] = {}
     gathered = Gathered()
-    for number, case in enumerate(cases):
+    for name in formats:
+        try:
+            made[name] = [_export(case, name, options) for case in cases]
+        except InterchangeError as error:
+            gathered.refused[name] = error
+    if not made:
+        raise next(iter(gathered.refused.values()))
+    for number in range(len(cases)):
         gathered.names.append([])
-        for name in formats:
-            _add(gathered, number, case, name, options)
+        for name, exports in made.items():
+            _add(gathered, number, name, exports[number])
     return gathered
 
 
-def _add(gathered: Gathered, number: int, case: ExportCase, name: str, options: ExportOptions) -> None:
+def _export(case: ExportCase, name: str, options: ExportOptions) -> Export:
     stem = case.recording.name
     try:
-        export = writer_of(name)(case, stem, options)
+        return writer_of(name)(case, stem, options)
     except InterchangeError as error:
         raise InterchangeError(error.message, error.cure, error.place or f"{stem} as {name}") from error
+
+
+def _add(gathered: Gathered, number: int, name: str, export: Export) -> None:
     for file, content in export.files.items():
         data = content if isinstance(content, bytes) else content.encode("utf-8")
         if gathered.files.setdefault(file, data) != data:

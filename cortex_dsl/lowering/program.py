@@ -110,5 +110,6 @@ def _param_space(genes: Sequence[ir.GeneInfo], system: tuple[str, ...]) -> Param
         scale=floats([g.scale for g in genes]),
         options=tuple(g.options for g in genes),
         weights=tuple(g.weights for g in genes),
+        bare=tuple(g.name for g in genes if g.bare),
         system=system,
     )

@@ -139,5 +139,5 @@ def tell_case(
         parts=tuple(risk.parts[0].tolist()),
         pair=max(0, int(risk.pair[0])),
         files=scenario.concrete_files(scenes, remark=remark, name=name),
-        held=held_params(scenario),
+        held=held_params(scenario.compiled.module, scenario.overrides),
     )

@@ -61,7 +61,7 @@ def pairs_table(told: ToldCase) -> Node:
     ]
     if not rows:
         return None
-    return [element("h4", "Nearest to the others"), element("table", element("tbody", rows), class_="facts")]
+    return [element("h4", "Nearest to the others"), element("table", element("tbody", rows), class_="params")]
 
 
 def params_table(told: ToldCase) -> Element:

@@ -20,10 +20,10 @@ from engine.search.estimated import Probability
 from engine.search.kept_probability import kept
 
 NOTE = (
-    "Of a collision, given a valid run, when every param is drawn as the file says. What a search found tells nothing "
+    "Given a valid run, when every param is drawn as the file says. What a search found tells nothing "
     f"of this: it goes where it has found danger. And {EXPOSURE}."
 )
-HEAD = ("of a collision", "95 %", "of one a competent driver avoids", "95 %", "how it is drawn", "from", "valid draws")
+HEAD = ("a collision", "one a competent driver avoids", "how it is drawn", "from", "valid draws")
 
 
 def likely(run: OpenedRun) -> Element:
@@ -41,13 +41,16 @@ def likely(run: OpenedRun) -> Element:
 
 
 def _row(found: Probability) -> Element:
+    level = percent(found.level, 0)
     return element(
         "tr",
-        element("th", probability_text(found), scope="row"),
-        element("td", interval_text(found), class_="number"),
-        element("td", avoidable_text(found), class_="number"),
-        element("td", avoidable_interval_text(found), class_="number"),
+        _number("th", probability_text(found), f"{level}: {interval_text(found)}"),
+        _number("td", avoidable_text(found), f"{level}: {avoidable_interval_text(found)}"),
         element("td", condition_text(found), element("br"), element("small", HOW[found.method], class_="quiet")),
         element("td", counts_text(found)),
         element("td", percent(found.valid_share), class_="number quiet"),
     )
+
+
+def _number(tag: str, value: str, interval: str) -> Element:
+    return element(tag, value, element("br"), element("small", interval, class_="quiet"), class_="number")

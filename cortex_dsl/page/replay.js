@@ -3,6 +3,7 @@
 
 const PER_METRE = 100;
 const PER_RADIAN = 1000;
+const PER_SPEED = 1000;
 
 /** Numbers from a first value and differences; null stays null. */
 function unpack(packed, scale) {
@@ -16,9 +17,9 @@ function unpackReplay(data) {
     x: unpack(actor.x, PER_METRE),
     y: unpack(actor.y, PER_METRE),
     heading: unpack(actor.heading, PER_RADIAN),
-    speed: unpack(actor.speed, PER_METRE),
+    speed: unpack(actor.speed, PER_SPEED),
   }));
-  return { ...data, actors, distance: unpack(data.distance, PER_METRE), closing: unpack(data.closing, PER_METRE) };
+  return { ...data, actors, distance: unpack(data.distance, PER_METRE), closing: unpack(data.closing, PER_SPEED) };
 }
 
 /** A series at a place between samples; null where there is no number on one side. */
@@ -182,11 +183,13 @@ class Player {
     return series[this.after ? contact + 1 : contact];
   }
 
-  /** How far the pair is apart: down to 0 at contact, which lies between two samples. */
+  /** How far the pair is apart: down to 0 at contact, which lies between two samples; where others touch, as before. */
   distance() {
     const { contact, key, step, touched, distance } = this.data;
-    if (!touched || this.after || this.place <= contact) return this.now(distance);
-    return distance[contact] * (1 - (this.place - contact) / (key / step - contact));
+    const beyond = this.place - contact;
+    if (contact < 1 || this.after || beyond <= 0 || distance[contact] === null) return this.now(distance);
+    if (touched) return distance[contact] * (1 - beyond / (key / step - contact));
+    return distance[contact] + beyond * (distance[contact] - (distance[contact - 1] ?? distance[contact]));
   }
 
   draw() {

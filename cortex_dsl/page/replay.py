@@ -1,7 +1,7 @@
 """What a page replays of one run: poses and speeds of everybody, and how the deciding pair came near, over time.
 
 Numbers travel as whole numbers, each series as its first value and the differences: a hundred samples of one series
-take some 300 bytes. Positions in centimetres, headings in milliradians, speeds in centimetres a second.
+take some 300 bytes. Positions in centimetres, headings in milliradians, speeds in millimetres a second.
 """
 
 import math
@@ -21,6 +21,7 @@ from engine.vocabulary import State
 
 PER_METRE = 100.0
 PER_RADIAN = 1000.0
+PER_SPEED = 1000.0
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ def replay_data(
             _actor(trajectory.states[:, actor], speeds[:, actor], shape.name) for actor, shape in enumerate(drawn)
         ],
         "distance": packed(near.distance, PER_METRE),
-        "closing": packed(near.closing_speed, PER_METRE),
+        "closing": packed(near.closing_speed, PER_SPEED),
     }
 
 
@@ -81,7 +82,7 @@ def _actor(states: Floats, speeds: Floats, name: str) -> dict[str, Any]:
         "x": packed(np.where(there, states[:, State.X], np.nan), PER_METRE),
         "y": packed(np.where(there, states[:, State.Y], np.nan), PER_METRE),
         "heading": packed(np.where(there, _unwound(states[:, State.HEADING]), np.nan), PER_RADIAN),
-        "speed": packed(speeds, PER_METRE),
+        "speed": packed(speeds, PER_SPEED),
     }
 
 

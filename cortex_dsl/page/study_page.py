@@ -52,7 +52,8 @@ def study_page(study: Study) -> str:
 def _title(study: Study) -> str:
     plan = study.plan
     others = ", ".join(map(method_name, plan.contenders))
-    return f"{others} against {method_name(plan.baseline)}" if others else method_name(plan.baseline)
+    title = f"{others} against {method_name(plan.baseline)}" if others else method_name(plan.baseline)
+    return f"{title[:1].upper()}{title[1:]}"
 
 
 def _hero(study: Study, found: Findings) -> Element:

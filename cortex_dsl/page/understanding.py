@@ -6,15 +6,13 @@ from cortex_dsl.page.drawing import number
 from cortex_dsl.page.element import Element, Node, element, prose
 from cortex_dsl.page.run_charts import bars
 from cortex_dsl.page.summary import figure
-from cortex_dsl.report.analysis_view import (
+from cortex_dsl.report.analysis_view import condition_text, grid_text, shuffled_text
+from cortex_dsl.report.avoidance_view import (
     AVOIDANCES,
     DRIVER,
-    condition_text,
     fastest_text,
-    grid_text,
     lost_text,
     margin_text,
-    shuffled_text,
     system_lines,
 )
 from cortex_dsl.report.layout import shortened

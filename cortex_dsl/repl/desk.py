@@ -37,6 +37,8 @@ class Desk:
     overrides: Mapping[str, str] = field(default_factory=dict)
     """Params that are held."""
     seed: int = 0
+    scenes_tried: int = 0
+    """Draws of the params that `:scene` has looked at, those without a scene among them."""
     scenes_shown: int = 0
     """How many scenes of the present draft were looked at."""
     editing: int | None = None
@@ -76,13 +78,13 @@ class Desk:
         """Go on with another draft."""
         self.history = history
         self._checked = checked
-        self.scenes_shown = 0
+        self.scenes_tried = self.scenes_shown = 0
 
     def hold(self, overrides: Mapping[str, str], checked: Checked) -> None:
         """Go on with other params held."""
         self.overrides = overrides
         self._checked = checked
-        self.scenes_shown = 0
+        self.scenes_tried = self.scenes_shown = 0
 
     def weighing(self, program: "Program") -> "Weighing":
         """A program's requirements on ten thousand draws; those of the last programs are kept."""

@@ -93,7 +93,10 @@ def do_scene(desk: Desk, _argument: str) -> None:
     console = desk.terminal.out
     road = outline(build_network(scenario.program.road_spec))
     ways = batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation)
+    desk.scenes_shown += 1
     note = f"scene {desk.scenes_shown} of seed {desk.seed}"
+    if desk.scenes_tried > desk.scenes_shown:
+        note += f", of {desk.scenes_tried} draws"
     view = still_view(scenario.program, scenes, road, ways, note, console.width, ascii_only=console.options.ascii_only)
     console.print(view)
 
@@ -102,8 +105,8 @@ def _next_scene(desk: Desk, scenario: "Scenario") -> "Scenes | None":
     """The next accepted scene of the seed; where there is none, why."""
     tally = Tally()
     for _ in range(TRIES):
-        scenes = _draw(scenario, desk.seed, np.array([desk.scenes_shown]))
-        desk.scenes_shown += 1
+        scenes = _draw(scenario, desk.seed, np.array([desk.scenes_tried]))
+        desk.scenes_tried += 1
         if _is_undefined(desk, scenario, scenes):
             return None
         tally = tally.plus(scenes)

@@ -130,7 +130,7 @@ def do_seed(desk: Desk, argument: str) -> None:
 
     if argument:
         desk.seed = seed_of(argument, desk.seed)
-        desk.scenes_shown = 0
+        desk.scenes_tried = desk.scenes_shown = 0
         desk.forget_weighings()
     else:
         desk.terminal.out.print(f"seed {desk.seed}")
@@ -165,6 +165,7 @@ def _hold(desk: Desk, overrides: dict[str, str]) -> None:
     if wrong:
         desk.mistakes += 1
         report.render(checked.source, wrong, desk.terminal.err)
+        desk.terminal.err.print("refused: nothing was changed", style="quiet")
         return
     desk.hold(overrides, checked)
     tell_change(desk, before, checked)

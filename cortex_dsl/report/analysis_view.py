@@ -1,48 +1,40 @@
 """What a search's failures are, for people: how many different ones, where they lie, of what kinds, and whose fault."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.report.layout import columns, heading, indented, left, right, section
-from cortex_dsl.report.numbers import ABSENT, counted, fixed, percent, ratio, whole
+from cortex_dsl.report.avoidance_view import avoidance_view
+from cortex_dsl.report.ends import partners_text
+from cortex_dsl.report.layout import columns, heading, indented, left, right, section, shortened
+from cortex_dsl.report.numbers import ABSENT, column_decimals, counted, fixed, percent, whole
 from cortex_dsl.report.params import format_gene
-from cortex_dsl.report.sparkline import bar
-from engine.avoidability import Avoidability, Avoidance
 from engine.program import ParamSpace, Program
-from engine.search.analysis import Analysis, Avoided
+from engine.search.analysis import Analysis
 from engine.search.clusters import Cluster, Condition
 from engine.search.diversity import Grid
-from engine.search.sensitivity import CHANCE, GeneIndex, Sensitivity
+from engine.search.sensitivity import Indices, Sensitivity, Share
 from engine.search.statistics import Interval
 from engine.vocabulary import GeneKind
 
-BAR = 10
 SHADES = " ·░▒▓█"
 """Of a cell: nothing ran there, no collision, then ever more collisions."""
+CHANCE = "chance"
 MARKS = "blank: nothing ran there; ·: no collision; ░ ▒ ▓ █: ever more of them"
-AVOIDANCES = {
-    Avoidance.AVOIDABLE: ("avoidable", "good", "the reference driver would have stopped or passed in time"),
-    Avoidance.UNAVOIDABLE: ("unavoidable", "bad", "the reference driver would have braked too late"),
-    Avoidance.BRAKED_AS_HARD: ("braked as hard", "warn", "too late, and the ego had braked as hard itself, or stood"),
-    Avoidance.UNSEEN: ("unseen", "warn", "in sight for too short a time before contact"),
-}
-DRIVER = (
-    "UN R157: 0.4 s to perceive, 0.75 s to react, 0.774 g after 0.6 s more; it brakes along the ego's own path and "
-    "never steers. The regulation means cut-ins on motorways; that a conflict is in sight 4 s ahead is cortexc's choice"
-)
 INDICES = """\
-first: share of the variance of risk that the param explains alone
-total: with everything it does together with others; brackets: 95 % bootstrap
-(Saltelli et al. 2010); chance: lanes, places and what else a scene draws"""
+total: share of the variance that is left when all other params are known
+alone: share that the param explains by itself; brackets: 95 % bootstrap
+Sobol' indices of the mean over chance, that is lanes, places and what else a
+scene draws; row chance: what stays open when every param is known
+risk, collision: among valid runs"""
 
 
 def analysis_view(program: Program, analysis: Analysis, width: int) -> RenderableType:
     """The whole page of `cortexc analyse`."""
     space = program.space
-    parts: list[RenderableType] = [heading(program.name), *_summary(analysis)]
+    parts: list[RenderableType] = [heading(program.name), *_summary(analysis), *_partners(program, analysis)]
     if analysis.failures:
         parts.append(section("Kinds of failures", _kinds(space, analysis), "what tells them from all else simulated"))
     covered = [grid for grid in analysis.grids if grid.covered]
@@ -52,7 +44,7 @@ def analysis_view(program: Program, analysis: Analysis, width: int) -> Renderabl
         note = f"{analysis.sensitivity.simulations:,} simulations of their own, drawn as the file says"
         parts.append(section("Which params matter", _sensitivity(analysis.sensitivity), note))
     if analysis.avoided.driven:
-        parts.append(section("Would a competent driver have avoided it?", _avoidance(analysis)))
+        parts.append(section("Would a competent driver have avoided it?", avoidance_view(analysis)))
     return Group(*parts)
 
 
@@ -71,14 +63,15 @@ def _summary(analysis: Analysis) -> list[RenderableType]:
         Text.assemble(
             f"{distinct:,} of them ",
             ("different", "title"),
-            (" in a third of their params, by a tenth of the range", "quiet"),
+            (f" in a third of their params, by a tenth of the range{shuffled_text(analysis)}", "quiet"),
         ),
     ]
     if math.isfinite(analysis.spread.pairwise):
         lines.append(
             Text(
                 f"two collisions differ by {percent(analysis.spread.pairwise, 0)} of a range on average, "
-                f"the nearest by {percent(analysis.spread.nearest, 0)}",
+                f"the nearest by {percent(analysis.spread.nearest)} (less, the more are found; here "
+                f"{analysis.spread.count:,})",
                 "quiet",
             )
         )
@@ -88,6 +81,20 @@ def _summary(analysis: Analysis) -> list[RenderableType]:
             Text.assemble(("of the system under test, chosen by the search: ", "warn"), names, " (--freeze holds them)")
         )
     return lines
+
+
+def _partners(program: Program, analysis: Analysis) -> list[RenderableType]:
+    """With whom the ego collided, and with whom never."""
+    text = partners_text(program.actors, analysis.partners) if analysis.valid and analysis.partners.with_ego else ""
+    return [Text(f"collisions {text}")] if text else []
+
+
+def shuffled_text(analysis: Analysis) -> str:
+    """`; 72 to 82 when counted in other orders`; empty where no order matters."""
+    low, high = analysis.distinct_range
+    if low == high == len(analysis.distinct):
+        return ""
+    return f"; {low:,} to {high:,} when counted in other orders"
 
 
 # -- kinds ------------------------------------------------------------------------------------------------------------
@@ -129,17 +136,31 @@ def _condition(space: ParamSpace, condition: Condition) -> str:
     name, unit = space.names[gene], f" {space.units[gene]}" if space.units[gene] else ""
     if space.kinds[gene] == GeneKind.INDEX:
         return f"{name} is {format_gene(space, gene, condition.low)}"
-    low, high = (format_gene(space, gene, end) if math.isfinite(end) else "" for end in (condition.low, condition.high))
+    low = format_gene(space, gene, _outward(space, gene, condition.low, -1.0)) if math.isfinite(condition.low) else ""
+    high = format_gene(space, gene, _outward(space, gene, condition.high, 1.0)) if math.isfinite(condition.high) else ""
     if low and high:
         return f"{name} {low} .. {high}{unit}"
     return f"{name} ≥ {low}{unit}" if low else f"{name} ≤ {high}{unit}"
+
+
+def _outward(space: ParamSpace, gene: int, value: float, sign: float) -> float:
+    """The next value that is printed as it is: a bound as printed leaves out nothing that the bound lets in."""
+    if space.kinds[gene] == GeneKind.INTEGER:
+        return value
+    scale = 10.0 ** column_decimals(float(space.low[gene]), float(space.high[gene]))
+    return sign * math.ceil(sign * value * scale - 1e-6) / scale
 
 
 # -- grids ------------------------------------------------------------------------------------------------------------
 
 
 def _grid_note(grid: Grid) -> str:
-    return f"{grid.failing} of {grid.cells} cells with collisions, QD score {fixed(grid.qd_score, 0)}"
+    return f"{grid_text(grid)}, QD score {fixed(grid.qd_score, 0)}"
+
+
+def grid_text(grid: Grid) -> str:
+    """Of the cells that were reached: many of the others cannot be."""
+    return f"collisions in {grid.failing} of the {counted(grid.covered, 'cell')} reached"
 
 
 def _grid(grid: Grid, width: int) -> RenderableType:
@@ -155,8 +176,10 @@ def _grid(grid: Grid, width: int) -> RenderableType:
         )
         for i in used
     ]
-    ends = f"{' ' * (label + 2)}{grid.second[0]} … {grid.second[-1]}"
-    return Group(*lines, Text(ends[:width], "quiet"))
+    first, last = grid.second[0], grid.second[-1]
+    room = width - label - 2
+    ends = [f"{first} … {last}"] if len(first) + len(last) + 3 <= room else [f"first {first}", f"last {last}"]
+    return Group(*lines, *(Text(f"{'':{label + 2}}{shortened(end, room)}", "quiet") for end in ends))
 
 
 def _mark(grid: Grid, i: int, j: int, most: int, width: int) -> tuple[str, str]:
@@ -172,101 +195,32 @@ def _mark(grid: Grid, i: int, j: int, most: int, width: int) -> tuple[str, str]:
 
 
 def _sensitivity(found: Sensitivity) -> RenderableType:
-    most = max((index.total for index in found.risk if math.isfinite(index.total)), default=0.0)
-    rows = [_index_row(risk, collision, most) for risk, collision in zip(found.risk, found.collision, strict=True)]
-    head = (
-        left("param"),
-        right("first"),
-        right("total"),
-        left(),
-        left(),
-        right("of collision"),
-    )
-    return Group(columns(*head, rows=rows, header=True), Text(), Text(INDICES, "quiet"))
+    """What each param leaves open, and what it explains alone, of every output that varies."""
+    outputs = varying(found)
+    if not outputs:
+        return Text("nothing varies: not one param or choice of the scene matters", "quiet")
+    names = [gene.name for gene in found.risk.genes]
+    totals = [
+        _shares(name, [indices.genes[gene].total for _, indices in outputs]) for gene, name in enumerate(names)
+    ] + [_shares(CHANCE, [indices.chance for _, indices in outputs], "quiet")]
+    alone = [_shares(name, [indices.genes[gene].first for _, indices in outputs]) for gene, name in enumerate(names)]
+    tables = [
+        columns(left(head), *(left(title) for title, _ in outputs), rows=rows, header=True)
+        for head, rows in (("total", totals), ("alone", alone))
+    ]
+    return Group(tables[0], Text(), tables[1], Text(), Text(INDICES, "quiet"))
 
 
-def _index_row(risk: GeneIndex, collision: GeneIndex, most: float) -> Sequence[Text]:
-    style = "quiet" if risk.name == CHANCE else ""
-    return (
-        Text(risk.name, style),
-        Text(fixed(risk.first, 2)),
-        Text(fixed(risk.total, 2)),
-        Text(_interval(risk.total_interval), "quiet"),
-        Text(bar(risk.total, most, BAR) if math.isfinite(risk.total) and most > 0.0 else "", "bar"),
-        Text(fixed(collision.total, 2)),
-    )
+def varying(found: Sensitivity) -> list[tuple[str, Indices]]:
+    """What the params may matter for, with its title; what never varies is left out."""
+    outputs = (("a valid run", found.validity), ("risk", found.risk), ("collision", found.collision))
+    return [(title, indices) for title, indices in outputs if math.isfinite(indices.chance.value)]
+
+
+def _shares(name: str, shares: Sequence[Share], style: str = "") -> Sequence[Text]:
+    cells = (Text.assemble(fixed(share.value, 2), (f" {_interval(share.interval)}", "quiet")) for share in shares)
+    return (Text(name, style), *cells)
 
 
 def _interval(interval: Interval) -> str:
     return f"[{fixed(interval.low, 2)}, {fixed(interval.high, 2)}]" if math.isfinite(interval.low) else ABSENT
-
-
-# -- the reference driver ---------------------------------------------------------------------------------------------
-
-
-def _avoidance(analysis: Analysis) -> RenderableType:
-    avoided = analysis.avoided
-    told = {*avoided.by, *(answer.avoidance for answer in analysis.avoidability if answer is not None)}
-    shares = [
-        (
-            Text(whole(avoided.by.get(kind, 0))),
-            Text(percent(ratio(avoided.by.get(kind, 0), avoided.driven), 0)),
-            Text(AVOIDANCES[kind][0], AVOIDANCES[kind][1]),
-            Text(AVOIDANCES[kind][2], "quiet"),
-        )
-        for kind in sorted(told)
-    ]
-    head = f"of {counted(avoided.driven, 'different collision')}:"
-    table = columns(right(), right(), left(), left(wrap=True), rows=shares)
-    return Group(Text(head), table, *_lost(avoided), Text(), *_worst(analysis), Text(DRIVER, "quiet"))
-
-
-def _lost(avoided: Avoided) -> Iterator[Text]:
-    """How many say more about what the file draws than about the ego."""
-    if lost_text(avoided):
-        yield Text(lost_text(avoided), "warn")
-
-
-def lost_text(avoided: Avoided) -> str:
-    """`3 of them happen even so …`; empty where there are none."""
-    if not avoided.lost:
-        return ""
-    return f"{avoided.lost:,} of them happen even with full braking from the start: they speak of the scene drawn"
-
-
-def _worst(analysis: Analysis) -> list[RenderableType]:
-    """What is said of each of the worst cases."""
-    rows = [
-        (Text(str(case.rank), "quiet"), Text(str(case.score)), *_answer(answer))
-        for case, answer in zip(analysis.worst, analysis.avoidability, strict=True)
-        if answer is not None
-    ]
-    if not rows:
-        return []
-    head = right("#"), right("risk"), left("of the worst"), right("perceived"), right("contact"), left("", wrap=True)
-    return [columns(*head, rows=rows, header=True), Text()]
-
-
-def _answer(answer: Avoidability) -> Sequence[Text]:
-    name, style, _ = AVOIDANCES[answer.avoidance]
-    return (
-        Text(name, style),
-        Text(_seconds(answer.perceived)),
-        Text(_seconds(answer.contact)),
-        Text(margin_text(answer), "quiet"),
-    )
-
-
-def margin_text(answer: Avoidability) -> str:
-    """By how much braking was early enough, or too late."""
-    if math.isnan(answer.margin):
-        return ""
-    if math.isinf(answer.margin):
-        return "braking never helps"
-    if answer.avoidable:
-        return f"{fixed(answer.margin, 2)} s to spare"
-    return f"{fixed(-answer.margin, 2)} s too late"
-
-
-def _seconds(time: float) -> str:
-    return f"{fixed(time, 2)} s" if math.isfinite(time) else ABSENT

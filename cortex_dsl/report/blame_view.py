@@ -39,7 +39,8 @@ def blame_note(account: "Account") -> str:
     """What the numbers of the table are shares of."""
     weighing = account.weighing
     met = f"{percent(weighing.acceptance, 2)} met all"
-    return f"{counted(len(weighing), 'single attempt')}, each tested on all; {met}"
+    own = " with params of their own" if len(weighing.program.space) else ""
+    return f"{counted(len(weighing), 'single attempt')}{own}, each tested on all; {met}"
 
 
 def _table(account: "Account", failing: Sequence["Blame"]) -> RenderableType:

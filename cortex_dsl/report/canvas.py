@@ -77,6 +77,11 @@ class Canvas:
         """The drawing, one text a row, from the top."""
         return [self._row(row, ascii_only) for row in range(self.rows)]
 
+    def cropped(self, *, ascii_only: bool = False) -> list[Text]:
+        """The same without the empty rows above and below what is drawn."""
+        rows = [row for row, _ in (*self.dots, *self.marks)]
+        return self.lines(ascii_only=ascii_only)[min(rows) : max(rows) + 1] if rows else []
+
     def _row(self, row: int, ascii_only: bool) -> Text:
         text = Text()
         cells = (self._cell((row, column), ascii_only) for column in range(self.columns))

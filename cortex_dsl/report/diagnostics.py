@@ -34,7 +34,10 @@ MOST_DRAWN = 100
 
 
 def render(source: Source, diagnostics: Sequence[Diagnostic], console: "Console") -> None:
-    """Print diagnostics in colour, a blank line between them."""
+    """Print diagnostics in colour, a blank line between them.
+
+    A headline is one line for programs that read it, and at a terminal no wider than that.
+    """
     from rich.text import Text
 
     drawn = _drawn(diagnostics)
@@ -42,9 +45,9 @@ def render(source: Source, diagnostics: Sequence[Diagnostic], console: "Console"
         if index:
             console.print()
         styles = _STYLES | {"primary": _COLOURS[diagnostic.severity], "severity": _COLOURS[diagnostic.severity]}
-        for line in draw(source, diagnostic, console.width):
+        for number, line in enumerate(draw(source, diagnostic, console.width)):
             text = Text.assemble(*((piece, styles[style]) for piece, style in line))
-            console.print(text, soft_wrap=True)
+            console.print(text, soft_wrap=number > 0 or not console.is_terminal)
     if left := len(diagnostics) - len(drawn):
         console.print(f"\nand {left:,} more; --format json tells all", soft_wrap=True)
 

@@ -175,6 +175,10 @@ def export_document(written: Written, how: "ExportOptions") -> str:
             {"format": name, "remark": sentence, "cases": [written.cases[number].recording.name for number in numbers]}
             for (name, sentence), numbers in gathered.remarks.items()
         ],
+        "refused": [
+            {"format": name, "message": error.message, "help": error.cure or None}
+            for name, error in gathered.refused.items()
+        ],
         "checked": written.checked,
         "findings": None if written.findings is None else [asdict(finding) for finding in written.findings],
     }

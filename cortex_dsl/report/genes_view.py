@@ -23,7 +23,8 @@ BAR = 6
 ROOMY = 94
 """Columns from which the ends of each range are shown too."""
 LEGEND = """\
-effect: change of risk in points when this param alone moves half its range
+effect: change of risk in points when this param moves half its range and what
+the file chooses (lanes, routes) stays; in: so many cases could be compared
 trend: rank correlation with risk, -1 to +1
 bad cases: where in the range they lie; worst tenth: where 90 % of it lies"""
 """What the columns mean; fits 80 columns."""
@@ -39,13 +40,14 @@ def genes_view(space: ParamSpace, campaign: Campaign, width: int) -> RenderableT
         left("gene"),
         right("effect"),
         left(),
+        right("in"),
         right("trend"),
         right(),
         left("bad cases"),
         left(),
         left("worst tenth", wrap=True),
     )
-    kept = range(len(head)) if width >= ROOMY else (0, 1, 2, 3, 5, 7)
+    kept = range(len(head)) if width >= ROOMY else (0, 1, 2, 3, 4, 6, 8)
     genomes = campaign.evaluations.genomes[bad]
     rows = [_row(space, index, gene, genomes[:, index], most) for index, gene in enumerate(campaign.genes)]
     table = columns(*(head[i] for i in kept), rows=[[row[i] for i in kept] for row in rows], header=True)
@@ -77,6 +79,7 @@ def _row(space: ParamSpace, gene: int, effect: GeneEffect, bad: Floats, most: fl
         Text(effect.name),
         Text("none", "warn") if effect.dead else Text(fixed(effect.effect, 1)),
         Text(bar(effect.effect, most, BAR), "bar"),
+        Text(str(effect.compared) if effect.probes else ABSENT, "quiet"),
         Text(_trend(effect.correlation)),
         Text(low, "quiet"),
         Text(_histogram(space, gene, bad), "part.C"),

@@ -1,6 +1,7 @@
 """How every view is laid out: quiet headings, columns without boxes, two spaces of margin."""
 
 from collections.abc import Iterable
+from textwrap import shorten
 
 from rich.console import Group, RenderableType
 from rich.padding import Padding
@@ -22,6 +23,12 @@ def section(title: str, body: RenderableType, note: str = "") -> Group:
 
 def indented(body: RenderableType) -> Padding:
     return Padding(body, (0, 0, 0, MARGIN))
+
+
+def shortened(text: str, room: int) -> str:
+    """As many whole words as there is room for, and a sign where some are left out."""
+    words = shorten(text, room, placeholder=" …") if room > 2 else "…"
+    return words if words.strip() != "…" else text[: max(0, room - 1)] + "…"
 
 
 def columns(*specification: Column, rows: Iterable[Iterable[RenderableType]] = (), header: bool = False) -> Table:

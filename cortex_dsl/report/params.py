@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from rich.console import RenderableType
 from rich.text import Text
 
+from cortex_dsl.holding import Held
 from cortex_dsl.report.layout import columns, left, right
 from cortex_dsl.report.numbers import column_decimals, fixed, significant
 from engine.program import ParamSpace
@@ -25,8 +26,8 @@ def format_gene(space: ParamSpace, gene: int, value: float) -> str:
     return fixed(value, column_decimals(float(space.low[gene]), float(space.high[gene])))
 
 
-def params_view(space: ParamSpace, genome: Sequence[float]) -> RenderableType:
-    """Every param with its value, its unit, and where in its range it lies."""
+def params_view(space: ParamSpace, genome: Sequence[float], held: Sequence[Held] = ()) -> RenderableType:
+    """Every param with its value, its unit, and where in its range it lies; those held fixed at the end."""
     rows = []
     for gene, value in enumerate(genome):
         rows.append(
@@ -37,6 +38,7 @@ def params_view(space: ParamSpace, genome: Sequence[float]) -> RenderableType:
                 _gauge(space, gene, float(value)),
             )
         )
+    rows += [(Text(one.name), Text(one.text), Text(one.unit, "unit"), Text("held", "quiet")) for one in held]
     return columns(left(), right(), left(), left(), rows=rows)
 
 

@@ -7,6 +7,7 @@ from rich.text import Text
 
 from cortex_dsl.report.layout import columns, left, quantity, right
 from cortex_dsl.report.numbers import fixed
+from cortex_dsl.report.speeds import KM_H, SpeedUnit
 from engine.risk import BANDS, Edges, RiskProfile
 from engine.scenes import Outcomes
 
@@ -60,16 +61,17 @@ def _band(edges: Edges, points: int, unit: str) -> str:
     return f"{edges[BANDS - points - 1]:g} to {edges[BANDS - points]:g} {unit}"
 
 
-def metrics_view(outcomes: Outcomes, row: int, pair: int) -> RenderableType:
-    """The metrics of one pair with units, and when they were taken."""
+def metrics_view(outcomes: Outcomes, row: int, pair: int, unit: SpeedUnit = KM_H) -> RenderableType:
+    """The metrics of one pair with units, and when they were taken; `unit`: that of speeds."""
 
     def value(array: object) -> float:
         return float(array[row, pair])  # type: ignore[index]
 
     at_closest, at_fastest = value(outcomes.min_distance_time), value(outcomes.max_closing_time)
+    fastest = unit.number(value(outcomes.max_closing_speed), 2)
     rows = [
         _metric("MD", fixed(value(outcomes.min_distance), 2), "m", "least distance between outlines", at_closest),
-        _metric("MS", fixed(value(outcomes.max_closing_speed), 2), "m/s", "fastest closing speed", at_fastest),
+        _metric("MS", fastest, unit.name, "fastest closing speed", at_fastest),
         _metric("D_MS", fixed(value(outcomes.distance_at_ms), 2), "m", "distance between outlines then", at_fastest),
         _metric("TTC_MS", fixed(value(outcomes.ttc_at_ms), 2), "s", "time to collision then: D_MS / MS", at_fastest),
     ]
@@ -77,4 +79,4 @@ def metrics_view(outcomes: Outcomes, row: int, pair: int) -> RenderableType:
 
 
 def _metric(name: str, number: str, unit: str, meaning: str, time: float) -> tuple[Text, Text, Text, Text]:
-    return Text(name, "title"), quantity(number, f"{unit:<3}"), Text(meaning), Text(f"at {fixed(time, 2)} s", "quiet")
+    return Text(name, "title"), quantity(number, f"{unit:<4}"), Text(meaning), Text(f"at {fixed(time, 2)} s", "quiet")

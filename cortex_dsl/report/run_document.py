@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from cortex_dsl.report.run_view import RunReport
-from cortex_dsl.report.story import RULE_TEXTS, in_order, tell
+from cortex_dsl.report.story import RULE_TEXTS
 from cortex_dsl.report.tally import Tally, first_culprit
 from engine.program import ParamSpace, Program
 from engine.scenes import Outcomes, StreamKey
@@ -19,7 +19,6 @@ def run_content(report: RunReport, file: str) -> dict[str, Any]:
     program, outcomes, scenes = report.program, report.outcomes, report.scenes
     reason = EndReason(int(outcomes.end_reason[0]))
     rule = int(outcomes.end_rule[0])
-    story = in_order([*tell(program, outcomes, report.trajectory, pair=report.pair), *report.aftermath])
     return {
         "file": file,
         "program": program.digest,
@@ -28,6 +27,7 @@ def run_content(report: RunReport, file: str) -> dict[str, Any]:
         "verdict": Verdict(int(outcomes.verdict[0])),
         "attempts": scenes.attempts[0],
         "params": params_content(program.space, scenes.genomes[0]),
+        "held": {one.name: {"value": one.value, "unit": one.unit} for one in report.held},
         "choices": {c.name: c.option for c in program.variants[int(scenes.variant[0])].choices},
         "actors": program.actors,
         "end": {
@@ -50,7 +50,7 @@ def run_content(report: RunReport, file: str) -> dict[str, Any]:
                 "kind": moment.kind,
                 "text": moment.text,
             }
-            for moment in story
+            for moment in report.story
         ],
         "metrics": [
             {**vars(metric), "actors": [program.actors[actor] for actor in metric.actors]} for metric in report.metrics

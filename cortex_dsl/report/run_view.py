@@ -7,13 +7,16 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
+from cortex_dsl.holding import Held
 from cortex_dsl.report.layout import columns, left, section
 from cortex_dsl.report.measures_view import measures_view
 from cortex_dsl.report.numbers import counted
+from cortex_dsl.report.pairs_view import further_pairs
 from cortex_dsl.report.params import params_view
 from cortex_dsl.report.records_view import records_view
 from cortex_dsl.report.risk_view import metrics_view, risk_view
 from cortex_dsl.report.scene_view import KeyMoment, scene_view
+from cortex_dsl.report.speeds import SpeedUnit, speed_unit
 from cortex_dsl.report.story import Moment, end_of, in_order, tell
 from cortex_dsl.report.timeline import curves, timeline
 from cortex_dsl.report.titles import title_of
@@ -47,6 +50,19 @@ class RunReport:
     road: Outline
     reproduce: str
     """The command that shows this run again."""
+    held: Sequence[Held] = ()
+    """Params that the command line holds fixed."""
+
+    @property
+    def unit(self) -> SpeedUnit:
+        """Of speeds, as people read them."""
+        return speed_unit(self.program)
+
+    @property
+    def story(self) -> list[Moment]:
+        """What happened, in the order of time."""
+        told = tell(self.program, self.outcomes, self.trajectory, pair=self.pair, unit=self.unit)
+        return in_order([*told, *self.aftermath])
 
     @property
     def valid(self) -> bool:
@@ -61,19 +77,19 @@ def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> Rend
         report.road, program.actors, report.trajectory, key_moment(report), width - 2, ascii_only=ascii_only
     )
     end = float(outcomes.end_time[0])
-    story = in_order([*tell(program, outcomes, report.trajectory, pair=report.pair), *report.aftermath])
+    courses = curves(report.trajectory, program.actors, end, report.pair, width, report.unit)
     parts: list[RenderableType] = [
         title_of(program),
         _headline(report),
         section("Scene", drawing, _attempts(report.scenes)),
-        section("What happened", timeline(story, program.actors), f"simulated by the {report.engine} engine"),
-        section("Over time", curves(report.trajectory, program.actors, end, report.pair, width), _curves_note(report)),
+        section("What happened", timeline(report.story, program.actors), f"simulated by the {report.engine} engine"),
+        section("Over time", courses, _curves_note(report)),
     ]
     if report.records:
         parts.append(section("Records", records_view(report.records, width), "up to contact or the end"))
     parts += _judgement(report, ascii_only=ascii_only) if report.valid else []
-    if len(program.space):
-        parts.append(section("Params", params_view(program.space, report.scenes.genomes[0])))
+    if len(program.space) or report.held:
+        parts.append(section("Params", params_view(program.space, report.scenes.genomes[0], report.held)))
     if (choices := choices_view(program, int(report.scenes.variant[0]))) is not None:
         parts.append(section("Choices", choices))
     parts.append(section("Again", Text(report.reproduce), "the same run, bit for bit"))
@@ -86,10 +102,11 @@ def _judgement(report: RunReport, *, ascii_only: bool) -> list[RenderableType]:
     actors = report.program.actors
     if report.outcomes.min_distance.shape[1]:
         names = f"{actors[0]} and {actors[report.pair + 1]}"
-        parts.append(section("Metrics", metrics_view(report.outcomes, 0, report.pair), names))
+        parts.append(section("Metrics", metrics_view(report.outcomes, 0, report.pair, report.unit), names))
         risk = risk_view(report.score, report.parts, PROFILES[report.profile], ascii_only=ascii_only)
         parts.append(section("Risk", risk, f"profile {report.profile}"))
-    measures = measures_view(report.metrics, actors, report.pair)
+        parts += further_pairs(report.outcomes, actors, report.pair, report.unit)
+    measures = measures_view(report.metrics, actors, report.pair, report.unit)
     return [*parts, section("Other measures", measures, "beside the risk; ∞: no such danger")]
 
 

@@ -40,12 +40,24 @@ def sample_view(
         (f"  {rate / 1e6:.1f} million a second" if rate > 1e5 else "", "quiet"),
     )
     requirements = requirements_view(program, tally, most_to_blame(program, tally, account))
+    drawing = [verdicts_table(tally), Text(), attempts, *_params_kept(program, tally)]
     return Group(
         title_of(program),
-        section(counted(tally.scenes, "scene"), Group(verdicts_table(tally), Text(), attempts), reproduce),
+        section(counted(tally.scenes, "scene"), Group(*drawing), reproduce),
         section("Requirements", requirements, "tested only where the earlier ones held"),
         *([] if account is None else [section("Who is to blame", blame_view(account), blame_note(account))]),
     )
+
+
+def _params_kept(program: Program, tally: Tally) -> list[Text]:
+    """What an attempt draws anew, and how many draws of the params are hopeless."""
+    if not len(program.space):
+        return []
+    hopeless = int(tally.verdicts[Verdict.INFEASIBLE])
+    told = [Text("a scene keeps its params: each of its attempts draws all the rest anew", "quiet")]
+    if hopeless:
+        told.append(Text(f"{hopeless:,} of {counted(tally.scenes, 'draw')} of the params can have no scene", "warn"))
+    return told
 
 
 def most_to_blame(program: Program, tally: Tally, account: "Account | None") -> int | None:

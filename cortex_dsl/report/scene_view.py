@@ -48,7 +48,7 @@ def scene_view(
 ) -> RenderableType:
     """The drawing with its legend, beside it where there is room."""
     canvas = draw_scene(road, trajectory, moment, min(DRAWING_COLUMNS, width - 4), ascii_only=ascii_only)
-    drawing = Text("\n").join(canvas.lines(ascii_only=ascii_only))
+    drawing = Text("\n").join(canvas.cropped(ascii_only=ascii_only))
     legend = _legend(actors, canvas, moment, ascii_only=ascii_only)
     if width >= BESIDE:
         table = Table.grid(padding=(0, 3))

@@ -2,13 +2,14 @@
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
+from cortex_dsl.report.ends import End, ends_of, partners_text
 from cortex_dsl.report.genes_view import effect_note, genes_view
 from cortex_dsl.report.layout import columns, left, right, section
 from cortex_dsl.report.numbers import counted, duration, fixed, percent, ratio, whole
@@ -23,6 +24,7 @@ from cortex_dsl.report.worst_table import common_line, worst_files, worst_table
 from engine.program import Program
 from engine.search.diversity import distinct_failures
 from engine.search.figures import Figures
+from engine.search.partners import partners
 from engine.search.protocol import Box
 from engine.vocabulary import EndReason, Verdict
 
@@ -49,7 +51,7 @@ def search_view(program: Program, report: SearchReport, settings: str, width: in
     """The whole report of `--ga` or of `--random`."""
     parts: list[RenderableType] = [
         title_of(program),
-        headline(report),
+        headline(program, report),
         *_loneliness(program),
         section("Generations", generations_table(report, width), settings),
     ]
@@ -60,7 +62,7 @@ def comparison_view(program: Program, reports: Sequence[SearchReport], settings:
     """The whole report of `--ga --random`: both side by side, then the details of each."""
     parts: list[RenderableType] = [
         title_of(program),
-        *(headline(report) for report in reports),
+        *(headline(program, report) for report in reports),
         *_loneliness(program),
         section("Side by side", comparison_table(reports, width), settings),
     ]
@@ -98,21 +100,35 @@ def method_name(method: str) -> str:
     return METHOD_NAMES.get(method, method)
 
 
-def headline(report: SearchReport) -> Text:
-    """What it came to: collisions, and below what they took."""
+def headline(program: Program, report: SearchReport) -> Text:
+    """What it came to: the share that collided, and below with whom, what it took, and the paper's count."""
     campaign = report.campaign
-    found, runs = campaign.by_individual, campaign.by_simulation.runs
-    rate = runs / campaign.elapsed if campaign.elapsed > 0 else 0.0
-    work = f"{counted(runs, 'simulation')} in {duration(campaign.elapsed)}, {whole(rate)} a second"
-    apart = len(distinct_failures(campaign.evaluations, Box.of(campaign.space)))
-    distinct = f"{campaign.distinct_collisions:,} of them distinct, {apart:,} well apart"
+    found = campaign.by_simulation
+    share = f" ({percent(found.collision_rate)})" if found.colliding_runs else ""
     return Text.assemble(
         (f"{method_name(report.method)}: ", method_style(report.method)),
-        (counted(found.nc, "collision"), "bad" if found.nc else "good"),
-        f" among {counted(found.individuals, 'individual')}",
+        (f"{found.colliding_runs:,} of {_simulations(found)} collided", "bad" if found.colliding_runs else "good"),
+        share,
         ("  interrupted" if campaign.stopped else "", "warn"),
-        (f"\n  {distinct}; {work}" if found.nc else f"\n  {work}", "quiet"),
+        *((f"\n  {line}", "quiet") for line in _below(program, report) if line),
     )
+
+
+def _simulations(found: Figures) -> str:
+    """Those that a collision could end."""
+    return f"{found.valid_runs:,} {'' if found.valid_runs == found.runs else 'valid '}simulations"
+
+
+def _below(program: Program, report: SearchReport) -> Iterator[str]:
+    campaign = report.campaign
+    everyone, found = campaign.by_individual, campaign.by_simulation
+    yield partners_text(program.actors, partners(campaign.evaluations, len(program.actors)))
+    rate = found.runs / campaign.elapsed if campaign.elapsed > 0 else 0.0
+    work = f"{counted(found.runs, 'run')} in {duration(campaign.elapsed)}, {whole(rate)} a second"
+    apart = len(distinct_failures(campaign.evaluations, Box.of(campaign.space)))
+    yield f"{campaign.distinct_collisions:,} distinct, {apart:,} of them well apart; {work}" if everyone.nc else work
+    how = "as the paper counts, elites repeated" if campaign.evaluations.reused.any() else "by individual"
+    yield f"{how}: {counted(everyone.nc, 'collision')} among {counted(everyone.individuals, 'individual')}"
 
 
 def generations_table(report: SearchReport, width: int) -> RenderableType:
@@ -199,24 +215,21 @@ END_STYLES = {EndReason.COLLISION: "bad", EndReason.ABORTED: "warn"}
 
 def ends_table(program: Program, report: SearchReport) -> RenderableType:
     """How the runs ended, and the share that each rule ended or made invalid; a repeated elite counts once."""
-    runs, simulated = report.campaign.evaluations.rollouts, report.campaign.evaluations.simulated
-    ran = np.isin(runs.verdict[simulated], (Verdict.VALID, Verdict.ABORTED))
-    pairs = zip(runs.end_reason[simulated][ran].tolist(), runs.end_rule[simulated][ran].tolist(), strict=True)
-    ends = Counter(pairs)
-    total = sum(ends.values())
-    rows = []
-    for (reason, rule), count in ends.most_common():
-        style = END_STYLES.get(EndReason(reason), "")
-        share = ratio(count, total)
-        rows.append(
-            (
-                Text(whole(count)),
-                Text(percent(share) if share >= 0.0005 else "< 0.1 %"),
-                Text(bar(share, 1.0, BAR), style or "bar"),
-                Text(end_text(program, EndReason(reason), rule), style),
-            )
-        )
+    ends = ends_of(program, report.campaign.evaluations)
+    ran = [end for end in ends if end.verdict in (Verdict.VALID, Verdict.ABORTED)]
+    total = sum(end.count for end in ran)
+    rows = [_end_row(end, ratio(end.count, total)) for end in ran]
     return columns(right(), right(), left(), left(wrap=True), rows=rows)
+
+
+def _end_row(end: End, share: float) -> tuple[Text, Text, Text, Text]:
+    style = END_STYLES.get(end.reason, "") if end.reason is not None and end.count else ""
+    return (
+        Text(whole(end.count)),
+        Text(percent(share) if share >= 0.0005 or not end.count else "< 0.1 %"),
+        Text(bar(share, 1.0, BAR), style or "bar"),
+        Text(end.text, style),
+    )
 
 
 def _details(program: Program, report: SearchReport, width: int) -> list[RenderableType]:

@@ -9,10 +9,11 @@ from rich.text import Text
 
 from cortex_dsl.report.canvas import Canvas
 from cortex_dsl.report.layout import columns, left, right, section
-from cortex_dsl.report.numbers import counted, fixed
+from cortex_dsl.report.numbers import ABSENT, counted
 from cortex_dsl.report.params import params_view
 from cortex_dsl.report.run_view import choices_view
 from cortex_dsl.report.scene_view import BESIDE, DRAWING_COLUMNS, draw_scene, outline_corners
+from cortex_dsl.report.speeds import speed_unit
 from cortex_dsl.report.theme import actor_style
 from engine.program import Program
 from engine.road.outline import Outline
@@ -27,7 +28,7 @@ def still_view(
     canvas = draw_scene(road, ways, None, min(DRAWING_COLUMNS, width - 6), ascii_only=ascii_only)
     for actor in reversed(range(len(program.actors))):
         _draw_actor(canvas, ways, actor)
-    drawing = Text("\n").join(canvas.lines(ascii_only=ascii_only))
+    drawing = Text("\n").join(canvas.cropped(ascii_only=ascii_only))
     legend = columns(left(), left(), right(), left(), rows=list(_legend(program, canvas, ways)))
     parts: list[RenderableType] = [section("Scene", _beside(drawing, legend, width), _found(scenes, note))]
     if len(program.space):
@@ -60,8 +61,9 @@ def _draw_actor(canvas: Canvas, ways: Trajectory, actor: int) -> None:
 
 
 def _legend(program: Program, canvas: Canvas, ways: Trajectory) -> Iterator[tuple[Text, ...]]:
+    unit = speed_unit(program)
     marks = {style: character for character, style in canvas.marks.values()}
     for actor, name in enumerate(program.actors):
         style, state = actor_style(actor), ways.states[0, actor]
-        speed = fixed(3.6 * float(state[State.SPEED]), 1) if state[State.PRESENT] >= 0.5 else "–"
-        yield Text(marks.get(style, " "), style), Text(name, style), Text(speed), Text("km/h", "unit")
+        speed = unit.number(float(state[State.SPEED])) if state[State.PRESENT] >= 0.5 else ABSENT
+        yield Text(marks.get(style, " "), style), Text(name, style), Text(speed), Text(unit.name, "unit")

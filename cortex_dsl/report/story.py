@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cortex_dsl.report.numbers import fixed, percent
+from cortex_dsl.report.speeds import KM_H, SpeedUnit
 from engine.program import Rule
 from engine.scenes import Outcomes, Trajectory
 from engine.tables import Ints
@@ -52,14 +53,16 @@ class Moment:
     text: str
 
 
-def tell(program: Cast, outcomes: Outcomes, trajectory: Trajectory, row: int = 0, pair: int = 0) -> list[Moment]:
+def tell(
+    program: Cast, outcomes: Outcomes, trajectory: Trajectory, row: int = 0, pair: int = 0, unit: SpeedUnit = KM_H
+) -> list[Moment]:
     """The story of one scored run, in the order of time. `pair`: the pair (ego, pair + 1) that decided the risk."""
     contact_time = float(outcomes.end_time[row])
     moments = [
-        *_starts(program, trajectory),
-        *(m for actor in range(len(program.actors)) for m in _of_actor(trajectory, actor, contact_time)),
+        *_starts(program, trajectory, unit),
+        *(m for actor in range(len(program.actors)) for m in _of_actor(trajectory, actor, contact_time, unit)),
         *_left_road(outcomes, row),
-        *_of_pair(program, outcomes, row, pair),
+        *_of_pair(program, outcomes, row, pair, unit),
         end_of(program, outcomes, row),
     ]
     return in_order(moments)
@@ -75,7 +78,8 @@ def end_of(program: Cast, outcomes: Outcomes, row: int) -> Moment:
     time, reason = float(outcomes.end_time[row]), EndReason(int(outcomes.end_reason[row]))
     if reason in (EndReason.COLLISION, EndReason.OTHER_COLLISION):
         first, second = (program.actors[int(actor)] for actor in outcomes.contact_actors[row])
-        return Moment(time, -1, "contact", f"contact: {first} and {second}")
+        alone = f"; {program.actors[0]} has touched nobody" if reason == EndReason.OTHER_COLLISION else ""
+        return Moment(time, -1, "contact", f"contact: {first} and {second}{alone}")
     return Moment(time, -1, "end", end_text(program, reason, int(outcomes.end_rule[row])))
 
 
@@ -102,29 +106,29 @@ END_TEXTS = {
 RULE_TEXTS = {EndReason.RULE: "ended by", EndReason.ABORTED: "invalid, for it broke"}
 
 
-def _starts(program: Cast, trajectory: Trajectory) -> Iterator[Moment]:
+def _starts(program: Cast, trajectory: Trajectory, unit: SpeedUnit) -> Iterator[Moment]:
     """Who comes in later is told when it does."""
     for actor in range(len(program.actors)):
         here = np.flatnonzero(trajectory.states[:, actor, State.PRESENT] > 0.5)
         if len(here):
             speed = float(trajectory.states[here[0], actor, State.SPEED])
             verb = "starts" if here[0] == 0 else "comes in"
-            text = f"{verb} at {fixed(3.6 * speed, 1)} km/h" if speed > REST else f"{verb} at rest"
+            text = f"{verb} at {unit.text(speed)}" if speed > REST else f"{verb} at rest"
             yield Moment(float(trajectory.time[here[0]]), actor, "start", text)
 
 
-def _of_actor(trajectory: Trajectory, actor: int, end: float) -> Iterator[Moment]:
+def _of_actor(trajectory: Trajectory, actor: int, end: float, unit: SpeedUnit) -> Iterator[Moment]:
     """Brakings, and coming to rest, up to the end of the scored run."""
     scored = trajectory.time <= end + 1e-9
     states, time = trajectory.states[scored, actor], trajectory.time[scored]
     for start, stop in list(_stretches(time, states[:, State.BRAKE] > PEDAL))[:TOLD_PER_ACTOR]:
         pedal = float(np.max(states[start:stop, State.BRAKE]))
-        before, after = (3.6 * float(states[i, State.SPEED]) for i in (max(0, start - 1), stop - 1))
+        before, after = (float(states[i, State.SPEED]) for i in (max(0, start - 1), stop - 1))
         yield Moment(
             float(time[max(0, start - 1)]),
             actor,
             "brake",
-            f"brakes, pedal {percent(pedal, 0)}, {fixed(before, 1)} to {fixed(after, 1)} km/h",
+            f"brakes, pedal {percent(pedal, 0)}, {unit.number(before)} to {unit.text(after)}",
         )
     moving = np.flatnonzero(states[:, State.SPEED] > REST)
     if len(moving) and moving[-1] + 1 < len(states) and states[moving[-1] + 1, State.PRESENT] > 0.5:
@@ -151,7 +155,7 @@ def _left_road(outcomes: Outcomes, row: int) -> Iterator[Moment]:
             yield Moment(float(time), actor, "left_road", text)
 
 
-def _of_pair(program: Cast, outcomes: Outcomes, row: int, pair: int) -> Iterator[Moment]:
+def _of_pair(program: Cast, outcomes: Outcomes, row: int, pair: int, unit: SpeedUnit) -> Iterator[Moment]:
     """Fastest closing and closest approach of the deciding pair."""
     if outcomes.min_distance.shape[1] == 0:
         return
@@ -159,7 +163,7 @@ def _of_pair(program: Cast, outcomes: Outcomes, row: int, pair: int) -> Iterator
     closing = float(outcomes.max_closing_speed[row, pair])
     if closing > 0:
         apart = fixed(float(outcomes.distance_at_ms[row, pair]), 2)
-        text = f"closing fastest on {other}: {fixed(3.6 * closing, 1)} km/h, {apart} m apart"
+        text = f"closing fastest on {other}: {unit.text(closing)}, {apart} m apart"
         yield Moment(float(outcomes.max_closing_time[row, pair]), 0, "fastest", text)
     distance = float(outcomes.min_distance[row, pair])
     if distance > 0:

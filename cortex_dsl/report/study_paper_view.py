@@ -22,7 +22,7 @@ def paper_sections(findings: Findings, width: int) -> Iterator[RenderableType]:
             "Beside the paper", Group(_beside_table(findings.beside, width), Text(), *_lines(findings.beside)), note
         )
     if findings.rates:
-        note = "independent draws, the same in every scenario; Clopper-Pearson 95 %"
+        note = "independent draws; Clopper-Pearson 95 %"
         yield section("Random sampling", _rates_table(findings.rates, width), note)
     if findings.beside:
         yield section("Among other studies", _studies_table(findings.studies), "the paper's table, and this study")
@@ -70,7 +70,15 @@ def _lines(rows: Sequence[Beside]) -> Iterator[Text]:
 def differences(rows: Sequence[Beside]) -> list[str]:
     """Where ours differ from the paper's, in words; the first line is the sum of it."""
     against = [row for row in rows if not row.same_direction]
-    lines = [f"{len(rows) - len(against)} of {len(rows)} point the same way as in the paper"]
+    windows = [row for row in rows if row.measure.name.startswith("NIS")]
+    others = [row for row in rows if row not in windows]
+    same = sum(row.same_direction for row in others)
+    alike = sum(row.same_direction for row in windows)
+    lines = [
+        f"{same} of {len(others)} comparisons of risk, collisions and distances point the same way as in the paper",
+        f"{alike} of {len(windows)} of NIS do, one observation told over again: all share the windows that decide it",
+        *(f"the other way in {row.letter}: {row.measure.name}" for row in against),
+    ]
     for name in dict.fromkeys(row.measure.name for row in rows):
         ours, paper = (_range([getattr(r, field) for r in rows if r.measure.name == name]) for field in _RATIOS)
         lines.append(f"{name}: ga / random is {ours} here, {paper} in the paper")

@@ -38,7 +38,7 @@ class StudyProgress:
     """Runs that were finished before this process began."""
     quiet: bool = False
     found: dict[tuple[int, str], list[int]] = field(default_factory=lambda: defaultdict(list))
-    """Distinct collisions of each finished run of a cell."""
+    """Colliding genomes of each finished run of a cell."""
     new: int = 0
     """Runs that this process finished …"""
     simulations: int = 0
@@ -107,7 +107,7 @@ class StudyProgress:
             places = [(j, name) if turned else (i, method) for j, method in enumerate(across)]
             rows.append([Text(name, "quiet"), *(self._cell(place, width) for place in places)])
         head = [left(), *(left(name[: width + BESIDE - 2]) for name in across)]
-        note = Text("runs finished, and median of distinct collisions; Ctrl-C keeps what is finished", "quiet")
+        note = Text("runs finished, and median of colliding genomes; Ctrl-C keeps what is finished", "quiet")
         return Group(self._headline(), columns(*head, rows=rows, header=True), note)
 
     def _cell(self, place: tuple[int, str], width: int) -> Text:

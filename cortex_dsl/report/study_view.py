@@ -7,14 +7,15 @@ from rich.text import Text
 
 from cortex_dsl.report.layout import MARGIN, columns, heading, indented, left, right, section
 from cortex_dsl.report.numbers import counted, duration, fixed
+from cortex_dsl.report.study_numbers import missing_lines, p_text, quartiles, told
 from cortex_dsl.report.study_paper_view import paper_sections
 from engine.study.comparisons import Comparison, Spread
-from engine.study.findings import RULE, Findings
+from engine.study.findings import FAMILIES, RULE, Findings
 from engine.study.plan import Plan
 from engine.study.reading import Study
 
 SHOWN = (
-    "distinct collisions",
+    "colliding genomes",
     "distinct failures",
     "RL",
     "NC",
@@ -65,7 +66,7 @@ def _head(study: Study, findings: Findings) -> Iterator[RenderableType]:
     note = (
         f"{len(plan.subjects)} x {len(plan.methods)} x {plan.runs} runs of {search.generations} x {search.population}"
     )
-    yield heading("Study", f"{note}; {methods}; seed {search.seed}, profile {plan.profile}")
+    yield heading("Study", f"{note}; {methods}; {_seeds(plan)}, profile {plan.profile}")
     yield Text(f"{counted(simulations, 'simulation')}, {duration(seconds)} of work", "quiet")
     if not study.complete:
         total = plan.runs * len(plan.subjects) * len(plan.methods)
@@ -76,6 +77,13 @@ def _head(study: Study, findings: Findings) -> Iterator[RenderableType]:
     for sentence in findings.verdict:
         yield Text(sentence, "title")
     yield Text(RULE, "quiet")
+    yield Text(FAMILIES, "quiet")
+
+
+def _seeds(plan: Plan) -> str:
+    """`seeds 0 to 5`: each scenario has its own."""
+    first, last = plan.seeds[0], plan.seeds[-1]
+    return f"seed {first}" if first == last else f"seeds {first} to {last}"
 
 
 def _scenario(study: Study, findings: Findings, name: str, width: int) -> RenderableType:
@@ -86,9 +94,9 @@ def _scenario(study: Study, findings: Findings, name: str, width: int) -> Render
         return indented(Text(f"{name}: {plan.methods[0]} alone, see runs.csv", "quiet"))
     if len(plan.methods) > STACKED:
         return section(name, _matrix(plan, rows, room), "medians; p, A12 and quartiles stand in tests.csv")
-    return section(
-        name, _pair(plan, rows) if len(plan.methods) == 2 and room >= SIDE_BY_SIDE else _stack(plan, rows, room)
-    )
+    table = _pair(plan, rows) if len(plan.methods) == 2 and room >= SIDE_BY_SIDE else _stack(plan, rows, room)
+    lines = [Text(line, "quiet") for line in missing_lines(rows)]
+    return section(name, Group(table, *lines))
 
 
 def _pair(plan: Plan, rows: Sequence[Comparison]) -> RenderableType:
@@ -123,11 +131,14 @@ def _matrix(plan: Plan, rows: Sequence[Comparison], room: int) -> RenderableType
     """Many methods: one line each, one column a measure; green where one beats the baseline, red where it loses."""
     names = SHOWN[: max(1, (room - MATRIX_NAME) // MATRIX_CELL)]
     body = [
-        [_method(plan.baseline), *(Text(_median(of[0].baseline_spread, of[0])) for of in (_of(rows, n) for n in names))]
+        [
+            _method(plan.baseline),
+            *(Text(told(of[0].baseline_spread.median, of[0])) for of in (_of(rows, n) for n in names)),
+        ]
     ]
     for method in plan.contenders:
         mine = [next(row for row in _of(rows, name) if row.method == method) for name in names]
-        body.append([_method(method), *(Text(_median(row.spread, row), _style(row)) for row in mine)])
+        body.append([_method(method), *(Text(told(row.spread.median, row), _style(row)) for row in mine)])
     heads = (_of(rows, name)[0].title.replace("distinct ", "d. ").replace("last 10", "end") for name in names)
     return columns(left(), *map(right, heads), rows=body, header=True)
 
@@ -146,12 +157,8 @@ def _name(row: Comparison) -> Text:
 
 
 def _spread(spread: Spread, row: Comparison) -> tuple[Text, Text]:
-    low, high = (fixed(value, row.measure.decimals) for value in spread.quartiles)
-    return Text(_median(spread, row)), Text(f"[{low}, {high}]")
-
-
-def _median(spread: Spread, row: Comparison) -> str:
-    return fixed(spread.median, row.measure.decimals)
+    low, high = quartiles(spread, row)
+    return Text(told(spread.median, row)), Text(f"[{low}, {high}]")
 
 
 def _style(row: Comparison) -> str:
@@ -161,9 +168,4 @@ def _style(row: Comparison) -> str:
 def _test(row: Comparison) -> tuple[Text, Text, Text, Text]:
     style = _style(row)
     interval = f"[{fixed(row.interval.low, 2)}, {fixed(row.interval.high, 2)}]"
-    return Text(p_text(row.p_holm)), Text(row.stars, style), Text(fixed(row.a12, 2), style), Text(interval)
-
-
-def p_text(p: float) -> str:
-    """Four decimals, and no pretence of more."""
-    return "< 0.0001" if p < 1e-4 else fixed(p, 4)
+    return Text(p_text(row.p_holm)), Text(row.marks, style), Text(fixed(row.a12, 2), style), Text(interval)

@@ -10,6 +10,7 @@ from rich.text import Text
 from cortex_dsl.report.layout import columns, left, right
 from cortex_dsl.report.numbers import fixed
 from cortex_dsl.report.sparkline import sparkline
+from cortex_dsl.report.speeds import KM_H, SpeedUnit
 from cortex_dsl.report.story import Moment
 from cortex_dsl.report.theme import actor_style
 from engine.scenes import Trajectory
@@ -28,15 +29,17 @@ def timeline(moments: Sequence[Moment], actors: Sequence[str]) -> RenderableType
     return columns(right(), left(), left(wrap=True), rows=rows)
 
 
-def curves(trajectory: Trajectory, actors: Sequence[str], end: float, pair: int, width: int) -> RenderableType:
+def curves(
+    trajectory: Trajectory, actors: Sequence[str], end: float, pair: int, width: int, unit: SpeedUnit = KM_H
+) -> RenderableType:
     """Speed of each actor, and how far the centres of the deciding pair are apart, up to the end of the scored run."""
     scored = trajectory.time <= end + 1e-9
     room = max(10, min(48, width - max(map(len, (*actors, APART))) - 26))
     rows = [
         _curve(
             Text(actor, actor_style(index)),
-            _present(trajectory, index, 3.6 * trajectory.states[:, index, State.SPEED])[scored],
-            "km/h",
+            _present(trajectory, index, unit.per_si * trajectory.states[:, index, State.SPEED])[scored],
+            unit.name,
             actor_style(index),
             room,
         )

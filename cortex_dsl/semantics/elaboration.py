@@ -4,7 +4,7 @@ The file is run once for every way of making its finite choices. A run leaves be
 rules of its variant as expressions over what is still unknown: genes, draws, and the state of the simulation.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import PurePath
@@ -21,6 +21,7 @@ from cortex_dsl.semantics.names.overrides import param_entries, read_overrides
 from cortex_dsl.semantics.names.scope import check_names
 from cortex_dsl.semantics.names.system import system_params
 from cortex_dsl.semantics.problems import NeedsExpansion
+from cortex_dsl.semantics.quantities.units import si_word
 from cortex_dsl.semantics.randomness.choices import VARIANT_LIMIT, TooManyVariants, enumerate_variants
 from cortex_dsl.semantics.remarks.advice import advised
 from cortex_dsl.semantics.road.default_map import default_road, map_with_lights, reasons, spelled
@@ -152,7 +153,7 @@ def _scenario(module: nodes.Module, file: FileContext, drafts: Sequence[Draft]) 
         name=PurePath(file.source.name).stem,
         description=module.docstring or "",
         road=network.spec,
-        genes=tuple(file.genes.values()),
+        genes=tuple(_measured(file)),
         settings=_settings(file),
         variants=tuple(_completed(file, draft, requirements) for draft in drafts),
         network=network,
@@ -160,6 +161,14 @@ def _scenario(module: nodes.Module, file: FileContext, drafts: Sequence[Draft]) 
         temporals=temporals,
         records=tuple(record for _, record in file.records.values()),
     )
+
+
+def _measured(file: FileContext) -> Iterator[ir.GeneInfo]:
+    """The genes; one without a unit has that of the places in which it stands, where they agree."""
+    for index, gene in enumerate(file.genes.values()):
+        words = {si_word(dimension) for dimension in file.taken_for.get(index, ())}
+        bare = not gene.unit and len(words) == 1 and words != {""}
+        yield replace(gene, unit=words.pop(), bare=True) if bare else gene
 
 
 def _has_end(module: nodes.Module, file: FileContext) -> bool:

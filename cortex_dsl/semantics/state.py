@@ -56,6 +56,8 @@ class FileContext:
     findings: Findings = field(default_factory=Findings)
     pool: Pool = field(default_factory=Pool)
     genes: dict[str, ir.GeneInfo] = field(default_factory=dict)
+    taken_for: dict[int, set[ir.Dimension]] = field(default_factory=dict)
+    """What the places of genes without a unit measure, by the number of the gene."""
     networks: dict[RoadSpec, Network] = field(default_factory=dict)
     settings: Settings = field(default_factory=Settings)
     entry: nodes.ScenarioDefinition | None = None

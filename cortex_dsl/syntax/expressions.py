@@ -346,6 +346,10 @@ class ExpressionBuilder:
         region, distance, trajectory = parts
         return nodes.Before(self.expression(region), self.expression(distance), self.optional(trajectory), span=span)
 
+    def after(self, parts: Sequence[Child], span: Span) -> nodes.Specifier:
+        region, distance, trajectory = parts
+        return nodes.After(self.expression(region), self.expression(distance), self.optional(trajectory), span=span)
+
     def facing(self, parts: Sequence[Child], span: Span) -> nodes.Specifier:
         return nodes.Facing(self.expression(parts[0]), span=span)
 
@@ -385,6 +389,7 @@ _SPECIFIERS: dict[str, Callable[[ExpressionBuilder, Sequence[Child], Span], node
     method.__name__: method
     for method in (
         _B.at, _B.in_region, _B.offset_by_specifier, _B.offset_along_specifier, _B.beside, _B.following, _B.before,
+        _B.after,
         _B.facing, _B.facing_toward, _B.facing_away, _B.with_,
     )
 }  # fmt: skip

@@ -55,7 +55,7 @@ def not_supported(trouble: Trouble) -> Diagnostic | None:
     if before is not None and before.text in later.OPERATORS and found.kind == "name":
         return _later(before, later.OPERATORS[before.text], later.INSTEAD.get(before.text, ""))
     if found.kind == "name" and found.text in later.SPECIFIERS:
-        return _later(found, later.SPECIFIERS[found.text])
+        return _later(found, later.SPECIFIERS[found.text], later.INSTEAD.get(found.text, ""))
     return None
 
 

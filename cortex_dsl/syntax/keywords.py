@@ -110,6 +110,7 @@ KEYWORDS: tuple[Keyword, ...] = (
         ("right of", "right of OBJECT by DISTANCE", "Stands to the right of an object."),
         ("following", "following FIELD from PLACE for DISTANCE", "Stands where a way along the field ends."),
         ("before", "before intersection by DISTANCE", "Stands on its way a distance before the intersection."),
+        ("after", "after intersection by DISTANCE", "Stands on its way a distance beyond the intersection."),
         ("facing", "facing HEADING", "Heads in a direction; anticlockwise from the east, or as a field says."),
         ("facing toward", "facing toward PLACE", "Heads to a place."),
         ("facing away from", "facing away from PLACE", "Heads away from a place."),

@@ -32,6 +32,10 @@ INSTEAD: Mapping[str, str] = MappingProxyType(
         "def": "write `NAME = lambda x: ...` for what computes a value, or a `behavior` for what an actor does",
         "assert": "write `require`",
         "except": "write `interrupt when` with a condition",
+        "beyond": "write `after intersection by 10 m along trajectory`, or `ahead of x by 10 m`",
+        "visible": "write `require ego can see x`",
+        "contained": "write `require x in region`; that objects stand on the road is required anyway",
+        "apparently": "write `facing`, which turns an object in any direction",
         "relative": "add the headings, as in `facing ego.heading + 90 deg`; for places write `offset by`",
     }
 )

@@ -24,7 +24,7 @@ _OPERATORS = frozenset({
     "_OFFSET_BY", "_IMPLIES", "UNIT", "UNKNOWN_UNIT", "LPAR", "LSQB", "DOT", "AUGMENTED_ASSIGN", "SEMICOLON",
 })  # fmt: skip
 _SPECIFIERS = frozenset({
-    "_AT", "ON", "_BEFORE", "BESIDE", "_FACING", "_FACING_AWAY", "_FACING_TOWARD", "_FOLLOWING", "_WITH",
+    "_AT", "ON", "_AFTER", "_BEFORE", "BESIDE", "_FACING", "_FACING_AWAY", "_FACING_TOWARD", "_FOLLOWING", "_WITH",
 })  # fmt: skip
 _SPOKEN = {
     "NAME": "a name",

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import nearest
-from cortex_dsl.syntax import errors, newcomers, phrases, slips
+from cortex_dsl.syntax import errors, newcomers, phrases, sentences, slips
 from cortex_dsl.syntax.habits import foreign_spelling, missing_new, not_supported, text_prefix
 from cortex_dsl.syntax.trouble import Trouble, Word
 from cortex_dsl.syntax.units import UNIT_WORDS, unit_list
@@ -275,6 +275,7 @@ def unknown_unit(trouble: Trouble) -> Diagnostic | None:
 MISTAKES: tuple[Mistake, ...] = (
     continued_line,
     *newcomers.RULES,
+    *sentences.RULES,
     slips.side_without_of,
     phrases.function_in_a_class,
     not_supported,

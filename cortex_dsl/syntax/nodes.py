@@ -286,6 +286,11 @@ class Before(Specifier):
 
 
 @frozen
+class After(Before):
+    """`after intersection by d along trajectory`: the place on the trajectory d beyond the junction."""
+
+
+@frozen
 class Facing(Specifier):
     """`facing heading`, `facing toward point`, `facing away from point`; mode `""`, `toward`, `away`."""
 

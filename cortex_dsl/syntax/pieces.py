@@ -154,7 +154,7 @@ class _Pieces:
         if kind == "DOT":
             return self.last == "NUMBER"
         if kind in ("LPAR", "LSQB"):
-            return not self.value and self.last not in _CALLED
+            return not self.value and self.last not in _CALLED and not (self.brackets and self.last == "_EQUAL")
         return not (self.brackets and "_EQUAL" in (kind, self.last))
 
     def step(self, kind: str) -> None:

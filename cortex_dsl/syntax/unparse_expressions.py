@@ -264,7 +264,8 @@ def write_specifier(node: nodes.Specifier) -> str:
             direction = _operand(node.direction) if node.origin is None else _measured(node.direction)
             return f"following {direction}{_tail('from', node.origin)} for {_operand(node.distance)}"
         case nodes.Before():
-            return f"before {_operand(node.region)} by {_operand(node.distance)}" + _tail("along", node.trajectory)
+            word = "after" if isinstance(node, nodes.After) else "before"
+            return f"{word} {_operand(node.region)} by {_operand(node.distance)}" + _tail("along", node.trajectory)
         case nodes.Facing():
             mode = {"": "", "toward": "toward ", "away": "away from "}[node.mode]
             return f"facing {mode}{_operand(node.heading)}"

@@ -19,4 +19,5 @@ TEMPORAL_PREFIXES = frozenset({"always", "eventually", "next"})
 TEMPORAL = TEMPORAL_PREFIXES | {"until", "implies"}
 SPECIFIER_WORDS = frozenset({
     "at", "in", "on", "with", "offset", "ahead", "behind", "left", "right", "following", "facing", "before",
+    "after",
 })  # fmt: skip

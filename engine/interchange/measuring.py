@@ -191,8 +191,8 @@ def _of_pairs(pairs: Sequence[PairMetrics]) -> dict[str, np.ndarray]:
 
 
 def _line(values: Iterable[float]) -> Floats:
-    """(1, pairs)"""
-    return np.array(list(values), dtype=np.float64).reshape(1, -1)
+    """(1, pairs); -0.0 is 0."""
+    return np.array(list(values), dtype=np.float64).reshape(1, -1) + 0.0
 
 
 def _left_road(recording: Recording, judged: Floats) -> Floats:

@@ -4,6 +4,7 @@ An actor has properties `cortexc.…`: its own name and kind, what its element h
 sample at which it is there, of what does not follow exactly from its positions. A file has parameters `cortexc_…`.
 """
 
+import re
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
@@ -43,7 +44,12 @@ class Samples(NamedTuple):
 def of_actor(actor: RecordedActor, fields: Iterable[str]) -> dict[str, str]:
     """Name, kind and those of `FIELDS` that have no other place."""
     own = {f"{PREFIX}{field}": number(getattr(actor, field)) for field in fields}
-    return {NAME: actor.name, KIND: actor.kind.name.lower(), **own}
+    return {NAME: _escaped(actor.name), KIND: actor.kind.name.lower(), **own}
+
+
+def _escaped(text: str) -> str:
+    """Without the `$` by which readers know a parameter, so that the very text comes back."""
+    return text.replace("\\", "\\\\").replace("$", "\\d")
 
 
 def of_samples(recording: Recording, actor: int) -> dict[str, str]:
@@ -63,6 +69,12 @@ def _text(values: Floats) -> str:
 
 
 # -- read -------------------------------------------------------------------------------------------------------------
+
+
+def name_in(properties: Properties, default: str) -> str:
+    """The name that is said, which may be empty."""
+    said = properties.get(NAME)
+    return default if said is None else re.sub(r"\\(.)", lambda sign: "$" if sign[1] == "d" else sign[1], said)
 
 
 def kind_in(properties: Properties) -> ActorKind | None:

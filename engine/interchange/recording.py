@@ -18,6 +18,9 @@ from engine.vocabulary import ActorKind, State
 SAME_INSTANT = 1e-9
 """Instants closer than this are one [s]: no format tells them apart."""
 
+MOST_ACTORS = 1000
+"""That a file may hold; our own runs have fewer."""
+
 
 @dataclass(frozen=True)
 class RecordedActor:

@@ -12,6 +12,8 @@ __all__ = ["INFINITE", "LARGEST", "NUMBER", "Element", "SubElement", "child", "d
 
 NUMBER = re.compile(r"\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,4})?\s*", re.ASCII)
 """XML Schema's xs:double without its infinities; Python alone would take `1_000`, too."""
+NO_CHARACTER = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""What XML cannot hold, even escaped (W3C, "Extensible Markup Language (XML) 1.0", production 2)."""
 INFINITE = ("INF", "+INF", "inf", "Infinity")
 LARGEST = 1e9
 """No length, time or angle of a real file is larger: beyond it, arithmetic loses the millimetre."""
@@ -46,7 +48,7 @@ def xml_text(root: Element) -> str:
     """
     ElementTree.indent(root, " ")
     text = '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
-    for mark in text:
-        if mark < " " and mark not in "\t\n\r":
-            raise InterchangeError(f"XML cannot hold the character {mark!r}", "take it out of the scenario's names")
+    if (mark := NO_CHARACTER.search(text)) is not None:
+        said = f"XML cannot hold the character U+{ord(mark[0]):04X}"
+        raise InterchangeError(said, "take it out of the names in the scenario")
     return text

@@ -2,7 +2,10 @@
 
 The ego's path is the one that it took, carried on as it would have gone on without contact; only its motion along that
 path differs. Up to the moment when the reference driver brakes everything is as it was; from then on the others go on
-behaving, and react, if they react to anything, to the ego of the reference driver.
+behaving, and react, if they react to anything, to the ego of the reference driver. That driver brakes as the ramp
+allows, and no less than the ego has done since, up to full braking: who takes over does not let go of the pedal.
+
+To brake earlier is not always better, as who brakes later may pass before the other: all moments are tried.
 
 Perception: at a sample the conflict is in sight when, within the horizon, the outlines would touch if the ego went on
 along its path at its present speed and the other kept its speed and the rate at which it has just been turning (the
@@ -21,8 +24,10 @@ from engine.kernels.stage import RUNNING, Plan, Run, Slot, Status
 from engine.tables import Floats, Ints
 from engine.vocabulary import EndReason, State
 
-WAY, PATH_X, PATH_Y, PATH_HEADING = range(4)
-"""Columns of the ego's path: arc length of its centre [m], and its poses; a row for each sample."""
+WAY, PATH_X, PATH_Y, PATH_HEADING, OWN = range(5)
+"""Columns of the ego's path: arc length of its centre [m], its poses, and by how much it slowed down itself in the step
+after [m/s^2]; a row for each sample."""
+PATH_COLUMNS = 5
 NEVER = -1
 """No such sample."""
 
@@ -62,9 +67,12 @@ class Weighed(NamedTuple):
     avoided: bool
     """Whether the ego then touches nobody."""
     latest: int
-    """The latest sample from which braking still avoids contact."""
+    """If avoided, the last sample up to which the driver may wait, every sample between avoiding contact; if not, the
+    last one before `braking` that would have, else the first one after it; `NEVER`: there is none at all."""
     as_hard: bool
     """Whether the ego had braked at least as hard itself: it had come no farther."""
+    lost: bool
+    """Whether no sample at all avoids contact, nor full braking from the first sample on, without any ramp."""
 
 
 class Outcome(NamedTuple):
@@ -79,7 +87,7 @@ class Outcome(NamedTuple):
 def weigh(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, extra: int, driver: Driver) -> Weighed:
     """Drive a case as it was, find when its conflict is perceived, and drive it again with the reference driver.
 
-    `run` and `path` (n, 4) have room for `extra` samples after the time limit; `outlines` (actors, 3) as in
+    `run` and `path` (n, PATH_COLUMNS) have room for `extra` samples after the time limit; `outlines` (actors, 3) as in
     `measure.measure_pair`.
     """
     begin(plan, run, case.variant, case.values, case.key)
@@ -87,19 +95,22 @@ def weigh(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, extr
     advance(plan, run, plan.layout.last_sample + 1, scored)
     contact, other = int(run.status[Status.SAMPLE]), int(run.status[Status.CONTACT_OTHER])
     if run.status[Status.END] != EndReason.COLLISION:
-        return Weighed(NEVER, NEVER, NEVER, False, NEVER, False)
+        return Weighed(NEVER, NEVER, NEVER, False, NEVER, False, False)
     advance(plan, run, contact + extra, not scored)
     until = int(run.status[Status.SAMPLE])
-    _lay_path(run.states, until + 1, path)
     time_step = plan.layout.time_step
+    _lay_path(run.states, until + 1, path, time_step)
     perceived = _perceive(run.states, contact, other, outlines, path[: until + 1], time_step, driver)
-    if perceived == NEVER:
-        return Weighed(contact, NEVER, NEVER, False, NEVER, False)
-    braking = perceived + _samples(driver.reaction, time_step)
-    drive = _drive(plan, run, case, min(braking, contact), contact, until, outlines, path, driver)
+    braking = contact if perceived == NEVER else perceived + _samples(driver.reaction, time_step)
+    begun = min(braking, contact)
+    drive = _drive(plan, run, case, begun, contact, until, outlines, path, driver)
     as_hard = drive.touched and braking < contact - 1 and path[contact - 1, WAY] <= drive.way + 1e-6
-    latest = _latest(plan, run, case, min(braking, contact), not drive.touched, contact, until, outlines, path, driver)
-    return Weighed(contact, perceived, braking, not drive.touched, latest, as_hard)
+    latest = _latest(plan, run, case, begun, not drive.touched, contact, until, outlines, path, driver)
+    at_once = Driver(driver.perception, driver.reaction, driver.deceleration, 0.0, driver.horizon)
+    lost = latest == NEVER and _drive(plan, run, case, 0, contact, until, outlines, path, at_once).touched
+    if perceived == NEVER:
+        return Weighed(contact, NEVER, NEVER, False, NEVER, False, lost)
+    return Weighed(contact, perceived, braking, not drive.touched, latest, as_hard, lost)
 
 
 @inlined
@@ -109,7 +120,7 @@ def _samples(time: float, time_step: float) -> int:
 
 
 @inlined
-def _lay_path(states: Floats, samples: int, path: Floats) -> None:
+def _lay_path(states: Floats, samples: int, path: Floats, time_step: float) -> None:
     way = 0.0
     for k in range(samples):
         if k > 0:
@@ -118,6 +129,8 @@ def _lay_path(states: Floats, samples: int, path: Floats) -> None:
         path[k, WAY] = way
         path[k, PATH_X], path[k, PATH_Y] = states[k, 0, State.X], states[k, 0, State.Y]
         path[k, PATH_HEADING] = states[k, 0, State.HEADING]
+        after = states[k + 1, 0, State.SPEED] if k + 1 < samples else states[k, 0, State.SPEED]
+        path[k, OWN] = max(0.0, states[k, 0, State.SPEED] - after) / time_step
 
 
 @kernel
@@ -216,12 +229,13 @@ def _drive(
     run.actors[0, Slot.FREE] = 1.0
     time_step, states = plan.layout.time_step, run.states
     way, speed = path[braking, WAY], states[braking, 0, State.SPEED]
-    held = max(0.0, -states[braking, 0, State.ACCELERATION]) if braking > 0 else 0.0
+    held = path[max(braking - 1, 0), OWN]
     way_before = way
     for k in range(braking, until):
         middle = (k - braking + 0.5) * time_step
+        held = max(held, path[k, OWN]) if k < contact else held
         pedal = driver.deceleration * (min(1.0, middle / driver.ramp) if driver.ramp > 0.0 else 1.0)
-        slower = max(0.0, speed - max(held, pedal) * time_step)
+        slower = max(0.0, speed - max(min(held, driver.deceleration), pedal) * time_step)
         way += 0.5 * (speed + slower) * time_step
         speed = slower
         _place(states, k + 1, _pose(path[: until + 1], way, outlines[0, 0], outlines[0, 1]), speed)
@@ -278,14 +292,16 @@ def _latest(
     path: Floats,
     driver: Driver,
 ) -> int:
-    """The latest sample from which braking avoids contact, by bisection: as if earlier were never worse."""
-    good, bad = (braking, contact) if avoided else (0, braking)
-    if not avoided and _drive(plan, run, case, 0, contact, until, outlines, path, driver).touched:
-        return NEVER
-    while bad - good > 1:
-        middle = (good + bad) // 2
-        if _drive(plan, run, case, middle, contact, until, outlines, path, driver).touched:
-            bad = middle
-        else:
-            good = middle
-    return good
+    """How long braking may wait, or which other moment would have been the right one; see `Weighed.latest`."""
+    if avoided:
+        for k in range(braking + 1, contact):
+            if _drive(plan, run, case, k, contact, until, outlines, path, driver).touched:
+                return k - 1
+        return contact - 1
+    for k in range(braking - 1, -1, -1):
+        if not _drive(plan, run, case, k, contact, until, outlines, path, driver).touched:
+            return k
+    for k in range(braking + 1, contact):
+        if not _drive(plan, run, case, k, contact, until, outlines, path, driver).touched:
+            return k
+    return NEVER

@@ -9,22 +9,34 @@ import numpy as np
 
 from engine.avoidability import Avoidability, Avoidance, avoidability
 from engine.config import Config
-from engine.program import Program
+from engine.program import ParamSpace, Program
 from engine.risk import PROFILES
 from engine.sampling import sample
 from engine.search.clusters import Cluster, clusters
-from engine.search.diversity import Grid, Spread, distinct_failures, grids, spread
+from engine.search.diversity import Grid, Spread, distinct_failures, distinct_range, grids, spread
 from engine.search.evaluations import Evaluations
 from engine.search.evaluator import make_evaluator
 from engine.search.genes import GeneEffect, gene_effects, probe_genes
+from engine.search.partners import NO_PARTNERS, Partners, partners
 from engine.search.protocol import Box
 from engine.search.ranking import Case, worst_cases
 from engine.search.sensitivity import Sensitivity, sensitivity
+from engine.tables import Floats
+from engine.vocabulary import GeneKind
 
 MOST_REPLAYS = 500
 """Distinct failures that the reference driver drives again; of more, as many spread evenly."""
 BUDGET = 20_000
 """Simulations of the sensitivity design."""
+
+
+@dataclass(frozen=True)
+class SystemShare:
+    """Avoidable collisions by what the search had chosen for one param of the system under test."""
+
+    name: str
+    thirds: tuple[int, int, int]
+    """How many had it in the lower, the middle and the upper third of its range."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +48,9 @@ class Avoided:
     by: dict[Avoidance, int]
     """How many of them came out in each way."""
     lost: int = 0
-    """How many of them not even full braking from the first moment on avoids."""
+    """How many of them no braking avoids, not even full braking from the first moment on."""
+    by_system: tuple["SystemShare", ...] = ()
+    """Where the avoidable ones lie in the ranges of the system's own params, as far as the search chose them."""
 
     @property
     def avoidable(self) -> int:
@@ -52,7 +66,11 @@ class Analysis:
     failures: int
     """Simulated individuals that collided …"""
     distinct: tuple[int, ...]
-    """… and those that count as different (`diversity`)."""
+    """… and those that count as different (`diversity`), in the order in which they were found."""
+    distinct_range: tuple[int, int]
+    """Fewest and most that count as different in other orders."""
+    fastest: float
+    """The largest closing speed of a contact [m/s]; NaN without one."""
     spread: Spread
     grids: tuple[Grid, ...]
     clusters: tuple[Cluster, ...]
@@ -66,6 +84,8 @@ class Analysis:
     avoided: Avoided
     system: tuple[str, ...]
     """Genes that the search chose and that belong to the system under test."""
+    partners: Partners = NO_PARTNERS
+    """With whom the ego collided."""
 
 
 def analyse(
@@ -88,6 +108,8 @@ def analyse(
         valid=int((simulated & evaluations.valid).sum()),
         failures=int((simulated & evaluations.collided).sum()),
         distinct=tuple(distinct),
+        distinct_range=distinct_range(evaluations, box),
+        fastest=fastest_contact(evaluations),
         spread=spread(evaluations, box),
         grids=grids(evaluations, variant_labels(program)),
         clusters=clusters(evaluations, box),
@@ -95,8 +117,9 @@ def analyse(
         sensitivity=sensitivity(program.space, evaluate, budget, config.search.seed) if budget and len(box) else None,
         worst=worst,
         avoidability=driven_again(program, evaluations, [case.row for case in worst], config),
-        avoided=_avoided(driven_again(program, evaluations, _spread_evenly(distinct), config)),
+        avoided=avoided(program, evaluations, _spread_evenly(distinct), config),
         system=tuple(name for name in program.space.system if name in program.space.names),
+        partners=partners(evaluations, len(program.actors)),
     )
 
 
@@ -116,10 +139,33 @@ def _spread_evenly(rows: Sequence[int]) -> list[int]:
     return [rows[i] for i in np.linspace(0, len(rows) - 1, MOST_REPLAYS).astype(int).tolist()]
 
 
-def _avoided(answers: Sequence[Avoidability | None]) -> Avoided:
+def avoided(program: Program, evaluations: Evaluations, rows: Sequence[int], config: Config) -> Avoided:
+    """What the reference driver makes of these failures, all together."""
+    answers = driven_again(program, evaluations, rows, config)
     known = [answer for answer in answers if answer is not None]
     by = Counter(answer.avoidance for answer in known)
-    return Avoided(len(known), dict(sorted(by.items())), sum(answer.margin == -math.inf for answer in known))
+    avoidable = [row for row, answer in zip(rows, answers, strict=True) if answer is not None and answer.avoidable]
+    shares = _system_shares(program.space, evaluations.genomes[np.array(avoidable, dtype=np.int64)])
+    return Avoided(len(known), dict(sorted(by.items())), sum(answer.lost for answer in known), shares)
+
+
+def _system_shares(space: ParamSpace, genomes: Floats) -> tuple[SystemShare, ...]:
+    """One for each param of the system that has a range."""
+    shares = []
+    for gene, name in enumerate(space.names):
+        if name in space.system and space.kinds[gene] != GeneKind.INDEX:
+            width = float(space.high[gene] - space.low[gene]) or 1.0
+            third = np.clip(np.floor(3.0 * (genomes[:, gene] - space.low[gene]) / width), 0, 2)
+            low, middle, high = (int((third == k).sum()) for k in range(3))
+            shares.append(SystemShare(name, (low, middle, high)))
+    return tuple(shares)
+
+
+def fastest_contact(evaluations: Evaluations) -> float:
+    """The largest closing speed of a simulated contact [m/s]; NaN without one."""
+    runs = evaluations.rollouts
+    speeds = runs.closing_speed[evaluations.simulated][runs.collided[evaluations.simulated]]
+    return float(np.nanmax(speeds)) if np.isfinite(speeds).any() else math.nan
 
 
 def variant_labels(program: Program) -> list[str]:

@@ -29,8 +29,8 @@ CLOSING = tuple(20.0 * step for step in range(8))
 """Inner edges of closing speeds [km/h]; both outer cells are open."""
 SECTORS = ("same way", "45° left", "90° left", "135° left", "head-on", "135° right", "90° right", "45° right")
 """Headings of the other as seen from the ego, each the middle of a sector of 45 degrees."""
-SPREAD_ROWS = 600
-"""Most failures between which distances are taken; of more, as many spread evenly over the search."""
+SHUFFLES = 20
+"""Orders in which failures are counted again."""
 
 
 @dataclass(frozen=True)
@@ -76,13 +76,16 @@ class Grid:
 class Spread:
     """Mean distances between failures, where a distance is the mean difference of genes as shares of their ranges.
 
-    NaN with fewer than two failures.
+    NaN with fewer than two failures. The nearest falls as failures grow more, however they lie: two searches are
+    compared by it at the same `count` only.
     """
 
     nearest: float
     """To the nearest other failure: near 0 where a search found the same thing again and again."""
     pairwise: float
     """Between any two; some 1/3 where failures fill the box evenly."""
+    count: int = 0
+    """Failures of different genomes, all of them."""
 
 
 def distinct_failures(evaluations: Evaluations, box: Box, genes: int | None = None, share: float = SHARE) -> list[int]:
@@ -110,18 +113,45 @@ def least_genes(box: Box) -> int:
     return max(1, -(-len(box) // 3))
 
 
-def spread(evaluations: Evaluations, box: Box) -> Spread:
-    """How far apart the different failures of a search lie."""
+def distinct_range(evaluations: Evaluations, box: Box, shuffles: int = SHUFFLES) -> tuple[int, int]:
+    """Fewest and most distinct failures when they are counted in other orders: the rule depends on who comes first."""
     rows = np.flatnonzero(evaluations.simulated & evaluations.collided)
-    units = np.unique(_units(evaluations.genomes[rows], box), axis=0)
-    if len(units) > SPREAD_ROWS:
-        units = units[np.linspace(0, len(units) - 1, SPREAD_ROWS).astype(np.int64)]
-    if len(units) < 2 or not len(box):
-        return Spread(math.nan, math.nan)
-    distance = sum(np.minimum(np.abs(column[:, None] - column[None, :]), 1.0) for column in units.T) / len(box)
-    table = np.asarray(distance)
-    apart = table[~np.eye(len(table), dtype=bool)].reshape(len(table), -1)
-    return Spread(float(apart.min(axis=1).mean()), float(apart.mean()))
+    stream = np.random.Generator(np.random.Philox(0))
+    orders = [stream.permutation(rows) for _ in range(shuffles)]
+    counts = [len(first_apart(evaluations.genomes[order], box)) for order in orders]
+    return min(counts, default=0), max(counts, default=0)
+
+
+def spread(evaluations: Evaluations, box: Box) -> Spread:
+    """How far apart the different failures of a search lie, all of them."""
+    rows = np.flatnonzero(evaluations.simulated & evaluations.collided)
+    places = np.unique(_places(evaluations.genomes[rows], box), axis=0)
+    if len(places) < 2 or not len(box):
+        return Spread(math.nan, math.nan, len(places))
+    from scipy.spatial import KDTree
+
+    apart, _ = KDTree(places).query(places, k=2, p=1)
+    return Spread(float(apart[:, 1].mean()) / len(box), _mean_difference(places) / len(box), len(places))
+
+
+def _places(genomes: Floats, box: Box) -> Floats:
+    """Points whose L1 distance sums the differences of genes: a column a gene, and one for each option of an option's,
+    as two different options are a whole range apart.
+    """
+    units, columns = _units(genomes, box), []
+    for gene, kind in enumerate(box.kinds):
+        if kind is GeneKind.INDEX:
+            columns += [0.5 * (genomes[:, gene] == option) for option in np.unique(genomes[:, gene])]
+        else:
+            columns.append(units[:, gene])
+    return np.array(columns, dtype=np.float64).reshape(len(columns), len(genomes)).T
+
+
+def _mean_difference(places: Floats) -> float:
+    """Mean L1 distance of all pairs: in each column, sorted, the i-th of n is counted 2 i - n + 1 times."""
+    count = len(places)
+    weights = 2.0 * np.arange(count) - count + 1.0
+    return float((weights @ np.sort(places, axis=0)).sum() * 2.0 / (count * (count - 1)))
 
 
 def _units(genomes: Floats, box: Box) -> Floats:

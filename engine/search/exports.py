@@ -29,6 +29,7 @@ from engine.search.figures import Figures
 from engine.search.guide import GUIDE, TEXT
 from engine.search.journal import finite
 from engine.search.manifest import Manifest
+from engine.search.partners import partners
 from engine.search.protocol import Operator
 from engine.search.ranking import Case
 from engine.search.store import store_errors
@@ -86,6 +87,7 @@ def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
         "generations": len(campaign.generations),
         "seconds": campaign.elapsed,
         "distinct_collisions": campaign.distinct_collisions,
+        **collisions_by_partner(campaign.evaluations, manifest.actors),
         "by_individual": asdict(campaign.by_individual),
         "by_simulation": asdict(campaign.by_simulation),
         "last_generations": {
@@ -95,6 +97,15 @@ def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
         },
         "worst": [_case(campaign, case) for case in campaign.worst],
         "genes": [{**asdict(gene), "worst": list(gene.worst), "dead": gene.dead} for gene in campaign.genes],
+    }
+
+
+def collisions_by_partner(evaluations: Evaluations, actors: Sequence[str]) -> dict[str, Any]:
+    """Distinct simulations in which the ego touched each other actor, and in which two others touched first."""
+    found = partners(evaluations, len(actors))
+    return {
+        "collisions_with": dict(zip(actors[1:], found.with_ego, strict=True)),
+        "collisions_without_ego": found.without_ego,
     }
 
 

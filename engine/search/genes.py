@@ -4,13 +4,19 @@ A genetic algorithm does not sample its box evenly, so a correlation among its i
 The effects come from *probes*: simulated cases, spread evenly over the campaign, are simulated again under the same
 stream key with one gene moved by half its range, wrapping around. A gene that changes nothing at all in any probe is
 called dead. Probes are beside the budget and enter no figure.
+
+Moving a gene may also change which attempt at a scene the requirements accept, and with it lanes and all else that is
+left to chance. Such a probe does not tell what the gene does. An effect is therefore taken among those probes whose
+scene made the same finite choices (`variant`) as the case; where the case's own stream gives other ones, some further
+streams are tried. A discrete gene may itself be such a choice, so its probes are all compared.
 """
 
 from dataclasses import dataclass, fields
 
 import numpy as np
 
-from engine.search.assessment import Assessment, Evaluate, take
+from engine.scenes import Bools, StreamKey
+from engine.search.assessment import Assessment, Evaluate, concatenate, take
 from engine.search.evaluations import Evaluations
 from engine.search.protocol import Box
 from engine.search.ranking import order_of_risk
@@ -18,6 +24,10 @@ from engine.search.statistics import Interval, spearman
 from engine.tables import Floats, Ints
 from engine.vocabulary import GeneKind, Verdict
 
+FURTHER = 8
+"""Streams that are tried for a scene with the choices of its case."""
+FURTHER_ROLLOUT = 1 << 15
+"""Number of the first of them in the stream keys: no rollout of a search has it."""
 COUNTS = ("attempts", "tested", "failed")
 """Fields that tell how a scene was found, not what happened in it."""
 
@@ -35,8 +45,10 @@ class GeneEffect:
     """1 - (width of `worst`) / (90 % of the box's width): near 1 where high risk pins the gene down, 0 where not;
     NaN for an index gene."""
     effect: float
-    """Mean absolute change of the continuous risk over the probes that stay valid: mu* of Campolongo, Cariboni and
+    """Mean absolute change of the continuous risk over the probes that can be compared: mu* of Campolongo, Cariboni and
     Saltelli (2007), after Morris (1991), "Factorial sampling plans for preliminary computational experiments"."""
+    compared: int
+    """Probes that stay valid with the finite choices of their case."""
     changed: int
     """Probes in which anything changed …"""
     probes: int
@@ -53,6 +65,7 @@ class Probes:
     """Results of moving each gene in turn: arrays (genes,)."""
 
     effect: Floats
+    compared: Ints
     changed: Ints
     count: int
 
@@ -73,6 +86,7 @@ def _gene_effect(box: Box, gene: int, evaluations: Evaluations, rows: Ints, prob
         worst=worst,
         concentration=_concentration(worst, box.high[gene] - box.low[gene]) if ordered else float("nan"),
         effect=float(probes.effect[gene]) if probes else float("nan"),
+        compared=int(probes.compared[gene]) if probes else 0,
         changed=int(probes.changed[gene]) if probes else 0,
         probes=probes.count if probes else 0,
     )
@@ -101,10 +115,39 @@ def probe_genes(box: Box, evaluations: Evaluations, evaluate: Evaluate, count: i
     rollout = np.argmax(chosen.rollouts.verdict == Verdict.VALID, axis=1)
     before, keys = take(chosen.rollouts, (cases, rollout)), chosen.keys[cases, rollout]
     moved = np.concatenate([_moved(box, gene, chosen.genomes) for gene in range(len(box))])
-    after = evaluate(moved, np.tile(keys, (len(box), 1)))
+    keys = np.tile(keys, (len(box), 1))
+    after = evaluate(moved, keys)
     again = take(before, np.tile(cases, len(box)))
+    changed = _differs(again, after)
+    chosen_by_gene = np.repeat([kind is not GeneKind.CONTINUOUS for kind in box.kinds], len(rows))
+    after, same = _same_choices(again, after, moved, keys, chosen_by_gene, evaluate)
     shape = len(box), len(rows)
-    return Probes(_effect(again, after, shape), _differs(again, after).reshape(shape).sum(axis=1), len(rows))
+    effect = _effect(again, after, same, shape)
+    return Probes(effect, same.reshape(shape).sum(axis=1), changed.reshape(shape).sum(axis=1), len(rows))
+
+
+def _same_choices(
+    before: Assessment, after: Assessment, moved: Floats, keys: Ints, free: Bools, evaluate: Evaluate
+) -> tuple[Assessment, Bools]:
+    """The probes, some of them under a further stream, and which of them are valid with the choices of their case."""
+
+    def same(found: Assessment, rows: Ints) -> Bools:
+        return (found.verdict == Verdict.VALID) & ((found.variant == before.variant[rows]) | free[rows])
+
+    kept = same(after, np.arange(len(after)))
+    other = np.flatnonzero(~kept & (after.verdict == Verdict.VALID))
+    if not len(other):
+        return after, kept
+    rows = np.repeat(other, FURTHER)
+    further = keys[rows]
+    further[:, StreamKey._fields.index("rollout")] = FURTHER_ROLLOUT + np.tile(np.arange(FURTHER), len(other))
+    found = evaluate(moved[rows], further)
+    hits = same(found, rows).reshape(len(other), FURTHER)
+    source = np.arange(len(after))
+    reached = hits.any(axis=1)
+    source[other[reached]] = len(after) + np.flatnonzero(reached) * FURTHER + np.argmax(hits[reached], axis=1)
+    kept[other[reached]] = True
+    return take(concatenate([after, found]), source), kept
 
 
 def _moved(box: Box, gene: int, genomes: Floats) -> Floats:
@@ -119,14 +162,14 @@ def _moved(box: Box, gene: int, genomes: Floats) -> Floats:
     return moved
 
 
-def _effect(before: Assessment, after: Assessment, shape: tuple[int, int]) -> Floats:
-    change = np.abs(after.continuous - before.continuous).reshape(shape)
-    both = (after.verdict == Verdict.VALID).reshape(shape)
-    total = np.where(both, change, 0.0).sum(axis=1)
-    return np.where(both.any(axis=1), total / np.maximum(both.sum(axis=1), 1), np.nan)
+def _effect(before: Assessment, after: Assessment, same: Bools, shape: tuple[int, int]) -> Floats:
+    """(genes,) NaN where no probe can be compared."""
+    total = np.where(same, np.abs(after.continuous - before.continuous), 0.0).reshape(shape).sum(axis=1)
+    compared = same.reshape(shape).sum(axis=1)
+    return np.where(compared > 0, total / np.maximum(compared, 1), np.nan)
 
 
-def _differs(before: Assessment, after: Assessment) -> np.ndarray:
+def _differs(before: Assessment, after: Assessment) -> Bools:
     """(n,) whether any outcome differs, bit for bit; NaN equals NaN."""
     differs = np.zeros(len(before), dtype=bool)
     for field in fields(Assessment):

@@ -17,7 +17,7 @@ from engine.search.figures import Figures, GenerationFigures, generation_figures
 from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION
 from engine.search.manifest import Link, Manifest, Origin, Parameter, Text
 from engine.search.searchers import method_of
-from engine.search.store import StoreError, store_errors
+from engine.search.store import StoreError, example_run, store_errors
 from engine.tables import Ints
 
 
@@ -48,7 +48,7 @@ def read_journal(path: Path) -> Record:
         StoreError: no such file, not a journal of ours, of a newer version, or damaged.
     """
     if not path.is_file():
-        raise StoreError(f"there is no journal at `{path}`", "name the folder of a run, such as runs/left_turn-ga-001")
+        raise StoreError(f"there is no journal at `{path}`", f"name the folder of a run, such as {example_run()}")
     with store_errors(path), closing(_opened(path)) as connection:
         _check(path, connection)
         try:

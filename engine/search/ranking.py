@@ -33,6 +33,8 @@ class Case:
     collided: bool
     min_distance: float
     """[m]"""
+    closing_speed: float = float("nan")
+    """How fast the two came together at contact, or where they were closest [m/s]: risk has a top, this has none."""
 
 
 def order_of_risk(evaluations: Evaluations) -> Ints:
@@ -80,4 +82,5 @@ def _case(evaluations: Evaluations, row: int, rank: int) -> Case:
         continuous=float(runs.continuous[place]),
         collided=bool(runs.collided[place]),
         min_distance=float(runs.min_distance[place]),
+        closing_speed=float(runs.closing_speed[place]),
     )

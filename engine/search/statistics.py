@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike
 
 from engine.tables import Floats, Ints
 
+SMALL = 20
+"""Values of a sample up to which the rank-sum test is exact."""
+
 
 class Interval(NamedTuple):
     low: float
@@ -72,19 +75,23 @@ def holm(p_values: Sequence[float]) -> tuple[float, ...]:
 
 
 def mann_whitney(first: ArrayLike, second: ArrayLike) -> float:
-    """Two-sided p of the rank-sum test, by the normal approximation with corrections for ties and continuity.
+    """Two-sided p of the rank-sum test; values may be infinite, as nothing but their order counts.
 
     Mann and Whitney (1947), "On a test of whether one of two random variables is stochastically larger than the
-    other". NaN where a sample is empty; 1 where all values are equal.
+    other". Exact where both samples are small and nothing is tied, else by the normal approximation with corrections
+    for ties and continuity. NaN where a sample is empty; 1 where all values are equal.
     """
     a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     if not (len(a) and len(b)):
         return float("nan")
-    if np.ptp(np.concatenate([a, b])) == 0.0:
+    ranks = midranks(np.concatenate([a, b]))
+    if np.ptp(ranks) == 0.0:
         return 1.0
     from scipy.stats import mannwhitneyu
 
-    return float(mannwhitneyu(a, b, alternative="two-sided", method="asymptotic").pvalue)
+    exact = max(len(a), len(b)) <= SMALL and len(np.unique(ranks)) == len(ranks)
+    method = "exact" if exact else "asymptotic"
+    return float(mannwhitneyu(ranks[: len(a)], ranks[len(a) :], alternative="two-sided", method=method).pvalue)
 
 
 def bootstrap_interval(

@@ -45,6 +45,12 @@ def numbered_directory(name: str, method: str, root: Path = Path("runs")) -> Pat
             return directory
 
 
+def example_run(root: Path = Path("runs")) -> Path:
+    """The run to name where one must be named: the latest that is there, or one that a search would make."""
+    there = [(journal.stat().st_mtime, journal.parent) for journal in root.glob(f"*/{JOURNAL}")]
+    return max(there)[1] if there else root / "left_turn-ga-001"
+
+
 def new_directory(directory: Path) -> Path:
     """Make a run directory where the user asked for one; it may exist if it is empty."""
     with store_errors(directory):

@@ -12,7 +12,7 @@ import numpy as np
 
 from engine.paper.numbers import FILES, GA, GENERATIONS, POPULATION, RANDOM, SCENARIOS, STUDIES, Printed
 from engine.paper.numbers import Study as StudyRow
-from engine.study.comparisons import sample
+from engine.study.comparisons import ranked, spread
 from engine.study.measures import MEASURES, Measure
 from engine.study.plan import Plan
 from engine.study.records import RunRecord
@@ -89,8 +89,7 @@ def _beside(plan: Plan, records: Sequence[RunRecord], number: int, measure: Meas
 
 
 def _median(records: Sequence[RunRecord], number: int, method: str, measure: Measure) -> float:
-    values = sample(records, number, method, measure)
-    return float(np.median(values)) if len(values) else float("nan")
+    return spread(ranked(records, number, method, measure)).median
 
 
 def studies(plan: Plan, records: Sequence[RunRecord]) -> tuple[StudyRow, ...]:

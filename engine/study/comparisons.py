@@ -3,18 +3,24 @@ independent.
 
 Two-sided Mann-Whitney tests, corrected by Holm over each family (all scenarios and contenders together); A12 of Vargha
 and Delaney with a 95 % interval (bootstrap, and no narrower than Newcombe's, which stays honest where every run of one
-method beats every run of the other), oriented so that above 0.5 the contender is better. *Beats* means: better
-median, Holm's p below 0.05, and A12 above 0.64 (their "medium"). *Loses* is the same the other way round.
+method beats every run of the other), oriented so that above 0.5 the contender is better. *Beats* means: at least 30
+runs of each, better median, Holm's p below 0.05, and A12 above 0.64 (their "medium"). *Loses* is the same the other way
+round. With fewer runs nothing is decided.
+
+A run without the number, such as one that never collided and so has no first collision, is not left out, which would
+reward a method for failing: it ranks behind every run that has one, in medians, tests and A12 alike. What is meant by
+worst is known for ranks only, so that there is no mean then.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from engine.search.statistics import Interval, a12, a12_bounds, holm, mann_whitney
-from engine.study.measures import MEASURES, Measure
-from engine.study.plan import Plan
+from engine.study.measures import FIRST, Measure, measures_of
+from engine.study.plan import RUNS, Plan
 from engine.study.records import RunRecord
 from engine.tables import Floats
 
@@ -25,14 +31,18 @@ STARS = ((0.001, "***"), (0.01, "**"), (LEVEL, "*"))
 
 @dataclass(frozen=True)
 class Spread:
-    """One measure over the runs of one method on one scenario; runs without the number are left out."""
+    """One measure over the runs of one method on one scenario; runs without the number rank last."""
 
     runs: int
     median: float
+    """Infinite where the run in the middle has no number; minus infinity if larger is better."""
     quartiles: Interval
     mean: float
+    """NaN where a run has no number."""
     deviation: float
-    """Standard deviation, n - 1; NaN under two runs."""
+    """Standard deviation, n - 1; NaN under two runs, and where a run has no number."""
+    missing: int = 0
+    """Runs without the number."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +63,8 @@ class Comparison:
     """95 %, see `a12_bounds`."""
     generations: int = 0
     """Of each run."""
+    budget: int = 0
+    """Simulations of each run, at most."""
 
     @property
     def title(self) -> str:
@@ -65,40 +77,97 @@ class Comparison:
         return next((stars for limit, stars in STARS if self.p_holm < limit), "")
 
     @property
+    def marks(self) -> str:
+        """The stars behind ▲ where the method is better, ▼ where it is worse; nothing without a star."""
+        return f"{'▲' if self.a12 > 0.5 else '▼'}{self.stars}" if self.stars else ""
+
+    @property
+    def runs(self) -> int:
+        """Of the method with fewer of them."""
+        return min(self.spread.runs, self.baseline_spread.runs)
+
+    @property
+    def decided(self) -> bool:
+        """Whether there are runs enough to say that one beats the other, or that no difference is clear."""
+        return self.runs >= RUNS
+
+    @property
     def beats(self) -> bool:
-        return self._better > 0 and self.p_holm < LEVEL and self.a12 > MEDIUM
+        return self.decided and self._better and self.p_holm < LEVEL and self.a12 > MEDIUM
 
     @property
     def loses(self) -> bool:
-        return self._better < 0 and self.p_holm < LEVEL and self.a12 < 1.0 - MEDIUM
+        return self.decided and self._worse and self.p_holm < LEVEL and self.a12 < 1.0 - MEDIUM
 
     @property
-    def _better(self) -> float:
-        """Difference of medians, positive where the contender is better."""
-        return self.measure.orientation * (self.spread.median - self.baseline_spread.median)
+    def words(self) -> str:
+        """What may be said in a word or two."""
+        if not self.decided:
+            return f"undecided at {self.runs} run{'' if self.runs == 1 else 's'}"
+        return "better" if self.beats else "worse" if self.loses else "no clear difference"
+
+    @property
+    def missing(self) -> str:
+        """`22 of 30 never collided`, the baseline's behind it; empty where every run has its number."""
+        spreads = ((self.method, self.spread), (self.baseline, self.baseline_spread))
+        why = "never collided" if self.measure.name == FIRST else "have no such number"
+        told = [f"{name}: {each.missing} of {each.runs} {why}" for name, each in spreads if each.missing]
+        return "; ".join(told)
+
+    @property
+    def _better(self) -> bool:
+        """Whether the contender's median is."""
+        sign = self.measure.orientation
+        return sign * self.spread.median > sign * self.baseline_spread.median
+
+    @property
+    def _worse(self) -> bool:
+        sign = self.measure.orientation
+        return sign * self.spread.median < sign * self.baseline_spread.median
 
 
 def sample(records: Sequence[RunRecord], scenario: int, method: str, measure: Measure) -> Floats:
-    """One number for each finished run of a cell, those without one left out."""
+    """One number for each finished run of a cell that has one: to be drawn. Whatever compares takes `ranked`."""
+    values = ranked(records, scenario, method, measure)
+    return values[np.isfinite(values)]
+
+
+def ranked(records: Sequence[RunRecord], scenario: int, method: str, measure: Measure) -> Floats:
+    """One number for each finished run of a cell; a run without one has the worst there can be, an infinite one."""
     chosen = [record for record in records if record.address[:2] == (scenario, method)]
     values = np.array([measure.of(record.figures) for record in chosen], dtype=np.float64)
-    return values[~np.isnan(values)]
+    return np.where(np.isnan(values), -measure.orientation * np.inf, values)
 
 
 def spread(values: Floats) -> Spread:
-    """NaN where there are no values."""
+    """Of values as `ranked` gives them; NaN where there are none."""
+    nan = float("nan")
     if not len(values):
-        nan = float("nan")
         return Spread(0, nan, Interval(nan, nan), nan, nan)
-    low, median, high = np.quantile(values, [0.25, 0.5, 0.75]).tolist()
-    deviation = float(values.std(ddof=1)) if len(values) > 1 else float("nan")
-    return Spread(len(values), median, Interval(low, high), float(values.mean()), deviation)
+    missing = int((~np.isfinite(values)).sum())
+    low, median, high = (_quantile(values, level) for level in (0.25, 0.5, 0.75))
+    mean = nan if missing else float(values.mean())
+    deviation = nan if missing or len(values) < 2 else float(values.std(ddof=1))
+    return Spread(len(values), median, Interval(low, high), mean, deviation, missing)
+
+
+def _quantile(values: Floats, level: float) -> float:
+    """numpy's; between a number and an infinite one it is infinite."""
+    place = level * (len(values) - 1)
+    ends = np.sort(values)[[math.floor(place), math.ceil(place)]]
+    if np.isfinite(ends).all():
+        return float(np.quantile(np.where(np.isfinite(values), values, np.sign(values) * 1e300), level))
+    return float(ends[~np.isfinite(ends)][0])
 
 
 def compare_all(
-    plan: Plan, records: Sequence[RunRecord], measures: Sequence[Measure] = MEASURES
+    plan: Plan, records: Sequence[RunRecord], measures: Sequence[Measure] | None = None
 ) -> tuple[Comparison, ...]:
-    """Every measure on every scenario for every contender, corrected by families."""
+    """Every measure (None: all that say something of their own) on every scenario for every contender, corrected by
+    families.
+    """
+    if measures is None:
+        measures = measures_of(plan.subjects[0].config.search.rollouts)
     rows = [
         _compare(plan, records, scenario, method, measure)
         for scenario in range(len(plan.subjects))
@@ -109,9 +178,9 @@ def compare_all(
 
 
 def _compare(plan: Plan, records: Sequence[RunRecord], scenario: int, method: str, measure: Measure) -> Comparison:
-    ours = sample(records, scenario, method, measure)
-    baseline = sample(records, scenario, plan.baseline, measure)
-    sign = measure.orientation
+    ours = ranked(records, scenario, method, measure)
+    baseline = ranked(records, scenario, plan.baseline, measure)
+    sign, search = measure.orientation, plan.subjects[scenario].config.search
     return Comparison(
         scenario=plan.subjects[scenario].name,
         method=method,
@@ -123,7 +192,8 @@ def _compare(plan: Plan, records: Sequence[RunRecord], scenario: int, method: st
         p_holm=float("nan"),
         a12=a12(sign * ours, sign * baseline),
         interval=a12_bounds(sign * ours, sign * baseline),
-        generations=plan.subjects[scenario].config.search.generations,
+        generations=search.generations,
+        budget=search.generations * search.population * search.rollouts,
     )
 
 

@@ -52,7 +52,10 @@ def summary(study: Study, findings: Findings) -> dict[str, Any]:
         "population": search.population,
         "seed": search.seed,
         "presets": {method: preset for method in plan.methods if (preset := plan.preset(method))},
-        "scenarios": [{"name": s.name, "file": s.file, "program_digest": s.program.digest} for s in plan.subjects],
+        "scenarios": [
+            {"name": s.name, "file": s.file, "program_digest": s.program.digest, "seed": s.config.search.seed}
+            for s in plan.subjects
+        ],
         "runs_finished": len(study.records),
         "complete": study.complete,
         "verdict": findings.verdict,
@@ -75,6 +78,7 @@ def test_row(row: Comparison) -> dict[str, Any]:
     for prefix, spread in (("", row.spread), ("baseline_", row.baseline_spread)):
         numbers |= {
             f"{prefix}runs": spread.runs,
+            f"{prefix}missing": spread.missing,
             f"{prefix}median": spread.median,
             f"{prefix}quartile_1": spread.quartiles.low,
             f"{prefix}quartile_3": spread.quartiles.high,
@@ -87,6 +91,7 @@ def test_row(row: Comparison) -> dict[str, Any]:
         "generations": row.measure.counted(row.generations),
         "unit": row.measure.unit,
         "family": row.measure.family,
+        "exploratory": int(row.measure.exploratory),
         "larger_is_better": int(row.measure.larger_is_better),
         "method": row.method,
         "baseline": row.baseline,
@@ -98,6 +103,7 @@ def test_row(row: Comparison) -> dict[str, Any]:
         "a12_high": row.interval.high,
         "beats": int(row.beats),
         "loses": int(row.loses),
+        "words": row.words,
     }
 
 

@@ -40,7 +40,9 @@ def verdict(plan: Plan, comparisons: Sequence[Comparison]) -> tuple[str, ...]:
     if not comparisons:
         return ("one method alone: there is nothing to compare it with",)
     sentences = [_about(plan, comparisons, method) for method in plan.contenders]
-    runs = min(min(row.spread.runs, row.baseline_spread.runs) for row in comparisons if row.measure is PRIMARY)
+    if plan.shares_draws:
+        sentences.append("scenarios share their random numbers: they are no independent repetitions of one another")
+    runs = min(row.runs for row in comparisons if row.measure is PRIMARY)
     if runs < RUNS:
         count = f"{runs} run{'' if runs == 1 else 's'}"
         sentences.append(f"with {count} of each this is a hint at most; a claim asks for {RUNS}")
@@ -59,14 +61,23 @@ def _tally(method: str, comparisons: Sequence[Comparison], measure: Measure) -> 
     more, fewer = sum(row.beats for row in rows), sum(row.loses for row in rows)
     scenarios = f"{len(rows)} scenario{'' if len(rows) == 1 else 's'}"
     parts = [f"{word} in {count}" for word, count in (("more", more), ("fewer", fewer)) if count]
+    if not all(row.decided for row in rows):
+        return f"undecided in {scenarios}"
     if not parts:
         return f"no clear difference in {scenarios}"
     return f"{', '.join(parts)} of {scenarios}"
 
 
 RULE = (
-    f"beats: better median, Holm-corrected Mann-Whitney p < {LEVEL:g}, A12 > {MEDIUM:g}; A12: how often a run of the "
-    "method is better than one of the baseline; one run is one observation; 95 %: bootstrap, "
-    "and no narrower than Newcombe's (2006), which is no single point where every run of one is better"
+    f"beats: at least {RUNS} runs of each, better median, Holm-corrected Mann-Whitney p < {LEVEL:g}, A12 > {MEDIUM:g}; "
+    "A12: how often a run of the method is better than one of the baseline; one run is one observation; 95 %: "
+    "bootstrap, and no narrower than Newcombe's (2006), which is no single point where every run of one is better; "
+    "a run without a number, such as one that never collided, ranks last"
 )
 """What the words of a verdict mean."""
+FAMILIES = (
+    "colliding genomes (yield: they differ in a bit) and distinct failures (variety) were named first and are one "
+    "family of tests; RL, MDG, MDEC and NIS are the second; all else is exploratory, each way of counting a family of "
+    "its own, and who picks one of them afterwards has not corrected for that"
+)
+"""Which tests may carry a claim."""

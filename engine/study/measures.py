@@ -1,8 +1,9 @@
 """What runs are compared by: each measure is one number a run, and belongs to one family of tests.
 
-The primary outcome is named first: distinct collisions. The paper's other four metrics over the whole run, counted by
-individual as the paper does, are the second family (twenty-four tests where six scenarios meet one contender). All else
-is told beside them, each group a family of its own, so that no choice among ways of counting goes uncorrected.
+Two outcomes are named first, and tested as one family: different genomes that collided, which is the yield, and
+distinct failures, which is its variety. The paper's other four metrics over the whole run, counted by individual as the
+paper does, are the second family (twenty-four tests where six scenarios meet one contender). All else is exploratory:
+each further way of counting is corrected within itself, but who looks at many and picks one has not corrected for that.
 """
 
 from collections.abc import Callable
@@ -10,10 +11,12 @@ from dataclasses import dataclass
 
 from engine.study.records import LAST, RunFigures
 
+PRIMARY_FAMILY, SECONDARY_FAMILY = "primary", "secondary"
+
 
 @dataclass(frozen=True)
 class Measure:
-    """One number a run; NaN where a run has none."""
+    """One number a run; NaN where a run has none, which is worse than any number."""
 
     name: str
     meaning: str
@@ -22,6 +25,11 @@ class Measure:
     of: Callable[[RunFigures], float]
     decimals: int = 0
     unit: str = ""
+
+    @property
+    def exploratory(self) -> bool:
+        """Whether it is told beside what was to be shown, and shows nothing by itself."""
+        return self.family not in (PRIMARY_FAMILY, SECONDARY_FAMILY)
 
     @property
     def orientation(self) -> float:
@@ -70,23 +78,32 @@ def _five(group: str, where: str, family: str, leave_out: tuple[str, ...] = ()) 
 
 
 PRIMARY = Measure(
-    "distinct collisions", "different genomes that collided", "primary", True, _own("distinct_collisions")
+    "colliding genomes", "different genomes that collided", PRIMARY_FAMILY, True, _own("distinct_collisions")
 )
+"""Two genomes differ when a single bit does: yield, and no variety."""
 DISTINCT_FAILURES = Measure(
-    "distinct failures", "collisions unlike all earlier ones", "distinct failures", True, _own("distinct_failures")
+    "distinct failures", "collisions unlike all earlier ones", PRIMARY_FAMILY, True, _own("distinct_failures")
 )
 FAILING_CELLS = Measure(
     "failing cells", "cells of descriptor grids with a collision", "failing cells", True, _own("failing_cells")
 )
 NC = Measure("NC", "collisions, as the paper counts", "as the paper counts", True, _figure("individuals", "nc"))
+FIRST = "first collision"
 MEASURES = (
     PRIMARY,
     DISTINCT_FAILURES,
     FAILING_CELLS,
-    *_five("individuals", "", "secondary", leave_out=("NC",)),
+    *_five("individuals", "", SECONDARY_FAMILY, leave_out=("NC",)),
     NC,
     *_five("last_individuals", ", last 10", "last ten generations"),
     *_five("simulations", ", by simulation", "by simulation"),
     *_five("last_simulations", ", last 10 by simulation", "last ten, by simulation"),
-    Measure("first collision", "simulations until the first", "first collision", False, _own("first_collision")),
+    Measure(FIRST, "simulations until the first", FIRST, False, _own("first_collision")),
 )
+SAME_AS_GENOMES = "NC, by simulation"
+"""With one simulation for each genome it is `PRIMARY` again."""
+
+
+def measures_of(rollouts: int) -> tuple[Measure, ...]:
+    """Those that say something of their own where each genome is simulated so many times."""
+    return tuple(measure for measure in MEASURES if rollouts > 1 or measure.name != SAME_AS_GENOMES)

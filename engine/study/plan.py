@@ -1,10 +1,11 @@
 """What a study is to do: every scenario by every method, many times, and where each run's random numbers come from.
 
-Run r of a method on a scenario draws from the streams (seed, method, r). No two runs of a method share a number; run r
-of one method in two scenarios does, so that scenarios are compared on like draws.
+Run r of a method on a scenario draws from the streams (seed, method, r). Each scenario has a seed of its own
+(`with_own_seeds`), so that no two runs of a study share a number: scenarios that are alike would otherwise be one
+experiment told several times.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -73,6 +74,16 @@ class Plan:
         return tuple(method for method in self.methods if method != self.baseline)
 
     @property
+    def seeds(self) -> tuple[int, ...]:
+        """Of each scenario."""
+        return tuple(subject.config.search.seed for subject in self.subjects)
+
+    @property
+    def shares_draws(self) -> bool:
+        """Whether run r of a method has the same random numbers in several scenarios, as in studies of old."""
+        return len(set(self.seeds)) < len(self.subjects)
+
+    @property
     def individuals(self) -> int:
         """Of each run."""
         search = self.subjects[0].config.search
@@ -97,6 +108,17 @@ class Plan:
     def preset(self, method: str) -> str:
         """What must be named beside the method; "" when there is nothing."""
         return find_searcher(method).preset(self.subjects[0].config)
+
+
+def with_own_seeds(subjects: Sequence[Subject]) -> tuple[Subject, ...]:
+    """The same, the seed of each one more than that of the one before: scenario k can be repeated by its own seed."""
+    limit = 1 << FIELD_BITS.seed
+    return tuple(_with_seed(subject, (subject.config.search.seed + k) % limit) for k, subject in enumerate(subjects))
+
+
+def _with_seed(subject: Subject, seed: int) -> Subject:
+    search = replace(subject.config.search, seed=seed)
+    return replace(subject, config=replace(subject.config, search=search))
 
 
 def check(plan: Plan) -> None:

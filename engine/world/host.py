@@ -19,7 +19,7 @@ from engine.records import Recorded, recorded
 from engine.runs import empty_results, memory, outcomes, outlines, plan, requested, samples_of
 from engine.scenes import Outcomes, Scenes, Trajectory
 from engine.tables import Floats
-from engine.vocabulary import Verdict
+from engine.vocabulary import EndReason, Verdict
 from engine.world.aftermath import follow_contact
 from engine.world.bodies import carrier, new_space, physiques
 from engine.world.carry import carry
@@ -43,6 +43,12 @@ class WorldRun:
     """What the file asks to be recorded, up to contact or the end."""
     touching: Floats | None = None
     """(actors, len(State)) at the very instant of first contact, between two samples; None without contact."""
+
+    def __repr__(self) -> str:
+        """One line, for notebooks."""
+        end = EndReason(int(self.outcomes.end_reason[0])).name.lower().replace("_", " ")
+        scored = f"{end} after {float(self.outcomes.end_time[0]):.2f} s"
+        return f"WorldRun({scored}; {len(self.trajectory.time)} samples, {len(self.impacts)} impacts)"
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from cortex_dsl.session import Scenario, compile_text, load
+from cortex_dsl.source import Source
+from cortex_dsl.syntax.formatting import format_source
 from engine.sampling import sample
 from engine.scenes import Outcomes
 
@@ -146,3 +148,34 @@ def test_copy_runs_the_scenario_that_was_asked_for() -> None:
     copy = scenario.concrete(scenario.sample(1))
     assert 'scenario="Other"' in copy
     assert 'scenario="Other"' in compile_text(copy).concrete(compile_text(copy).sample(1))
+
+
+def test_copies_are_in_the_one_layout() -> None:
+    """`cortexc fmt` has nothing to do to a copy, whatever the original looks like; its lines can be kept, too."""
+    text = "map intersection()\nlane = Uniform(*intersection.incomingLanes)\nego=new Car in lane.centerline\n"
+    scenario = compile_text(text)
+    scenes = scenario.sample(50)
+    row = int(np.flatnonzero(scenes.valid)[0])
+    copy = scenario.concrete(scenes, row, remark="a case")
+    assert format_source(Source("copy.scn", copy)) == copy
+    (kept,) = scenario.concrete_files(scenes, row, laid_out=False).values()
+    assert "ego=new Car at" in kept
+    assert len(kept.splitlines()) == len(text.splitlines()) + 2
+
+
+def test_a_bare_param_stays_bare() -> None:
+    """A param without a unit is told in that of its places, and written without it: it may stand in products, too."""
+    text = "map intersection()\nparam V = Range(5, 9)\nego = new Car on road, with speed V\nrequire V * V < 70\n"
+    scenario = compile_text(text)
+    assert scenario.program.space.units == ("m/s",)
+    assert scenario.program.space.bare == ("V",)
+    scenes = scenario.sample(50)
+    copy = scenario.concrete(scenes, int(np.flatnonzero(scenes.valid)[0]))
+    assert "m/s" not in copy
+    assert compile_text(copy)
+
+
+def test_places_that_disagree_give_no_unit() -> None:
+    """A bare param that is a speed here and a length there has no unit."""
+    text = "map intersection()\nparam V = Range(2, 9)\nego = new Car on road, with speed V, with length V\n"
+    assert compile_text(text).program.space.units == ("",)

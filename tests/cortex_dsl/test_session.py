@@ -1,12 +1,17 @@
 """The Python API, used as a notebook would."""
 
+import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from cortex_dsl.cli import main
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.session import Scenario, compile_text, load
+from engine.streams import parse_key
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "left_turn.scn"
 
@@ -61,11 +66,16 @@ def test_what_a_notebook_shows_is_one_line(scenario: Scenario) -> None:
     scenes = scenario.sample(20, seed=2)
     outcomes = scenario.simulate(scenes)
     campaign = scenario.search("random", generations=2, population=5)
+    risk, run = scenario.assess(outcomes), scenario.watch(scenes, int(np.flatnonzero(scenes.valid)[0]))
     assert repr(scenario).startswith("Scenario(left_turn: params EGO_INIT_DIST, ")
     assert repr(scenes) == f"Scenes(20: {scenes.valid.sum()} valid)"
     assert repr(outcomes).endswith(f"{outcomes.collided.sum()} collisions)")
     assert "among 10 individuals" in repr(campaign)
-    assert all("\n" not in repr(shown) for shown in (scenario, scenes, outcomes, campaign))
+    assert all("\n" not in repr(shown) for shown in (scenario, scenes, outcomes, campaign, risk, run))
+    assert repr(risk).endswith(f"; {(~scenes.valid).sum()} invalid)")
+    assert repr(run.trajectory).startswith(f"Trajectory({len(run.trajectory.time)} samples of 2 actors, ")
+    assert repr(run).startswith("WorldRun(")
+    assert max(len(repr(shown)) for shown in (risk, run, run.trajectory)) < 100
 
 
 def test_unknown_profiles_are_refused(scenario: Scenario) -> None:
@@ -112,3 +122,86 @@ def test_records_come_with_the_run() -> None:
     assert len(pace.values) == len(pace.time) > 1
     assert len(gap.values) == 1
     assert gap.time[0] == pace.time[-1]
+
+
+def test_the_scene_of_a_seed_is_that_of_the_command(
+    scenario: Scenario, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Bit for bit, whatever it took to draw it; a concrete file has a stream of its own."""
+    monkeypatch.setenv("COLUMNS", "80")
+    for seed in (0, 3):
+        scenes = scenario.scene_of_seed(seed)
+        assert main([str(EXAMPLE), "--seed", str(seed), "--json"]) == 0
+        told = json.loads(capsys.readouterr().out)
+        space = scenario.program.space
+        shown = {name: param["value"] for name, param in told["params"].items()}
+        assert shown == dict(zip(space.names, scenes.genomes[0].tolist(), strict=True))
+        assert list(parse_key(told["key"])) == scenes.keys[0].tolist()
+    again = compile_text(scenario.concrete(scenes))
+    np.testing.assert_array_equal(again.scene_of_seed().keys, scenes.keys)
+
+
+def test_columns_have_names_and_units(scenario: Scenario) -> None:
+    """Of scenes, of outcomes and of a run, one value a row; what is no valid scene has none."""
+    scenes = scenario.sample(30, seed=2)
+    table = scenario.table(scenes)
+    assert (table["verdict"] == "valid").tolist() == scenes.valid.tolist()
+    np.testing.assert_array_equal(table["EGO_SPEED [km/h]"], scenes.genomes[:, 1])
+    np.testing.assert_allclose(table["ego.speed [m/s]"][scenes.valid], table["EGO_SPEED [km/h]"][scenes.valid] / 3.6)
+    assert np.isnan(table["adversary.x [m]"][~scenes.valid]).all()
+    outcomes = scenario.simulate(scenes)
+    np.testing.assert_array_equal(scenario.table(outcomes)["adversary.min_distance [m]"], outcomes.min_distance[:, 0])
+    run = scenario.watch(scenes, int(np.flatnonzero(scenes.valid)[0]))
+    motion = scenario.table(run)
+    assert {len(column) for column in motion.values()} == {len(run.trajectory.time)}
+    assert motion["ego.speed [m/s]"][0] == pytest.approx(table["ego.speed [m/s]"][scenes.valid][0])
+    with pytest.raises(TypeError, match="got int"):
+        scenario.table(3)  # type: ignore[arg-type]
+
+
+SLIPS: dict[str, tuple[Callable[[Any], object], type[Exception], str]] = {
+    "count": (lambda s: s.sample(-1), ValueError, "count: expected 0 or more, got -1"),
+    "no count": (lambda s: s.sample(2.5), TypeError, "count: expected a whole number, got 2.5"),
+    "seed": (lambda s: s.scene_of_seed("a"), TypeError, "seed: expected a whole number"),
+    "genome": (lambda s: s.sample(1, genome=[1, 2]), ValueError, "expected a value for each of EGO_INIT_DIST, "),
+    "key": (lambda s: s.scene_of(np.zeros(7), (1, 2)), ValueError, "key: expected seed, method, run"),
+    "jobs": (lambda s: s.simulate(s.sample(), jobs=0), ValueError, "jobs: expected 1 or more"),
+    "scenes": (lambda s: s.simulate(3), TypeError, "expected Scenes, got int; `sample` draws some"),
+    "outcomes": (lambda s: s.assess(s.sample()), TypeError, "expected Outcomes, got Scenes"),
+    "case": (lambda s: s.scene(3), TypeError, "expected Case, got int"),
+    "row": (lambda s: s.watch(s.sample(3), 9), IndexError, "there is no 9 in .*, whose rows are 0 to 2"),
+    "setting": (lambda s: s.search(seeds=3), TypeError, "no setting `seeds`; did you mean `seed`"),
+    "number": (lambda s: s.search(generations="3"), TypeError, "generations: expected a whole number, got '3'"),
+    "few": (lambda s: s.search(population=0), ValueError, "population: expected 1 or more, got 0"),
+}
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_slips_are_answered(scenario: Scenario, slip: str) -> None:
+    """By the name of what was given, what was expected, and what was got."""
+    ask, error, message = SLIPS[slip]
+    with pytest.raises(error, match=message):
+        ask(scenario)
+
+
+def test_scenes_of_another_scenario_are_refused(scenario: Scenario) -> None:
+    """Their columns mean something else."""
+    with pytest.raises(ValueError, match="of another scenario"):
+        load(EXAMPLE, EGO_BRAKE=0).simulate(scenario.sample())
+
+
+def test_a_scene_that_is_not_valid_is_not_written(scenario: Scenario) -> None:
+    """There is nothing to write."""
+    scenes = scenario.sample(30, seed=2)
+    with pytest.raises(ValueError, match="not valid; only a valid one can be written"):
+        scenario.concrete(scenes, int(np.flatnonzero(~scenes.valid)[0]))
+
+
+@pytest.mark.parametrize("params", [{"EGO_SPED": 3}, {"EGO_SPEED": "fast"}, {"EGO_SPEED": "3 m"}])
+def test_a_keyword_is_not_called_an_option(params: dict[str, Any]) -> None:
+    """Who works in Python has typed no `-p`; the cure comes with the message."""
+    with pytest.raises(CompileError) as caught:
+        load(EXAMPLE, **params)
+    assert all("-p" not in f"{each.message} {each.reason} {each.cure}" for each in caught.value.diagnostics)
+    assert "EGO_SPE" in str(caught.value)
+    assert ("did you mean `EGO_SPEED`?" in str(caught.value)) == ("EGO_SPED" in params)

@@ -6,8 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.session import Scenario, compile_text
-from engine.avoidability import GRAVITY, R157, Avoidability, Avoidance, avoidability
+from cortex_dsl.session import Scenario, compile_text, load
+from engine.avoidability import AFTERWARDS, GRAVITY, R157, Avoidability, Avoidance, avoidability
+from engine.avoidability import _outlines as outlines_of
+from engine.kernels import avoidance as kernels
+from engine.runs import memory, plan, requested, samples_of
+from engine.scenes import Scenes
 
 STEP = 0.05
 EXAMPLE = Path(__file__).parents[2] / "examples" / "left_turn.scn"
@@ -145,6 +149,93 @@ terminate after 10 s
     assert answer is not None
     assert answer.avoidance in (Avoidance.BRAKED_AS_HARD, Avoidance.UNAVOIDABLE)
     assert not answer.avoidable
+
+
+def braking_from_the_start(brake: float, distance: float) -> Scenario:
+    """The ego at 20 m/s has its pedal down from the first step; a car stands across, its side so far ahead."""
+    return compile_text(
+        f"""
+map intersection(ways=4, lanes=1)
+behavior Brake():
+    while True:
+        take SetBrakeAction({brake})
+ego = new Car at (1.75, {-1.75 - distance - 0.5 * 1.61 - 0.5 * 4.508}), facing 90 deg, with speed 20 m/s,
+    with behavior Brake()
+other = new Car at (1.75, -1.75), facing 0 deg
+terminate after 10 s
+"""
+    )
+
+
+def test_who_takes_over_does_not_let_go_of_the_pedal() -> None:
+    """At 7.2 m/s^2 from the start the ego needs 27.8 m; to press harder within 0.6 s of the start needs 26.8 m, but
+    would need 32.2 m if the driver first let go.
+    """
+    answer = judged(braking_from_the_start(0.9, 27.3))
+    assert answer is not None
+    assert not answer.lost
+    assert -math.inf < answer.margin < 0.0
+
+
+def test_what_no_braking_avoids_is_lost() -> None:
+    """Full braking without a ramp needs 26.3 m from 20 m/s."""
+    (near, between, far) = (judged(braking_from_the_start(0.0, distance)) for distance in (26.0, 29.0, 34.0))
+    assert near is not None
+    assert near.lost
+    assert between is not None
+    assert not between.lost
+    assert between.margin == -math.inf
+    assert far is not None
+    assert far.margin > -math.inf
+
+
+def test_the_driver_brakes_no_harder_than_the_regulation_says() -> None:
+    """The ego's 8 m/s^2 need 25.0 m, 0.774 g needs 26.3 m: taking over gains nothing there."""
+    answer = judged(braking_from_the_start(1.0, 24.9))
+    assert answer is not None
+    assert answer.lost
+    assert answer.avoidance is Avoidance.BRAKED_AS_HARD
+
+
+@pytest.mark.parametrize("name", ["left_turn", "crossing_left_turn"])
+def test_answers_are_those_of_every_moment_tried(name: str) -> None:
+    """Braking later can be better: what is said of a case is what trying each of its samples says."""
+    scenario = load(EXAMPLE.with_name(f"{name}.scn"))
+    scenes = scenario.sample(400, seed=3)
+    answers = avoidability(scenario.program, scenes, scenario.config.simulation)
+    told = [(row, answer) for row, answer in enumerate(answers) if answer is not None]
+    assert len(told) > 20
+    for row, answer in told:
+        helps = every_moment(scenario, scenes, row)
+        if answer.lost:
+            assert not any(helps)
+        if answer.margin == -math.inf:
+            assert not any(helps)
+        if math.isfinite(answer.margin):
+            assert any(helps)
+            begun = round(answer.braking / STEP)
+            latest = begun + round(answer.margin / STEP)
+            assert helps[latest]
+            if answer.avoidable:
+                assert all(helps[begun : latest + 1])
+                assert latest + 1 == len(helps) or not helps[latest + 1]
+            else:
+                assert not any(helps[min(begun, latest) + 1 : max(begun, latest)])
+
+
+def every_moment(scenario: Scenario, scenes: Scenes, row: int) -> list[bool]:
+    """Whether the reference driver avoids contact when it brakes at each sample before it."""
+    config, program = scenario.config.simulation, scenario.program
+    shared, rows = plan(program, config), requested(scenes)
+    extra = math.ceil(AFTERWARDS / config.time_step)
+    run = memory(program, samples_of(config) + 1 + extra)
+    path, outlines = np.zeros((len(run.states), kernels.PATH_COLUMNS)), outlines_of(program, rows.values[row])
+    case = kernels.Case(int(rows.variant[row]), rows.values[row], rows.keys[row])
+    contact = kernels.weigh(shared, run, case, outlines, path, extra, R157).contact
+    until = min(contact + extra, len(run.states) - 1)
+    return [
+        not kernels._drive(shared, run, case, k, contact, until, outlines, path, R157).touched for k in range(contact)
+    ]
 
 
 def test_the_numbers_are_the_regulations() -> None:

@@ -70,7 +70,7 @@ def _placings(node: nodes.New) -> Iterator[nodes.Specifier]:
 def _placing(to: Expressions, specifier: nodes.Specifier) -> nodes.Specifier:
     """Where an object goes that has no one place."""
     if isinstance(specifier, nodes.Before):
-        raise Unsaid("`before … by`", specifier.span)
+        raise Unsaid(f"`{'after' if isinstance(specifier, nodes.After) else 'before'} … by`", specifier.span)
     if isinstance(specifier, nodes.Facing) and not specifier.mode:
         return replace(specifier, heading=heading_from_north(to, specifier.heading))
     return to.parts(specifier)

@@ -125,22 +125,22 @@ NOT_ON_TRAJECTORY = Problem(
 )
 NO_TRAJECTORY = Problem(
     "SCN420",
-    "`before` needs to know the way",
-    cure="write `before intersection by 20 m along trajectory`",
+    "`{word}` needs to know the way",
+    cure="write `{word} intersection by 20 m along trajectory`",
     page=Page(
-        "`before` without a trajectory",
-        "Many ways lead to an intersection; the distance is counted back along one of them.",
+        "`before` or `after` without a trajectory",
+        "Many ways lead to an intersection and on from it; the distance is measured along one of them.",
         "ego = new Car before intersection by 20 m\n",
         "lane = intersection.incomingLanes[0]\nego = new Car before intersection by 20 m along [lane]\n",
     ),
 )
-TOO_FAR_BEFORE = Problem(
+TOO_FAR = Problem(
     "SCN421",
-    "{actual} before {region} is not on the trajectory",
-    "it starts {available} before",
+    "{actual} {word} {region} is not on the trajectory",
+    "it {bounds} {available} {word}",
     "use a longer `approach` in `map`, or a shorter distance",
     page=Page(
-        "further back than the trajectory",
+        "further away than the trajectory reaches",
         "The roads of the map are as long as its `approach` says, 50 m unless it says otherwise.",
         "lane = intersection.incomingLanes[0]\nego = new Car before intersection by 80 m along [lane]\n",
         "map intersection(approach=100 m)\n"
@@ -162,17 +162,42 @@ SELF_OUTSIDE = Problem(
 )
 EVERYTHING_TOO_FAR = warning(
     "SCN445",
-    "some distances that this can take are not on the trajectory, which starts {available} before {region}",
+    "some distances that this can take are not on the trajectory, which {bounds} {available} {word} {region}",
     "up to {actual} can be drawn; such scenes are rejected",
     "narrow the range, or use a longer `approach` in `map`",
     page=Page(
-        "sometimes further back than the trajectory",
-        "Scenes in which the object would stand before the beginning of its trajectory are rejected.",
+        "sometimes further away than the trajectory reaches",
+        "Scenes in which the object would stand beyond either end of its trajectory are rejected.",
         "param D = Range(5, 80) m\n"
         "lane = intersection.incomingLanes[0]\n"
         "ego = new Car before intersection by D along [lane]\n",
         "param D = Range(5, 45) m\n"
         "lane = intersection.incomingLanes[0]\n"
         "ego = new Car before intersection by D along [lane]\n",
+    ),
+)
+NEVER_LEAVES = Problem(
+    "SCN484",
+    "the trajectory does not go through {region}",
+    "`after` measures from where it leaves",
+    "add the lane that leads through, and the one behind it: `[m.startLane, m.connectingLane, m.endLane]`",
+    page=Page(
+        "trajectory that does not go through",
+        "`after REGION by D along TRAJECTORY` counts on from the point where the trajectory leaves the region.",
+        "m = intersection.incomingLanes[0].maneuvers[0]\nego = new Car after intersection by 5 m along [m.startLane]\n",
+        "m = intersection.incomingLanes[0].maneuvers[0]\n"
+        "ego = new Car after intersection by 5 m along [m.startLane, m.connectingLane, m.endLane]\n",
+    ),
+)
+OTHER_SIDE = Problem(
+    "SCN485",
+    "a distance {word} {region} is not negative",
+    "the other side of {region} has a word of its own",
+    "write `{other} {region} by {distance} along …`",
+    page=Page(
+        "on the other side of the intersection",
+        "`before` counts back from where a trajectory enters the intersection, `after` on from where it leaves.",
+        "m = intersection.incomingLanes[0].maneuvers[0]\nego = new Car before intersection by -5 m along m\n",
+        "m = intersection.incomingLanes[0].maneuvers[0]\nego = new Car after intersection by 5 m along m\n",
     ),
 )

@@ -70,6 +70,22 @@ NO_END = hint(
         "terminate after 20 s\n",
     ),
 )
+CONTACT_UNSEEN = warning(
+    "SCN465",
+    "`{one}` and `{other}` can touch without breaking this",
+    "{reason}",
+    "to throw such runs away write `({cure})`, which is as far as both come in two steps",
+    page=Page(
+        "`always` on a distance that contact passes by",
+        "Requirements on the run are looked at in samples, up to the last before contact; contact itself ends the run "
+        "as a collision. Who is fast enough passes a fixed distance within one step. A distance that grows with the "
+        "speeds is not passed: all runs in which these two collide are aborted, and a search finds other collisions.",
+        "ego = new Car on road, with speed 5 m/s\ntruck = new Truck ahead of ego by 20 m\n"
+        "require always (minimum distance from ego to truck) > 0.5 m\n",
+        "ego = new Car on road, with speed 5 m/s\ntruck = new Truck ahead of ego by 20 m\n"
+        "require always (minimum distance from ego to truck) > 0.1 m + 0.1 s * (ego.speed + truck.speed)\n",
+    ),
+)
 UNRECORDABLE = Problem(
     "SCN470",
     "{actual} cannot be recorded",

@@ -42,7 +42,7 @@ NO_OPERATOR = Problem(
     "SCN304",
     "`{operator}` does not work on {left} and {right}",
     "arithmetic and comparisons of size need numbers",
-    "take a number of it, such as `ego.speed`, or `distance from ego to lane`",
+    "{cure}",
     page=Page(
         "operator that does not fit",
         "Arithmetic works on numbers; things such as lanes can only be compared with `==`, `is` and `in`.",

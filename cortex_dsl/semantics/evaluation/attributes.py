@@ -195,8 +195,16 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
         if isinstance(value, kind):
             getter: Callable[..., Value] = _of(name, span, kind_name(value), table)
             return getter(ev, value)
-    cure = "take one of its items, such as the first: `[0]`" if isinstance(value, tuple) else ""
+    cure = _of_an_item(value, name) if isinstance(value, tuple) else ""
     raise errors.UNKNOWN_ATTRIBUTE.mistake(span, kind=kind_name(value), name=name, suggestion=cure)
+
+
+def _of_an_item(items: tuple[Value, ...], name: str) -> str:
+    """What to write for an attribute that a list does not have; a trajectory is one of lanes."""
+    place = {"startLane": 0, "connectingLane": 1, "endLane": len(items) - 1}.get(name)
+    if items and place is not None and place < len(items) and all(isinstance(item, Lane) for item in items):
+        return f"it is a list of lanes, and this one is `[{place}]` of it"
+    return "take one of its items, such as the first: `[0]`"
 
 
 def _of(name: str, span: Span, kind: str, table: Mapping[str, Entry]) -> Entry:

@@ -51,9 +51,8 @@ def position(ev: Evaluator, value: Value, span: Span, what: str = "this") -> Vec
             return vector(ev, value, span)
         case Intersection():
             return Vector(*map(ev.algebra.literal, value.center))
-    raise errors.WRONG_KIND.mistake(
-        span, what=what, expected="a place", actual=kind_name(value), cure="a place is an object, a point, or `(x, y)`"
-    )
+    cure = _AN_OFFSET if what == "an offset" else "a place is an object, a point, or `(x, y)`"
+    raise errors.WRONG_KIND.mistake(span, what=what, expected="a place", actual=kind_name(value), cure=cure)
 
 
 def pose_of(ev: Evaluator, value: Value) -> Pose | None:
@@ -66,9 +65,19 @@ def pose_of(ev: Evaluator, value: Value) -> Pose | None:
 def oriented(ev: Evaluator, value: Value, span: Span, what: str = "this") -> Pose:
     if (pose := pose_of(ev, value)) is None:
         raise errors.WRONG_KIND.mistake(
-            span, what=what, expected="an object or an oriented point", actual=kind_name(value), cure=""
+            span,
+            what=what,
+            expected="an object or an oriented point",
+            actual=kind_name(value),
+            cure=_POINT_ON_A_LANE if isinstance(value, Lane | Centerline) else "",
         )
     return pose
+
+
+_POINT_ON_A_LANE = (
+    "make a point of it: `p = new OrientedPoint in lane.centerline`, or `… after intersection by 5 m along T`"
+)
+_AN_OFFSET = "as in `(2 m, 10 m)`: so far to the right, and so far ahead"
 
 
 def ego_of(ev: Evaluator, span: Span, what: str) -> Actor:

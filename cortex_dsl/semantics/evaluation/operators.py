@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.definitions import Actor
 from cortex_dsl.semantics.evaluation import attributes, geometry
 from cortex_dsl.semantics.evaluation.arguments import Given, items_of
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth, whole_number
@@ -197,7 +198,15 @@ def combine(ev: Evaluator, operator: str, left: Value, right: Value, node: nodes
     if operator in ("+", "-") and isinstance(left, Vector | Pose) and isinstance(right, Vector | Pose):
         op = Op.ADD if operator == "+" else Op.SUB
         return Vector(ev.algebra.apply(op, left.x, right.x), ev.algebra.apply(op, left.y, right.y))
-    raise errors.NO_OPERATOR.mistake(node.span, operator=operator, left=kind_name(left), right=kind_name(right))
+    displaced = {type(left), type(right)} & {Vector, Pose, Actor} and Quantity in (type(left), type(right))
+    cure = _DISPLACED if operator in ("+", "-") and displaced else _NUMBER_OF_IT
+    raise errors.NO_OPERATOR.mistake(
+        node.span, operator=operator, left=kind_name(left), right=kind_name(right), cure=cure
+    )
+
+
+_NUMBER_OF_IT = "take a number of it, such as `ego.speed`, or `distance from ego to lane`"
+_DISPLACED = "to displace a place write `place offset by (0 m, 10 m)`: so far to the right, and so far ahead"
 
 
 # -- comparison and logic ---------------------------------------------------------------------------------------------
@@ -224,7 +233,9 @@ def _link(ev: Evaluator, operator: str, left: Value, right: Value, span: Span) -
             operator = "==" if operator == "is" else "!="
         return operations.compare(ev, operator, left, right, span)
     if operator in ("<", "<=", ">", ">="):
-        raise errors.NO_OPERATOR.mistake(span, operator=operator, left=kind_name(left), right=kind_name(right))
+        raise errors.NO_OPERATOR.mistake(
+            span, operator=operator, left=kind_name(left), right=kind_name(right), cure=_NUMBER_OF_IT
+        )
     same = _same(ev, left, right)
     return same if operator in ("is", "==") else ev.algebra.apply(Op.NOT, same)
 

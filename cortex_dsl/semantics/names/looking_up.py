@@ -10,7 +10,7 @@ from cortex_dsl.semantics.findings import Findings
 from cortex_dsl.semantics.running.temporal import TIMED
 from cortex_dsl.semantics.tree import parts
 from cortex_dsl.source import Span
-from cortex_dsl.spelling import did_you_mean, nearest
+from cortex_dsl.spelling import class_called, did_you_mean, likely_range, nearest
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 
@@ -107,13 +107,23 @@ class Names:
             return True
         return name in SPECIAL_NAMES and name not in self.table.all_names
 
+    def _kind_of_thing(self, name: str, candidates: AbstractSet[str]) -> str:
+        """What to do about `truck`, where no object has that name: the class `Truck` is not what is missing."""
+        mine = candidates - BUILTINS.keys()
+        if not name[0].islower() or nearest(name, mine) is not None:
+            return ""
+        meant = class_called(name, names_of(Kind.CLASS))
+        return f"make it first: `{name} = new {meant} …`" if meant else ""
+
     def _report(self, name: str, span: Span) -> None:
         if name in self.table.all_names:
             self.table.findings.add(errors.USED_BEFORE.at(span, name=name))
             return
         candidates = {*self.inner, *self.visible, *BUILTINS, *SPECIAL_NAMES} - ({"self"} - {*self.inner})
-        suggestion = did_you_mean(name, candidates)
+        suggestion = self._kind_of_thing(name, candidates) or did_you_mean(name, candidates)
         self.table.used.add(nearest(name, candidates) or name)  # what was meant is used, for all that is known
         if not suggestion and name.endswith("Behavior"):
             suggestion = "library behaviors: " + ", ".join(f"`{n}`" for n in names_of(Kind.BEHAVIOUR))
+        elif not suggestion and name.isupper():
+            suggestion = f"declare it: `param {name} = {likely_range(name)}`"
         self.table.findings.add(errors.UNKNOWN_NAME.at(span, name=name, suggestion=suggestion))

@@ -6,6 +6,7 @@ A bare number (dimension None) adopts the dimension of its place.
 import math
 
 from cortex_dsl import ir
+from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.definitions import BehaviourCall
@@ -94,6 +95,8 @@ def adopt(ev: Evaluator, value: Value, dimension: Dimension, span: Span, what: s
     number = quantity(value, span, what)
     if number.dimension is None:
         warn_of_slip(ev, number, dimension, span)
+        if isinstance(number.expr, ir.Gene):
+            ev.file.taken_for.setdefault(number.expr.index, set()).add(dimension)
     elif number.dimension != dimension:
         raise errors.DIMENSION_MISMATCH.mistake(
             span,
@@ -116,17 +119,26 @@ def warn_of_slip(ev: Evaluator, number: Quantity, dimension: Dimension, span: Sp
     value = high if abs(high) >= abs(low) else low
     if not math.isfinite(value):
         return
-    size = abs(value)
+    size, (place, uses) = abs(value), _where(ev, number, dimension, span)
     if dimension == ANGLE and size > math.tau + 1e-6:
-        ev.report(errors.SUSPICIOUS_ANGLE.at(span, value=value, turns=size / math.tau))
+        ev.report(errors.SUSPICIOUS_ANGLE.at(place, secondary=uses, value=value, turns=size / math.tau))
     elif dimension == SPEED and value > SUSPICIOUS_SPEED:
-        ev.report(errors.SUSPICIOUS_SPEED.at(span, value=value, kmh=value * 3.6))
+        ev.report(errors.SUSPICIOUS_SPEED.at(place, secondary=uses, value=value, kmh=value * 3.6))
     elif dimension == LENGTH and size > SUSPICIOUS_LENGTH:
-        ev.report(errors.SUSPICIOUS_LENGTH.at(span, value=value, kilometres=value / 1000.0))
+        ev.report(errors.SUSPICIOUS_LENGTH.at(place, secondary=uses, value=value, kilometres=value / 1000.0))
     elif dimension == TIME and size > SUSPICIOUS_TIME:
-        ev.report(errors.SUSPICIOUS_TIME.at(span, value=value, minutes=value / 60.0))
+        ev.report(errors.SUSPICIOUS_TIME.at(place, secondary=uses, value=value, minutes=value / 60.0))
     elif dimension == ACCELERATION and size > SUSPICIOUS_ACCELERATION:
-        ev.report(errors.SUSPICIOUS_ACCELERATION.at(span, value=value, gravities=value / UNITS["g"].factor))
+        gravities = value / UNITS["g"].factor
+        ev.report(errors.SUSPICIOUS_ACCELERATION.at(place, secondary=uses, value=value, gravities=gravities))
+
+
+def _where(ev: Evaluator, number: Quantity, dimension: Dimension, span: Span) -> tuple[Span, tuple[Label, ...]]:
+    """Of a slip: where a unit is missing, which for a param is its own line, and what else there is to see."""
+    if not isinstance(number.expr, ir.Gene):
+        return span, range_labels(number.expr, ev.file.genes)
+    gene = list(ev.file.genes.values())[number.expr.index]
+    return gene.span, (Label(span, f"taken for {dimension_name(dimension)}"),)
 
 
 def in_range(

@@ -13,6 +13,7 @@ from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.names.overrides import param_entries
 from cortex_dsl.semantics.names.unused import shadowing_names, unused_definitions, unused_names
 from cortex_dsl.semantics.remarks.bare_numbers import bare_numbers
+from cortex_dsl.semantics.remarks.contacts import contacts
 from cortex_dsl.semantics.remarks.liveness import live_genes
 from cortex_dsl.semantics.remarks.windows import windows
 from cortex_dsl.semantics.state import FileContext
@@ -41,6 +42,7 @@ def _advice(module: nodes.Module, file: FileContext, scenario: ir.Scenario) -> I
     yield from _certain(file)
     yield from bare_numbers(module, file.genes)
     yield from windows(module, file.source)
+    yield from contacts(module, file.settings.time_step)
     yield from unused_names(module)
     yield from unused_definitions(module, file.entry)
     yield from shadowing_names(module)

@@ -1,7 +1,8 @@
 """The road network: the `map` statement, and the names that lead into the network."""
 
 import math
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Mapping
+from types import MappingProxyType
 
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS, Kind
@@ -21,7 +22,7 @@ from cortex_dsl.semantics.values import (
     Value,
 )
 from cortex_dsl.source import Span
-from cortex_dsl.spelling import did_you_mean
+from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 from engine.program import RoadSpec
@@ -66,8 +67,27 @@ def _spec(ev: Evaluator, node: nodes.Map) -> RoadSpec:
     for error in wrong:
         ev.report(errors.BAD_MAP.at(spans.get(error.argument, node.span), message=error.message, cure=error.cure))
     if mistaken or wrong:
+        good = {name: value for name, value in values.items() if name not in [error.argument for error in wrong]}
+        _go_on(ev, node, {**({} if _knows_lengths(node, good) else _ROOMY), **good})
         raise Mistake
     return spec
+
+
+_ROOMY: Mapping[str, float | bool] = MappingProxyType({"approach": 500.0})
+"""In the place of lengths that could not be read: nothing is too far on it."""
+
+
+def _knows_lengths(node: nodes.Map, good: Container[str]) -> bool:
+    """Whether the map that is gone on with is as long as the one that was meant."""
+    meant = {nearest(each.name, MAP_ARGUMENTS) for each in node.arguments if each.name is not None}
+    return "approach" in good or "approach" not in meant
+
+
+def _go_on(ev: Evaluator, node: nodes.Map, values: Mapping[str, float | bool]) -> None:
+    """Take the arguments that can be read for the map, so that nothing below is told of another one."""
+    spec = RoadSpec(**values)  # type: ignore[arg-type]
+    if not list(wrong_alone(spec)) and not list(wrong_together(spec)):
+        ev.run.network = _network(ev, spec, node.span)
 
 
 def _map_argument(argument: Given, known: Container[str]) -> str:

@@ -7,7 +7,7 @@ from cortex_dsl.semantics.values import Centerline, Quantity, Value
 from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from engine.frozen import frozen
-from engine.road.network import Intersection, Lane, Maneuver
+from engine.road.network import Intersection, Lane, LaneRole, Maneuver
 
 
 @frozen
@@ -25,6 +25,15 @@ class Trajectory:
         s = 0.0
         for lane in self.lanes:
             if any(maneuver.intersection is intersection for maneuver in lane.maneuvers):
+                return s + lane.length
+            s += lane.length
+        return None
+
+    def leaving(self, intersection: Intersection) -> float | None:
+        """Arc length at which the trajectory leaves an intersection [m]; None if it never does."""
+        s = 0.0
+        for lane in self.lanes:
+            if lane.intersection is intersection and lane.role is LaneRole.CONNECTING:
                 return s + lane.length
             s += lane.length
         return None

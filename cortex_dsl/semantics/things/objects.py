@@ -35,7 +35,10 @@ def new(ev: Evaluator, node: nodes.New) -> Value:
     if own is None and node.class_name not in CLASSES:
         known = {*CLASSES, *(name for name in ev.known_names() if own_class(ev, name) is not None)}
         raise errors.UNKNOWN_CLASS.mistake(
-            node.class_span, name=node.class_name, suggestion=did_you_mean(node.class_name, known)
+            node.class_span,
+            name=node.class_name,
+            suggestion=did_you_mean(node.class_name, known)
+            or "as in `new Car`; for what stands still and is no vehicle, `new Obstacle`",
         )
     if ev.moment.running or ev.moment.later:
         raise errors.NOT_SUPPORTED.mistake(

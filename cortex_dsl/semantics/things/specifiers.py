@@ -8,12 +8,13 @@ from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.definitions import Actor
 from cortex_dsl.semantics.evaluation import geometry
 from cortex_dsl.semantics.quantities.algebra import closed_value
-from cortex_dsl.semantics.quantities.numbers import adopt, in_range, shown
+from cortex_dsl.semantics.quantities.numbers import ROUNDING, adopt, in_range, shown
 from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.semantics.road.roads import ROAD, network_of
-from cortex_dsl.semantics.road.trajectories import trajectory
+from cortex_dsl.semantics.road.trajectories import Trajectory, trajectory
 from cortex_dsl.semantics.values import Centerline, DirectionField, Pose, Region, Value, Vector
 from cortex_dsl.semantics.wording import kind_name, option_name
+from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 from engine.road.network import Intersection, Lane, Network
@@ -168,47 +169,80 @@ def _following(ev: Evaluator, node: nodes.Following, _extent: Extent) -> Placeme
 
 def _before(ev: Evaluator, node: nodes.Before, _extent: Extent) -> Placement:
     """The place on a trajectory from which it is so far to the intersection."""
-    if node.trajectory is None:
-        raise errors.NO_TRAJECTORY.mistake(node.span)
-    region, distance, along = ev.evaluate_all((node.region, node.distance, node.trajectory))
-    if not isinstance(region, Intersection):
-        raise errors.WRONG_KIND.mistake(
-            node.region.span,
-            what="what follows `before`",
-            expected="an intersection",
-            actual=kind_name(region),
-            cure="",
-        )
-    way = trajectory(along, node.trajectory.span)
-    entry = way.entry(region)
-    if entry is None:
-        raise errors.NOT_ON_TRAJECTORY.mistake(node.trajectory.span, region=option_name(region))
-    what = "the distance before the intersection"
-    by = adopt(ev, distance, LENGTH, node.distance.span, what)
-    by = in_range(ev, by, 0.0, float("inf"), LENGTH, node.distance.span, what)
-    _keep_on_way(ev, node, by, entry)
+    way, region, trajectory_span = _way_through(ev, node)
+    if (entry := way.entry(region)) is None:
+        raise errors.NOT_ON_TRAJECTORY.mistake(trajectory_span, region=option_name(region))
+    by = _along(ev, node, entry)
     lane = way.lanes[0] if entry <= way.lanes[0].length else None
     return _on_path(ev, way.path, ev.algebra.sub(ev.algebra.literal(entry), by), lane)
 
 
-def _keep_on_way(ev: Evaluator, node: nodes.Before, by: ir.Expr, entry: float) -> None:
-    """A place before the trajectory's start does not exist: an error if known, else a requirement."""
-    name = ev.file.source.slice(node.region.span)
-    value = closed_value(by)
-    if value is not None:
-        if value > entry:
-            raise errors.TOO_FAR_BEFORE.mistake(
-                node.distance.span, actual=shown(value, LENGTH), region=name, available=shown(entry, LENGTH)
-            )
+def _after(ev: Evaluator, node: nodes.After, _extent: Extent) -> Placement:
+    """The place on a trajectory that lies so far beyond the intersection."""
+    way, region, trajectory_span = _way_through(ev, node)
+    if (leaving := way.leaving(region)) is None:
+        raise errors.NEVER_LEAVES.mistake(trajectory_span, region=option_name(region))
+    rest = way.length - leaving
+    by = _along(ev, node, rest)
+    lane = way.lanes[-1] if rest <= way.lanes[-1].length + ROUNDING else None
+    return _on_path(ev, way.path, ev.algebra.add(ev.algebra.literal(leaving), by), lane)
+
+
+def _way_through(ev: Evaluator, node: nodes.Before) -> tuple[Trajectory, Intersection, Span]:
+    """The trajectory, the intersection, and where the former is written."""
+    if node.trajectory is None:
+        raise errors.NO_TRAJECTORY.mistake(node.span, word=_word(node))
+    region, along = ev.evaluate_all((node.region, node.trajectory))
+    if not isinstance(region, Intersection):
+        raise errors.WRONG_KIND.mistake(
+            node.region.span,
+            what=f"what follows `{_word(node)}`",
+            expected="an intersection",
+            actual=kind_name(region),
+            cure=f"as in `{_word(node)} intersection by 20 m along trajectory`",
+        )
+    return trajectory(along, node.trajectory.span), region, node.trajectory.span
+
+
+def _word(node: nodes.Before) -> str:
+    return "after" if isinstance(node, nodes.After) else "before"
+
+
+def _along(ev: Evaluator, node: nodes.Before, available: float) -> ir.Expr:
+    """The distance from the intersection: an error if the way surely is too short for it, else a requirement."""
+    what = f"the distance {_word(node)} the intersection"
+    span = node.distance.span
+    by = adopt(ev, ev.evaluate(node.distance), LENGTH, span, what)
+    if ev.interval(by)[1] < 0.0:
+        raise errors.OTHER_SIDE.mistake(
+            span, word=_word(node), other="before" if _word(node) == "after" else "after",
+            region=ev.file.source.slice(node.region.span), distance=shown(-ev.interval(by)[1], LENGTH),
+        )  # fmt: skip
+    by = in_range(ev, by, 0.0, float("inf"), LENGTH, span, what)
+    _keep_on_way(ev, node, by, available)
+    return by
+
+
+def _keep_on_way(ev: Evaluator, node: nodes.Before, by: ir.Expr, available: float) -> None:
+    """There is no place beyond the trajectory: an error where it surely lies there, a requirement where it may."""
+    region, limit, word = ev.file.source.slice(node.region.span), shown(available, LENGTH), _word(node)
+    bounds = "ends" if word == "after" else "starts"
+    greatest, value = ev.interval(by)[1], closed_value(by)
+    if value is not None and value > available:
+        actual = shown(value, LENGTH)
+        raise errors.TOO_FAR.mistake(
+            node.distance.span, actual=actual, word=word, region=region, bounds=bounds, available=limit
+        )
+    if value is not None or greatest <= available:
         return
-    greatest = ev.interval(by)[1]
-    if entry < greatest < float("inf"):
+    if greatest < float("inf"):
+        actual = shown(greatest, LENGTH)
         ev.report(
             errors.EVERYTHING_TOO_FAR.at(
-                node.distance.span, available=shown(entry, LENGTH), region=name, actual=shown(greatest, LENGTH)
+                node.distance.span, actual=actual, word=word, region=region, bounds=bounds, available=limit
             )
         )
-    condition = ev.algebra.apply(Op.LE, by, ev.algebra.literal(entry))
+    condition = ev.algebra.apply(Op.LE, by, ev.algebra.literal(available))
     text = " ".join(ev.file.source.slice(node.span).split())
     ev.run.requirements.append(ir.Requirement(condition, 1.0, f"`{text}` lies on the road", ev.file.line(node.span)))
 
@@ -221,4 +255,5 @@ PLACERS: dict[type, Placer] = {
     nodes.Beside: _beside,
     nodes.Following: _following,
     nodes.Before: _before,
+    nodes.After: _after,
 }  # type: ignore[assignment]

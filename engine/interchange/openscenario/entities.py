@@ -18,8 +18,6 @@ from engine.vocabulary import State
 
 UNBOUNDED_SPEED = 100.0
 """`maxSpeed` of what no speed bounds [m/s]; a run that is faster has its own top speed instead."""
-
-
 CATEGORY = {"Vehicle": "vehicleCategory", "Pedestrian": "pedestrianCategory", "MiscObject": "miscObjectCategory"}
 WALKER = "walker.pedestrian.0001"
 """The model that 1.0 wants of every pedestrian: the name CARLA has for its first."""

@@ -11,7 +11,8 @@ from engine.interchange.openscenario.storyboard import add_storyboard
 from engine.interchange.openscenario.trajectory import stretches
 from engine.interchange.openscenario.versions import Version, version_of
 from engine.interchange.properties import of_samples
-from engine.interchange.recording import Recording
+from engine.interchange.reading.xml import LIMITS, MEGABYTE
+from engine.interchange.recording import MOST_ACTORS, Recording
 from engine.interchange.xml_text import xml_text
 
 MERGED = 0.1
@@ -34,8 +35,9 @@ def write_trajectories(recording: Recording, stem: str, options: ExportOptions, 
     carried = [of_samples(shown, actor) for actor in range(len(names))]
     add_entities(document.root, shown, names, version, carried)
     add_storyboard(document.root, shown, names, version)
-    remarks = tuple(_remarks(recording, names, version, road_file))
-    return Export({f"{stem}.xosc": xml_text(document.root)}, remarks)
+    text = xml_text(document.root)
+    remarks = (*_remarks(recording, names, version, road_file), *_remarks_on_size(recording, text))
+    return Export({f"{stem}.xosc": text}, remarks)
 
 
 def _remarks(recording: Recording, names: tuple[str, ...], version: Version, road_file: str | None) -> Iterator[str]:
@@ -50,6 +52,15 @@ def _remarks(recording: Recording, names: tuple[str, ...], version: Version, roa
             yield f"`{actor.name}` is called `{name}`: readers take letters, digits and underscores only"
     yield from _remarks_on_times(recording, version)
     yield from _remarks_on_road(recording, road_file)
+
+
+def _remarks_on_size(recording: Recording, text: str) -> Iterator[str]:
+    """What is larger than `cortexc import` takes from anybody."""
+    actors, elements, megabytes = len(recording.actors), text.count("<") - text.count("</"), len(text) / MEGABYTE
+    if actors > MOST_ACTORS or elements > LIMITS.elements or megabytes > LIMITS.megabytes:
+        has = f"{actors:,} actors, {elements:,} elements, {megabytes:.0f} MB"
+        most = f"{MOST_ACTORS:,}, {LIMITS.elements:,} and {LIMITS.megabytes:g} MB"
+        yield f"`cortexc import` refuses a file of {has}: it reads at most {most}"
 
 
 def _remarks_on_times(recording: Recording, version: Version) -> Iterator[str]:

@@ -1,7 +1,6 @@
 """What our own files say of an actor besides its positions: the samples of `engine.interchange.properties`.
 
-Speeds do not follow exactly from positions, so they are written beside them. They are believed as long as they fit
-what the vertices say.
+Speeds do not follow exactly from positions, so they are written beside them; `reading.belief` holds them against these.
 """
 
 from collections.abc import Mapping
@@ -14,9 +13,6 @@ from engine.interchange.recording import SAME_INSTANT
 from engine.interchange.resampling import OF_STEPS
 from engine.tables import Floats
 from engine.vocabulary import State
-
-FITS = 0.02
-"""How far the way of one step may be from speed times time [m], apart from a twentieth of it."""
 
 
 @dataclass(frozen=True)
@@ -36,20 +32,6 @@ class Carried:
     def there(self, times: Floats) -> np.ndarray:
         """Whether each time is one of the samples."""
         return near(self.time, times)
-
-    def fits(self, poses: Floats, step: float) -> bool:
-        """Whether most steps are as long as the speeds say; `poses` (samples, 3) are those of the vertices.
-
-        Samples further apart than one and a half steps [s] have a time between them in which the actor is not there.
-        """
-        steps = np.diff(self.time)
-        speed = self.columns[State.SPEED]
-        heading = (poses[1:, 2] + poses[:-1, 2]) / 2.0
-        way = np.diff(poses[:, 0]) * np.cos(heading) + np.diff(poses[:, 1]) * np.sin(heading)
-        wanted = (speed[1:] + speed[:-1]) / 2.0 * steps
-        wrong = np.abs(way - wanted) > FITS + 0.05 * np.abs(way)
-        together = steps < 1.5 * step
-        return bool(2 * np.count_nonzero(wrong & together) <= np.count_nonzero(together))
 
 
 def read_carried(properties: Properties) -> Carried | None:

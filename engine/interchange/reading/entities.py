@@ -13,7 +13,7 @@ from engine.interchange import properties
 from engine.interchange.errors import InterchangeError, did_you_mean
 from engine.interchange.reading.catalogs import Catalogs
 from engine.interchange.reading.node import Node
-from engine.interchange.recording import RecordedActor
+from engine.interchange.recording import MOST_ACTORS, RecordedActor
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
 
@@ -33,7 +33,8 @@ CATEGORIES: Mapping[str, ActorKind] = MappingProxyType(
         "bicycle": ActorKind.BICYCLE,
     }
 )
-MOST_ACTORS = 500
+EGO = "ego_vehicle"
+"""What the property `type` of the ego is, by which CARLA's ScenarioRunner finds it."""
 LONGEST = 1000.0
 """Of an outline [m]; a wall may be long."""
 
@@ -47,6 +48,8 @@ class Entity:
     left: float
     properties: Mapping[str, str]
     node: Node
+    is_ego: bool
+    """Whether its property `type` says so."""
 
 
 def read_entities(scenario: Node, catalogs: Catalogs, ego: str | None) -> list[Entity]:
@@ -59,7 +62,7 @@ def read_entities(scenario: Node, catalogs: Catalogs, ego: str | None) -> list[E
     if not objects:
         raise scenario.need("Entities").error("nobody takes part", "write <ScenarioObject> elements")
     if len(objects) > MOST_ACTORS:
-        raise objects[-1].error(f"more than {MOST_ACTORS} take part", "leave some out")
+        raise objects[-1].error(f"{len(objects):,} take part", f"leave at most {MOST_ACTORS:,}")
     by_name: dict[str, Entity] = {}
     for node in objects:
         name = node.text("name")
@@ -73,21 +76,32 @@ def read_entities(scenario: Node, catalogs: Catalogs, ego: str | None) -> list[E
 
 def _renamed(entities: list[Entity]) -> list[Entity]:
     """Under the names that our own files remember, since other readers take few letters only."""
-    names = [entity.properties.get(properties.NAME) or entity.actor.name for entity in entities]
+    names = [properties.name_in(entity.properties, entity.actor.name) for entity in entities]
     if len(set(names)) < len(names):
         return entities
     return [replace(e, actor=replace(e.actor, name=name)) for e, name in zip(entities, names, strict=True)]
 
 
 def _ego(entities: list[Entity], ego: str | None, scenario: Node) -> Entity:
-    """The one of that name, as it is shown or else as it stands in the file; without a name, the one that is usual."""
+    """The one of that name, as it is shown or else as it stands in the file; without a name, see `_usual_ego`."""
     shown, written = ([name(each) for each in entities] for name in (_shown_name, _written_name))
     if ego is None:
-        return next((each for each in entities if _written_name(each).casefold() in EGO_NAMES), entities[0])
+        return _usual_ego(entities)
     for names in (shown, written):
         if ego in names:
             return entities[names.index(ego)]
     raise InterchangeError(f"nobody is called `{ego}`", did_you_mean(ego, [*shown, *written]), scenario.file)
+
+
+def _usual_ego(entities: list[Entity]) -> Entity:
+    """The one that the file calls so by a property, as ScenarioRunner wants it; in our own files the first; else the
+    one of a usual name, or the first.
+    """
+    if (said := next((each for each in entities if each.is_ego), None)) is not None:
+        return said
+    if any(properties.NAME in each.properties for each in entities):
+        return entities[0]
+    return next((each for each in entities if _written_name(each).casefold() in EGO_NAMES), entities[0])
 
 
 def _shown_name(entity: Entity) -> str:
@@ -112,12 +126,17 @@ def _entity(node: Node, name: str, catalogs: Catalogs) -> Entity:
     box = body.need("BoundingBox", "Center")
     forward = box.number("x", low=-LONGEST, high=LONGEST)
     actor = replace(_actor(name, kind, body, forward), **properties.fields_in(said))
-    return Entity(actor, forward, box.number("y", low=-LONGEST, high=LONGEST), said, node)
+    is_ego = any(row.text("name") == "type" and row.text("value") == EGO for row in _rows(body))
+    return Entity(actor, forward, box.number("y", low=-LONGEST, high=LONGEST), said, node, is_ego)
 
 
 def _properties(body: Node) -> dict[str, str]:
-    rows = (body.find("Properties") or body).every("Property")
+    rows = _rows(body)
     return {row.text("name"): row.text("value") for row in rows if row.text("name").startswith(properties.PREFIX)}
+
+
+def _rows(body: Node) -> list[Node]:
+    return (body.find("Properties") or body).every("Property")
 
 
 def _kind(body: Node, said: properties.Properties) -> ActorKind:
@@ -165,7 +184,7 @@ def _max_steer(body: Node, default: float) -> float:
     return steer if steer <= math.pi / 2 else default
 
 
-SMALLEST = 0.01
+SMALLEST = 1e-6
 """Of an outline, or between two axles [m]."""
 BODIES: Mapping[str, ActorKind] = MappingProxyType(
     {"Vehicle": ActorKind.CAR, "Pedestrian": ActorKind.PEDESTRIAN, "MiscObject": ActorKind.OBSTACLE}

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from engine.interchange.properties import TIME
 from engine.interchange.reading.catalogs import Catalogs
 from engine.interchange.reading.entities import Entity
 from engine.interchange.reading.node import Node, did_you_mean
@@ -118,7 +119,8 @@ def _of_track(entity: Entity, track: Track) -> list[str]:
         raise entity.node.error(f"nothing says where `{name}` is", "place it by a TeleportAction in <Init>")
     said = [f"{name} jumps {distance:.1f} m at {time:g} s" for time, distance in track.jumps()]
     first = track.legs[0]
-    if isinstance(first, Coast) and first.speed and not track.follows:
+    instant = len(entity.properties.get(TIME, "").split()) == 1  # there once, in a recording of ours
+    if isinstance(first, Coast) and first.speed and not track.follows and not instant:
         said.append(f"{name} follows no trajectory: it goes on at {first.speed:g} m/s, along its lane where known")
     elif isinstance(first, Path) and first.begin > 0.0 and not track.absent:
         said.append(f"nothing says where {name} is before {first.begin:g} s: it waits where its trajectory begins")

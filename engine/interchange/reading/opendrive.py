@@ -7,7 +7,7 @@ against it, and the other way round where the road's `rule` is left hand traffic
 
 import bisect
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -17,6 +17,10 @@ from engine.interchange.reading.node import Node, did_you_mean
 from engine.interchange.reading.planview import Piece, Pose, read_piece
 from engine.interchange.reading.xml import LIMITS, Limits, read_xml
 
+MOST_LANES = 100
+"""Of one section, both sides together."""
+NARROWEST = -0.01
+"""A width below this is told [m]; files round those of lanes that end."""
 BEYOND = 1e-3
 """How far past its end a road may be asked for [m]: files round lengths, too."""
 
@@ -51,12 +55,12 @@ class OdrSection:
     lanes: Mapping[int, OdrLane]
 
     def edges(self, lane: int, s: float) -> tuple[float, float]:
-        """Inner and outer edge of a lane, measured to the left of the lane offset."""
+        """Inner and outer edge of a lane, measured to the left of the lane offset; a width is never negative."""
         side, inner, outer = (1 if lane > 0 else -1), 0.0, 0.0
         for number in range(side, lane + side, side):
             inner, row = outer, self.lanes.get(number)
             if row is not None:
-                outer = _at(row.borders, s) if row.borders else inner + side * _at(row.widths, s)
+                outer = _at(row.borders, s) if row.borders else inner + side * max(_at(row.widths, s), 0.0)
         return inner, outer
 
 
@@ -76,7 +80,7 @@ class OdrRoad:
     place: str
 
     def section(self, s: float) -> OdrSection:
-        return self.sections[_row([section.start for section in self.sections], s)]
+        return self.sections[max(bisect.bisect_right(self.sections, s, key=lambda section: section.start) - 1, 0)]
 
     def against(self, lane: int) -> bool:
         """Whether traffic of a lane runs against the reference line."""
@@ -84,7 +88,7 @@ class OdrRoad:
 
     def reference(self, s: float) -> Pose:
         """The pose of the reference line."""
-        return self.pieces[_row([piece.s for piece in self.pieces], s)].pose(s)
+        return self.pieces[max(bisect.bisect_right(self.pieces, s, key=lambda piece: piece.s) - 1, 0)].pose(s)
 
     def center(self, lane: int, s: float) -> float:
         """How far left of the reference line the middle of a lane runs."""
@@ -100,6 +104,7 @@ class OdrNetwork:
     junctions: tuple[str, ...]
     path: Path
     """Where that file is."""
+    remarks: tuple[str, ...] = ()
 
     def road(self, road: str, place: str = "") -> OdrRoad:
         """A road of this network; `place` is who asks.
@@ -172,7 +177,17 @@ def read_opendrive(path: str | Path, limits: Limits = LIMITS) -> OdrNetwork:
         roads[road.id] = road
     if not roads:
         raise root.error("there is no road in it", "write <road> elements into <OpenDRIVE>")
-    return OdrNetwork(path.name, roads, tuple(node.text("id") for node in root.every("junction")), path)
+    junctions = tuple(node.text("id") for node in root.every("junction"))
+    return OdrNetwork(path.name, roads, junctions, path, tuple(_remarks(roads)))
+
+
+def _remarks(roads: Mapping[str, OdrRoad]) -> Iterator[str]:
+    """On the first lane that begins with a negative width."""
+    for road in roads.values():
+        for lane in (lane for section in road.sections for lane in section.lanes.values()):
+            if (least := min((row.a for row in lane.widths), default=0.0)) < NARROWEST:
+                yield f"lane {lane.id} of road `{road.id[:40]}` is {least:g} m wide, which is taken as 0 m"
+                return
 
 
 def _read_road(node: Node) -> OdrRoad:
@@ -199,7 +214,10 @@ def _read_road(node: Node) -> OdrRoad:
 def _read_section(node: Node) -> OdrSection:
     start = node.number("s", low=0.0)
     lanes: dict[int, OdrLane] = {}
-    for row in (lane for side in node.every("left", "center", "right") for lane in side.every("lane")):
+    rows = [lane for side in node.every("left", "center", "right") for lane in side.every("lane")]
+    if len(rows) > MOST_LANES:
+        raise node.error(f"a section of {len(rows):,} lanes", f"write at most {MOST_LANES}: each place counts them all")
+    for row in rows:
         lane = _read_lane(row, start)
         if lane.id in lanes:
             raise row.error(f"two lanes of one section have the id {lane.id}", "lanes are 1, 2, … and -1, -2, …")
@@ -222,11 +240,7 @@ def _cubics(nodes: Sequence[Node], key: str, start: float) -> tuple[Cubic, ...]:
 
 def _at(cubics: Sequence[Cubic], s: float) -> float:
     """The value of the last one that has begun; 0 where there is none."""
-    return cubics[_row([row.start for row in cubics], s)].at(s) if cubics else 0.0
-
-
-def _row(starts: Sequence[float], s: float) -> int:
-    return max(bisect.bisect_right(starts, s) - 1, 0)
+    return cubics[max(bisect.bisect_right(cubics, s, key=lambda row: row.start) - 1, 0)].at(s) if cubics else 0.0
 
 
 def _driving(section: OdrSection) -> int:

@@ -4,7 +4,7 @@ file -> xml -> parameters put in -> entities, road -> actions in the order of ti
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,12 +14,13 @@ from engine.interchange.errors import InterchangeError, did_you_mean, quoted
 from engine.interchange.properties import FILE_PREFIX
 from engine.interchange.reading.catalogs import Catalogs
 from engine.interchange.reading.entities import read_entities
+from engine.interchange.reading.judging import judged
 from engine.interchange.reading.motion import read_tracks
 from engine.interchange.reading.node import Node
 from engine.interchange.reading.opendrive import OdrNetwork, read_opendrive
 from engine.interchange.reading.parameters import substituted
 from engine.interchange.reading.storyboard import condition_name, stop_time, timed_actions
-from engine.interchange.reading.timeline import Part, grid, part_of, states
+from engine.interchange.reading.timeline import Grid, Part, grid, part_of, states
 from engine.interchange.reading.xml import LIMITS, Limits, read_xml
 from engine.interchange.recording import Provenance, Recording
 from engine.vocabulary import State
@@ -60,9 +61,11 @@ def read_openscenario(
     tracks, said = read_tracks(entities, timed_actions(storyboard), road, catalogs)
     end, on_end = _read_end(storyboard)
     parts = [part_of(entity, track) for entity, track in zip(entities, tracks, strict=True)]
-    recording = _recording(path, parts, end, step)
-    remarks = (*remarks, *said, *(part.remark for part in parts if part.remark), *on_end)
-    return Imported(replace(recording, provenance=_provenance(raw, path)), road, remarks)
+    times = grid(parts, end, step, path.name)
+    parts = judged(parts, times.told)
+    recording = replace(_recording(path, parts, times), provenance=_provenance(raw, path))
+    on_motion = (remark for part in parts for remark in part.remarks)
+    return Imported(recording, road, (*remarks, *said, *on_motion, *times.remarks, *on_end))
 
 
 def _check_step(step: float | None) -> None:
@@ -104,7 +107,8 @@ def _read_road(scenario: Node, folder: Path, limits: Limits) -> tuple[OdrNetwork
         raise node.error(f"the road {quoted(name)} lies elsewhere, and nothing is fetched", "put the .xodr beside it")
     if not Path(name).suffix:
         return None, [*remarks, f"the road {quoted(name)} is the name of a map, not a file: it is not read"]
-    return read_opendrive(_beside(node, folder, name), limits), remarks
+    road = read_opendrive(_beside(node, folder, name), limits)
+    return road, [*remarks, *road.remarks, "whether anybody leaves the road is not judged: that needs a road of ours"]
 
 
 def _beside(node: Node, folder: Path, name: str) -> Path:
@@ -124,20 +128,24 @@ def _beside(node: Node, folder: Path, name: str) -> Path:
     raise node.error(f"the road file {quoted(name)} is not there", cure)
 
 
-def _recording(path: Path, parts: Sequence[Part], end: float, step: float | None) -> Recording:
-    times, spacing = grid(parts, end, step, path.name)
+def _recording(path: Path, parts: Sequence[Part], times: Grid) -> Recording:
     return Recording(
         name=path.stem or "imported",
         actors=tuple(part.entity.actor for part in parts),
-        time=times,
-        states=np.stack([states(part, times) for part in parts], axis=1),
-        step=spacing,
+        time=times.times,
+        states=np.stack([states(part, times.times) for part in parts], axis=1),
+        step=times.step,
         commands=all(map(_carries_commands, parts)),
     )
 
 
 def _carries_commands(part: Part) -> bool:
     return part.believed and part.carried is not None and State.STEER in part.carried.columns
+
+
+def _title(description: str, facts: Mapping[str, str]) -> str:
+    """Our own descriptions go on with the facts, which stand in parameters, too."""
+    return description.split(f" - {next(iter(facts))}: ")[0] if facts else description
 
 
 def _provenance(root: Node, path: Path) -> Provenance:
@@ -152,7 +160,7 @@ def _provenance(root: Node, path: Path) -> Provenance:
     genome = {name: value for name, value in declared.items() if not name.startswith(FILE_PREFIX)} if facts else {}
     version = f"OpenSCENARIO 1.{header.text('revMinor', '0')[:3]}"
     return Provenance(
-        title=header.text("description", "")[:500],
+        title=_title(header.text("description", ""), facts)[:500],
         author=header.text("author", "")[:100],
         date=header.text("date", "")[:40] or Provenance().date,
         facts={**facts, "read from": path.name, "format": version},

@@ -60,12 +60,12 @@ def _world(node: Node, _: Surroundings) -> Placed:
 
 
 def _lane(node: Node, around: Surroundings) -> Placed:
-    lane = RoadPlace(node.text("roadId"), node.integer("laneId"), node.number("s"), node.number("offset", 0.0))
+    lane = RoadPlace(node.text("roadId"), node.integer("laneId"), node.number("s"), _offset(node, "offset", 0.0))
     return _on_road(lane, node, around)
 
 
 def _road(node: Node, around: Surroundings) -> Placed:
-    return _on_road(RoadPlace(node.text("roadId"), None, node.number("s"), node.number("t")), node, around)
+    return _on_road(RoadPlace(node.text("roadId"), None, node.number("s"), _offset(node, "t")), node, around)
 
 
 def _on_road(where: RoadPlace, node: Node, around: Surroundings) -> Placed:
@@ -79,20 +79,20 @@ def _on_road(where: RoadPlace, node: Node, around: Surroundings) -> Placed:
 
 def _relative_object(node: Node, around: Surroundings) -> Placed:
     other = around.others(node.text("entityRef"), node).pose
-    return _oriented(other.moved(node.number("dx"), node.number("dy")), node)
+    return _oriented(other.moved(_offset(node, "dx"), _offset(node, "dy")), node)
 
 
 def _relative_world(node: Node, around: Surroundings) -> Placed:
     other = around.others(node.text("entityRef"), node).pose
-    return _oriented(Pose(other.x + node.number("dx"), other.y + node.number("dy"), other.heading), node)
+    return _oriented(Pose(other.x + _offset(node, "dx"), other.y + _offset(node, "dy"), other.heading), node)
 
 
 def _relative_lane(node: Node, around: Surroundings) -> Placed:
     where, lane = _other_on_road(node, around), node.integer("dLane")
     if where.lane is None:
         raise node.error("the other's lane is not known", "write a LanePosition")
-    ds = node.number("ds" if "ds" in node.attributes else "dsLane")
-    moved = RoadPlace(where.road, _counted(where.lane, lane), where.s + ds, node.number("offset", 0.0))
+    ds = _offset(node, "ds" if "ds" in node.attributes else "dsLane")
+    moved = RoadPlace(where.road, _counted(where.lane, lane), where.s + ds, _offset(node, "offset", 0.0))
     return _on_road(moved, node, around)
 
 
@@ -101,7 +101,7 @@ def _relative_road(node: Node, around: Surroundings) -> Placed:
     if where.lane is not None:
         row = around.road.road(where.road, node.place) if around.road else None
         where = where._replace(lane=None, offset=where.offset + (row.center(where.lane, where.s) if row else 0.0))
-    moved = where._replace(s=where.s + node.number("ds"), offset=where.offset + node.number("dt"))
+    moved = where._replace(s=where.s + _offset(node, "ds"), offset=where.offset + _offset(node, "dt"))
     return _on_road(moved, node, around)
 
 
@@ -133,7 +133,13 @@ def _oriented(pose: Pose, node: Node, where: RoadPlace | None = None) -> Placed:
     return Placed(pose._replace(heading=heading), True, where)
 
 
+def _offset(node: Node, name: str, default: float | None = None) -> float:
+    return node.number(name, default, -FARTHEST, FARTHEST)
+
+
 ANGLES = (-1e4, 1e4)
+FARTHEST = 1e5
+"""From a road or from somebody [m]: further away is another place."""
 KINDS: Mapping[str, Callable[[Node, Surroundings], Placed]] = MappingProxyType(
     {
         "WorldPosition": _world,

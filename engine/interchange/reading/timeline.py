@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +21,10 @@ COARSE = 0.2
 FINE = 0.05
 SOON = 0.002
 """A trigger this close before a sample means that sample [s]: 1.0 can only say "later than a moment before"."""
+FEW = 5
+"""Fewer samples than this may all stand at uneven distances, where contact comes within a step."""
+COARSEST = 10.0
+"""No step is longer [s]."""
 MOST_NUMBERS = 2_000_000
 """Samples times actors; twenty actors over 80 minutes at 20 Hz."""
 
@@ -33,8 +38,8 @@ class Part:
     carried: Carried | None
     """Its samples, if their times fit those of the vertices."""
     believed: bool = False
-    """Whether the speeds and commands at these samples fit, too."""
-    remark: str = ""
+    """Whether the speeds and commands at these samples fit, too: see `reading.judging`."""
+    remarks: tuple[str, ...] = ()
 
     @property
     def times(self) -> Floats:
@@ -42,38 +47,74 @@ class Part:
         times = [leg.times for leg in self.track.legs if isinstance(leg, Path)]
         return _merged(np.concatenate([*times, np.zeros(0) if self.carried is None else self.carried.time]))
 
+    def there(self, times: Floats) -> np.ndarray:
+        """Whether the entity takes part at each time."""
+        return self.track.there(times) if self.carried is None else self.carried.there(times)
+
 
 def part_of(entity: Entity, track: Track) -> Part:
-    """One entity's part; its vertices are believed before what it carries."""
+    """One entity's part, before what it carries is held against its vertices."""
     carried = read_carried(entity.properties)
     if carried is None:
         return Part(entity, track, None)
     paths = [leg for leg in track.legs if isinstance(leg, Path)]
-    in_time = all(near(carried.time, path.times).all() for path in paths)
-    if in_time and carried.fits(track.poses(carried.time), step_in(entity.properties) or math.inf):
-        return Part(entity, track, carried, believed=True)
-    said = f"{entity.actor.name}: the speeds it carries do not fit its vertices, which are believed"
-    return Part(entity, track, carried if in_time else None, remark=said)
+    if all(near(carried.time, path.times).all() for path in paths):
+        return Part(entity, track, carried)
+    said = "the speeds it carries do not fit its vertices, which are believed: they are of other times"
+    return Part(entity, track, None, remarks=(f"{entity.actor.name}: {said}",))
 
 
-def grid(parts: Sequence[Part], end: float, step: float | None, file: str) -> tuple[Floats, float]:
-    """Times of all samples, and the step of the recording [s].
+class Grid(NamedTuple):
+    """Times of all samples [s]."""
 
-    The times are those of all vertices and of all samples that our own files carry, of actions, and with a `step`, or
-    where vertices are far apart, whole steps.
+    told: Floats
+    """Those at which the file says something of somebody, from 0 to the end."""
+    times: Floats
+    """These, and with a step that is asked for, or where they are far apart, whole steps."""
+    step: float
+    """Of the recording [s]."""
+    remarks: tuple[str, ...] = ()
+
+
+def grid(parts: Sequence[Part], end: float, step: float | None, file: str) -> Grid:
+    """The times of all vertices, of all samples that our own files carry, and of actions.
 
     Raises:
         InterchangeError: no times at all, or more samples than memory should hold.
     """
-    times = _told_times(parts, end, file)
+    told = _told_times(parts, end, file)
     spacing, usual = _spacing(parts)
-    wanted = step or next((s for part in parts if (s := step_in(part.entity.properties)) is not None), None)
+    said, remarks = _said_step(parts, told)
+    times, wanted = told, step or said
     if wanted is None and usual > COARSE:
         wanted, step = FINE, FINE
     if step is not None:
-        times = _with_steps(times, step, len(parts), file)
+        times = _with_steps(told, step, len(parts), file)
     _check_size(len(times), len(parts), file)
-    return times, wanted or spacing
+    return Grid(told, times, wanted or spacing, () if step else remarks)
+
+
+def usual_step(parts: Sequence[Part]) -> float:
+    """The most common distance of two samples that our own files carry [s]; infinite where there are not two."""
+    times = _merged(np.concatenate([np.zeros(0), *(part.carried.time for part in parts if part.carried)]))
+    return _most_common(np.diff(times)) if len(times) > 1 else math.inf
+
+
+def _said_step(parts: Sequence[Part], told: Floats) -> tuple[float | None, tuple[str, ...]]:
+    """The step that a file of ours says, if its samples stand so far apart, as far as few of them can tell."""
+    said = dict.fromkeys(step for part in parts if (step := step_in(part.entity.properties)) is not None)
+    usual = usual_step(parts)
+    few = len(told) < FEW
+    fitting = [
+        step
+        for step in said
+        if math.isclose(step, usual, rel_tol=1e-6) or (few and step < COARSEST and (step > usual or usual == math.inf))
+    ]
+    wrong = [step for step in said if step not in fitting]
+    if not wrong:
+        return (fitting[0] if fitting else None), ()
+    taken = fitting[0] if fitting else min(usual, COARSEST)
+    return taken, (f"it says a step of {wrong[0]:g} s, but its samples stand {taken:g} s apart, which is taken",)
 
 
 def states(part: Part, times: Floats) -> Floats:
@@ -83,9 +124,9 @@ def states(part: Part, times: Floats) -> Floats:
     the heading, by central differences over the neighbouring samples (one-sided at both ends).
     """
     poses, carried = part.track.poses(times), part.carried
-    there = part.track.there(times) if carried is None else carried.there(times)
+    there = part.there(times)
     found = np.zeros((len(times), len(State)))
-    found[:, [State.X, State.Y, State.HEADING]] = _centers(poses, part.entity)
+    found[:, [State.X, State.Y, State.HEADING]] = centers(poses, part.entity)
     found[:, State.PRESENT] = there
     if carried is not None and part.believed:
         for column in carried.columns:
@@ -140,12 +181,14 @@ def _merged(times: Floats) -> Floats:
 
 def _spacing(parts: Sequence[Part]) -> tuple[float, float]:
     """The most common distance of two vertices in time [s], the shorter of two equally common, and the median."""
-    between = np.round(np.concatenate([np.diff(part.times) for part in parts]), 9)
-    between = between[between > 0.0]
-    if not len(between):
-        return FINE, FINE
-    spacings, counts = np.unique(between, return_counts=True)
-    return float(spacings[np.argmax(counts)]), float(np.median(between))
+    between = np.concatenate([np.diff(part.times) for part in parts])
+    return (_most_common(between), float(np.median(between))) if len(between) else (FINE, FINE)
+
+
+def _most_common(between: Floats) -> float:
+    """To a nanosecond; of two equally common the shorter."""
+    spacings, counts = np.unique(np.round(between, 9), return_counts=True)
+    return float(spacings[np.argmax(counts)])
 
 
 def _check_size(samples: float, actors: int, file: str) -> None:
@@ -157,7 +200,7 @@ def _check_size(samples: float, actors: int, file: str) -> None:
         )
 
 
-def _centers(poses: Floats, entity: Entity) -> Floats:
+def centers(poses: Floats, entity: Entity) -> Floats:
     """Poses of the outline's middle."""
     cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     x = poses[:, 0] + entity.forward * cos - entity.left * sin

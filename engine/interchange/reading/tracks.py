@@ -143,7 +143,8 @@ class Track:
             moment = max(leg.begin, float(leg.times[0])) if isinstance(leg, Path) else leg.begin
             here, now = before.placed_at(leg.begin).pose, leg.placed_at(moment).pose
             distance = math.hypot(now.x - here.x, now.y - here.y)
-            if distance > JUMP and leg.begin > 0.0 and leg.begin not in entries:
+            put_again = leg.begin == 0.0 and isinstance(leg, Coast)
+            if distance > JUMP and not put_again and leg.begin not in entries:
                 found.append((leg.begin, distance))
         return found
 

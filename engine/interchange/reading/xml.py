@@ -40,9 +40,14 @@ BINARY: Mapping[bytes, str] = MappingProxyType(
 class Limits:
     """What a file may cost; a recording of twenty actors over ten minutes stays below each."""
 
-    megabytes: float = 100.0
+    megabytes: float = 80.0
     elements: int = 1_000_000
     depth: int = 64
+    attributes: int = 50
+    """Of one element."""
+    all_attributes: int = 2_500_000
+    tag_megabytes: float = 12.0
+    """Of one tag or comment, which the parser holds as a whole; a property of half a million numbers is shorter."""
 
 
 LIMITS = Limits()
@@ -95,6 +100,7 @@ class _Reader:
         self.limits = limits
         self.size = 0
         self.elements = 0
+        self.attributes = 0
         self.open: list[Node] = []
         self.root: Node | None = None
         self.parser = expat.ParserCreate()
@@ -113,6 +119,9 @@ class _Reader:
             most = f"{self.limits.megabytes:g} MB"
             raise self._error(f"the file is larger than {most}", "leave out actors, or take fewer samples a second")
         self._parse(chunk, False)
+        if self.size - self.parser.CurrentByteIndex > self.limits.tag_megabytes * MEGABYTE:
+            most = f"{self.limits.tag_megabytes:g} MB"
+            raise self._error(f"one tag or comment is longer than {most}", "leave out actors or samples")
 
     def close(self) -> Node:
         if not self.size:
@@ -143,6 +152,7 @@ class _Reader:
         self.elements += 1
         if self.elements > self.limits.elements:
             raise self._error(f"it has more than {self.limits.elements} elements", "leave out actors or samples")
+        self._count_attributes(tag, len(attributes))
         if len(self.open) >= self.limits.depth:
             raise self._error(f"elements stand more than {self.limits.depth} deep", "no format here needs that")
         node = Node(tag, attributes, self.file, self.parser.CurrentLineNumber)
@@ -151,6 +161,14 @@ class _Reader:
         else:
             self.root = node
         self.open.append(node)
+
+    def _count_attributes(self, tag: str, count: int) -> None:
+        self.attributes += count
+        most, in_all = self.limits.attributes, self.limits.all_attributes
+        if count > most:
+            raise self._error(f"<{quoted(tag)[1:-1]}> has {count:,} attributes", f"write at most {most} in an element")
+        if self.attributes > in_all:
+            raise self._error(f"it has more than {in_all:,} attributes", "leave out actors or samples")
 
     def _end(self, _: str) -> None:
         self.open.pop()

@@ -3,9 +3,10 @@
 import csv
 import math
 import re
+import sys
 from array import array
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -19,6 +20,8 @@ from engine.tables import Floats, Ints
 MOST_ROWS = 1_000_000
 """A recording of twenty actors over an hour at ten samples a second has fewer."""
 LONGEST_LINE = 100_000
+LONGEST_TEXT = 10_000
+"""Letters of a name or a type."""
 LARGEST = 1e9
 """No position or speed of a real file is larger, in its own unit."""
 LATEST = 1e13
@@ -40,11 +43,15 @@ class Cells:
     """Columns of omega-prime that hold whole numbers, int64."""
     lines: Sequence[int]
     """Where each row stands in its file, from 1; of Parquet, the row's number."""
-    names: Mapping[str, str]
-    """How the file calls each column."""
+    columns: Mapping[str, Column]
+    """How the file calls each column, and in which unit it is."""
     omega_prime: bool
+    begin: float = 0.0
+    """The first time of a plain table, as the file counts [s]; `numbers` count from there."""
     known_names: Sequence[str] = ()
     """Names by idx, where the file tells them."""
+    host: int | None = None
+    """The idx of the ego, where the file tells it."""
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -52,7 +59,7 @@ class Cells:
     def place(self, row: int, column: str = "") -> str:
         """Where a row stands."""
         unit = "row" if self.file.endswith(".parquet") else "line"
-        return f"{self.file}, {unit} {self.lines[row]}" + (f", column `{self.names[column]}`" if column else "")
+        return f"{self.file}, {unit} {self.lines[row]}" + (f", column `{self.columns[column].name}`" if column else "")
 
 
 OMEGA_WHOLE = ("total_nanos", "idx", "type", "role", "subtype")
@@ -112,16 +119,31 @@ def _storage(key: str, chosen: Chosen) -> Any:
 def _cells(name: str, chosen: Chosen, gathered: Mapping[str, Sequence], lines: Sequence[int]) -> Cells:
     if not lines:
         raise InterchangeError("there are no rows under its column names", "write one for each actor and time", name)
-    arrays = {key: values for key, values in gathered.items() if isinstance(values, array)}
+    arrays = {key: np.array(values) for key, values in gathered.items() if isinstance(values, array)}
+    numbers = {key: values for key, values in arrays.items() if values.dtype.kind == "f"}
+    begin = 0.0
+    if "time" in numbers:
+        numbers["time"], begin = _from_first(numbers["time"], chosen.columns["time"].factor)
     return Cells(
         file=name,
-        numbers={key: np.array(values) for key, values in arrays.items() if values.typecode == "d"},
+        numbers=numbers,
         texts={key: values for key, values in gathered.items() if isinstance(values, list)},
-        whole={key: np.array(values) for key, values in arrays.items() if values.typecode == "q"},
+        whole={key: values for key, values in arrays.items() if values.dtype.kind == "i"},
         lines=lines,
-        names={key: column.name for key, column in chosen.columns.items()},
+        columns=chosen.columns,
         omega_prime=chosen.omega_prime,
+        begin=begin,
     )
+
+
+def _from_first(times: Floats, factor: float) -> tuple[Floats, float]:
+    """Seconds from the first time, and that one [s]; `times` are as they are written, `factor` long each.
+
+    What is left of a large number has noise in its last digits: it is cut to what such a number can tell.
+    """
+    first, largest = float(times.min()), float(np.abs(times).max())
+    digits = max(0, math.floor(-math.log10(np.spacing(largest)))) if largest else 0
+    return (times - first if first == 0.0 else np.round(times - first, digits)) * factor, first * factor
 
 
 def _value(text: str, key: str, column: Column, chosen: Chosen, place: str) -> float | int | str:
@@ -130,20 +152,29 @@ def _value(text: str, key: str, column: Column, chosen: Chosen, place: str) -> f
             raise _bad(text, "a whole number", column, place)
         return int(text)
     if key in TEXTS:
-        if not text.strip() and key == "actor":
-            raise _bad(text, "the name of an actor", column, place)
-        return text.strip()
+        return _text(text, key, column, place)
     try:
-        value = float(text) * column.factor
+        value = float(text)
     except ValueError:
         raise _bad(text, "a number", column, place) from None
-    if not math.isfinite(value) or abs(value) > _largest(key, column) or "_" in text:
+    if not abs(value) <= _largest(key) or "_" in text:
         raise _bad(text, "a number that can be", column, place)
-    return value
+    return value if key == "time" else value * column.factor
 
 
-def _largest(key: str, column: Column) -> float:
-    return (LATEST if key == "time" else LARGEST) * column.factor
+def _text(text: str, key: str, column: Column, place: str) -> str:
+    """A name, or a type."""
+    cut = text.strip()
+    if not cut and key == "actor":
+        raise _bad(text, "the name of an actor", column, place)
+    if len(cut) > LONGEST_TEXT:
+        raise _bad(cut, f"at most {LONGEST_TEXT:,} letters", column, place)
+    return sys.intern(cut)  # each once, however many rows hold it
+
+
+def _largest(key: str) -> float:
+    """In the column's own unit."""
+    return LATEST if key == "time" else LARGEST
 
 
 def _bad(text: str, wanted: str, column: Column, place: str) -> InterchangeError:
@@ -183,25 +214,27 @@ def read_parquet_cells(path: Path) -> Cells:
     check_complete(chosen, file.header, path.name)
     gathered = {key: _stored(file, key, column, chosen) for key, column in chosen.columns.items()}
     cells = _cells(path.name, chosen, gathered, range(1, file.rows + 1))
-    return Cells(**{**vars(cells), "known_names": file.names()})
+    return replace(cells, known_names=file.names(), host=file.host()) if chosen.omega_prime else cells
 
 
 def _stored(file: ParquetFile, key: str, column: Column, chosen: Chosen) -> Any:
-    values = file.column(column.name)
     storage = _storage(key, chosen)
-    if isinstance(storage, list):
-        return [str(value).strip() for value in values.tolist()]
     place = f"{file.file}, column `{column.name}`"
+    if isinstance(storage, list):
+        choices, numbers = file.texts(column.name)
+        texts = [_text(text, key, column, f"{file.file}, row {row + 1}") for text, row in choices]
+        return [texts[number] for number in numbers.tolist()]
+    values = file.column(column.name)
     if values.dtype.kind not in "iuf" or (storage.typecode == "q" and values.dtype.kind == "f"):
         wanted = "whole numbers" if storage.typecode == "q" else "numbers"
         raise InterchangeError(f"it should hold {wanted}, and holds {values.dtype}", "convert the column", place)
-    if storage.typecode == "q":
-        return array("q", values.astype(np.int64).tobytes())
-    scaled = values.astype(np.float64) * column.factor
-    wrong = np.flatnonzero(~(np.abs(scaled) <= _largest(key, column)))
+    largest = LARGEST_WHOLE if storage.typecode == "q" else _largest(key)
+    wrong = np.flatnonzero(~(np.abs(values.astype(np.float64)) <= largest))
     if len(wrong):
         message = f"it should hold a number that can be, and holds {values[wrong[0]]}"
         raise InterchangeError(
             message, "mend it, or leave the row out", f"{file.file}, row {wrong[0] + 1}, column `{column.name}`"
         )
-    return array("d", scaled.tobytes())
+    if storage.typecode == "q":
+        return array("q", values.astype(np.int64).tobytes())
+    return array("d", (values.astype(np.float64) * (1.0 if key == "time" else column.factor)).tobytes())

@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 from engine.interchange.errors import InterchangeError, did_you_mean, quoted
 
-TEXTS = frozenset({"actor", "type", "role"})
+TEXTS = frozenset({"actor", "type", "role", "name"})
 """Columns that are read as text; the others are numbers."""
 _PLAIN: Mapping[str, str] = {
     "time": "t seconds sec timestamp time_s sim_time simulation_time",
@@ -31,6 +31,8 @@ PLAIN: Mapping[str, tuple[str, ...]] = MappingProxyType({n: (n, *words.split()) 
 NEEDED = ("time", "actor", "x", "y")
 OMEGA = ("total_nanos", "idx", "x", "y", "yaw", "vel_x", "vel_y", "length", "width", "type", "role", "subtype")
 """Columns of omega-prime that motion is read from."""
+NAME = "name"
+"""A column that we add to those of omega-prime, whose readers let it stand."""
 OMEGA_NEEDED = ("total_nanos", "idx", "x", "y", "yaw", "vel_x", "vel_y", "length", "width")
 
 UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
@@ -43,7 +45,11 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
 )
 """Of one column of each dimension, in SI."""
 MEASURED_AS = MappingProxyType({"y": "x", "length": "x", "width": "x"})
-SUFFIX = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]$")
+SUFFIX = re.compile(r"[\[(]([^\[\](){}]*)[\])]$")
+LONGEST_NAME = 200
+"""Letters; a longer name is that of no column that is read."""
+MOST_COMPARED = 200
+"""Names of columns that are looked through for the one that was meant."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +61,8 @@ class Column:
     """As the file writes it."""
     factor: float = 1.0
     """From its unit to SI."""
+    unit: str = "SI"
+    """What the name says; "" where it says none."""
 
 
 @dataclass(frozen=True)
@@ -75,16 +83,24 @@ def choose(header: Sequence[str], file: str) -> Chosen:
     place = f"{file}, line 1" if file.endswith(".csv") else file
     names = [name.strip() for name in header]
     if "total_nanos" in names:
-        return Chosen({name: Column(names.index(name), name) for name in OMEGA if name in names}, True)
+        return Chosen(_of_omega_prime(names, place), True)
     found: dict[str, Column] = {}
     for index, name in enumerate(names):
-        meaning, factor = _meaning(name, place)
+        meaning, unit = _meaning(name, place)
         if meaning in found:
-            message = f"`{found[meaning].name}` and {_cited(name)} are both its {meaning}"
+            message = f"{_cited(found[meaning].name)} and {_cited(name)} are both its {meaning}"
             raise InterchangeError(message, "leave one of them out, or rename it", place)
         if meaning:
-            found[meaning] = Column(index, name, factor)
+            found[meaning] = Column(index, name, _units(meaning)[unit] if unit else 1.0, unit)
     return Chosen(found, False)
+
+
+def _of_omega_prime(names: Sequence[str], place: str) -> dict[str, Column]:
+    """Its names are exact, and its units SI."""
+    twice = next((name for name in (*OMEGA, NAME) if names.count(name) > 1), None)
+    if twice is not None:
+        raise InterchangeError(f"two columns are called `{twice}`", "leave one of them out, or rename it", place)
+    return {name: Column(names.index(name), name) for name in (*OMEGA, NAME) if name in names}
 
 
 def check_complete(chosen: Chosen, header: Sequence[str], file: str) -> None:
@@ -94,7 +110,7 @@ def check_complete(chosen: Chosen, header: Sequence[str], file: str) -> None:
     if not missing:
         return
     taken = {column.index for column in chosen.columns.values()}
-    free = [name.strip() for index, name in enumerate(header) if index not in taken]
+    free = [name.strip() for index, name in enumerate(header[:MOST_COMPARED]) if index not in taken]
     words = {missing[0]} if chosen.omega_prime else {*PLAIN[missing[0]]}
     near = next((name for name in free if did_you_mean(name, words, few=0)), "")
     cure = f"is it {_cited(near)}? call that column `{missing[0]}`" if near else f"name a column `{missing[0]}`"
@@ -104,29 +120,34 @@ def check_complete(chosen: Chosen, header: Sequence[str], file: str) -> None:
     raise InterchangeError(message, cure, f"{file}, line 1" if file.endswith(".csv") else file)
 
 
-def _meaning(name: str, place: str) -> tuple[str, float]:
-    """What a column is and the size of its unit; "" for one that is not read."""
+def _meaning(name: str, place: str) -> tuple[str, str]:
+    """What a column is, and its unit; "" for one that is not read, and for a unit that is not said."""
+    if len(name) > LONGEST_NAME:
+        return "", ""
     word, unit = _split(name)
     meaning = next((key for key, words in PLAIN.items() if word in words), "")
-    if not meaning or meaning in TEXTS or not unit:
-        return meaning, 1.0
-    known = UNITS[MEASURED_AS.get(meaning, meaning)]
-    if unit not in known:
-        cure = did_you_mean(unit, known)
+    if not meaning or meaning in TEXTS:
+        return meaning, ""
+    if unit and unit not in _units(meaning):
+        cure = did_you_mean(unit, _units(meaning))
         raise InterchangeError(f"{_cited(name)}: no unit of its {meaning} is called {quoted(unit)}", cure, place)
-    return meaning, known[unit]
+    return meaning, unit
+
+
+def _units(meaning: str) -> Mapping[str, float]:
+    """Of columns of a kind, in SI."""
+    return UNITS.get(MEASURED_AS.get(meaning, meaning), {})
 
 
 def _split(name: str) -> tuple[str, str]:
     """A column's word in small letters, and its unit."""
     folded = name.casefold().strip()
     if bracket := SUFFIX.search(folded):
-        return _word(folded[: bracket.start()]), bracket.group(1)
+        return _word(folded[: bracket.start()]), bracket.group(1).strip()
     word = _word(folded)
     stem, _, unit = word.rpartition("_")
     known = next((key for key, words in PLAIN.items() if stem in words), "")
-    units = UNITS.get(MEASURED_AS.get(known, known), {})
-    return (stem, unit) if known and unit in units else (word, "")
+    return (stem, unit) if known and unit in _units(known) else (word, "")
 
 
 def _word(text: str) -> str:

@@ -31,6 +31,15 @@ def across(heading: Floats) -> Floats:
     return np.column_stack([-np.sin(heading), np.cos(heading)])
 
 
+def driven(time: Floats) -> int:
+    """Samples up to and with the first that is on no step: in a table of ours, that of first contact."""
+    steps = np.diff(time)
+    if len(steps) == 0:
+        return len(time)
+    short = np.flatnonzero(steps < 0.999 * np.median(steps))
+    return int(short[0]) + 2 if len(short) else len(time)
+
+
 def headings_of(positions: Floats) -> Floats:
     """(samples,) directions of motion, not wrapped; at standstill the last one, or the first to come; 0 without any.
 

@@ -17,6 +17,7 @@ from engine.interchange.errors import InterchangeError
 from engine.interchange.export import Export
 from engine.interchange.kinds import KINDS
 from engine.interchange.recording import Recording
+from engine.interchange.tables.columns import NAME
 from engine.interchange.tables.motion import across, along, rates
 from engine.interchange.tables.parquet import parquet_bytes
 from engine.tables import Floats, Ints
@@ -55,15 +56,17 @@ Table = Mapping[str, np.ndarray]
 
 
 def write_csv(recording: Recording, stem: str) -> Export:
-    """`<stem>.csv`: a line of names, then rows in the order of time and idx; numbers read back to the same values.
+    """`<stem>.csv`: a line of names, then rows in the order of time and idx; numbers read back to the same values. A
+    column more than omega-prime has, which its reader lets stand, holds the actors' names.
 
     Raises:
         InterchangeError: two samples share a nanosecond.
     """
     table = omega_prime_table(recording)
-    columns = [_texts(table[name]) for name in COLUMNS]
-    lines = [",".join(COLUMNS), *map(",".join, zip(*columns, strict=True))]
-    return Export({f"{stem}.csv": "\n".join(lines) + "\n"}, _remarks(recording, names=True))
+    names = [_cell(actor.name) for actor in recording.actors]
+    columns = [*(_texts(table[name]) for name in COLUMNS), [names[idx] for idx in table["idx"].tolist()]]
+    lines = [",".join((*COLUMNS, NAME)), *map(",".join, zip(*columns, strict=True))]
+    return Export({f"{stem}.csv": "\n".join(lines) + "\n"}, _remarks(recording))
 
 
 def write_parquet(recording: Recording, stem: str) -> Export:
@@ -89,6 +92,11 @@ def omega_prime_table(recording: Recording) -> Table:
 def _texts(column: np.ndarray) -> list[str]:
     """Numbers that are not whole by their nature have a point, so that readers guess one type for all rows."""
     return [repr(value + 0.0) if isinstance(value, float) else str(value) for value in column.tolist()]
+
+
+def _cell(text: str) -> str:
+    """As CSV has a text that may hold its own signs (RFC 4180)."""
+    return '"{}"'.format(text.replace('"', '""')) if set(text) & set(',"\r\n') else text
 
 
 # -- time -------------------------------------------------------------------------------------------------------------
@@ -175,12 +183,9 @@ def wrapped(heading: Floats) -> Floats:
 # -- remarks ----------------------------------------------------------------------------------------------------------
 
 
-def _remarks(recording: Recording, *, names: bool = False) -> tuple[str, ...]:
+def _remarks(recording: Recording) -> tuple[str, ...]:
     """What these columns cannot hold."""
     told = ["omega-prime's columns hold neither steering angles nor pedals, and nothing of the road"]
-    if names:
-        numbered = ", ".join(f"{index} {actor.name}" for index, actor in enumerate(recording.actors))
-        told.append(f"names are not in the table, only numbers: {numbered}")
     if again := _those_who_come_back(recording):
         told.append(f"omega-prime's own check wants no gap in an actor's rows; {', '.join(again)} comes back after one")
     if recording.contact is not None:

@@ -12,6 +12,7 @@ from engine.interchange.errors import InterchangeError, quoted
 from engine.interchange.reading import Imported
 from engine.interchange.recording import RecordedActor, Recording
 from engine.interchange.tables.cells import Cells, read_csv_cells, read_parquet_cells
+from engine.interchange.tables.fitting import GAP
 from engine.interchange.tables.tracks import TableTrack, spelt, tracks_of
 from engine.runs import MAX_SAMPLES
 from engine.tables import Floats
@@ -21,8 +22,6 @@ from engine.vocabulary import State
 MOST_BYTES = 300_000_000
 MOST_STATES = 2_000_000
 """Samples times actors; a recording of so many takes 150 MB."""
-GAP = 5.0
-"""Longer than so many of its usual steps without a row, an actor is not there."""
 ON_STEP = 0.01
 """How far from a whole step a sample may lie and still be on it, in steps."""
 DIGITS = 9
@@ -85,8 +84,10 @@ def _ego_first(tracks: Sequence[TableTrack], ego: str | None, cells: Cells) -> t
     elif any(track.is_ego for track in tracks):
         first = [track.is_ego for track in tracks].index(True)
     else:
-        first = names.index("0") if cells.omega_prime and "0" in names else 0
-        told = (f"no actor is called ego: `{quoted(names[first])[1:-1]}` is taken; name another with --ego",)
+        labels = [track.label for track in tracks]
+        first = labels.index("0") if cells.omega_prime and "0" in labels else 0
+        why = "the table does not say which idx is the ego's" if cells.omega_prime else "no actor is called ego"
+        told = (f"{why}: `{quoted(names[first])[1:-1]}` is taken; name another with --ego",)
     return [tracks[first], *tracks[:first], *tracks[first + 1 :]], told
 
 
@@ -116,7 +117,7 @@ def _clock(tracks: Sequence[TableTrack], cells: Cells) -> tuple[Floats, tuple[st
     if len(time) > 2 * MAX_SAMPLES or len(time) * len(tracks) > MOST_STATES:
         message = f"{len(time):,} instants of {len(tracks):,} actors"
         raise InterchangeError(message, "leave out actors, or take fewer samples a second", cells.file)
-    told = [] if cells.omega_prime or time[0] == 0.0 else [f"times count from the table's first, {time[0]:g} s"]
+    told = [] if cells.begin == 0.0 else [f"times count from the table's first, {cells.begin:.12g} s"]
     step = _step(time)
     steps = np.diff(time) / step
     uneven = np.count_nonzero(np.abs(steps - np.round(steps)) > ON_STEP)

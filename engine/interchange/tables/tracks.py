@@ -1,27 +1,38 @@
 """Rows of a table gathered by actor: one track each, in the order of time."""
 
-from collections.abc import Mapping, Sequence
+from array import array
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from types import MappingProxyType
+from typing import NoReturn
 
 import numpy as np
 
 from engine.interchange.errors import InterchangeError, quoted
 from engine.interchange.osi import UNSET, Code, kind_of
+from engine.interchange.recording import MOST_ACTORS
 from engine.interchange.tables.cells import Cells
-from engine.interchange.tables.motion import across, along, headings_of, rates
+from engine.interchange.tables.columns import NAME
+from engine.interchange.tables.fitting import along_heading, held_headings, held_speeds
+from engine.interchange.tables.motion import across, along, driven, headings_of, rates
 from engine.tables import Floats, Ints
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
 
-MOST_ACTORS = 1000
 TURNING = 1e-3
 """A slower turn does not show about which point it is [rad/s]."""
 SAME_PLACE = 1e-3
 """How well samples must agree on how far the centre lies ahead of the rear axle [m]."""
 DEGREES = 7.0
 """No heading in radians is larger, unless it runs on."""
+LONGEST = 100.0
+"""Of an outline [m]; cortexc itself takes no longer ones."""
+LONGEST_SPAN = 24 * 3600
+"""From a table's first time to its last [s]."""
+SI_UNITS: Mapping[str, str] = MappingProxyType(
+    {"time": "s", "heading": "rad", "speed": "m/s", **dict.fromkeys(("x", "y", "length", "width"), "m")}
+)
 KINDS: Mapping[str, ActorKind] = MappingProxyType(
     {
         **dict.fromkeys(("car", "vehicle", "van", "taxi", "passenger", "passenger_car"), ActorKind.CAR),
@@ -40,12 +51,14 @@ KINDS: Mapping[str, ActorKind] = MappingProxyType(
 class TableTrack:
     """One actor as a table tells it; SI units, headings not wrapped, positions of centres."""
 
+    label: str
+    """What its rows are marked with: a name, or an idx."""
     name: str
     kind: ActorKind
     is_ego: bool
     """The table says so."""
     time: Floats
-    """(samples,) ascending; as the table counts [s]."""
+    """(samples,) ascending; from the table's first [s]."""
     positions: Floats
     """(samples, 2)"""
     heading: Floats
@@ -66,12 +79,14 @@ class Tracks:
 
 def tracks_of(cells: Cells) -> Tracks:
     """Raises InterchangeError: too many actors, two rows of one actor at one time, a size that is none."""
-    gathered = _Gathered(cells, [])
+    gathered = _Gathered(cells, [*_assumed_units(cells)])
     actors = _rows_by_actor(cells)
     if len(actors) > MOST_ACTORS:
         raise InterchangeError(f"there are {len(actors):,} actors", f"leave at most {MOST_ACTORS:,} in it", cells.file)
     time = _times(cells)
     tracks = [gathered.track(name, rows[np.argsort(time[rows], kind="stable")], time) for name, rows in actors.items()]
+    if len({track.name for track in tracks}) < len(tracks):
+        raise InterchangeError("two actors have the same name", "rename one of them", cells.file)
     return Tracks(tuple(tracks), tuple(dict.fromkeys(gathered.remarks)))
 
 
@@ -80,19 +95,29 @@ def _times(cells: Cells) -> Floats:
     if not cells.omega_prime:
         return cells.numbers["time"]
     nanos = cells.whole["total_nanos"]
-    return (nanos - nanos.min()) / 1e9
+    first, last = int(nanos.min()), int(nanos.max())
+    if last - first > LONGEST_SPAN * 10**9:
+        row = int(np.flatnonzero(nanos == last)[0])
+        message = f"this is {(last - first) / 1e9:,.0f} s after the first time"
+        raise InterchangeError(message, "mend it, or leave the row out", cells.place(row, "total_nanos"))
+    return (nanos - first) / 1e9
+
+
+def _assumed_units(cells: Cells) -> Iterator[str]:
+    """What is to be said of columns that say no unit."""
+    silent = [(key, column) for key, column in cells.columns.items() if key in SI_UNITS and not column.unit]
+    if silent:
+        columns = ", ".join(f"`{quoted(column.name)[1:-1]}` [{SI_UNITS[key]}]" for key, column in silent)
+        yield f"no unit is said: {columns} are taken for granted; another stands in a name, as in `speed [km/h]`"
 
 
 def _rows_by_actor(cells: Cells) -> Mapping[str, Ints]:
     """Rows of each actor, in the order of the file."""
-    if cells.omega_prime:
-        labels = [f"{index}" for index in cells.whole["idx"].tolist()]
-    else:
-        labels = [str(label) for label in cells.texts["actor"]]
-    names, first, numbers = np.unique(np.array(labels), return_index=True, return_inverse=True)
-    order = np.argsort(numbers, kind="stable")
-    groups = np.split(order, np.flatnonzero(np.diff(numbers[order])) + 1)
-    return {str(names[i]): groups[i] for i in np.argsort(first).tolist()}
+    labels = map(str, cells.whole["idx"].tolist()) if cells.omega_prime else cells.texts["actor"]
+    rows: dict[str, array] = {}
+    for row, label in enumerate(labels):
+        rows.setdefault(label, array("q")).append(row)
+    return {label: np.array(own) for label, own in rows.items()}
 
 
 @dataclass(frozen=True)
@@ -109,21 +134,29 @@ class _Gathered:
             one, two = sorted((int(rows[same[0]]), int(rows[same[0] + 1])))
             message = f"`{quoted(label)[1:-1]}` has two rows at one time, the other on line {cells.lines[one]}"
             raise InterchangeError(message, "leave one of them out", cells.place(two))
-        name, kind = self._name(label), self._kind(label, rows)
+        name, kind = self._name(label, rows), self._kind(label, rows)
         length, width = (self._size(quantity, kind, rows, name) for quantity in ("length", "width"))
         positions = np.column_stack([cells.numbers["x"][rows], cells.numbers["y"][rows]])
-        heading = self._heading(positions, rows)
+        heading = self._heading(name, own, positions, rows)
         behind = MODELS[kind].rear_to_center * length / MODELS[kind].length
-        speed, behind = self._speed(own, positions, heading, rows, behind)
-        is_ego = name.casefold() == "ego" or self._text("role", rows).casefold() in ("ego", "host", "hero")
-        return TableTrack(name, kind, is_ego, own, positions, heading, speed, length, width, behind)
+        speed, behind = self._speed(name, own, positions, heading, rows, behind)
+        is_ego = self._is_ego(label, rows)
+        return TableTrack(label, name, kind, is_ego, own, positions, heading, speed, length, width, behind)
+
+    def _is_ego(self, label: str, rows: Ints) -> bool:
+        """By what the table says of it: omega-prime has a key for it, and its names mean nothing."""
+        if self.cells.omega_prime:
+            return self.cells.host is not None and int(label) == self.cells.host
+        return label.casefold() == "ego" or self._text("role", rows).casefold() in ("ego", "host", "hero")
 
     def _text(self, column: str, rows: Ints) -> str:
         return self.cells.texts[column][int(rows[0])] if column in self.cells.texts else ""
 
-    def _name(self, label: str) -> str:
+    def _name(self, label: str, rows: Ints) -> str:
         known = self.cells.known_names
-        return known[int(label)] if self.cells.omega_prime and int(label) in range(len(known)) else label
+        if told := self._text(NAME, rows):
+            return told
+        return (known[int(label)] if self.cells.omega_prime and int(label) in range(len(known)) else "") or label
 
     def _kind(self, label: str, rows: Ints) -> ActorKind:
         if self.cells.omega_prime:
@@ -133,7 +166,7 @@ class _Gathered:
             word = self._text("type", rows).casefold()
             near = get_close_matches(word, KINDS, n=1) if word else []
             found, said = (KINDS[near[0]] if near else None), f"type {quoted(word)}" if word else "no type"
-        if "type" not in self.cells.names:
+        if "type" not in self.cells.columns:
             self.remarks.append("the table has no types: everybody is taken for a car")
         elif found is None:
             self.remarks.append(f"`{quoted(label)[1:-1]}` has {said}: taken for a car")
@@ -150,37 +183,56 @@ class _Gathered:
         if not (sizes > 0.0).all():
             row = int(rows[np.flatnonzero(~(sizes > 0.0))[0]])
             raise InterchangeError(f"a {quantity} of {sizes.min():g} m", "sizes are above 0", self.cells.place(row))
+        if sizes.max() > LONGEST:
+            place = self.cells.place(int(rows[int(sizes.argmax())]), quantity)
+            cure = "write metres" if self.cells.omega_prime else f"if it is in mm, call the column `{quantity} [mm]`"
+            raise InterchangeError(f"a {quantity} of {sizes.max():g} m is above {LONGEST:g} m", cure, place)
         if np.ptp(sizes) > SAME_PLACE:
             self.remarks.append(f"the {quantity} of `{quoted(name)[1:-1]}` changes; its median is taken")
         return float(np.median(sizes))
 
-    def _heading(self, positions: Floats, rows: Ints) -> Floats:
-        column = "yaw" if self.cells.omega_prime else "heading"
-        if column not in self.cells.numbers:
+    def _heading(self, name: str, time: Floats, positions: Floats, rows: Ints) -> Floats:
+        key = "yaw" if self.cells.omega_prime else "heading"
+        if key not in self.cells.numbers:
             self.remarks.append("the table has no headings: they are taken from motion")
             return headings_of(positions)
-        heading = self.cells.numbers[column][rows]
-        jumps = len(heading) > 1 and np.abs(np.diff(heading)).max() > DEGREES
-        if jumps or (len(heading) == 1 and abs(heading[0]) > DEGREES):
-            row = int(rows[int(np.abs(heading).argmax())])
-            written = self.cells.names[column]
-            cure = f"if they are degrees, call the column `{written}_deg`"
-            message = f"headings up to {np.abs(heading).max():g} that jump are not in radians"
-            raise InterchangeError(message, cure, self.cells.place(row, column))
-        return np.unwrap(heading)
+        column, heading = self.cells.columns[key], self.cells.numbers[key][rows]
+        if abs(heading[0]) > DEGREES or (len(heading) > 1 and np.abs(np.diff(heading)).max() > DEGREES):
+            self._refuse_degrees(f"headings up to {np.abs(heading).max():g} are not in radians", key, heading, rows)
+        held = held_headings(name, time, positions, np.unwrap(heading), unit_said=bool(column.unit))
+        if held.in_degrees:
+            self._refuse_degrees("headings lie across the motion, unless they are degrees", key, heading, rows)
+        self._tell(held.remark)
+        return held.values
+
+    def _tell(self, remark: str) -> None:
+        if remark:
+            self.remarks.append(remark)
+
+    def _refuse_degrees(self, message: str, key: str, heading: Floats, rows: Ints) -> NoReturn:
+        column = self.cells.columns[key]
+        cure = "write radians" if column.unit else f"if they are degrees, call the column `{column.name}_deg`"
+        raise InterchangeError(message, cure, self.cells.place(int(rows[int(np.abs(heading).argmax())]), key))
 
     def _speed(
-        self, time: Floats, positions: Floats, heading: Floats, rows: Ints, behind: float
+        self, name: str, time: Floats, positions: Floats, heading: Floats, rows: Ints, behind: float
     ) -> tuple[Floats, float]:
         """The rear axle's speed [m/s], and how far ahead of it the centre lies [m]."""
+        numbers, columns = self.cells.numbers, self.cells.columns
         if self.cells.omega_prime:
-            velocity = np.column_stack([self.cells.numbers["vel_x"][rows], self.cells.numbers["vel_y"][rows]])
-            return (velocity * along(heading)).sum(axis=1), _turning_point(time, velocity, heading, behind)
-        if "speed" in self.cells.numbers:
-            return self.cells.numbers["speed"][rows], behind
+            velocity = np.column_stack([numbers["vel_x"][rows], numbers["vel_y"][rows]])
+            held = held_speeds(name, "vel_x, vel_y", time, positions, velocity, 1.0)
+            self._tell(held.remark)
+            return along_heading(held.values, heading), _turning_point(time, held.values, heading, behind)
+        if "speed" in numbers:
+            speed, unit = numbers["speed"][rows], columns["speed"].factor if columns["speed"].unit else 0.0
+            ahead = speed[:, np.newaxis] * along(heading)
+            held = held_speeds(name, columns["speed"].name, time, positions, ahead, unit)
+            self._tell(held.remark)
+            return (along_heading(held.values, heading) if held.remark else speed), behind
         self.remarks.append("the table has no speeds: they are taken from motion")
         rear = positions - behind * along(heading)
-        return (rates(time, rear) * along(heading)).sum(axis=1), behind
+        return along_heading(rates(time, rear), heading), behind
 
 
 def _turning_point(time: Floats, velocity: Floats, heading: Floats, usual: float) -> float:
@@ -190,9 +242,9 @@ def _turning_point(time: Floats, velocity: Floats, heading: Floats, usual: float
     contact does not: it begins, in a table of ours, with the one sample that is on no step. Where samples disagree, as
     measured ones do, it is the usual one of such a body.
     """
-    driven = _driven(time)
-    turning = rates(time[:driven], heading[:driven])
-    swing = (velocity * across(heading)).sum(axis=1)[:driven]
+    last = driven(time)
+    turning = rates(time[:last], heading[:last])
+    swing = (velocity * across(heading)).sum(axis=1)[:last]
     shown = np.abs(turning) > TURNING
     if not shown.any():
         return usual
@@ -200,15 +252,6 @@ def _turning_point(time: Floats, velocity: Floats, heading: Floats, usual: float
     middle = float(np.median(distances))
     agreed = np.count_nonzero(np.abs(distances - middle) < SAME_PLACE)
     return middle if 2 * agreed > len(distances) else usual
-
-
-def _driven(time: Floats) -> int:
-    """Samples up to and with the first that is on no step."""
-    steps = np.diff(time)
-    if len(steps) == 0:
-        return len(time)
-    short = np.flatnonzero(steps < 0.999 * np.median(steps))
-    return int(short[0]) + 2 if len(short) else len(time)
 
 
 def spelt(names: Sequence[str], name: str) -> str:

@@ -3,6 +3,8 @@
 from importlib import import_module
 from typing import Any
 
+from engine.extras import installing
+
 
 class MissingExtra(Exception):  # noqa: N818 - says what is missing
     """A method, or a way to work, needs a package that is not installed."""
@@ -11,7 +13,7 @@ class MissingExtra(Exception):  # noqa: N818 - says what is missing
         self.package = package.split(".")[0]
         self.method = method
         self.what = f"`{method}` needs the package `{self.package}`, which is not installed"
-        self.cure = f"pip install 'cortexc[{extra}]'"
+        self.cure = installing(extra)
         super().__init__(f"{self.what}: {self.cure}")
 
 

@@ -67,12 +67,10 @@ def _annealing(box: Box, config: Config, streams: StreamAt) -> Searcher:
 
 SEARCHERS: dict[str, SearcherEntry] = {
     "ga": SearcherEntry(
-        Method.GA, "the paper's genetic algorithm: most risk, few kinds of it", _ga, preset=lambda c: c.ga.preset
+        Method.GA, "the paper's genetic algorithm: most risk, few kinds", _ga, preset=lambda c: c.ga.preset
     ),
     "random": SearcherEntry(Method.RANDOM, "independent uniform draws: the baseline", _plain(RandomSearch)),
-    "niching": SearcherEntry(
-        Method.NICHING, "our genetic algorithm: many failures that differ from one another", _plain(NichingSearch)
-    ),
+    "niching": SearcherEntry(Method.NICHING, "our genetic algorithm: failures that differ", _plain(NichingSearch)),
     "sobol": SearcherEntry(Method.SOBOL, "scrambled Sobol points: an even cover of the box", _quasi("sobol")),
     "halton": SearcherEntry(Method.HALTON, "randomized Halton points: an even cover of the box", _quasi("halton")),
     "lhs": SearcherEntry(Method.LHS, "a Latin hypercube in each generation", _quasi("lhs")),
@@ -93,6 +91,6 @@ SEARCHERS: dict[str, SearcherEntry] = {
         Method.MAP_ELITES, "the riskiest run for every pair of speeds", _grid("map_elites"), package="ribs"
     ),
     "cma_me": SearcherEntry(
-        Method.CMA_ME, "the same, by evolution strategies that seek what is new", _grid("cma_me"), package="ribs"
+        Method.CMA_ME, "the same, by strategies that seek what is new", _grid("cma_me"), package="ribs"
     ),
 }

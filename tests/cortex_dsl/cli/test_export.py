@@ -74,6 +74,28 @@ def test_check_finds_nothing(cortexc: Command, run: Path, tmp_path: Path) -> Non
     result = cortexc("export", run, "--to", "xosc,xodr,commonroad,csv,scenic,scn", "--check", "--out", tmp_path)
     assert result.code == Exit.FINE
     assert "checked: no finding" in result.out
+    assert "motion at every sample, metrics and risk" in result.out.partition("checked: no finding")[2]
+
+
+def test_a_check_says_what_it_did_not_look_at(cortexc: Command, run: Path, tmp_path: Path) -> None:
+    """No finding is no more than what was held against the run; without a check, nothing was."""
+    words = ("export", run, "--to", "xosc,mcap", "--mode", "maneuver", "--out", tmp_path)
+    result = cortexc(*words, "--check")
+    assert "its motion is not looked at" in " ".join(result.out.split())
+    checked = cortexc(*words, "--check", "--json").document["checked"]
+    assert list(checked) == ["xosc", "mcap"]
+    assert "not looked at" in checked["xosc"]
+    assert cortexc(*words, "--json").document["checked"] == {}
+
+
+def test_versions_and_modes_are_those_of_the_engine() -> None:
+    """The command names them before it imports the engine."""
+    from cortex_dsl.cli import export
+    from cortex_dsl.exports.formats import MODES as CHECKED
+    from engine.interchange.export import MODES, OSC_VERSIONS
+
+    assert (export.OSC_VERSIONS, export.MODES) == (OSC_VERSIONS, MODES)
+    assert set(CHECKED) == set(MODES)
 
 
 def test_findings_are_shown(cortexc: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -205,6 +227,51 @@ def test_a_file_with_errors(cortexc: Command, tmp_path: Path) -> None:
     assert "did you mean `Car`?" in result.err
 
 
+def test_json_of_a_file_with_errors_is_a_document(cortexc: Command, tmp_path: Path) -> None:
+    """That of `cortexc FILE --json`; the command that shows a scene again has no --json for that."""
+    file = tmp_path / "wrong.scn"
+    file.write_text("ego = new Carr on road\n")
+    result = cortexc("export", file, "--to", "csv", "--json", "--out", tmp_path)
+    assert result.code == Exit.DIAGNOSTICS
+    assert result.document["schema"] == "cortexc/diagnostics"
+    assert result.document["errors"] == 1
+    file.write_text("ego = new Car on road\nterminate after 1 s\n")
+    (case,) = cortexc("export", file, "--to", "csv", "--json", "--out", tmp_path).document["cases"]
+    assert case["facts"]["command"] == f"cortexc {file} --seed 0"
+
+
+def test_the_list_as_a_document(cortexc: Command) -> None:
+    listed = cortexc("export", "--to", "list", "--json").document
+    assert listed["schema"] == "cortexc/formats"
+    assert [each["name"] for each in listed["formats"]] == list(FORMATS)
+    assert listed["formats"][0]["suffixes"] == [".xosc", ".xodr"]
+
+
+def test_a_file_that_begins_as_an_option_does(
+    cortexc: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`./` before it is what makes it a file, in the command that repeats it, too."""
+    monkeypatch.chdir(tmp_path)
+    Path("-x.scn").write_text("ego = new Car on road\nterminate after 1 s\n")
+    (case,) = cortexc("export", "./-x.scn", "--to", "csv", "--json").document["cases"]
+    assert case["facts"]["command"] == "cortexc ./-x.scn --seed 0"
+    (table,) = Path("exports").iterdir()
+    Path("-y.csv").write_bytes(table.read_bytes())
+    assert cortexc("measure", "./-y.csv", "--json").document["reproduce"] == "cortexc measure ./-y.csv"
+
+
+def test_what_stands_in_the_way_is_told_and_replaced(cortexc: Command, run: Path, tmp_path: Path) -> None:
+    """A pipe does not hang, a link that leads nowhere is no missing file; --force replaces both."""
+    os.mkfifo(tmp_path / "left_turn-case01.scn")
+    (tmp_path / "left_turn-case01.csv").symlink_to("nowhere")
+    words = ("export", run, "--to", "csv,scn", "--out", tmp_path)
+    result = cortexc(*words)
+    assert result.code == Exit.USAGE
+    assert "and 1 more holds something else" in result.err
+    assert cortexc(*words, "--force").code == Exit.FINE
+    assert all(path.is_file() and not path.is_symlink() for path in tmp_path.iterdir())
+
+
 def test_a_file_without_a_scene(cortexc: Command, tmp_path: Path) -> None:
     file = tmp_path / "never.scn"
     file.write_text("ego = new Car on road\nrequire ego.position.x > 1000 m\n")
@@ -232,15 +299,31 @@ def test_json_of_a_slip_is_a_document(cortexc: Command, run: Path) -> None:
 def test_what_a_format_cannot_carry(
     cortexc: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The case and the format are named, and nothing is written."""
+    """The case and the format are named, and nothing of the format is written."""
     from engine.interchange.errors import InterchangeError
 
     def refused(*_: object) -> None:
         raise InterchangeError("a lorry that flies", "keep it on the ground")
 
-    monkeypatch.setattr("cortex_dsl.exports.writers.csv", refused)
+    monkeypatch.setattr("engine.interchange.tables.write_csv", refused)
     result = cortexc("export", run, "--to", "scn,csv", "--out", tmp_path / "out")
     assert result.code == Exit.USAGE
     assert "left_turn-case01 as csv: a lorry that flies" in result.err
     assert "keep it on the ground" in result.err
-    assert not (tmp_path / "out").exists()
+    assert {path.suffix for path in (tmp_path / "out").iterdir()} == {".scn"}
+
+
+def test_formats_that_can_are_written_beside_one_that_cannot(cortexc: Command, tmp_path: Path) -> None:
+    """The one is told with its cure, by the exit code of what cannot be done; alone it leaves nothing."""
+    file = tmp_path / "left.scn"
+    file.write_text("map intersection(left_hand=True)\nego = new Car in road\nterminate after 1 s\n", encoding="utf-8")
+    result = cortexc("export", file, "--to", "xosc,scenic,csv,scn", "--check", "--out", tmp_path / "out")
+    assert result.code == Exit.USAGE
+    assert "right-hand traffic" in result.err
+    assert "leave scenic out" in result.err
+    assert {path.suffix for path in (tmp_path / "out").iterdir()} == {".xosc", ".xodr", ".csv", ".scn"}
+    assert "checked: no finding" in result.out
+    document = cortexc("export", file, "--to", "scenic,csv", "--out", tmp_path / "two", "--json").document
+    assert [refused["format"] for refused in document["refused"]] == ["scenic"]
+    assert cortexc("export", file, "--to", "scenic", "--out", tmp_path / "one").code == Exit.USAGE
+    assert not (tmp_path / "one").exists()

@@ -105,7 +105,7 @@ def test_one_actor_has_metrics_of_none_and_no_risk(cortexc: Cortexc, tmp_path: P
     (tmp_path / "one.csv").write_text("time,id,x,y\n0,a,0,0\n0.1,a,1,0\n")
     result = cortexc("measure", tmp_path / "one.csv")
     assert result.code == Exit.FINE
-    assert "no contact" in result.out
+    assert "no contact: a is alone, there is nobody to measure against" in result.out
     assert "risk" not in result.out
     assert cortexc("measure", tmp_path / "one.csv", "--json").document["risk"]["score"] is None
 
@@ -177,7 +177,7 @@ def test_a_missing_package_is_told_with_its_extra(
     monkeypatch.setitem(__import__("sys").modules, "pyarrow.parquet", None)
     result = cortexc("measure", head_on, "--to", "parquet", "--out", tmp_path / "out")
     assert result.code == Exit.DIAGNOSTICS
-    assert "cortexc[export]" in result.err
+    assert "[export]" in result.err
     assert not (tmp_path / "out").exists()
 
 
@@ -193,7 +193,11 @@ def test_a_missing_package_is_told_with_its_extra(
         (("head_on.csv", "--profile", "papre"), Exit.USAGE, "did you mean `paper`?"),
         (("head_on.csv", "--to", "parkett"), Exit.USAGE, "did you mean `parquet`?"),
         (("head_on.csv", "--step", "0"), Exit.USAGE, "seconds"),
+        (("head_on.csv", "--to", "commonroad"), Exit.USAGE, "a road made by `map`; a recording can become xosc, csv"),
+        (("head_on.csv", "--to", "scn"), Exit.USAGE, "scn needs the scenario"),
         (("head_on.csv", "--out", "x"), Exit.USAGE, "without --to"),
+        (("head_on.csv", "--osc", "1.0"), Exit.USAGE, "without --to xosc"),
+        (("head_on.csv", "--to", "csv", "--osc", "1.0"), Exit.USAGE, "without --to xosc"),
         (("head_on.csv", "--force"), Exit.USAGE, "without --to"),
         (("head_on.csv", "--ego", "lory"), Exit.DIAGNOSTICS, "did you mean `lorry`?"),
         (("head_on.csv", "--step", "0.0001", "--ego", "ego"), Exit.FINE, ""),
@@ -246,6 +250,26 @@ def test_import_tells_the_road_and_the_remarks(
     assert found["remarks"] == ["its traffic lights are not taken over"]
 
 
+def test_an_import_keeps_its_road_and_its_params(cortexc: Cortexc, tmp_path: Path) -> None:
+    """Written again as another version, with the road beside it, it is the same case: genome, road, numbers."""
+    scenario = Path(__file__).parents[3] / "examples" / "left_turn.scn"
+    assert cortexc("export", scenario, "--seed", "3", "--to", "xosc", "--out", tmp_path / "one").code == Exit.FINE
+    first = tmp_path / "one" / "left_turn-seed3.xosc"
+    once = cortexc("import", first, "--to", "xosc", "--osc", "1.0", "--out", tmp_path / "two", "--json").document
+    again = tmp_path / "two" / "left_turn-seed3.xosc"
+    assert 'revMinor="0"' in again.read_text()
+    assert (tmp_path / "two" / "left_turn.xodr").read_bytes() == (tmp_path / "one" / "left_turn.xodr").read_bytes()
+    assert not any("road is named" in remark for remark in once["remarks"])
+    twice = cortexc("import", again, "--json").document
+    assert set(once["provenance"]["genome"]) >= {"EGO_SPEED", "ADV_SPEED"}
+    for key in ("road", "end", "risk", "collided"):
+        assert twice[key] == once[key]
+    assert twice["provenance"]["genome"] == once["provenance"]["genome"]
+    shown = cortexc("import", first).out
+    assert "Its params" in shown
+    assert once["provenance"]["genome"]["EGO_SPEED"] in shown
+
+
 def test_what_the_reader_refuses_is_told(cortexc: Cortexc, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Message, place and cure."""
 
@@ -271,7 +295,7 @@ def test_import_leaves_tables_to_measure(cortexc: Cortexc, head_on: Path) -> Non
 def test_every_option_has_help(cortexc: Cortexc, command: str) -> None:
     """And the page names the columns of a table where one is read."""
     page = cortexc(command, "--help").out
-    for option in ("--ego", "--step", "--profile", "--to", "--out", "--force", "--json"):
+    for option in ("--ego", "--step", "--profile", "--to", "--osc", "--out", "--force", "--json"):
         assert option in page
     assert ("omega-prime" in page) == (command == "measure")
     assert command in cortexc("--help").out

@@ -73,7 +73,13 @@ def test_a_param_held_fixed_stays(cortexc: Command, left_turn: Path) -> None:
     result = cortexc(left_turn, "-p", "EGO_SPEED=36 km/h")
     assert "starts at 36.0 km/h" in result.out
     assert "-p 'EGO_SPEED=36 km/h'" in result.out
-    assert "EGO_SPEED" not in cortexc(left_turn, "-p", "EGO_SPEED=36 km/h", "--json").document["params"]
+    assert "EGO_SPEED 36 km/h held" in " ".join(result.out.split())
+    document = cortexc(left_turn, "-p", "EGO_SPEED=36", "-p", "ADV_SPEED=10 m/s", "--json").document
+    assert "EGO_SPEED" not in document["params"]
+    assert document["held"] == {
+        "EGO_SPEED": {"value": 36.0, "unit": "km/h"},
+        "ADV_SPEED": {"value": 10.0, "unit": "m/s"},
+    }
 
 
 def test_no_valid_scene(cortexc: Command, scenario: Scenario) -> None:

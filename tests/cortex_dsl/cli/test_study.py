@@ -33,9 +33,9 @@ def test_a_study_is_told_and_kept(cortexc: Callable[..., Any], left_turn: Path, 
     """Both methods, all eight measures, the verdict with its caution, and the files."""
     result = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
     assert result.code == Exit.FINE
-    assert "ga against random: distinct collisions" in result.out
+    assert "ga against random: colliding genomes" in result.out
     assert "with 2 runs of each this is a hint at most" in result.out
-    for measure in ("distinct collisions", "distinct failures", "RL", "NC", "MDG", "MDEC", "NIS"):
+    for measure in ("colliding genomes", "distinct failures", "RL", "NC", "MDG", "MDEC", "NIS"):
         assert f"\n  {measure}" in result.out
     names = {path.name for path in (tmp_path / "s").iterdir()}
     assert {"study.sqlite", "programs", "runs.csv", "generations.csv", "tests.csv", "summary.json"} <= names
@@ -95,14 +95,14 @@ def test_json_is_one_document(cortexc: Callable[..., Any], left_turn: Path, tmp_
     assert document["schema"] == "cortexc/study"
     assert document["runs_finished"] == 4
     assert document["complete"] is True
-    assert {row["measure"] for row in document["tests"]} >= {"distinct collisions", "RL"}
+    assert {row["measure"] for row in document["tests"]} >= {"colliding genomes", "RL"}
 
 
 def test_three_methods_stand_under_one_another(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
     """The baseline first, whatever the order of the list."""
     result = cortexc("study", left_turn, *TINY, "--methods", "ga,niching,random", "--out", tmp_path / "s")
     assert result.code == Exit.FINE
-    block = result.out.split("distinct collisions")[-1]
+    block = result.out.split("colliding genomes")[-1]
     assert [word for word in block.split() if word in ("random", "ga", "niching")][:3] == ["random", "ga", "niching"]
 
 

@@ -16,7 +16,7 @@ SYSTEM = "simulation(system=[EGO_BRAKE, SAFETY_DIST, CRASH_DIST])\n"
 def declared(left_turn: Path, tmp_path: Path) -> Path:
     """The example, with the params of its system under test named above all of them."""
     path = tmp_path / "declared.scn"
-    text = left_turn.read_text(encoding="utf-8")
+    text = left_turn.read_text(encoding="utf-8").replace(SYSTEM, "")
     path.write_text(text.replace("map intersection", SYSTEM + "map intersection", 1), encoding="utf-8")
     return path
 
@@ -71,6 +71,24 @@ def test_probability_has_its_interval(cortexc: Command, left_turn: Path) -> None
     text = cortexc("probability", left_turn, "--samples", "500").out
     assert "given a valid scene" in text
     assert "Clopper and Pearson" in text
+    assert "params are drawn once, a scene for them is then sought in up to 2,000 attempts" in text
+    assert "of one that a competent driver avoids" in text
+    assert max(map(len, text.splitlines())) <= 100
+
+
+def test_probability_under_the_joint_condition(cortexc: Command, left_turn: Path) -> None:
+    """As many valid runs as asked for, among far more draws; of chains it is not to be had."""
+    found = cortexc("probability", left_turn, "--condition", "joint", "--samples", "1000", "--json").document
+    assert (found["condition"], found["max_attempts"], found["valid"]) == ("joint", 1, 1000)
+    assert found["avoidable_interval"]["low"] <= found["avoidable"] <= found["avoidable_interval"]["high"]
+    assert found["valid_share"] < 0.05
+    text = cortexc("probability", left_turn, "--condition", "joint", "--samples", "300").out
+    assert "params and scene are drawn anew together" in text
+    assert "valid of" in text
+    assert "draws" in text
+    wrong = cortexc("probability", left_turn, "--condition", "joint", "--method", "subset")
+    assert wrong.code == 2
+    assert "--method mc" in wrong.err
 
 
 def test_probability_says_what_is_wrong(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
@@ -92,13 +110,15 @@ def test_frozen_params_are_no_genes(cortexc: Command, declared: Path) -> None:
     assert cortexc(declared, "--freeze", "--json").document["params"].keys().isdisjoint({"EGO_BRAKE", "CRASH_DIST"})
 
 
-def test_params_to_freeze_can_be_named(cortexc: Command, left_turn: Path) -> None:
+def test_params_to_freeze_can_be_named(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
     """By name in any file; one that is not there is told, as is a file that names none."""
     assert "6 params" in cortexc(left_turn, "--freeze", "EGO_BRAKE", "--check").out
     wrong = cortexc(left_turn, "--freeze", "EGO_BRAK", "--check")
     assert wrong.code == 2
     assert "did you mean `EGO_BRAKE`?" in wrong.err
-    silent = cortexc(left_turn, "--freeze", "--check")
+    file = tmp_path / "silent.scn"
+    file.write_text(left_turn.read_text(encoding="utf-8").replace(SYSTEM, ""), encoding="utf-8")
+    silent = cortexc(file, "--freeze", "--check")
     assert silent.code == 2
     assert "simulation(system=" in silent.err
 
@@ -142,13 +162,17 @@ def test_counts_of_chains_are_no_estimate(cortexc: Command, left_turn: Path) -> 
 
 
 def test_the_reference_driver_is_told_with_its_limits(cortexc: Command, run: Path) -> None:
-    """What the regulation means, what is ours, and which collisions were lost from the start."""
+    """What the regulation means and what is ours, which collisions no braking avoids, and whose settings are judged."""
     result = cortexc("analyse", run, "--budget", "0")
     assert "motorways" in result.out
     assert "never steers" in result.out
     found = cortexc("analyse", run, "--budget", "0", "--json").document["avoided"]
     assert 0 < found["lost"] <= found["driven"]
-    assert f"{found['lost']} of them happen even with full braking from the start" in result.out
+    assert f"{found['lost']} of them no braking avoids" in result.out
+    shares = {each["name"]: each["thirds"] for each in found["by_system"]}
+    assert set(shares) == {"EGO_BRAKE", "SAFETY_DIST", "CRASH_DIST"}
+    assert {sum(thirds) for thirds in shares.values()} == {found["by"].get("AVOIDABLE", found["by"].get("0", 0))}
+    assert "the search chose the system's own params" in result.out
 
 
 def test_each_command_names_its_own_help(cortexc: Command, run: Path) -> None:
@@ -197,7 +221,21 @@ def test_the_probability_of_a_run_is_kept_for_its_page(cortexc: Command, run: Pa
     assert cortexc("report", run, "--cases", 0).code == 0
     page = (run / "report.html").read_text()
     assert f"{100 * rows[0]['value']:.2f} %" in page
+    assert f"{rows[0]['collisions']:,} collisions among {rows[0]['valid']:,} valid of 2,000 simulations" in page
+    assert "no model of how often" in page
     assert "cortexc probability" not in page
+
+
+def test_an_estimate_of_an_earlier_version_is_shown(cortexc: Command, run: Path) -> None:
+    """It knows neither the condition nor what could have been avoided."""
+    assert cortexc("probability", run, "--samples", 500).code == 0
+    path = run / "probability.json"
+    (row,) = json.loads(path.read_text())
+    for name in ("condition", "max_attempts", "avoidable", "avoidable_interval", "driven"):
+        del row[name]
+    path.write_text(json.dumps([row]))
+    assert cortexc("report", run, "--cases", 0).code == 0
+    assert f"{100 * row['value']:.2f} %" in (run / "report.html").read_text()
 
 
 @pytest.mark.parametrize("content", ["", "{}", "[3]", '[{"method": "mc"}]', "\x00"])

@@ -19,7 +19,9 @@ from engine.road import LaneRole, build_network
 from engine.vocabulary import State
 
 ROOT = Path(__file__).parents[3]
-SCENARIOS = [*sorted((ROOT / "examples").glob("*.scn")), *sorted((ROOT / "tests" / "agreement").glob("*.scn"))]
+FOUND = [*sorted((ROOT / "examples").glob("*.scn")), *sorted((ROOT / "tests" / "agreement").glob("*.scn"))]
+LEFT_HAND = [path for path in FOUND if "left_hand=True" in path.read_text(encoding="utf-8")]
+SCENARIOS = [path for path in FOUND if path not in LEFT_HAND]
 GOLDEN = Path(__file__).with_name("golden")
 ROAD = "map intersection(approach=60 m)\n"
 EGO = "ego = new Car at (1.75 m, -40 m), facing 90 deg, with speed 36 km/h"
@@ -188,6 +190,9 @@ def test_left_hand_roads_are_refused() -> None:
     """Scenic reads them as right-hand ones: every lane would run the wrong way."""
     with pytest.raises(InterchangeError, match="right-hand traffic"):
         written("map intersection(left_hand=True)\nego = new Car on road\n")
+    for path in LEFT_HAND:
+        with pytest.raises(InterchangeError, match="right-hand traffic"):
+            files(case_of(load(path), path.name), path.stem, ExportOptions())
 
 
 def test_names_of_the_author_are_not_taken() -> None:

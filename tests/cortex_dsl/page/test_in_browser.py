@@ -133,6 +133,24 @@ def test_after_contact_is_lighter(shown: Any) -> None:
     assert shown.locator(".case:not(.away) g.contact").is_visible()
 
 
+def test_it_opens_at_contact_with_what_led_to_it(shown: Any) -> None:
+    """Outlines touch, speeds and closing speed are those before the blow; a moment later they are those after it."""
+    reading = {
+        name: shown.locator(f".case:not(.away) [data-reading='{name}']")
+        for name in ("speed:0", "distance:0", "closing speed:0")
+    }
+    met = {name: each.inner_text() for name, each in reading.items()}
+    assert met["distance:0"] == "0.00"
+    assert "–" not in met.values()
+    shown.locator(".case:not(.away) .player").focus()
+    shown.keyboard.press("ArrowLeft")
+    assert reading["speed:0"].inner_text() == met["speed:0"]
+    assert float(reading["distance:0"].inner_text()) > 0.0
+    shown.keyboard.press("ArrowRight")
+    assert reading["speed:0"].inner_text() != met["speed:0"]
+    assert (reading["distance:0"].inner_text(), reading["closing speed:0"].inner_text()) == ("–", "–")
+
+
 def test_moments_lead_to_their_time(shown: Any) -> None:
     """A line of the story shows its moment."""
     moment = shown.locator(".case:not(.away) .moment.contact").first
@@ -148,8 +166,9 @@ def test_map_of_simulations(shown: Any) -> None:
     assert canvas.evaluate(drawn)
     box = canvas.bounding_box()
     told = set()
-    for step in range(12):
-        shown.mouse.move(box["x"] + box["width"] * (step + 0.5) / 12, box["y"] + box["height"] / 2)
+    for step in range(144):
+        across, up = (step % 12 + 0.5) / 12, (step // 12 + 0.5) / 12
+        shown.mouse.move(box["x"] + box["width"] * across, box["y"] + box["height"] * up)
         told.add(shown.locator(".tip").inner_text())
     assert any("generation" in text for text in told)
 

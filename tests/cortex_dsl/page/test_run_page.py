@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 
 from cortex_dsl.cli import main
-from cortex_dsl.page.cases import box_of, first_cases
 from cortex_dsl.page.endings import how_runs_ended
-from cortex_dsl.runs import OpenedRun
+from cortex_dsl.runs import OpenedRun, box_of, first_cases
 from engine.search.diversity import distinct_failures
 from engine.search.figures import distinct_collisions, figures
 from engine.vocabulary import State
@@ -164,7 +163,7 @@ def test_missing_extra_has_a_cure(
     """Without Pillow a film is refused with the command that installs it."""
     monkeypatch.setitem(sys.modules, "PIL.Image", None)
     assert main(["replay", str(folder), "--to", str(tmp_path / "film.gif")]) == 2
-    assert "cortexc[report]" in capsys.readouterr().err
+    assert "[report]" in capsys.readouterr().err
 
 
 ODD = {

@@ -59,10 +59,10 @@ def test_figures_of_a_study(study_folder: Path, study: Study, tmp_path: Path) ->
     pytest.importorskip("matplotlib")
     assert main(["report", str(study_folder), "--figures", str(tmp_path)]) == 0
     names = {path.name for path in tmp_path.iterdir()}
-    assert {"curves-rl.svg", "curves-nis.pdf", "boxes-distinct-collisions.png", "boxes-rl.svg"} <= names
+    assert {"curves-rl.svg", "curves-nis.pdf", "boxes-colliding-genomes.png", "boxes-rl.svg"} <= names
     assert len(names) == 3 * (len(METRICS) + len(SHOWN))
     assert all(path.stat().st_size > 1000 for path in tmp_path.iterdir())
-    assert "distinct collisions" in (tmp_path / "boxes-distinct-collisions.svg").read_text(encoding="utf-8")
+    assert "colliding genomes" in (tmp_path / "boxes-colliding-genomes.svg").read_text(encoding="utf-8")
 
 
 def test_every_link_of_the_top_leads_somewhere(study_file: Path) -> None:

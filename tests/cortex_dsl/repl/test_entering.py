@@ -126,7 +126,9 @@ def test_commands_that_do_not_exist(talk: Talk) -> None:
 def test_held_params(talk: Talk) -> None:
     """`:set` holds, refuses what is wrong, and lets go."""
     talk("param V = Range(1, 9) m/s", "ego = new Car on road, with speed V")
-    assert "error[SCN" in talk(":set V=3 kg").err
+    refused = talk(":set V=3 kg").err
+    assert "error[SCN" in refused
+    assert refused.endswith("refused: nothing was changed\n")
     talk(":set V=3 m/s")
     assert talk.desk.checked.compiled is not None
     assert not talk.desk.checked.compiled.program.space.names

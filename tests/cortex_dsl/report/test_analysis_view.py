@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cortex_dsl.report.analysis_view import condition_text, lost_text, margin_text, system_lines
+from cortex_dsl.report.analysis_view import condition_text
+from cortex_dsl.report.avoidance_view import lost_text, margin_text, system_lines
 from engine.avoidability import Avoidability, Avoidance
 from engine.program import ParamSpace
 from engine.search.analysis import Avoided, SystemShare, _system_shares
@@ -23,7 +24,7 @@ class Kind:
 
 @pytest.fixture
 def space() -> ParamSpace:
-    fields: dict[str, Any] = {name: None for name in ParamSpace.__dataclass_fields__}
+    fields: dict[str, Any] = dict.fromkeys(ParamSpace.__dataclass_fields__)
     fields |= {
         "names": ("SPEED", "BRAKE"),
         "units": ("km/h", ""),

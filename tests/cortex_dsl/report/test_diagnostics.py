@@ -145,3 +145,17 @@ def test_thousands_are_not_drawn() -> None:
     text = console.file.getvalue()
     assert (text.count("error["), text.count("hint[")) == (70, 30)
     assert "and 3,970 more" in text
+
+
+def test_a_long_headline_is_one_line_for_programs_and_broken_at_words_for_people() -> None:
+    """What reads `file:line:column` from a pipe needs the whole; a terminal would cut words."""
+    source = Source("a.scn", "ego = new Car\n")
+    diagnostics = [Diagnostic("SCN999", "word " * 30 + "end", Label(Span(0, 3)))]
+    shown = {}
+    for terminal in (False, True):
+        out = io.StringIO()
+        render(source, diagnostics, Console(file=out, width=60, force_terminal=terminal, color_system=None))
+        shown[terminal] = out.getvalue().splitlines()
+    assert shown[False][0].endswith("word end")
+    assert max(map(len, shown[True])) <= 60
+    assert " ".join(shown[True]).split() == " ".join(shown[False]).split()

@@ -152,14 +152,36 @@ def test_vehicle_on_a_bare_point_follows_the_road(compiled: Compiled) -> None:
 
 
 def test_before_is_an_arc_length(compiled: Compiled) -> None:
-    """`before intersection by d` lies d ahead of the stop line; a searched d must fit on the lane."""
+    """`before intersection by d` lies d ahead of the stop line; a searched d that may be too long must fit."""
     fixed = compiled("other = new Car before intersection by 12 m along lane.maneuvers[0]\n")
     x = actor(fixed, "other").columns[Column.X]
     assert isinstance(x, ir.Item)
     assert isinstance(x.bundle, ir.Apply)
     assert closed_value(x.bundle.arguments[1]) == 38.0
-    searched = compiled("param D = Range(5, 20) m\nother = new Car before intersection by D along [lane]\n")
-    assert len(searched.variants[0].requirements) == 1
+    for longest, count in ((20, 0), (80, 1)):
+        searched = compiled(f"param D = Range(5, {longest}) m\nother = new Car before intersection by D along [lane]\n")
+        assert len(searched.variants[0].requirements) == count
+
+
+def test_after_is_an_arc_length_beyond(compiled: Compiled) -> None:
+    """`after intersection by d` lies d behind the line where the way leaves; what follows the lane heads with it."""
+    way = "m = lane.maneuvers[0]\nway = [m.startLane, m.connectingLane, m.endLane]\n"
+    fixed = compiled(way + "other = new Car after intersection by 12 m along way\n")
+    x = actor(fixed, "other").columns[Column.X]
+    assert isinstance(x, ir.Item)
+    assert isinstance(x.bundle, ir.Apply)
+    through = fixed.network.lanes[0].maneuvers[0].connecting_lane.length
+    assert closed_value(x.bundle.arguments[1]) == pytest.approx(50.0 + through + 12.0, abs=1e-9)
+    whole = compiled("other = new Car after intersection by 12 m along lane.maneuvers[0]\n")
+    y = actor(whole, "other").columns[Column.X]
+    assert isinstance(y, ir.Item)
+    assert isinstance(y.bundle, ir.Apply)
+    assert closed_value(y.bundle.arguments[1]) == closed_value(x.bundle.arguments[1])
+    for longest, count in ((20, 0), (80, 1)):
+        searched = compiled(
+            f"param D = Range(5, {longest}) m\n{way}other = new Car after intersection by D along way\n"
+        )
+        assert len(searched.variants[0].requirements) == count
 
 
 def test_draws_are_recorded_for_copies(compiled: Compiled) -> None:

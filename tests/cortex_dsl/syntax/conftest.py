@@ -65,6 +65,7 @@ def specifiers(expressions: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
         node(nodes.Beside, st.sampled_from(["ahead", "behind", "left", "right"]), expressions, maybe),
         node(nodes.Following, expressions, maybe, expressions),
         node(nodes.Before, expressions, expressions, maybe),
+        node(nodes.After, expressions, expressions, maybe),
         node(nodes.Facing, expressions, st.sampled_from(["", "toward", "away"])),
         node(nodes.With, names, expressions),
     )

@@ -17,7 +17,7 @@ PIECES = [
     "behavior", "param", "map", "model", "simulation", "require", "require[", "terminate", "when", "after", "do",
     "for", "until", "take", "wait", "abort", "try", "interrupt", "if", "elif", "else", "while", "new", "Car",
     "with", "at", "in", "on", "offset", "by", "along", "ahead", "behind", "of", "left", "following", "facing",
-    "toward", "away", "from", "to", "before", "distance", "minimum", "relative", "heading", "can", "see",
+    "toward", "away", "from", "to", "before", "after", "distance", "minimum", "relative", "heading", "can", "see",
     "intersects", "deg", "lambda", "not", "is", "and", "or", "as", "True", "None", "true", "class", "import",
     "monitor", "record", "always", "eventually", "next", "implies", "scenario", "setup", "compose", "precondition",
     "invariant", "choose", "shuffle", "mutate", "override", "signals", "initial", "final", "steps",

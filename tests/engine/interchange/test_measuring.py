@@ -301,3 +301,14 @@ def test_what_the_recording_says_of_contact_is_not_believed() -> None:
     """It is searched anew, so a wrong note changes nothing."""
     recording = head_on(np.arange(30) * 0.1)
     assert measure(replace(recording, contact=Contact(0.3, (0, 1)))).outcomes.end_time[0] > 1.0
+
+
+def test_no_metric_is_a_negative_zero() -> None:
+    """Who stands beside the other closes in at 0 m/s, whichever way it looks."""
+    for heading in (0.0, np.pi):
+        standing = np.zeros((3, 2, len(State)))
+        standing[:, :, State.PRESENT], standing[:, :, State.HEADING] = 1.0, heading
+        standing[:, 1, State.X] = 20.0
+        outcomes = measure(replace(head_on(np.arange(3) * 0.1), states=standing)).outcomes
+        for column in ("max_closing_speed", "min_distance", "closing_speed", "ego_speed"):
+            assert not np.signbit(getattr(outcomes, column)).any(), column

@@ -10,7 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.search.assessment import Assessment, map_arrays
-from engine.search.diversity import SECTORS, distinct_failures, first_apart, grids, sector, spread
+from engine.search.diversity import (
+    SECTORS,
+    distinct_failures,
+    distinct_range,
+    first_apart,
+    grids,
+    sector,
+    spread,
+)
 from engine.search.evaluations import Evaluations, judge
 from engine.search.protocol import Box
 from engine.search.ranking import worst_cases
@@ -157,6 +165,40 @@ def test_spread_of_corners(searched: Table) -> None:
     assert spread(found, UNIT_BOX).nearest == pytest.approx(0.5)
     assert spread(found, UNIT_BOX).pairwise == pytest.approx(2.0 / 3.0)
     assert math.isnan(spread(searched(np.zeros((3, 3))), UNIT_BOX).nearest)
+
+
+def test_spread_is_of_all_failures(searched: Table) -> None:
+    """Word by word, with an option among the genes; and of more than are convenient to put in a table."""
+    box = Box(("A", "B", "C"), (0.0, -5.0, 0.0), (2.0, 5.0, 3.0), (*(GeneKind.CONTINUOUS,) * 2, GeneKind.INDEX))
+    stream = np.random.default_rng(4)
+    columns = stream.random(1500) * 2.0, stream.random(1500) * 10.0 - 5.0, stream.integers(0, 4, 1500)
+    genomes = np.stack(columns, axis=1).astype(float)
+    units = genomes[:, :2] / [2.0, 10.0]
+    table = np.abs(units[:, None] - units[None]).sum(axis=2) + (genomes[:, None, 2] != genomes[None, :, 2])
+    np.fill_diagonal(table, np.nan)
+    found = spread(searched(genomes), box)
+    assert found.count == 1500
+    assert found.nearest == pytest.approx(np.nanmin(table, axis=1).mean() / 3.0)
+    assert found.pairwise == pytest.approx(np.nanmean(table) / 3.0)
+
+
+def test_the_nearest_falls_with_the_count_alone(searched: Table) -> None:
+    """Of the same law, more failures lie nearer: it compares searches at equal counts only."""
+    genomes = np.random.default_rng(5).random((1200, 3))
+    few, many = (spread(searched(genomes[:count]), UNIT_BOX) for count in (300, 1200))
+    assert many.nearest < 0.8 * few.nearest
+    assert many.pairwise == pytest.approx(few.pairwise, rel=0.05)
+
+
+def test_the_count_depends_on_the_order(searched: Table) -> None:
+    """In a row of near neighbours it matters who comes first; far apart it does not."""
+    line = np.linspace(0.0, 1.0, 40)[:, None] * np.ones(3)
+    low, high = distinct_range(searched(line), UNIT_BOX)
+    assert low < high
+    assert low <= len(distinct_failures(searched(line), UNIT_BOX)) <= 10
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    assert distinct_range(searched(corners), UNIT_BOX) == (4, 4)
+    assert distinct_range(searched(corners, np.full(4, 5.0)), UNIT_BOX) == (0, 0)
 
 
 def test_the_worst_lie_apart(searched: Table) -> None:

@@ -158,6 +158,45 @@ def test_dead_gene_is_found(spaces: Callable[..., ParamSpace], evaluators: Calla
         assert all(gene.probes == 32 for gene in genes)
 
 
+def test_an_effect_is_compared_among_scenes_with_the_same_choices(
+    spaces: Callable[..., ParamSpace], rows: Rows
+) -> None:
+    """One gene changes which of four lanes is drawn, and the lane decides the risk: by itself the gene does nothing.
+
+    The other is worth two points in every lane. Where a case's own stream gives another lane, others are tried.
+    """
+    space = spaces([0, 0], [1, 1], names=["WINDOW", "SPEED"])
+
+    def evaluate(genomes: Floats, keys: Ints) -> Assessment:
+        found = rows(np.zeros(len(keys), dtype=np.int32), np.full(len(keys), 5.0))
+        lane = np.floor(np.mod(97.0 * genomes[:, 0] + 0.618 * (keys[:, 4] + 31 * keys[:, 5]), 1.0) * 4.0).astype(
+            np.int32
+        )
+        return replace(found, variant=lane, continuous=3.0 * lane + 4.0 * np.abs(genomes[:, 1] - 0.5))
+
+    window, speed = run(space, evaluate, SearchConfig(generations=4, population=40)).genes
+    assert (window.changed, window.probes) == (32, 32)
+    assert window.effect == pytest.approx(0.0, abs=1e-9)
+    assert 20 <= window.compared <= 32
+    assert speed.compared == 32
+    assert speed.effect > 0.5
+
+
+def test_a_discrete_gene_may_be_the_choice_itself(spaces: Callable[..., ParamSpace], rows: Rows) -> None:
+    """What it does is then compared whatever was chosen; a continuous one without a comparison has no effect told."""
+    space = spaces([0, 0], [3, 1], [GeneKind.INDEX, GeneKind.CONTINUOUS])
+
+    def evaluate(genomes: Floats, keys: Ints) -> Assessment:
+        found = rows(np.zeros(len(keys), dtype=np.int32), np.full(len(keys), 5.0))
+        variant = (genomes[:, 0] + 10.0 * np.floor(1e6 * genomes[:, 1])).astype(np.int32)
+        return replace(found, variant=variant, continuous=genomes[:, 0])
+
+    option, place = run(space, evaluate, SearchConfig(generations=2, population=40)).genes
+    assert (option.effect, option.compared) == (pytest.approx(2.0), 32)
+    assert np.isnan(place.effect)
+    assert place.compared == 0
+
+
 def test_monotone_gene_correlates(spaces: Callable[..., ParamSpace], rows: Rows) -> None:
     """Where risk rises with a gene alone, its rank correlation is near 1 and the worst cases crowd its upper end."""
     space = spaces([0, 0], [10, 1])

@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cortex_dsl.session import compile_text
 from engine.program import ParamSpace
 from engine.search.assessment import Assessment, Evaluate
-from engine.search.probability import monte_carlo, subset_simulation
+from engine.search.estimated import MOST_DRIVEN
+from engine.search.probability import CONDITIONS, estimate, monte_carlo, subset_simulation
 from engine.tables import Floats, Ints
 from engine.vocabulary import Verdict
 
@@ -112,6 +114,73 @@ def test_too_few_valid_runs_are_no_estimate(square: ParamSpace, rows: Rows) -> N
     found = subset_simulation(square, rarely, 1_000)
     assert math.isnan(found.value)
     assert found.valid_share == found.valid / found.simulations == pytest.approx(0.001, abs=0.0008)
+
+
+def test_an_avoidable_collision_has_its_own_probability(
+    square: ParamSpace, corner: Callable[[float], Evaluate]
+) -> None:
+    """A driver who avoids whatever has its second gene below a bound: both estimators cover that share of the truth."""
+
+    def judge(genomes: Floats, keys: Ints) -> np.ndarray:
+        return genomes[:, 1] < 0.8
+
+    plain = monte_carlo(square, corner(0.7), 20_000, seed=3, judge=judge)
+    assert plain.driven == plain.collisions
+    assert plain.avoidable_interval.low <= truth(0.7) / 3.0 <= plain.avoidable_interval.high
+    for rare, bound in ((0.97, 0.98), (0.9, 0.92)):
+        share = (bound - rare) / (1.0 - rare)
+        found = subset_simulation(square, corner(rare), 10_000, seed=5, judge=lambda x, keys, b=bound: x[:, 1] < b)
+        assert found.avoidable_interval.low <= truth(rare) * share <= found.avoidable_interval.high
+        assert 0 < found.driven <= MOST_DRIVEN
+    assert math.isnan(monte_carlo(square, corner(0.7), 500).avoidable)
+
+
+def test_not_all_collisions_are_driven_again(square: ParamSpace, corner: Callable[[float], Evaluate]) -> None:
+    """Of many, those of the first draws; the share is of the valid runs among these."""
+
+    def judge(genomes: Floats, keys: Ints) -> np.ndarray:
+        return genomes[:, 1] < 0.6
+
+    found = monte_carlo(square, corner(0.2), 20_000, seed=1, judge=judge)
+    assert found.driven <= MOST_DRIVEN < found.collisions
+    assert found.avoidable == pytest.approx(0.5 * truth(0.2), abs=0.03)
+    assert found.avoidable_interval.low <= 0.4 <= found.avoidable_interval.high
+
+
+def test_enough_valid_runs_end_it(square: ParamSpace, corner: Callable[[float], Evaluate]) -> None:
+    """Exactly as many as asked for, and no draw after the last of them."""
+    found = monte_carlo(square, corner(0.7), 100_000, seed=3, enough=6_000)
+    assert found.valid == 6_000
+    assert found.simulations == pytest.approx(6_000 / 0.8, rel=0.03)
+    assert found.interval.low <= truth(0.7) <= found.interval.high
+    assert monte_carlo(square, corner(0.7), 1_000, seed=3, enough=6_000).simulations == 1_000
+
+
+def test_params_that_seldom_allow_a_scene_count_less_under_the_joint_condition() -> None:
+    """A fast ego is allowed five times as often as a slow one, and only a fast one crashes: the conditions differ.
+
+    V is 5 or 25 m/s, the luck that the requirement looks at passes in 4 % or 20 % of attempts.
+    """
+    scenario = compile_text(UNEVEN, "uneven.scn")
+    once, joint = (estimate(scenario.program, scenario.config, "mc", 4_000, 2, condition) for condition in CONDITIONS)
+    assert (once.condition, once.max_attempts) == ("params", 2_000)
+    assert (joint.condition, joint.max_attempts, joint.valid) == ("joint", 1, 4_000)
+    assert once.interval.low <= 0.5 <= once.interval.high
+    assert joint.interval.low <= 5.0 / 6.0 <= joint.interval.high
+    assert joint.valid_share == pytest.approx(0.12, abs=0.02)
+    with pytest.raises(ValueError, match="mc"):
+        estimate(scenario.program, scenario.config, "subset", 1_000, 0, "joint")
+
+
+UNEVEN = """\
+map intersection(ways=4, lanes=1, approach=50 m)
+param FAST = DiscreteRange(0, 1)
+luck = Range(0, 1)
+ego = new Car at (1.75, -40), facing 90 deg, with speed (5 m/s + FAST * 20 m/s)
+other = new Car at (1.75, -8), facing 90 deg, with speed 5 m/s
+require luck <= 0.04 + 0.16 * FAST
+terminate after 4 s
+"""
 
 
 def test_broken_runs_are_told_apart(square: ParamSpace, rows: Rows) -> None:

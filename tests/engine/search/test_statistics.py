@@ -110,6 +110,21 @@ def test_mann_whitney_known_values() -> None:
     assert math.isnan(mann_whitney([], [1]))
 
 
+def test_mann_whitney_is_exact_where_that_is_easy() -> None:
+    """Five against five, all apart: 2 of the 252 orders are as extreme. Ties and larger samples are approximated."""
+    assert mann_whitney(range(5), range(10, 15)) == pytest.approx(2 / 252)
+    tied = mann_whitney([1, 2, 3, 4, 4], [5, 6, 7, 8, 9])
+    assert tied == pytest.approx(stats.mannwhitneyu([1, 2, 3, 4, 4], [5, 6, 7, 8, 9], method="asymptotic").pvalue)
+
+
+def test_only_the_order_counts_and_infinite_values_have_one() -> None:
+    """Runs without a number rank last, all of them alike."""
+    endless = [3.0, 4.0, math.inf, math.inf]
+    assert mann_whitney(endless, [5.0, 6.0, 7.0]) == pytest.approx(mann_whitney([3, 4, 99, 99], [5, 6, 7]))
+    assert a12(endless, [5.0, 6.0, 7.0]) == 0.5
+    assert mann_whitney([math.inf] * 3, [math.inf] * 2) == 1.0
+
+
 def test_bootstrap_interval_covers() -> None:
     """The interval holds the estimate, is repeatable, narrows with the sample, and ends at 1 when all is won."""
     rng = np.random.default_rng(3)

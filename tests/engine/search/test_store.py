@@ -3,6 +3,7 @@
 import csv
 import errno
 import json
+import os
 import sqlite3
 from collections.abc import Callable
 from contextlib import closing
@@ -23,7 +24,14 @@ from engine.search.journal_reader import read_journal
 from engine.search.manifest import Manifest
 from engine.search.protocol import Box
 from engine.search.searchers import SEARCHERS, build_searcher
-from engine.search.store import JOURNAL, StoreError, new_directory, numbered_directory, store_errors
+from engine.search.store import (
+    JOURNAL,
+    StoreError,
+    example_run,
+    new_directory,
+    numbered_directory,
+    store_errors,
+)
 from engine.tables import Floats, Ints
 
 CONFIG = SearchConfig(generations=5, population=20, seed=11, rollouts=2, aggregate="q90")
@@ -321,3 +329,14 @@ def test_names_that_need_quotes(
     with (tmp_path / "evaluations.csv").open(newline="") as file:
         assert 'param_odd, "100 %s"' in next(csv.DictReader(file))
     assert 'param_odd, "100 %s"' in json.loads((tmp_path / "evaluations.jsonl").read_text().splitlines()[0])
+
+
+def test_a_run_that_is_there_is_the_example(tmp_path: Path) -> None:
+    """The latest; without any, one that a search would make."""
+    root = tmp_path / "runs"
+    assert example_run(root) == root / "left_turn-ga-001"
+    for age, name in ((20, "ped-ga-001"), (10, "ped-random-001"), (30, "old-ga-001")):
+        (root / name).mkdir(parents=True)
+        (root / name / JOURNAL).touch()
+        os.utime(root / name / JOURNAL, (1000 - age, 1000 - age))
+    assert example_run(root) == root / "ped-random-001"

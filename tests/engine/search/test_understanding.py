@@ -15,7 +15,8 @@ from engine.search.assessment import Assessment, Evaluate, map_arrays
 from engine.search.clusters import clusters
 from engine.search.evaluations import Evaluations, judge
 from engine.search.protocol import Box
-from engine.search.sensitivity import CHANCE, INVALID_RISK, sensitivity
+from engine.search.sensitivity import sensitivity
+from engine.streams import key_rows
 from engine.tables import Floats, Ints
 from engine.vocabulary import GeneKind, Verdict
 
@@ -34,57 +35,122 @@ def valued(rows: Rows, function: Callable[[Floats, Ints], Floats]) -> Evaluate:
     return evaluate
 
 
+def noise(keys: Ints) -> Floats:
+    """(n,) uniform numbers in [0, 1) that depend on each key alone."""
+    state = np.zeros(len(keys), dtype=np.uint64)
+    for column in range(keys.shape[1]):
+        state = (state ^ keys[:, column].astype(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
+        state ^= state >> np.uint64(29)
+    state = (state ^ (state >> np.uint64(31))) * np.uint64(0xBF58476D1CE4E5B9)
+    return ((state ^ (state >> np.uint64(32))) >> np.uint64(11)).astype(np.float64) * 2.0**-53
+
+
 def test_indices_of_the_ishigami_function(spaces: Callable[..., ParamSpace], rows: Rows) -> None:
     """Sin x + 7 sin^2 y + 0.1 z^4 sin x: its indices are known (Ishigami and Homma, 1990)."""
     space = spaces([-math.pi] * 3, [math.pi] * 3, names=["X", "Y", "Z"])
+    found = sensitivity(space, valued(rows, ishigami), 40_960, seed=2)
+    assert [index.name for index in found.risk.genes] == ["X", "Y", "Z"]
+    for index, (first, total) in zip(found.risk.genes, ISHIGAMI, strict=True):
+        assert index.first.value == pytest.approx(first, abs=0.03)
+        assert index.total.value == pytest.approx(total, abs=0.03)
+        assert index.total.interval.low <= index.total.value <= index.total.interval.high
+    assert found.risk.chance.value == pytest.approx(0.0, abs=1e-12)
+    assert found.simulations == found.rows * 10
 
-    def ishigami(x: Floats, keys: Ints) -> Floats:
-        return np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
 
-    found = sensitivity(space, valued(rows, ishigami), 24_576, seed=2)
-    assert [index.name for index in found.risk] == ["X", "Y", "Z", CHANCE]
-    expected = {"X": (0.3139, 0.5576), "Y": (0.4424, 0.4424), "Z": (0.0, 0.2437), CHANCE: (0.0, 0.0)}
-    for index in found.risk:
-        first, total = expected[index.name]
-        assert index.first == pytest.approx(first, abs=0.03)
-        assert index.total == pytest.approx(total, abs=0.03)
-        assert index.total_interval.low <= index.total <= index.total_interval.high
-    assert found.simulations == found.rows * 6
+ISHIGAMI = ((0.3139, 0.5576), (0.4424, 0.4424), (0.0, 0.2437))
+
+
+def ishigami(x: Floats, keys: Ints) -> Floats:
+    return np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
+
+
+def test_intervals_cover_the_truth(spaces: Callable[..., ParamSpace], rows: Rows) -> None:
+    """Over forty designs, under noise as large as the function: intervals hold the truth nearly as often as said."""
+    space = spaces([-math.pi] * 3, [math.pi] * 3)
+    variance, repetitions = 13.8446, 40
+    deviation = math.sqrt(12.0 * variance)
+
+    def noisy(x: Floats, keys: Ints) -> Floats:
+        return ishigami(x, keys) + deviation * noise(keys)
+
+    hits = np.zeros((3, 2))
+    chance = 0
+    for seed in range(repetitions):
+        found = sensitivity(space, valued(rows, noisy), 5_120, seed=seed).risk
+        for gene, (index, truth) in enumerate(zip(found.genes, ISHIGAMI, strict=True)):
+            for k, share in enumerate((index.first, index.total)):
+                hits[gene, k] += share.interval.low <= truth[k] / 2.0 <= share.interval.high
+        chance += found.chance.interval.low <= 0.5 <= found.chance.interval.high
+    assert hits.min() >= 0.85 * repetitions
+    assert chance >= 0.85 * repetitions
 
 
 def test_chance_is_told_from_genes(spaces: Callable[..., ParamSpace], rows: Rows) -> None:
     """Half of the variance comes from the stream key: no gene may claim it."""
-    space = spaces([0.0], [1.0])
+    found = sensitivity(spaces([0.0], [1.0]), valued(rows, lambda x, keys: x[:, 0] + noise(keys)), 8_192).risk
+    assert found.genes[0].total.value == pytest.approx(0.5, abs=0.06)
+    assert found.genes[0].first.value == pytest.approx(0.5, abs=0.06)
+    assert found.chance.value == pytest.approx(0.5, abs=0.06)
 
-    def noisy(x: Floats, keys: Ints) -> Floats:
-        bits = (
-            keys[:, 4].astype(np.uint64) + np.uint64(1) + keys[:, 3].astype(np.uint64) * np.uint64(7919)
-        ) * np.uint64(0x9E3779B97F4A7C15)
-        return x[:, 0] + (bits >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
-    gene, chance = sensitivity(space, valued(rows, noisy), 8_192).risk
-    assert gene.total == pytest.approx(0.5, abs=0.06)
-    assert chance.total == pytest.approx(0.5, abs=0.06)
+def test_a_gene_that_only_changes_which_attempt_is_accepted_explains_nothing(
+    spaces: Callable[..., ParamSpace], rows: Rows
+) -> None:
+    """A window decides which attempt at a scene passes; the lane that this one drew has nothing to do with it.
+
+    Under one stream key, moving the window changes the lane nearly always, and the risk with it. Over chance it changes
+    nothing: half of the variance is the speed's, half is the lane's, and the lane is chance.
+    """
+    space = spaces([0.0, 0.0], [1.0, 1.0], names=["WINDOW", "SPEED"])
+
+    def accepted(x: Floats, keys: Ints) -> Floats:
+        lane = np.full(len(keys), np.nan)
+        for attempt in range(400):
+            placed, drawn = (noise(keys + np.array([0, 0, 0, 1000 * attempt + k, 0, 0])) for k in (300, 600))
+            passes = np.isnan(lane) & (np.mod(placed - x[:, 0], 1.0) < 0.1)
+            lane[passes] = drawn[passes]
+        return lane
+
+    window, speed = sensitivity(space, valued(rows, lambda x, keys: accepted(x, keys) + x[:, 1]), 4_096).risk.genes
+    assert window.total.value == pytest.approx(0.0, abs=0.1)
+    assert speed.total.value == pytest.approx(0.5, abs=0.1)
+    keys = key_rows(5, 0, 0, 0, range(500))
+    here, there = (accepted(np.full((500, 2), place), keys) for place in (0.2, 0.6))
+    assert (here != there).mean() > 0.8  # what a design under one key would have called the window's effect
 
 
 def test_what_never_varies_has_no_index(spaces: Callable[..., ParamSpace], rows: Rows) -> None:
     found = sensitivity(spaces([0.0], [1.0]), valued(rows, lambda x, keys: np.ones(len(x))), 500)
-    assert math.isnan(found.risk[0].total)
-    assert math.isnan(found.collision[0].total_interval.low)
+    for indices in (found.validity, found.risk, found.collision):
+        assert math.isnan(indices.genes[0].total.value)
+        assert math.isnan(indices.chance.interval.low)
 
 
-def test_an_invalid_scene_has_the_papers_risk(spaces: Callable[..., ParamSpace], rows: Rows) -> None:
-    """A gene that only decides what is possible matters, too."""
+def test_what_makes_a_scene_possible_is_told_from_what_makes_it_risky(
+    spaces: Callable[..., ParamSpace], rows: Rows
+) -> None:
+    """One gene decides alone whether there is a run, another alone how risky it is: no part for the other."""
 
     def evaluate(genomes: Floats, keys: Ints) -> Assessment:
         verdict = np.where(genomes[:, 0] < 0.5, int(Verdict.EXHAUSTED), 0).astype(np.int32)
-        return rows(verdict, np.full(len(keys), 5.0))
+        runs = rows(verdict, np.full(len(keys), 5.0))
+        return replace(runs, continuous=np.where(verdict == 0, genomes[:, 1], np.nan))
 
-    found = sensitivity(spaces([0.0, 0.0], [1.0, 1.0]), evaluate, 4_000)
-    assert INVALID_RISK == -1.0
-    assert found.risk[0].total == pytest.approx(1.0, abs=0.02)
-    assert found.risk[1].total == 0.0
+    found = sensitivity(spaces([0.0, 0.0], [1.0, 1.0]), evaluate, 4_096)
+    assert [gene.total.value for gene in found.validity.genes] == pytest.approx([1.0, 0.0], abs=0.02)
+    assert [gene.total.value for gene in found.risk.genes] == pytest.approx([0.0, 1.0], abs=0.05)
+    assert math.isnan(found.collision.genes[0].total.value)
     assert found.valid_share == pytest.approx(0.5, abs=0.01)
+
+
+def test_nothing_valid_is_no_index(spaces: Callable[..., ParamSpace], rows: Rows) -> None:
+    def never(genomes: Floats, keys: Ints) -> Assessment:
+        return rows(np.full(len(keys), int(Verdict.EXHAUSTED), dtype=np.int32), np.ones(len(keys)))
+
+    found = sensitivity(spaces([0.0], [1.0]), never, 500)
+    assert math.isnan(found.risk.genes[0].total.value)
+    assert math.isnan(found.collision_share)
 
 
 # -- clusters ---------------------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ import pytest
 
 from cortex_dsl.session import load
 from engine.study.execution import perform_all
-from engine.study.plan import Plan, Subject
+from engine.study.plan import Plan, Subject, with_own_seeds
 from engine.study.reading import Study, read_study
 from engine.study.store import StudyStore
 
@@ -23,7 +23,7 @@ def subjects() -> tuple[Subject, ...]:
         scenario = load(EXAMPLES / f"{name}.scn")
         search = replace(scenario.config.search, generations=4, population=12, seed=5)
         found.append(Subject(name, f"{name}.scn", scenario.program, replace(scenario.config, search=search)))
-    return tuple(found)
+    return with_own_seeds(found)
 
 
 @pytest.fixture(scope="session")

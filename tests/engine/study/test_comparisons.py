@@ -12,15 +12,17 @@ from scipy import stats
 
 from engine.paper.numbers import FILES, GA, RANDOM
 from engine.study.against_paper import beside_paper, own_row, studies
-from engine.study.comparisons import compare_all, sample, spread
+from engine.study.comparisons import compare_all, ranked, sample, spread
 from engine.study.curves import curve_of, smoothed
 from engine.study.exports import GENERATIONS, RUNS, SUMMARY, TESTS, write_study
 from engine.study.findings import findings, verdict
-from engine.study.measures import MEASURES, PRIMARY
+from engine.study.measures import MEASURES, PRIMARY, measures_of
 from engine.study.plan import Address, Plan
 from engine.study.rates import random_rates
-from engine.study.reading import Study
+from engine.study.reading import Study, read_evaluations
 from engine.study.records import FIELDS, RunRecord
+
+FIRST_COLLISION = next(measure for measure in MEASURES if measure.name == "first collision")
 
 
 def pretend(study: Study, collisions: dict[str, Sequence[int]]) -> tuple[Plan, list[RunRecord]]:
@@ -64,7 +66,8 @@ def test_p_is_of_runs_and_corrected_over_scenarios_and_contenders(study: Study) 
 
 def test_the_families_are_those_of_the_plan_of_analysis() -> None:
     families = [measure.family for measure in MEASURES]
-    assert families.count("primary") == 1
+    assert [m.name for m in MEASURES if m.family == "primary"] == ["colliding genomes", "distinct failures"]
+    assert {m.family for m in MEASURES if not m.exploratory} == {"primary", "secondary"}
     assert [m.name for m in MEASURES if m.family == "secondary"] == ["RL", "MDG", "MDEC", "NIS"]
     assert families.count("last ten generations") == families.count("by simulation") == 5
 
@@ -79,6 +82,85 @@ def test_beats_needs_median_p_and_effect(study: Study, ga: range, beats: bool, l
     assert {row.beats for row in rows} == {beats}
     assert {row.loses for row in rows} == {loses}
     assert all(row.stars == ("" if not (beats or loses) else "***") for row in rows)
+
+
+@pytest.mark.parametrize("runs", [5, 29])
+def test_fewer_than_thirty_runs_decide_nothing(study: Study, runs: int) -> None:
+    """However clear it looks, and whatever the stars say."""
+    plan, records = pretend(study, {"random": list(range(runs)), "ga": list(range(100, 100 + runs))})
+    (row, _) = compare_all(plan, records, (PRIMARY,))
+    assert row.marks.startswith("▲*")
+    assert not row.beats
+    assert row.words == f"undecided at {runs} runs"
+    assert "undecided in 2 scenarios" in verdict(plan, (row, row, *compare_all(plan, records)))[0]
+
+
+def test_marks_say_which_way(study: Study) -> None:
+    plan, records = pretend(study, {"random": list(range(30)), "ga": list(range(-100, -70))})
+    row = compare_all(plan, records, (PRIMARY,))[0]
+    assert (row.marks, row.words) == ("▼***", "worse")
+
+
+def with_first_collisions(study: Study, first: dict[str, Sequence[float]]) -> tuple[Plan, list[RunRecord]]:
+    """A study of many runs whose first collisions are these; NaN: it never collided."""
+    plan, records = pretend(study, {name: [0] * len(values) for name, values in first.items()})
+    changed = [
+        replace(r, figures=replace(r.figures, first_collision=float(first[r.address.method][r.address.run])))
+        for r in records
+    ]
+    return plan, changed
+
+
+def test_runs_that_never_collide_are_no_reward(study: Study) -> None:
+    """Eight runs of thirty collide soon and the others never, where the baseline always does: that is worse."""
+    stream = np.random.default_rng(0)
+    baseline = stream.integers(1500, 2900, 30).tolist()
+    contender = [*stream.integers(200, 900, 8).tolist(), *[float("nan")] * 22]
+    plan, records = with_first_collisions(study, {"random": baseline, "ga": contender})
+    row = compare_all(plan, records, (FIRST_COLLISION,))[0]
+    assert row.a12 == pytest.approx(8 / 30)
+    assert row.loses
+    assert (row.spread.runs, row.spread.missing) == (30, 22)
+    assert row.spread.median == np.inf
+    assert np.isnan(row.spread.mean)
+    assert row.missing == "ga: 22 of 30 never collided"
+    known = sample(records, 0, "ga", FIRST_COLLISION)
+    assert len(known) == 8
+    assert row.p == pytest.approx(stats.mannwhitneyu([*known, *[3001] * 22], baseline, method="asymptotic").pvalue)
+
+
+def test_a_missing_number_is_the_worst_whichever_way_is_better(study: Study) -> None:
+    """No valid run: no mean risk, which ranks below all others; no first collision ranks behind all others."""
+    assert spread(np.array([1.0, -np.inf, -np.inf])).median == -np.inf
+    assert spread(np.array([1.0, 2.0, np.inf])).median == 2.0
+    assert spread(np.array([1.0, 2.0, 4.0, np.inf])).quartiles.low == 1.75
+    assert spread(np.array([1.0, np.inf])).median == np.inf
+    (rl,) = (measure for measure in MEASURES if measure.name == "RL")
+    record = study.records[0]
+    individuals = replace(record.figures.individuals, rl=float("nan"))
+    nothing = replace(record, figures=replace(record.figures, individuals=individuals))
+    assert ranked([nothing], 0, record.address.method, rl).tolist() == [-np.inf]
+    assert sample([nothing], 0, record.address.method, rl).tolist() == []
+
+
+def test_one_simulation_a_genome_makes_one_measure_superfluous(study: Study) -> None:
+    """It would be tested twice, under two names."""
+    for record in study.records:
+        assert record.figures.simulations.nc == record.figures.distinct_collisions
+    assert "NC, by simulation" not in {row.measure.name for row in compare_all(study.plan, study.records)}
+    assert "NC, by simulation" in {measure.name for measure in measures_of(2)}
+
+
+def test_scenarios_do_not_share_their_random_numbers(study: Study) -> None:
+    """Each has its own seed, and reads its keys back with it."""
+    assert len(set(study.plan.seeds)) == 2
+    assert not study.plan.shares_draws
+    found = [read_evaluations(study, Address(scenario, "random", 0)) for scenario in (0, 1)]
+    assert not np.array_equal(found[0].genomes, found[1].genomes)
+    assert [int(each.keys[0, 0, 0]) for each in found] == list(study.plan.seeds)
+    same = replace(study.plan, subjects=(study.plan.subjects[0], replace(study.plan.subjects[0], name="again")))
+    assert same.shares_draws
+    assert any("share their random numbers" in text for text in verdict(same, compare_all(study.plan, study.records)))
 
 
 def test_a_sure_but_small_effect_does_not_beat(study: Study) -> None:
@@ -101,11 +183,11 @@ def test_smaller_is_better_for_distances(study: Study) -> None:
 
 def test_words_do_not_claim_what_few_runs_cannot_show(study: Study) -> None:
     few = verdict(*(lambda p, r: (p, compare_all(p, r)))(*pretend(study, {"random": [0, 1], "ga": [9, 8]})))
-    assert "no clear difference in 2 scenarios" in few[0]
+    assert "undecided in 2 scenarios" in few[0]
     assert "2 runs" in few[-1]
     assert "hint" in few[-1]
     many = verdict(*(lambda p, r: (p, compare_all(p, r)))(*pretend(study, {"random": [0] * 30, "ga": [9] * 30})))
-    assert many[0].startswith("ga against random: distinct collisions more in 2 of 2 scenarios")
+    assert many[0].startswith("ga against random: colliding genomes more in 2 of 2 scenarios")
     assert len(many) == 1
 
 
@@ -188,11 +270,11 @@ def test_exports_say_what_the_records_say(study: Study) -> None:
     last = study.records[-1].course[:, FIELDS.index("nis"), -1]
     assert [float(generations[-1][name]) for name in ("nis", "simulated_nis")] == last.tolist()
     with (study.folder / TESTS).open() as file:
-        assert len(list(csv.DictReader(file))) == 2 * len(MEASURES)
+        assert len(list(csv.DictReader(file))) == 2 * len(measures_of(rollouts=1))
     document = json.loads((study.folder / SUMMARY).read_text())
     assert document["complete"]
     assert document["presets"] == {"ga": "cortex"}
-    assert document["tests"][0]["measure"] == "distinct collisions"
+    assert document["tests"][0]["measure"] == "colliding genomes"
 
 
 def test_addresses_fill_all_cells_evenly(study: Study) -> None:

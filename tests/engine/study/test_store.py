@@ -42,7 +42,7 @@ def test_a_block_holds_every_evaluation_exactly(plan: Plan, method: str, rollout
     config = replace(task.config, search=replace(task.config.search, rollouts=rollouts, generations=6))
     evaluations = search(task.program, method, config).evaluations
     blob = pack(evaluations)
-    again = unpack(blob, 5, Method[method.upper()], 2, "mean")
+    again = unpack(blob, config.search.seed, Method[method.upper()], 2, "mean")
     same_table(evaluations, again, Evaluations)
 
 

@@ -4,6 +4,7 @@
 """
 
 import os
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +13,8 @@ import pytest
 
 from engine.interchange.errors import InterchangeError
 from engine.interchange.export import ExportOptions
-from engine.interchange.openscenario import write_trajectories
+from engine.interchange.openscenario import write_trajectories, writing
+from engine.interchange.reading import Limits
 from engine.interchange.recording import Contact, Recording, SignalTimes
 from engine.program import RoadSpec
 from engine.vocabulary import State
@@ -134,3 +136,10 @@ def test_a_name_that_xml_cannot_hold_is_refused() -> None:
     """Control characters in a text."""
     with pytest.raises(InterchangeError, match="character"):
         write_trajectories(recording([actor("a\x01")], [0.0], [[(0, 0, 0)]]), "case", ExportOptions(), ROAD)
+
+
+def test_a_file_that_is_larger_than_import_takes_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With its size and the limits."""
+    assert "refuses" not in remarks(small())
+    monkeypatch.setattr(writing, "LIMITS", Limits(elements=100))
+    assert re.search(r"`cortexc import` refuses a file of 4 actors, \d+ elements, 0 MB", remarks(small()))

@@ -133,7 +133,7 @@ def test_a_broken_road_is_told_in_its_own_name(tmp_path: Path) -> None:
             ['<ScenarioObject name="Ego"><CatalogReference catalogName="Cars" entryName="vw"/></ScenarioObject>'],
             'the catalog "Cars" is not beside',
         ),
-        ([vehicle(f"v{i}") for i in range(501)], "more than 500"),
+        ([vehicle(f"v{i}") for i in range(1001)], "1,001 take part"),
         ([EGO, vehicle("other")], "nothing says where `other` is"),
     ],
 )

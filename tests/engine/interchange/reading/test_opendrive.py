@@ -1,6 +1,8 @@
 """Lanes of OpenDRIVE lie where the standard says, and questions about what is not there are answered."""
 
 import math
+import re
+import time
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,7 @@ from engine.program import RoadSpec
 from tests.engine.interchange.opendrive.reading_back import specs
 from tests.engine.interchange.reading.files import XODR, network
 
+NEGATIVE = 'id="-1" type="driving"><width sOffset="0" a="-3"'
 LHT = XODR.replace('junction="-1"', 'junction="-1" rule="LHT"')
 
 
@@ -142,3 +145,32 @@ def test_incomplete_networks_are_told(tmp_path: Path, text: str, said: str) -> N
     """No roads, roads without a line, two roads of one id."""
     with pytest.raises(InterchangeError, match=said):
         network(tmp_path, text)
+
+
+def test_a_section_of_many_lanes_is_refused(tmp_path: Path) -> None:
+    """Each place on it would count them all; the error says how many there may be."""
+    row = '<lane id="{}" type="driving"><width sOffset="0" a="1" b="0" c="0" d="0"/></lane>'
+    text = XODR.replace("<right>", "<right>" + "".join(row.format(-3 - i) for i in range(100)))
+    with pytest.raises(InterchangeError, match="a section of 104 lanes") as caught:
+        network(tmp_path, text)
+    assert "at most 100" in caught.value.cure
+
+
+def test_a_negative_width_is_nothing_and_told(tmp_path: Path) -> None:
+    """The lane beyond it lies where it would without."""
+    read = network(tmp_path, XODR.replace('id="-1" type="driving"><width sOffset="0" a="3"', NEGATIVE))
+    assert read.remarks == ("lane -1 of road `1` is -3 m wide, which is taken as 0 m",)
+    assert read.pose("1", -2, 10.0).y == -2.0
+
+
+def test_long_lists_of_a_road_cost_nothing_at_each_place(tmp_path: Path) -> None:
+    """A place is found by halving, not by going through all pieces and widths."""
+    starts = [i / 500 for i in range(50_000)]
+    pieces = [f'<geometry s="{s}" x="{s}" y="0" hdg="0" length="0.002"><line/></geometry>' for s in starts]
+    widths = [f'<width sOffset="{s}" a="3" b="0" c="0" d="0"/>' for s in starts]
+    text = re.sub("<geometry.*?</geometry>", "".join(pieces), XODR)
+    text = text.replace('<width sOffset="0" a="3" b="0" c="0" d="0"/>', "".join(widths))
+    read = network(tmp_path, text)
+    begin = time.process_time()
+    assert {read.pose("1", -1, s).y for s in starts[:2000]} == {-1.5}
+    assert time.process_time() - begin < 1.0

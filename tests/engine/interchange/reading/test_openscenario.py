@@ -18,6 +18,7 @@ from tests.engine.interchange.reading.files import (
     follow,
     polyline,
     read,
+    refused,
     scenario,
     simple,
     speed,
@@ -69,6 +70,53 @@ def test_the_ego_is_who_is_called_so(tmp_path: Path) -> None:
     assert [actor.name for actor in read(tmp_path, text).recording.actors] == ["hero", "a", "c"]
     assert read(tmp_path, text, ego="c").recording.actors[0].name == "c"
     assert read(tmp_path, text.replace("hero", "b")).recording.actors[0].name == "a"
+
+
+def test_a_property_says_who_the_ego_is(tmp_path: Path) -> None:
+    """Before any name does, as ScenarioRunner has it."""
+    said = '<Property name="type" value="ego_vehicle"/>'
+    init = [(name, follow(STRAIGHT)) for name in ("ego", "b", "hero")]
+    text = scenario([vehicle("ego"), vehicle("b", properties=said), vehicle("hero")], init)
+    assert [actor.name for actor in read(tmp_path, text).recording.actors] == ["b", "ego", "hero"]
+
+
+def test_a_trajectory_that_begins_elsewhere_is_told(tmp_path: Path) -> None:
+    """Who is put in one place and follows vertices in another; put twice is put where it was last."""
+    init = [("Ego", teleport(world(0, 500)) + follow(STRAIGHT))]
+    assert read(tmp_path, scenario([vehicle("Ego")], init)).remarks == ("Ego jumps 500.0 m at 0 s",)
+    init = [("Ego", teleport(world(0, 500)) + teleport(world(0, 0)) + follow(STRAIGHT))]
+    assert read(tmp_path, scenario([vehicle("Ego")], init)).remarks == ()
+
+
+def test_a_vertex_far_from_its_neighbours_is_told(tmp_path: Path) -> None:
+    """Where no acceleration explains it; a turn of a coarse polyline is none."""
+    way = [(t / 10, world(float(t), 30.0 if t == 5 else 0.0, 0.0)) for t in range(9)]
+    (remark,) = read(tmp_path, simple(polyline(*way))).remarks
+    assert remark == "Ego: its vertex at 0.5 s lies 30.0 m off the way of its neighbours"
+    corner = polyline((0.0, world(0, 0, 0)), (1.0, world(10, 0, 0)), (2.0, world(10, 10, 1.6)))
+    assert read(tmp_path, simple(corner)).remarks == ()
+
+
+@pytest.mark.parametrize(
+    "position",
+    [
+        '<LanePosition roadId="1" laneId="-1" s="5" offset="1e9"/>',
+        '<RoadPosition roadId="1" s="5" t="-1e9"/>',
+        '<RelativeObjectPosition entityRef="b" dx="1e9" dy="0"/>',
+        '<RelativeWorldPosition entityRef="b" dx="0" dy="1e9"/>',
+    ],
+)
+def test_offsets_to_nowhere_are_refused(tmp_path: Path, position: str) -> None:
+    """The error says how far they may lead."""
+    init = [("b", follow(STRAIGHT)), ("Ego", teleport(f"<Position>{position}</Position>"))]
+    error = refused(tmp_path, scenario([vehicle("Ego"), vehicle("b")], init, network=ROAD), XODR)
+    assert "from -100000 to 100000" in error.message
+
+
+def test_leaving_a_road_that_is_not_ours_is_not_judged(tmp_path: Path) -> None:
+    """Its outline is not known, which is said."""
+    (remark,) = read(tmp_path, simple(network=ROAD), XODR).remarks
+    assert "leaves the road is not judged" in remark
 
 
 def test_missing_headings_lie_along_the_way(tmp_path: Path) -> None:

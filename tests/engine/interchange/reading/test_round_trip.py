@@ -1,5 +1,6 @@
 """What we write and read again is what it was: positions, times, speeds, who is there, and how it is judged."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -52,6 +53,7 @@ def test_a_crash_comes_back_as_it_was(tmp_path: Path, version: str) -> None:
     assert imported.recording.commands
     assert imported.recording.contact is None
     assert imported.recording.provenance.genome == one.provenance.genome
+    assert imported.recording.provenance.title == one.provenance.title
     assert imported.recording.provenance.facts.items() >= one.provenance.facts.items()
     assert imported.road is not None
     assert not [remark for remark in imported.remarks if "speeds" in remark]
@@ -71,6 +73,38 @@ def test_nobody_of_that_name(tmp_path: Path) -> None:
     with pytest.raises(InterchangeError, match="nobody is called `walkre`") as wrong:
         read_openscenario(tmp_path / "case.xosc", ego="walkre")
     assert wrong.value.cure == "did you mean `walker`?"
+
+
+def test_the_ego_stays_the_ego_whatever_others_are_called(tmp_path: Path) -> None:
+    """Neither a name nor the order of the file makes another one of it."""
+    ways = [[(10.0 * k, 0, 0), (10.0 * k + 1, 0, 0)] for k in range(3)]
+    one = recording([made_actor(name) for name in ("VUT", "Hero", "EGO")], [0.0, 0.05], ways)
+    assert [actor.name for actor in again(tmp_path, one).recording.actors] == ["VUT", "Hero", "EGO"]
+    text = (tmp_path / "case.xosc").read_text()
+    objects = re.findall("<ScenarioObject.*?</ScenarioObject>", text, re.DOTALL)
+    (tmp_path / "case.xosc").write_text(text.replace(objects[0], "").replace(objects[2], objects[2] + objects[0]))
+    assert read_openscenario(tmp_path / "case.xosc").recording.actors[0].name == "VUT"
+    (tmp_path / "case.xosc").write_text(text.replace('value="ego_vehicle"', 'value="simulation"'))
+    assert read_openscenario(tmp_path / "case.xosc").recording.actors[0].name == "VUT"
+
+
+def test_names_come_back_to_the_letter(tmp_path: Path) -> None:
+    """Signs that mean a parameter, or an escape of ours, and no name at all."""
+    names = ["$a", "\\d", "\\$\\\\", "", "\N{FULLWIDTH DOLLAR SIGN}", "a\nb"]
+    one = recording([made_actor(name) for name in names], [0.0, 0.05], [[(9.0 * k, 0, 0)] * 2 for k in range(6)])
+    assert [actor.name for actor in again(tmp_path, one).recording.actors] == names
+
+
+def test_the_smallest_that_the_language_makes_comes_back(tmp_path: Path) -> None:
+    """A millimetre long, and one instant alone."""
+    one = recording([replace(made_actor("ego"), length=0.001, width=1e-6)], [0.0], [[(1, 2, 3)]])
+    assert_same(one, again(tmp_path, one).recording)
+
+
+def test_as_many_as_are_written_are_read(tmp_path: Path) -> None:
+    """A scenario may have 999 actors."""
+    one = recording([made_actor(f"c{k}") for k in range(999)], [0.0], [[(9.0 * k, 0, 0)] for k in range(999)])
+    assert len(again(tmp_path, one).recording.actors) == 999
 
 
 @many

@@ -126,6 +126,21 @@ def test_a_generated_file_is_refused_at_its_limits(tmp_path: Path) -> None:
     assert error.place == "case.xosc, line 65"
 
 
+def test_attributes_are_counted(tmp_path: Path) -> None:
+    """In one element, and in all of them."""
+    many = " ".join(f'a{i}=""' for i in range(51))
+    assert "has 51 attributes" in failure_of(tmp_path, f"<OpenSCENARIO {many}/>").message
+    text = "<OpenSCENARIO>" + '<a b="" c=""/>' * 6 + "</OpenSCENARIO>"
+    assert "more than 10 attributes" in failure_of(tmp_path, text, Limits(all_attributes=10)).message
+
+
+@pytest.mark.parametrize("content", ['<OpenSCENARIO a="', "<OpenSCENARIO><!--"])
+def test_a_tag_without_an_end_is_not_held_in_memory(tmp_path: Path, content: str) -> None:
+    """However large the file may be, one tag or comment may not fill it."""
+    error = failure_of(tmp_path, content + "x" * 12_000_001)
+    assert "one tag or comment is longer than 12 MB" in error.message
+
+
 def test_folders_devices_and_absent_files_are_told(tmp_path: Path) -> None:
     """Nothing that is no regular file is opened: a pipe would never end."""
     assert "folder" in failure(tmp_path).message

@@ -1,5 +1,6 @@
 """Trajectories in omega-prime's columns, there and back."""
 
+import json
 import math
 from collections.abc import Mapping
 from dataclasses import replace
@@ -76,11 +77,26 @@ def test_a_written_table_measures_as_the_recording_does(kind: str, tmp_path: Pat
 
 
 def test_the_columns_are_those_of_omega_prime() -> None:
-    """In their order, under their names; the version that this was held against is 0.3."""
+    """In their order, under their names, and then our own; the version that this was held against is 0.3."""
     header = next(iter(write_csv(recordings()[0], "case").files.values())).splitlines()[0]  # type: ignore[union-attr]
     assert header == (
         "total_nanos,idx,x,y,z,vel_x,vel_y,vel_z,acc_x,acc_y,acc_z,length,width,height,roll,pitch,yaw,type,role,subtype"
+        ",name"
     )
+
+
+def test_names_come_back_from_csv(tmp_path: Path) -> None:
+    """Whatever stands in them; two of the same name are refused."""
+    recording = recordings()[0]
+    first, second = recording.actors
+    named = replace(recording, actors=(replace(first, name='the "ego", one'), replace(second, name="b")))
+    (text,) = write_csv(named, "case").files.values()
+    path = tmp_path / "case.csv"
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    assert [actor.name for actor in read_table(path).recording.actors] == ['the "ego", one', "b"]
+    path.write_text(str(text).replace('"the ""ego"", one"', "b"), encoding="utf-8")
+    with pytest.raises(InterchangeError, match="two actors have the same name"):
+        read_table(path)
 
 
 @pytest.mark.parametrize("number", [0, -1, len(FILES) * 4])
@@ -146,9 +162,9 @@ def test_kinds_come_back() -> None:
 
 
 def test_what_the_columns_cannot_hold_is_said() -> None:
-    """Commands, the road, names, the instant of contact."""
+    """Commands, the road, the instant of contact."""
     told = " ".join(write_csv(with_contact(), "case").remarks)
-    for word in ("pedals", "road", "0 ego", "nanoseconds"):
+    for word in ("pedals", "road", "nanoseconds"):
         assert word in told
 
 
@@ -179,6 +195,75 @@ def test_parquet_tells_the_ego_and_all_names(tmp_path: Path) -> None:
     metadata: Mapping[bytes, bytes] = pyarrow.parquet.read_schema(path).metadata
     assert metadata[b"host_vehicle_idx"] == b"0"
     assert [actor.name for actor in read_table(path).recording.actors] == [actor.name for actor in recording.actors]
+
+
+def marked(path: Path, **metadata: str) -> Path:
+    """The same table with other metadata."""
+    import pyarrow.parquet
+
+    table = pyarrow.parquet.read_table(path)
+    pyarrow.parquet.write_table(table.replace_schema_metadata(metadata), path)
+    return path
+
+
+def test_the_ego_of_parquet_is_the_one_of_its_key(tmp_path: Path) -> None:
+    """Whatever anybody is called; without the key it is idx 0, which is said, and --ego goes before all."""
+    recording = with_contact()
+    others = [replace(actor, name="ego" if number else "tested") for number, actor in enumerate(recording.actors[:2])]
+    path = written(replace(recording, actors=(*others, *recording.actors[2:])), tmp_path, "parquet")
+    assert read_table(path).recording.actors[0].name == "tested"
+    assert read_table(path, ego="ego").recording.actors[0].name == "ego"
+    names = json.dumps([actor.name for actor in (*others, *recording.actors[2:])])
+    read = read_table(marked(path, host_vehicle_idx="1", cortexc_names=names))
+    assert read.recording.actors[0].name == "ego"
+    assert not any("--ego" in remark for remark in read.remarks)
+    for said in ({}, {"host_vehicle_idx": "one"}, {"host_vehicle_idx": "99"}):
+        read = read_table(marked(path, cortexc_names=names, **said))
+        assert read.recording.actors[0].name == "tested"
+        assert any("which idx is the ego's: `tested` is taken" in remark for remark in read.remarks)
+
+
+def test_the_ego_of_csv_is_idx_0(tmp_path: Path) -> None:
+    """In omega-prime's columns a name means nothing, nor who is there first."""
+    recording = with_contact()
+    others = [replace(actor, name="ego" if number else "tested") for number, actor in enumerate(recording.actors[:2])]
+    path = written(replace(recording, actors=(*others, *recording.actors[2:])), tmp_path, "csv")
+    head, *rows = path.read_text().splitlines()
+    path.write_text("\n".join([head, *(row for row in rows if not row.startswith("0,0,"))]))
+    assert read_table(path).recording.actors[0].name == "tested"
+
+
+@pytest.mark.parametrize("names", ["[" * 50_000 + "]" * 50_000, "[[", '{"a":1}', "[null, {}]", '["only one"'])
+def test_names_that_are_none_are_left(tmp_path: Path, names: str) -> None:
+    """Numbers stand for them."""
+    path = marked(written(with_contact(), tmp_path, "parquet"), cortexc_names=names)
+    assert read_table(path).recording.actors[0].name == "0"
+
+
+def test_doubled_names_are_refused(tmp_path: Path) -> None:
+    path = marked(written(with_contact(), tmp_path, "parquet"), cortexc_names='["a", "a"]')
+    with pytest.raises(InterchangeError, match="same name"):
+        read_table(path)
+
+
+@pytest.mark.parametrize("factor", [0.0, 3.0, -1.0])
+def test_velocities_that_positions_contradict_are_not_believed(tmp_path: Path, factor: float) -> None:
+    """The score is that of the motion, as nearly as positions tell it, and it is said."""
+    path = written(with_contact(), tmp_path, "csv")
+    head, *rows = (line.split(",") for line in path.read_text().splitlines())
+    for row in rows:
+        for name in ("vel_x", "vel_y"):
+            row[head.index(name)] = repr(float(row[head.index(name)]) * factor)
+    path.write_text("\n".join(",".join(row) for row in (head, *rows)))
+    read, own = read_table(path), measure(with_contact())
+    assert measure(read.recording).outcomes.max_closing_speed == pytest.approx(own.outcomes.max_closing_speed, rel=0.05)
+    assert any("taken from motion" in remark for remark in read.remarks)
+
+
+def test_what_we_wrote_is_believed(tmp_path: Path) -> None:
+    """Nothing of a run of ours is taken from elsewhere."""
+    for recording in recordings():
+        assert not any("motion" in remark for remark in read_table(written(recording, tmp_path, "csv")).remarks)
 
 
 def test_parquet_without_pyarrow_is_a_clear_error(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -1,0 +1,25 @@
+"""How to install the packages that only some methods and outputs need: into this Python, from where cortexc came."""
+
+import os
+import sys
+from pathlib import Path
+from shlex import quote
+
+SOURCE = Path(__file__).parents[1]
+"""Where this package lies: a checkout, or a folder of installed packages."""
+
+
+def installing(extra: str) -> str:
+    """The command that brings an extra of cortexc, such as `search`; of a checkout, whose name no index knows, its own
+    folder.
+    """
+    python = quote(_short(Path(sys.executable)))
+    if not (SOURCE / "pyproject.toml").is_file():
+        return f"{python} -m pip install 'cortexc[{extra}]'"
+    return f"{python} -m pip install -e '{_short(SOURCE)}[{extra}]'"
+
+
+def _short(path: Path) -> str:
+    """As one would type it here."""
+    here = Path(os.path.abspath(path))  # noqa: PTH100 - a link, as a virtual environment's python is, stays one
+    return str(here.relative_to(Path.cwd())) if here.is_relative_to(Path.cwd()) else str(here)
