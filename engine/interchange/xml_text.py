@@ -49,6 +49,5 @@ def xml_text(root: Element) -> str:
     ElementTree.indent(root, " ")
     text = '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
     if (mark := NO_CHARACTER.search(text)) is not None:
-        said = f"XML cannot hold the character U+{ord(mark[0]):04X}"
-        raise InterchangeError(said, "take it out of the names in the scenario")
+        raise InterchangeError(f"XML cannot hold the character {mark[0]!r}", "take it out of the scenario's names")
     return text

@@ -147,7 +147,7 @@ def test_no_scheduler() -> None:
 def test_without_dask(monkeypatch: pytest.MonkeyPatch) -> None:
     """The extra that is missing is named."""
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(MissingExtra, match=r"cortexc\[dist\]"), open_workers(Workers("dask", 1)):
+    with pytest.raises(MissingExtra, match=r"\[dist\]"), open_workers(Workers("dask", 1)):
         pass
 
 
