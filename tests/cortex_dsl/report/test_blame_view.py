@@ -62,7 +62,9 @@ def test_what_never_failed_is_left_out() -> None:
 
 def test_the_note_says_what_of() -> None:
     """Shares are of single attempts."""
-    assert blame_note(told(TEXT)) == "3,000 single attempts with params of their own, each tested on all; 0.00 % met all"
+    assert (
+        blame_note(told(TEXT)) == "3,000 single attempts with params of their own, each tested on all; 0.00 % met all"
+    )
 
 
 def test_document() -> None:
