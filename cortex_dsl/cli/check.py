@@ -11,14 +11,14 @@ from cortex_dsl.report.feasibility_view import feasibility_content, feasibility_
 from cortex_dsl.report.numbers import counted
 from cortex_dsl.semantics.tree import everything_in
 from cortex_dsl.syntax import nodes
-from engine.feasibility import explain
+from engine.feasibility import remembered
 
 
 def execute(request: Request, terminal: Terminal) -> int:
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
-    found = explain(compiled.program)
+    found = remembered(compiled.program)
     mistakes = misplaced(compiled, found.conflict)
     if found.infeasible or mistakes:
         mistakes = mistakes or [no_scene_at_all(compiled.program, compiled.source, found)]

@@ -1,0 +1,77 @@
+"""Proofs that are kept: the same as fresh ones, of the same program only, and never in the way."""
+
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cortex_dsl.session import compile_text
+from engine.feasibility import Feasibility, explain, remembered
+from engine.program import Program
+from engine.user_cache import ENVIRONMENT_VARIABLE
+
+HEAD = "map intersection(ways=4, lanes=1, approach=50 m)\n"
+CUT = HEAD + "param X = Range(0, 10)\nego = new Car on road\nrequire X < 4\n"
+IMPOSSIBLE = HEAD + "param X = Range(0, 10)\nego = new Car on road\nrequire X > 6\nrequire X < 5\n"
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv(ENVIRONMENT_VARIABLE, str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+@pytest.fixture
+def no_proofs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever proves anything now fails."""
+
+    def refuse(_program: Program) -> Feasibility:
+        raise AssertionError
+
+    monkeypatch.setattr("engine.feasibility.proofs.explain", refuse)
+
+
+def same(one: Feasibility, other: Feasibility) -> bool:
+    pairs = zip(asdict(one).values(), asdict(other).values(), strict=True)
+    return all(np.array_equal(a, b) if isinstance(a, np.ndarray) else a == b for a, b in pairs)
+
+
+@pytest.mark.parametrize("text", [CUT, IMPOSSIBLE], ids=["cut", "impossible"])
+def test_what_is_kept_is_what_was_proved(cache: Path, text: str) -> None:
+    """Every field, number for number, the second time from the file."""
+    program = compile_text(text).program
+    first = remembered(program)
+    assert first.infeasible == (text == IMPOSSIBLE)
+    assert len(list(cache.glob("proof-*.json"))) == 1
+    assert same(first, explain(program))
+    assert same(remembered(program), first)
+
+
+def test_the_second_time_nothing_is_proved(cache: Path, request: pytest.FixtureRequest) -> None:
+    """Comments do not matter; another program does."""
+    first = remembered(compile_text(CUT).program)
+    request.getfixturevalue("no_proofs")
+    assert same(remembered(compile_text(f"# a comment\n{CUT}").program), first)
+    with pytest.raises(AssertionError):
+        remembered(compile_text(CUT.replace("X < 4", "X < 5")).program)
+
+
+@pytest.mark.parametrize("content", ["", "{}", "[1]", '{"looked_at": 1, "infeasible": 0}', "\udcff"])
+def test_what_cannot_be_read_is_proved_again(cache: Path, content: str) -> None:
+    """And put right."""
+    program = compile_text(CUT).program
+    first = remembered(program)
+    (entry,) = cache.glob("proof-*.json")
+    entry.write_bytes(content.encode("utf-8", "surrogateescape"))
+    assert same(remembered(program), first)
+    assert entry.read_text(encoding="utf-8").startswith('{"looked_at"')
+
+
+def test_without_a_cache_it_is_proved_each_time(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing can be kept in the place of a file."""
+    cache.write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(cache / "below"))
+    monkeypatch.setenv("HOME", str(cache / "home"))
+    program = compile_text(CUT).program
+    assert same(remembered(program), explain(program))
