@@ -39,7 +39,7 @@ def test_the_sweep_has_every_kind_of_road() -> None:
         assert {getattr(spec, field) for spec in every} == values
     assert min(spec.corner_radius for spec in every) == 0.0
     assert max(spec.rows * spec.cols for spec in every) == 16
-    assert counted(RoadSpec(ways=4)) == {"through": [12], "turns": [1] * 12}
+    assert counted(RoadSpec(ways=4)) == {"through": [12], "turns": [1] * 12, "left_hand": False}
 
 
 def test_a_case_is_held_against_every_check(items: list[Item]) -> None:

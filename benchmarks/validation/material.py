@@ -82,7 +82,12 @@ def written(found: Sequence[ExportCase], folder: Path, kinds: Collection[str] | 
 
 
 def _written(case: ExportCase, way: Wanted, folder: Path) -> Iterator[Item]:
-    """An item for each file that ends as is wanted: maneuvers bring files of parameter values."""
+    """An item for each file that ends as is wanted: maneuvers bring files of parameter values. Scenic, which knows no
+    left-hand roads, is not asked about them.
+    """
+    road = case.recording.road
+    if way.kind == "scenic" and road is not None and road.left_hand:
+        return
     try:
         files = gather([case], [way.format], way.options).files
     except InterchangeError as error:

@@ -54,6 +54,7 @@ def counted(spec: RoadSpec) -> dict[str, Any]:
     return {
         "through": sorted(len(each.maneuvers) for each in network.intersections),
         "turns": sorted(turns.values()),
+        "left_hand": spec.left_hand,
     }
 
 
