@@ -1,5 +1,6 @@
 """`cortexc`: from a command line to an exit code, whatever happens on the way."""
 
+import atexit
 import contextlib
 import gc
 import os
@@ -93,11 +94,14 @@ def _insist_on_own_engine() -> None:
 
 
 def _start_light() -> None:
-    """What nobody here needs costs a third of a short command: threads for matrices, which only spin, and looking for
-    garbage again and again while the compiler makes what lives until the end.
+    """What nobody here needs costs half of a short command: threads for matrices, which only spin, and looking for
+    garbage, again and again while the compiler makes what lives until the end, and once more at the end, when all of it
+    goes anyway.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(200_000)
+    atexit.unregister(gc.freeze)
+    atexit.register(gc.freeze)
 
 
 def _open_streams() -> None:
