@@ -1,0 +1,29 @@
+"""`python -m tests.identity FOLDER`: every subject as a file of its own, so that two versions can be compared.
+
+python -m tests.identity /tmp/before      in one checkout
+python -m tests.identity /tmp/after       in the other
+diff -r /tmp/before /tmp/after
+"""
+
+import re
+import sys
+import tempfile
+from pathlib import Path
+
+from tests.identity.subjects import MADE, MODES, Subjects, files, scenarios
+
+
+def every_subject(folder: Path) -> Subjects:
+    for mode in MODES:
+        yield from files(mode, scenarios())
+    for name, make in MADE.items():
+        (folder / name).mkdir()
+        yield from make(folder / name)
+
+
+if __name__ == "__main__":
+    target = Path(sys.argv[1])
+    target.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as scratch:
+        for subject, text in every_subject(Path(scratch)):
+            (target / re.sub(r"[^\w.-]", "_", subject)).write_text(text, encoding="utf-8")

@@ -1,0 +1,146 @@
+"""What the product says and writes, subject by subject: name and text of each, made by running it.
+
+Two runs of one version give the same texts. What differs from run to run, or from machine to machine, is left out:
+how long something took, where the files lie, and the versions of other packages.
+"""
+
+import contextlib
+import io
+import os
+import re
+import shutil
+import sqlite3
+from collections.abc import Callable, Iterator, Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+from cortex_dsl.cli import main
+from cortex_dsl.cli.commands import SUBCOMMANDS
+from engine.search.searchers import SEARCHERS
+
+ROOT = Path(__file__).parent.parent.parent
+EXAMPLE = "examples/left_turn.scn"
+SMALL = ("--generations", "3", "--population", "20", "--seed", "1")
+EXPORTS = "xosc,xodr,commonroad,scenic,csv,parquet,mcap,scn"
+TABLES = ("generation", "individual", "simulation")
+"""What a journal holds of a search; its manifest and its pace are told apart."""
+DURATIONS = re.compile(
+    r"in [\d.,]+ m?s, [\d.,]+ a second|[\d.,]+ simulations a second +[\d.,]+ m?s left|[\d.,]+ m?s of work"
+    r"|\"(seconds|simulations_per_second|runs_per_second)\": ?[\d.e+-]+"
+)
+
+Subjects = Iterator[tuple[str, str]]
+
+
+def command(*words: str, at: Path = ROOT) -> str:
+    """Exit code, stdout and stderr of a command, 80 columns wide, without its durations."""
+    out, err = io.StringIO(), io.StringIO()
+    with _standing(at), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = main([*words])
+    return DURATIONS.sub("DURATION", f"exit {code}\n{out.getvalue()}\n-- stderr --\n{err.getvalue()}")
+
+
+@contextlib.contextmanager
+def _standing(at: Path) -> Iterator[None]:
+    before, columns, date = Path.cwd(), os.environ.get("COLUMNS"), os.environ.get("SOURCE_DATE_EPOCH")
+    os.environ["COLUMNS"] = "80"
+    os.environ.pop("SOURCE_DATE_EPOCH", None)
+    os.chdir(at)
+    try:
+        yield
+    finally:
+        os.chdir(before)
+        for name, value in (("COLUMNS", columns), ("SOURCE_DATE_EPOCH", date)):
+            os.environ.pop(name, None) if value is None else os.environ.update({name: value})
+
+
+def scenarios() -> list[str]:
+    """Every scenario of the repository, by its path from the root."""
+    folders = ("examples", "tests")
+    return sorted(str(path.relative_to(ROOT)) for folder in folders for path in (ROOT / folder).rglob("*.scn"))
+
+
+def files(mode: str, paths: Sequence[str]) -> Subjects:
+    """What a mode of `cortexc FILE` says of each file."""
+    words = {"check": ["--check"], "ir": ["--emit", "ir"], "program": ["--emit", "program"], "run": ["--json"]}[mode]
+    for path in paths:
+        yield f"{mode} {path}", command(path, *words)
+
+
+def helps(_: Path) -> Subjects:
+    """`--help` of every command, and the lists that commands print."""
+    yield "help", command("--help")
+    for name in SUBCOMMANDS:
+        yield f"help {name}", command(name, "--help")
+    yield "methods", command("--method", "list")
+    yield "explain", command("explain")
+    yield "paper-check", command("paper-check")
+    yield "paper-check json", command("paper-check", "--json")
+
+
+def searches(folder: Path) -> Subjects:
+    """A search of 3 generations of 20 by each of our methods: its journal row by row, and its tables."""
+    for method, entry in SEARCHERS.items():
+        by = f"{method} ({entry.package} {version(entry.package)})" if entry.package else method
+        yield f"search {by}", command(_example(folder), "--method", method, *SMALL, "--out", method, at=folder)
+        yield f"journal {by}", journal(folder / method / "journal.sqlite")
+        for path in sorted([*folder.glob(f"{method}/*.csv"), *folder.glob(f"{method}/worst/*.scn")]):
+            yield f"search {by} {path.name}", path.read_text(encoding="utf-8")
+
+
+def _example(folder: Path) -> str:
+    """The example, copied to where a command stands, so that no path of this machine comes into what it writes."""
+    shutil.copyfile(ROOT / EXAMPLE, folder / "left_turn.scn")
+    return "left_turn.scn"
+
+
+def journal(path: Path) -> str:
+    """Every row of a search, as text."""
+    with contextlib.closing(sqlite3.connect(path)) as store:
+        rows = [f"{table} {row!r}" for table in TABLES for row in store.execute(f"select * from {table}")]
+        schema = [str(sql) for (sql,) in store.execute("select sql from sqlite_master order by name")]
+        manifest = [f"{name} {value}" for name, value in store.execute("select * from manifest order by field")]
+    return "\n".join([*schema, *(line for line in manifest if not line.startswith("versions ")), *rows])
+
+
+def exports(folder: Path) -> Subjects:
+    """One case in every format, byte for byte, in both modes of OpenSCENARIO."""
+    command(_example(folder), "--ga", *SMALL, "--out", "run", "--json", at=folder)
+    for name, words in (("trajectory", ["--to", EXPORTS]), ("maneuver", ["--to", "xosc", "--mode", "maneuver"])):
+        yield f"export {name}", command("export", "run", *words, "--check", "--out", name, at=folder)
+        for path in sorted((folder / name).iterdir()):
+            yield f"export {name} {path.name}", path.read_bytes().decode("latin-1")
+
+
+def views(folder: Path) -> Subjects:
+    """What the terminal shows of a scene, of sampling, of a search and of what is asked of a run afterwards."""
+    yield "view run", command(_example(folder), "--seed", "4", at=folder)
+    yield "view world", command("left_turn.scn", "--seed", "4", "--engine", "world", "--json", at=folder)
+    yield "view sample", command("left_turn.scn", "--sample", "--seed", "4", at=folder)
+    yield "view search", command("left_turn.scn", "--ga", *SMALL, "--out", "run", at=folder)
+    yield "view analyse", command("analyse", "run", at=folder)
+    yield "view analyse json", command("analyse", "run", "--json", at=folder)
+    yield "view probability", command("probability", "left_turn.scn", "--samples", "500", at=folder)
+    yield "view replay", command("replay", "run", at=folder)
+    yield "view report", command("report", "run", "--out", "page.html", at=folder)
+    for path in (folder / "run" / "summary.json", folder / "run" / "README.md", folder / "page.html"):
+        yield f"view {path.name}", DURATIONS.sub("DURATION", path.read_text(encoding="utf-8"))
+
+
+def study(folder: Path) -> Subjects:
+    """A study of two methods, two runs each: what it says, and its tables."""
+    words = ["--methods", "ga,random", "--runs", "2", "--generations", "2", "--population", "10"]
+    yield "study", command("study", _example(folder), *words, "--out", "study", at=folder).partition("-- stderr --")[0]
+    for path in sorted((folder / "study").glob("*.csv")):
+        yield f"study {path.name}", DURATIONS.sub("DURATION", path.read_text(encoding="utf-8"))
+
+
+MADE: dict[str, Callable[[Path], Subjects]] = {
+    "helps": helps,
+    "searches": searches,
+    "exports": exports,
+    "views": views,
+    "study": study,
+}
+"""Subjects that are no scenario files; each is given an empty folder."""
+MODES = ("check", "ir", "program", "run")

@@ -1,0 +1,48 @@
+"""What the product says and writes is what it said and wrote before: the guard over every move of code.
+
+`expected.json` keeps a digest of each subject. Where a difference is wanted, `UPDATE_GOLDEN=1` records it, in the commit
+that makes it and says why; `python -m tests.identity FOLDER` in two checkouts shows what the difference is.
+"""
+
+import hashlib
+import json
+import os
+import sys
+import zlib
+from collections.abc import Iterable
+from pathlib import Path
+
+import pytest
+
+from tests.identity.subjects import MADE, MODES, files, scenarios
+
+EXPECTED = Path(__file__).parent / "expected"
+PARTS = 4
+"""The scenario files are judged in so many tests, which may run side by side."""
+
+
+def _judge(name: str, subjects: Iterable[tuple[str, str]]) -> None:
+    """Hold digests of subjects against those on record. A subject that depends on another package names its version, and
+    is passed over where another version is installed.
+    """
+    record = EXPECTED / f"{name}.json"
+    found = {subject: hashlib.sha256(text.encode()).hexdigest()[:20] for subject, text in subjects}
+    if os.environ.get("UPDATE_GOLDEN"):
+        record.write_text(json.dumps(found, indent=0, sort_keys=True) + "\n", encoding="utf-8")
+    known = json.loads(record.read_text(encoding="utf-8"))
+    common = [subject for subject in known if subject in found]
+    assert [subject for subject in common if found[subject] != known[subject]] == []
+    assert [subject for subject in set(found) ^ set(known) if "(" not in subject] == []
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("part", range(PARTS))
+def test_files(mode: str, part: int) -> None:
+    """Check, IR, compiled program and single run of every scenario of the repository."""
+    _judge(f"{mode}-{part}", files(mode, [path for path in scenarios() if zlib.crc32(path.encode()) % PARTS == part]))
+
+
+@pytest.mark.parametrize("name", [name for name in MADE if name != "helps" or sys.version_info[:2] == (3, 11)])
+def test_made(name: str, tmp_path: Path) -> None:
+    """Help texts (which argparse lays out anew in each version of Python), searches, exports, views and a study."""
+    _judge(name, MADE[name](tmp_path))
