@@ -1,8 +1,6 @@
-"""`python -m tests.identity FOLDER`: every subject as a file of its own, so that two versions can be compared.
+"""`python -m tests.identity FOLDER` writes every subject into a file of its own.
 
-python -m tests.identity /tmp/before      in one checkout
-python -m tests.identity /tmp/after       in the other
-diff -r /tmp/before /tmp/after
+Do so in two checkouts, into two folders, and `diff -r` shows what one version says and the other does not.
 """
 
 import re

@@ -1,7 +1,7 @@
 """What the product says and writes is what it said and wrote before: the guard over every move of code.
 
-`expected.json` keeps a digest of each subject. Where a difference is wanted, `UPDATE_GOLDEN=1` records it, in the commit
-that makes it and says why; `python -m tests.identity FOLDER` in two checkouts shows what the difference is.
+`expected/` keeps a digest of each subject. Where a difference is wanted, `UPDATE_GOLDEN=1` records it, in the commit that
+makes it and says why; `python -m tests.identity FOLDER` in two checkouts shows what the difference is.
 """
 
 import hashlib
@@ -22,8 +22,8 @@ PARTS = 4
 
 
 def _judge(name: str, subjects: Iterable[tuple[str, str]]) -> None:
-    """Hold digests of subjects against those on record. A subject that depends on another package names its version, and
-    is passed over where another version is installed.
+    """Hold digests of subjects against those on record. A subject that depends on another package names its version,
+    and is passed over where another version is installed.
     """
     record = EXPECTED / f"{name}.json"
     found = {subject: hashlib.sha256(text.encode()).hexdigest()[:20] for subject, text in subjects}
