@@ -1,7 +1,7 @@
 """What the product says and writes is what it said and wrote before: the guard over every move of code.
 
-`expected/` keeps a digest of each subject. Where a difference is wanted, `UPDATE_GOLDEN=1` records it, in the commit that
-makes it and says why; `python -m tests.identity FOLDER` in two checkouts shows what the difference is.
+`expected/` keeps a digest of each subject. Where a difference is wanted, `UPDATE_GOLDEN=1` records it, in the commit
+that makes it and says why; `python -m tests.identity FOLDER` in two checkouts shows what the difference is.
 """
 
 import hashlib
