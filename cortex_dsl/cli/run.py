@@ -22,12 +22,12 @@ from cortex_dsl.report.story import Moment, end_of
 from cortex_dsl.report.tally import Tally
 from cortex_dsl.session import Scenario
 from cortex_dsl.single import attempts
-from engine.records import recorded
+from engine.metrics import recorded
 from engine.scenes import Outcomes, Scenes, Trajectory, actor_columns
 from engine.vocabulary import Column, EndReason, Verdict
 
 if TYPE_CHECKING:
-    from engine.blame import Account
+    from engine.acceptance import Account
     from engine.metrics import Metric
     from engine.world.impacts import Impact
 
@@ -143,7 +143,7 @@ def _no_scene(request: Request, scenario: Scenario, scenes: Scenes, tally: Tally
     verdict = Verdict(int(scenes.verdict[0]))
     if verdict == Verdict.ERROR:
         return _undefined(request, scenario, scenes, terminal, "a scene held a value that is not a number")
-    from engine.blame import account, weigh
+    from engine.acceptance import account, weigh
 
     genome = scenes.genomes[0] if tally.scenes == 1 else None
     told = account(weigh(scenario.program, seed=request.seed or 0, genome=genome), request.target)

@@ -30,7 +30,7 @@ from engine.scenes import Scenes
 from engine.vocabulary import Method, Verdict
 
 if TYPE_CHECKING:
-    from engine.blame import Account
+    from engine.acceptance import Account
 
 CHUNK = 20_000
 """Scenes drawn at once: only their counts are kept, so any number fits in memory."""
@@ -86,7 +86,7 @@ def _warm_up(program: Program, config: SimulationConfig) -> None:
 
 def _account(program: Program, request: Request) -> "Account":
     """Who is to blame for what was thrown away."""
-    from engine.blame import account, weigh
+    from engine.acceptance import account, weigh
 
     return account(weigh(program, seed=request.seed or 0), request.target)
 

@@ -35,7 +35,7 @@ def open_scenario(request: Request, compiled: Compiled) -> Scenario:
 
 
 def _simulation_config(request: Request, settings: Settings) -> SimulationConfig:
-    from engine.runs import MAX_SAMPLES, samples_of
+    from engine.host import MAX_SAMPLES, samples_of
 
     flags = {"time_step": request.time_step, "max_attempts": request.max_attempts}
     config = in_file(SimulationConfig(), settings)

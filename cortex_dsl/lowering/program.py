@@ -11,7 +11,6 @@ from cortex_dsl.lowering.groups import group_variants
 from cortex_dsl.lowering.variant import VariantCode, lower_variant
 from cortex_dsl.semantics.quantities.units import UNITS, si_word
 from cortex_dsl.source import FileText, Source
-from engine.archive import program_digest
 from engine.program import (
     ChoiceLabel,
     DrawSite,
@@ -22,6 +21,7 @@ from engine.program import (
     Requirement,
     Rule,
     VariantLabel,
+    program_digest,
 )
 from engine.road import road_tables
 

@@ -13,7 +13,7 @@ from cortex_dsl.repl.kernels import Kernels
 
 if TYPE_CHECKING:
     from cortex_dsl.session import Scenario
-    from engine.blame import Weighing
+    from engine.acceptance import Weighing
     from engine.program import Program
 
 UNNAMED = "session"
@@ -91,7 +91,7 @@ class Desk:
         for known in self._weighings:
             if known.program is program:
                 return known
-        from engine.blame import weigh
+        from engine.acceptance import weigh
 
         weighing = weigh(program, seed=self.seed)
         self._weighings = [*self._weighings[-2:], weighing]

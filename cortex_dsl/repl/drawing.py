@@ -18,7 +18,7 @@ from engine.vocabulary import Verdict
 
 if TYPE_CHECKING:
     from cortex_dsl.session import Scenario
-    from engine.blame import Weighing
+    from engine.acceptance import Weighing
     from engine.scenes import Scenes
 
 SCENES = 10_000
@@ -51,7 +51,7 @@ def do_sample(desk: Desk, argument: str) -> None:
 
 def _show_tally(desk: Desk, scenario: "Scenario", tally: Tally, seconds: float, interrupted_before: int) -> None:
     from cortex_dsl.report.sample_view import sample_view
-    from engine.blame import account
+    from engine.acceptance import account
 
     told = None if tally.always else account(desk.weighing(scenario.program))
     note = f"seed {desk.seed}"
@@ -148,7 +148,7 @@ def _plenty(desk: Desk, weighing: "Weighing") -> "Weighing":
     accepted = int(weighing.accepted.sum())
     if accepted >= ENOUGH:
         return weighing
-    from engine.blame import weigh
+    from engine.acceptance import weigh
 
     wanted = len(weighing) * ENOUGH // max(accepted, 1)
     return weigh(weighing.program, min(MOST_DRAWS, wanted), desk.seed)
@@ -167,7 +167,7 @@ def do_relax(desk: Desk, argument: str) -> None:
     desk.kernels.wait(desk.terminal)
     from cortex_dsl.report.blame_view import blame_note, blame_view
     from cortex_dsl.report.layout import section
-    from engine.blame import account
+    from engine.acceptance import account
 
     told = account(desk.weighing(program), target)
     desk.terminal.out.print(section("Who is to blame", blame_view(told), blame_note(told)))

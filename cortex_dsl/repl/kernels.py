@@ -69,7 +69,7 @@ class Kernels:
 def warm_up() -> None:
     """Load, or compile, all that a session calls."""
     from cortex_dsl.session import compile_text
-    from engine.blame import weigh
+    from engine.acceptance import weigh
 
     scenario = compile_text(TINY)
     weigh(scenario.program, 1)

@@ -21,7 +21,7 @@ def tell_change(desk: Desk, before: Checked, after: Checked) -> None:
     fresh = _fresh(before.weighable, after.weighable)
     if not fresh and not (desk.interactive and desk.kernels.ready):
         return
-    from engine.blame import account
+    from engine.acceptance import account
 
     desk.kernels.wait(desk.terminal)
     old = None if before.weighable is None else desk.weighing(before.weighable)

@@ -96,7 +96,7 @@ def monte_carlo(
     enough: int | None = None,
 ) -> Probability:
     """Plain Monte Carlo with at most `samples` draws, fewer where `enough` of them gave valid runs."""
-    from engine.genomes import draw_genomes
+    from engine.sampling import draw_genomes
 
     count, driven = Count(), _Driven()
     for start in range(0, samples, BLOCK):

@@ -141,7 +141,7 @@ def _designs(space: ParamSpace, rows: int, seed: int) -> tuple[Floats, Ints]:
 
 
 def _run(space: ParamSpace, evaluate: Evaluate, uniforms: Floats, keys: Ints) -> Assessment:
-    from engine.genomes import from_uniforms
+    from engine.sampling import from_uniforms
     from engine.search.assessment import concatenate
 
     genomes = from_uniforms(space, np.clip(uniforms, 0.0, np.nextafter(1.0, 0.0)))

@@ -121,7 +121,7 @@ def subset_simulation(
     Raises:
         ValueError: fewer than 100 runs a repetition.
     """
-    from engine.genomes import from_uniforms
+    from engine.sampling import from_uniforms
 
     size = samples // REPETITIONS
     if size < 100:

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from engine import archive
 from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
+from engine.program import ArchiveError, load_program
 from engine.search.evaluations import Evaluations
 from engine.search.searchers import method_of
 from engine.search.store import StoreError, store_errors
@@ -56,7 +56,7 @@ def read_study(folder: Path) -> Study:
             manifest = {field: json.loads(value) for field, value in connection.execute("SELECT * FROM manifest")}
             plan = _plan(folder, connection, manifest)
             records = _records(connection)
-        except (ValueError, KeyError, TypeError, IndexError, AttributeError, archive.ArchiveError) as error:
+        except (ValueError, KeyError, TypeError, IndexError, AttributeError, ArchiveError) as error:
             raise _damaged(folder, str(error)) from error
     ordered = tuple(records[address] for address in plan.addresses() if address in records)
     return Study(folder, plan, ordered, manifest, tuple(_edited(plan)))
@@ -105,7 +105,7 @@ def _plan(folder: Path, connection: sqlite3.Connection, manifest: dict[str, Any]
 
 
 def _subject(folder: Path, number: int, name: str, file: str, manifest: str, digest: str) -> Subject:
-    program = archive.load(program_file(folder, number))
+    program = load_program(program_file(folder, number))
     if program.digest != digest:
         raise ValueError(f"{program_file(folder, number)} is not the program that the study is about")
     parts = json.loads(manifest)["settings"]

@@ -20,7 +20,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from engine import archive
+from engine.program import save_program
 from engine.search.journal import finite
 from engine.search.store import insist_on, store_errors
 from engine.study.plan import Plan, Subject
@@ -125,7 +125,7 @@ def _document(plan: Plan) -> dict[str, Any]:
 def _save_programs(folder: Path, plan: Plan) -> None:
     (folder / PROGRAMS).mkdir(exist_ok=True)
     for number, subject in enumerate(plan.subjects):
-        archive.save(subject.program, program_file(folder, number))
+        save_program(subject.program, program_file(folder, number))
 
 
 def program_file(folder: Path, number: int) -> Path:

@@ -23,8 +23,8 @@ from cortex_dsl.syntax.limits import MAX_BYTES, MAX_DEPTH, MAX_ERRORS
 from cortex_dsl.syntax.units import UNITS
 from cortex_dsl.syntax.words import RESERVED
 from engine.config import SimulationConfig
-from engine.road.errors import MAX_INTERSECTIONS
-from engine.runs import MAX_SAMPLES
+from engine.host import MAX_SAMPLES
+from engine.road.specification import MAX_INTERSECTIONS
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, EndReason, Verdict
 

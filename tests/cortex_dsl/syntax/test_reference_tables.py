@@ -23,7 +23,7 @@ from cortex_dsl.semantics.things.classes import FLAGS, IGNORED, PROPERTIES, Prop
 from cortex_dsl.syntax import later
 from engine.config import SimulationConfig
 from engine.program import RoadSpec
-from engine.road.errors import LENGTHS, MAX_INTERSECTIONS, MAX_LANES
+from engine.road.specification import LENGTHS, MAX_INTERSECTIONS, MAX_LANES
 
 PAGE = Path(__file__).parents[3] / "grammar" / "REFERENCE.md"
 TABLE = re.compile(r"<!-- table: (?P<name>\w+) -->\n(?P<rows>.*?)<!-- end -->", re.DOTALL)

@@ -1,7 +1,7 @@
 """The world host: one scene after another. The shared kernels drive, pymunk carries and decides what follows contact.
 
 `simulate` scores, so each scene ends at first contact; `run` goes on through it and tells the whole story. Metrics are
-those of the poses that pymunk carried, by the one definition of `engine.kernels.measure`.
+those of the poses that pymunk carried, by the one definition of `engine.kernels.pair`.
 """
 
 import math
@@ -11,18 +11,17 @@ import numpy as np
 import pymunk
 
 from engine.config import Config
+from engine.host import empty_results, memory, outcomes, outlines, plan, requested, samples_of
 from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import Requested, Results, measure_run, note_end
 from engine.kernels.stage import Plan, Run, Status
+from engine.metrics import Recorded, recorded
 from engine.program import Program
-from engine.records import Recorded, recorded
-from engine.runs import empty_results, memory, outcomes, outlines, plan, requested, samples_of
 from engine.scenes import Outcomes, Scenes, Trajectory
 from engine.tables import Floats
 from engine.vocabulary import EndReason, Verdict
 from engine.world.aftermath import follow_contact
-from engine.world.bodies import carrier, new_space, physiques
-from engine.world.carry import carry
+from engine.world.bodies import carrier, carry, new_space, physiques
 from engine.world.events import Event, timeline
 from engine.world.impacts import Impact
 

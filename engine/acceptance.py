@@ -14,10 +14,9 @@ from itertools import pairwise
 import numpy as np
 
 from engine.feasibility import conflicts
-from engine.genomes import draw_genomes
-from engine.kernels.weighing import Weighed, weigh_rows
+from engine.kernels.attempts import Weighed, weigh_rows
 from engine.program import Program
-from engine.sampling import recipe_of, request_of, scratch_of
+from engine.sampling import draw_genomes, recipe_of, request_of, scratch_of
 from engine.streams import key_rows
 from engine.tables import Floats, Ints
 from engine.vocabulary import Method

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.kernels.contact import search_contact
-from engine.kernels.geometry import Box, first_contact
+from engine.kernels.approach import first_contact, search_contact
+from engine.kernels.geometry import Box
 from engine.vocabulary import State
 
 

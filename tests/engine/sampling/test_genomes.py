@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from engine.genomes import draw_genomes, uniform_genomes
 from engine.program import ParamSpace
+from engine.sampling import draw_genomes, uniform_genomes
 from engine.streams import key_rows
 from engine.vocabulary import Distribution, GeneKind, Method
 

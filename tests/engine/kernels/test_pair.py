@@ -9,7 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from engine.kernels.geometry import Box, box_distance
-from engine.kernels.measure import NOISE_FLOOR, PairMetrics, measure_pair
+from engine.kernels.pair import NOISE_FLOOR, PairMetrics, measure_pair
 from engine.tables import Floats
 from engine.vocabulary import Side, State
 

@@ -17,8 +17,8 @@ Two who are never in the scene together have an infinite MD, at no time, and an 
 import math
 from typing import NamedTuple
 
-from engine.kernels.closest import closest_in_step
-from engine.kernels.geometry import Box, box_distance, centers_apart, half_diagonal, shortest_turn
+from engine.kernels.approach import centers_apart, closest_in_step
+from engine.kernels.geometry import Box, box_distance, half_diagonal, shortest_turn
 from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
 from engine.tables import Floats

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cortex_dsl.session import compile_text, load
-from engine.blame import account, blames, relaxations, smallest_conflict, weigh
+from engine.acceptance import account, blames, relaxations, smallest_conflict, weigh
 from engine.config import SimulationConfig
 from engine.program import Program
 from engine.sampling import sample

@@ -8,9 +8,7 @@ import pytest
 
 from cortex_dsl.session import compile_text, load
 from engine import batch
-from engine.archive import ArchiveError, save
-from engine.archive import load as load_program
-from engine.program import Program
+from engine.program import ArchiveError, Program, load_program, save_program
 from engine.sampling import draw_genomes, sample
 from engine.streams import key_rows
 from engine.vocabulary import Method
@@ -25,7 +23,7 @@ def program() -> Program:
 
 def test_a_program_survives_the_disk(program: Program, tmp_path: Path) -> None:
     """Every field comes back with its type."""
-    save(program, tmp_path / "program.npz")
+    save_program(program, tmp_path / "program.npz")
     again = load_program(tmp_path / "program.npz")
     for field in fields(Program):
         one, other = getattr(program, field.name), getattr(again, field.name)
@@ -45,7 +43,7 @@ def test_a_program_survives_the_disk(program: Program, tmp_path: Path) -> None:
 
 def test_a_loaded_program_runs_without_the_language(program: Program, tmp_path: Path) -> None:
     """Sampling and simulation need nothing but the archive."""
-    save(program, tmp_path / "program.npz")
+    save_program(program, tmp_path / "program.npz")
     keys = key_rows(7, Method.SAMPLE, 0, 0, range(30))
     runs = []
     for each in (program, load_program(tmp_path / "program.npz")):
@@ -76,6 +74,6 @@ def test_foreign_files_are_refused(content: bytes, tmp_path: Path) -> None:
 def test_a_damaged_program_is_refused(program: Program, tmp_path: Path) -> None:
     """The digest must fit the arrays."""
     code = program.code._replace(literals=program.code.literals + 1.0)
-    save(replace(program, code=code), tmp_path / "program.npz")
+    save_program(replace(program, code=code), tmp_path / "program.npz")
     with pytest.raises(ArchiveError, match="damaged"):
         load_program(tmp_path / "program.npz")
