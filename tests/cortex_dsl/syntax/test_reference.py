@@ -18,10 +18,9 @@ from cortex_dsl.semantics.statements import SETTINGS
 from cortex_dsl.semantics.things.classes import CLASSES, all_properties
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
-from cortex_dsl.syntax.keywords import KEYWORDS, Keyword
-from cortex_dsl.syntax.limits import MAX_BYTES, MAX_DEPTH, MAX_ERRORS
-from cortex_dsl.syntax.units import UNITS
-from cortex_dsl.syntax.words import RESERVED
+from cortex_dsl.syntax.errors import MAX_BYTES, MAX_DEPTH, MAX_ERRORS
+from cortex_dsl.syntax.literals import UNITS
+from cortex_dsl.syntax.words import KEYWORDS, RESERVED, Keyword
 from engine.config import SimulationConfig
 from engine.road.errors import MAX_INTERSECTIONS
 from engine.runs import MAX_SAMPLES
