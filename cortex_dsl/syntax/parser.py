@@ -4,13 +4,13 @@ import sys
 import threading
 from functools import cache
 from hashlib import sha256
-from importlib.resources import files
 
 from lark import Lark, Token, Tree
 from lark import __version__ as lark_version
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
 from cortex_dsl.diagnostics import Diagnostic
+from cortex_dsl.resources import resource
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.layout import Indenter, Layout, lay_out
 from cortex_dsl.syntax.limits import MAX_ERRORS
@@ -76,7 +76,7 @@ def _offset(error: UnexpectedInput, end: int) -> int:
 @cache
 def _parser() -> tuple[Lark, Indenter]:
     """The parser and its post-lexer, from the cache of an earlier run if there is one."""
-    grammar = (files("grammar") / "cortex.lark").read_text(encoding="utf-8")
+    grammar = resource("grammar/cortex.lark").read_text(encoding="utf-8")
     indenter = Indenter()
     key = sha256("\0".join((grammar, lark_version, sys.version)).encode()).hexdigest()[:24]
     lark = Lark(
