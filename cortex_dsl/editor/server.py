@@ -172,7 +172,7 @@ async def renamed(ls: ScenarioServer, params: types.RenameParams) -> types.Works
     try:
         spans = rename(await file.settled(), offset, params.new_name)
     except CannotRenameError as error:
-        raise JsonRpcInvalidParams(str(error)) from None
+        raise JsonRpcInvalidParams(error.message) from None
     positions = file.positions(ls.encoding)
     edits = [types.TextEdit(messages.span_range(positions, span), params.new_name) for span in spans]
     return types.WorkspaceEdit(changes={file.uri: edits})

@@ -12,6 +12,7 @@ from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import errors, nodes
 from cortex_dsl.syntax.errors import MAX_DEPTH
 from cortex_dsl.syntax.literals import SPOKEN_UNITS, UNIT_WORDS, EscapeError, string_value, unit_list
+from engine.errors import Signal
 
 Branch: TypeAlias = Tree[Token]
 Child: TypeAlias = Tree[Token] | Token | None
@@ -43,7 +44,7 @@ def _holds_formulas(tree: Branch) -> bool:
     return negation or tree.data in _TEMPORAL or tree.data in ("and_", "or_")
 
 
-class NestingError(Exception):
+class NestingError(Signal):
     """Nesting went over its limit; the diagnostic is already there."""
 
 

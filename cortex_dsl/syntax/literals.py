@@ -4,11 +4,13 @@ import re
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from engine.errors import Signal
+
 _ESCAPES = {"n": "\n", "t": "\t", "r": "\r", "\\": "\\", "'": "'", '"': '"', "0": "\0", "\n": ""}
 _ESCAPE = re.compile(r"\\(?:x([0-9a-fA-F]{2})|u([0-9a-fA-F]{4})|U([0-9a-fA-F]{8})|([\s\S]))")
 
 
-class EscapeError(ValueError):
+class EscapeError(Signal):
     """A backslash in a string that begins no escape; `offset` is where, from the start of the literal."""
 
     def __init__(self, text: str, offset: int) -> None:

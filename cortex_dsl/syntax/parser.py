@@ -4,7 +4,6 @@ import sys
 import threading
 from functools import cache
 from hashlib import sha256
-from importlib.resources import files
 
 from lark import Lark, Token, Tree
 from lark import __version__ as lark_version
@@ -13,6 +12,7 @@ from lark.lexer import LexerState
 from lark.parsers.lalr_interactive_parser import InteractiveParser
 
 from cortex_dsl.diagnostics import Diagnostic
+from cortex_dsl.resources import resource
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.errors import MAX_ERRORS
 from cortex_dsl.syntax.explain.table import explain
@@ -161,7 +161,7 @@ def _offset(error: UnexpectedInput, end: int) -> int:
 @cache
 def _parser() -> tuple[Lark, Indenter]:
     """The parser and its post-lexer, from the cache of an earlier run if there is one."""
-    grammar = (files("grammar") / "cortex.lark").read_text(encoding="utf-8")
+    grammar = resource("grammar/cortex.lark").read_text(encoding="utf-8")
     indenter = Indenter()
     key = sha256("\0".join((grammar, lark_version, sys.version)).encode()).hexdigest()[:24]
     lark = Lark(

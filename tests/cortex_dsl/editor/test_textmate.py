@@ -19,7 +19,7 @@ from cortex_dsl.syntax.words import KEYWORDS
 from cortex_dsl.version import VERSION
 
 ROOT = Path(__file__).parents[3]
-EDITORS = ROOT / "grammar" / "editors"
+EDITORS = ROOT / "editors"
 EXAMPLES = sorted((ROOT / "examples").glob("*.scn"))
 COLOURS = {
     "comment": Comment.Single,

@@ -12,8 +12,8 @@ from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes, parse, unparse
 from cortex_dsl.syntax.formatting import format_source
 from cortex_dsl.syntax.parser import read_tokens
-from cortex_dsl.syntax.scanning import pieces
 from cortex_dsl.syntax.pieces import tidy
+from cortex_dsl.syntax.scanning import pieces
 
 GOLDEN = Path(__file__).parent / "golden"
 FORMATTED = Path(__file__).parent / "formatted"

@@ -25,7 +25,7 @@ from engine.config import SimulationConfig
 from engine.program import RoadSpec
 from engine.road.errors import LENGTHS, MAX_INTERSECTIONS, MAX_LANES
 
-PAGE = Path(__file__).parents[3] / "grammar" / "REFERENCE.md"
+PAGE = Path(__file__).parents[3] / "docs" / "reference" / "language.md"
 TABLE = re.compile(r"<!-- table: (?P<name>\w+) -->\n(?P<rows>.*?)<!-- end -->", re.DOTALL)
 INFINITY = float("inf")
 Rows = Iterable[tuple[str, ...]]
