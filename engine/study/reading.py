@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
+from engine.errors import CortexError
 from engine.program import ArchiveError, load_program
 from engine.search.evaluations import Evaluations
 from engine.search.searchers import method_of
@@ -57,7 +58,7 @@ def read_study(folder: Path) -> Study:
             plan = _plan(folder, connection, manifest)
             records = _records(connection)
         except (ValueError, KeyError, TypeError, IndexError, AttributeError, ArchiveError) as error:
-            raise _damaged(folder, str(error)) from error
+            raise _damaged(folder, error.message if isinstance(error, CortexError) else str(error)) from error
     ordered = tuple(records[address] for address in plan.addresses() if address in records)
     return Study(folder, plan, ordered, manifest, tuple(_edited(plan)))
 
