@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from cortex_dsl.catalogue import find
-from cortex_dsl.cli.commands import SUBCOMMANDS
+from cortex_dsl.cli.command_table import SUBCOMMANDS
 from cortex_dsl.cli.parser import build_parser
 
 ROOT = Path(__file__).parents[1]

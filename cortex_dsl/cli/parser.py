@@ -10,7 +10,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
 
-from cortex_dsl.cli.arguments import (
+from cortex_dsl.cli.command_table import refuse_guesses
+from cortex_dsl.console.argument_types import (
     GENERATION_LIMIT,
     SEED_LIMIT,
     aggregate,
@@ -20,9 +21,8 @@ from cortex_dsl.cli.arguments import (
     share,
     whole_number,
 )
-from cortex_dsl.cli.exits import UsageError
-from cortex_dsl.cli.guesses import refuse_guesses
-from cortex_dsl.cli.request import Mode, Request
+from cortex_dsl.console.compiling import Mode, Request
+from cortex_dsl.console.terminal import UsageError
 from cortex_dsl.spelling import nearest
 
 DESCRIPTION = """\
@@ -69,7 +69,7 @@ class Parser(argparse.ArgumentParser):
         """The options, unless they are those of another tool."""
         given = list(sys.argv[1:] if args is None else args)
         if self.prog == "cortexc":
-            from cortex_dsl.cli.commands import SUBCOMMANDS
+            from cortex_dsl.cli.command_table import SUBCOMMANDS
 
             refuse_guesses(given, SUBCOMMANDS)
         return super().parse_args(given, namespace)
@@ -103,7 +103,7 @@ def build_parser() -> Parser:
 
 def _subcommands() -> str:
     """A line for each command that is called by its name."""
-    from cortex_dsl.cli.commands import SUBCOMMANDS
+    from cortex_dsl.cli.command_table import SUBCOMMANDS
 
     calls = {name: f"{name} {command.arguments}".rstrip() for name, command in SUBCOMMANDS.items()}
     return "".join(f"\n  cortexc {calls[name]:<16} {SUBCOMMANDS[name].summary}" for name in calls)
@@ -260,7 +260,7 @@ def _methods(options: argparse.Namespace) -> tuple[str, ...]:
     flags = [method for method in ("ga", "random") if getattr(options, method)]
     if options.method is None:
         return tuple(flags)
-    named = import_module("cortex_dsl.cli.methods").named(options.method)  # names mean nothing to a file that is read
+    named = import_module("cortex_dsl.cli.search").named(options.method)  # names mean nothing to a file that is read
     return tuple(dict.fromkeys((*flags, *named)))
 
 

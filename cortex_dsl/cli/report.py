@@ -6,12 +6,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.arguments import whole_number
 from cortex_dsl.cli.common_options import add_common, add_run, command_parser
-from cortex_dsl.cli.exits import Exit, UsageError
-from cortex_dsl.cli.files import reason
 from cortex_dsl.cli.parser import Parser
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.argument_types import whole_number
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.console.user_files import reason
 from engine.search.store import example_run
 
 if TYPE_CHECKING:
@@ -35,7 +34,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
         raise UsageError("which run? name its folder", f"cortexc report {example_run()}")
     if _is_study(options.run):
         return _study(options, terminal)
-    from cortex_dsl.cli.journals import told_run
+    from cortex_dsl.cli.search_output import told_run
 
     run = told_run(options.run, terminal)
     path = options.out or run.folder / PAGE
@@ -110,7 +109,7 @@ def write(path: Path, content: str | bytes) -> None:
 
 
 def _page(run: "OpenedRun", cases: int) -> str:
-    from cortex_dsl.cli.hunting import usage_errors
+    from cortex_dsl.cli.search_output import usage_errors
     from cortex_dsl.page.run_page import run_page
 
     with usage_errors():

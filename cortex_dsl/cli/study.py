@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.exits import Exit, UsageError
 from cortex_dsl.cli.study_options import parse, study_plan
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 
 if TYPE_CHECKING:
     from engine.search.workers import Workers
@@ -51,7 +50,7 @@ def study_workers(options: argparse.Namespace) -> "Workers":
 @contextmanager
 def _usage_errors() -> Iterator[None]:
     """What the store or the workers say, as a slip that the user can mend."""
-    from cortex_dsl.cli.hunting import usage_errors
+    from cortex_dsl.cli.search_output import usage_errors
 
     with usage_errors():
         yield
@@ -147,7 +146,7 @@ def tell(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool 
 
 def _compile_kernels(plan: "Plan", terminal: Terminal) -> None:
     """Compile now what every worker will need, so that they do not all do it."""
-    from cortex_dsl.cli.simulation import announce_compilation
+    from cortex_dsl.console.simulating import announce_compilation
 
     if announce_compilation(terminal):
         from dataclasses import replace

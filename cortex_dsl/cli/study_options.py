@@ -6,13 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import cortex_dsl
-from cortex_dsl.cli.arguments import GENERATION_LIMIT, SEED_LIMIT, aggregate, whole_number
 from cortex_dsl.cli.common_options import add_common, add_dask, add_jobs, command_parser
-from cortex_dsl.cli.compiling import compile_request
-from cortex_dsl.cli.exits import Exit, UsageError
 from cortex_dsl.cli.parser import Parser
-from cortex_dsl.cli.request import Mode, Request
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.argument_types import GENERATION_LIMIT, SEED_LIMIT, aggregate, whole_number
+from cortex_dsl.console.compiling import Mode, Request, compile_request
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
@@ -189,7 +187,7 @@ def _subject(request: Request, name: str, terminal: Terminal) -> "Subject | Exit
         return compiled
     if not len(compiled.program.space):
         raise UsageError(f"`{request.file}` has no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
-    from cortex_dsl.cli.simulation import open_scenario
+    from cortex_dsl.console.simulating import open_scenario
     from cortex_dsl.runs import origin_of
     from engine.study.plan import Subject
 

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 
-from cortex_dsl.cli.exits import UsageError
-from cortex_dsl.repl.desk import Desk
-from cortex_dsl.repl.reading import BARE_COMMANDS
+from cortex_dsl.console.terminal import UsageError
+from cortex_dsl.repl.chunks import BARE_COMMANDS
+from cortex_dsl.repl.state import Desk
 from cortex_dsl.spelling import nearest
 
 

@@ -4,7 +4,7 @@ import io
 
 import pytest
 
-from cortex_dsl.repl.reading import ChunkReader, Open, is_whole, openness
+from cortex_dsl.repl.chunks import ChunkReader, Open, is_whole, openness
 
 
 @pytest.mark.parametrize(

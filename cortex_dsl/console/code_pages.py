@@ -4,9 +4,8 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.exits import Exit, UsageError
 from cortex_dsl.cli.parser import Parser
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -14,6 +13,7 @@ if TYPE_CHECKING:
     from cortex_dsl.catalogue import Entry
     from cortex_dsl.diagnostics import Diagnostic, Page
     from cortex_dsl.source import Source
+
 
 SHOWN_LINES = 20
 """Lines of an example that are shown at most."""

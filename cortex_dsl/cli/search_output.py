@@ -5,24 +5,26 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from math import nan
+from pathlib import Path
 
-from cortex_dsl.cli.compiling import show
-from cortex_dsl.cli.exits import Exit, UsageError
-from cortex_dsl.cli.failed_runs import mistake_of
-from cortex_dsl.cli.request import Request
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.compiling import Request, show
+from cortex_dsl.console.scenario_mistakes import mistake_of
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.hunting import Found, OnRemoved
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.progress import SearchProgress
 from cortex_dsl.report.search_report import SearchReport
 from cortex_dsl.report.search_view import comparison_view, failures_line, search_view
+from cortex_dsl.runs import OpenedRun, check_journal, open_run
 from cortex_dsl.session import Scenario
 from engine.program import Program
-from engine.search.campaign import Campaign, OnGeneration, Progress
+from engine.search.campaign import Campaign, ForeignPast, OnGeneration, Progress
 from engine.search.exports import summary
 from engine.search.journal_reader import Record
+from engine.search.manifest import changed_versions
 from engine.search.methods.extras import MissingExtra
 from engine.search.plugins import PluginError
+from engine.search.searchers import UnknownMethod
 from engine.search.store import StoreError
 from engine.search.workers import Workers, WorkersLost, workers_for
 
@@ -136,3 +138,40 @@ def _exit_code(campaigns: Sequence[Campaign]) -> Exit:
     if not any(campaign.by_individual.valid for campaign in campaigns):
         return Exit.NO_SCENE
     return Exit.FINE
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Runs that `report` and `analyse` tell about: opened, and held against the searcher that their journals name.
+
+
+def told_run(folder: Path, terminal: Terminal) -> OpenedRun:
+    """A run with a finished generation, whose individuals are those that its method proposes.
+
+    What the simulations came to is not simulated again: a changed result shows only where it changes what the method
+    proposed next, or the figures of its generation.
+
+    Raises:
+        UsageError: there is no readable run, or its journal does not follow from its own beginning.
+    """
+    with usage_errors():
+        run = open_run(folder)
+    if not len(run.record.evaluations):
+        raise UsageError(f"`{folder}` has no finished generation", "`cortexc resume` goes on with it")
+    try:
+        check_journal(run)
+    except ForeignPast as error:
+        _foreign(run, error, terminal)
+    except (MissingExtra, PluginError, UnknownMethod):
+        method = run.record.manifest.method
+        terminal.err.print(f"not checked: the searcher {method} of this journal is not installed here", style="quiet")
+    return run
+
+
+def _foreign(run: OpenedRun, error: ForeignPast, terminal: Terminal) -> None:
+    """Other versions may well search otherwise; the same ones do not, unless a searcher never repeats itself."""
+    what = f"generation {error.generation} in the journal of `{run.folder}` is not what {run.record.manifest.method} "
+    what += "proposes after the ones before it"
+    if changed := changed_versions(run.record.manifest):
+        terminal.err.print(f"{what}; it was started with {', '.join(changed)}", style="warn")
+        return
+    raise UsageError(what, "rows were changed since they were written: restore the file from a copy, or search again")

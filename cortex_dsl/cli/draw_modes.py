@@ -1,19 +1,18 @@
-"""`cortexc FILE --sample N`: draw scenes without running them, and count."""
+"""What draws scenes of a file: `cortexc FILE` runs one and tells what happened, `--sample N` counts them."""
 
+import shlex
 import time
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cortex_dsl.cli.compiling import compile_request, show
-from cortex_dsl.cli.exits import Exit
-from cortex_dsl.cli.request import Request
-from cortex_dsl.cli.run import tell_misplaced
-from cortex_dsl.cli.simulation import announce_compilation, open_scenario
-from cortex_dsl.cli.terminal import Terminal
-from cortex_dsl.cli.undefined import undefined_value
+from cortex_dsl.cli.parser import build_parser, to_request
+from cortex_dsl.console.compiling import Request, compile_request, show
+from cortex_dsl.console.scenario_mistakes import undefined_value
+from cortex_dsl.console.simulating import announce_compilation, open_scenario, perform, tell_misplaced
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.blame_view import blame_content
@@ -32,11 +31,57 @@ from engine.vocabulary import Method, Verdict
 if TYPE_CHECKING:
     from engine.blame import Account
 
+
+def run_once(request: Request, terminal: Terminal) -> int:
+    compiled = compile_request(request, terminal)
+    if isinstance(compiled, Exit):
+        return compiled
+    scenario = open_scenario(request, compiled)
+    announce_compilation(terminal)
+    return perform(request, scenario, terminal)
+
+
+# -- The one scene of a file for commands beside `cortexc FILE` that show it otherwise: drawn as that draws it ---------
+
+
+@dataclass(frozen=True)
+class DrawnScene:
+    """A valid scene, row 0, and what it was drawn from."""
+
+    request: Request
+    scenario: "Scenario"
+    scenes: "Scenes"
+
+
+def drawn_scene(words: Sequence[str], terminal: Terminal) -> DrawnScene | Exit:
+    """The scene of `cortexc WORDS…`; the exit code where the file has errors, which are shown.
+
+    Raises:
+        UsageError: no scene meets the requirements.
+    """
+    from cortex_dsl.console.simulating import draw, open_scenario
+
+    request = to_request(build_parser().parse_args(words), words)
+    compiled = compile_request(request, terminal)
+    if isinstance(compiled, Exit):
+        return compiled
+    scenario = open_scenario(request, compiled)
+    scenes, tally = draw(scenario, request)
+    if not scenes.valid[0]:
+        raise UsageError(
+            f"no scene of `{request.file}` meets its requirements, after {tally.attempts:,} attempts",
+            f"`{shlex.join(['cortexc', *words])}` says which of them is to blame",
+        )
+    return DrawnScene(request, scenario, scenes)
+
+
+# -- `cortexc FILE --sample N`: draw scenes without running them, and count --------------------------------------------
+
 CHUNK = 20_000
 """Scenes drawn at once: only their counts are kept, so any number fits in memory."""
 
 
-def execute(request: Request, terminal: Terminal) -> int:
+def sample_scenes(request: Request, terminal: Terminal) -> int:
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled

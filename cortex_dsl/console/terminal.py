@@ -1,13 +1,22 @@
 """Where output goes: stdout for results, stderr for everything about them; plain where nobody watches."""
 
 import os
+import platform
 import sys
+import tempfile
+import traceback
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from datetime import datetime
+from enum import IntEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, TextIO
 
+from cortex_dsl.version import VERSION
+
 if TYPE_CHECKING:
     from rich.console import Console
+
 
 WIDEST = 100
 """Columns that a view uses at most: longer lines are hard to read."""
@@ -68,3 +77,58 @@ def _console(stream: TextIO, colour: bool | None) -> "Console":
 
 def _wants_colour(stream: TextIO) -> bool:
     return stream.isatty() and "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
+
+
+# -- How a command ends: its exit codes, and the exception that means the user's own slip ------------------------------
+
+
+class Exit(IntEnum):
+    """Exit codes of every command."""
+
+    FINE = 0
+    DIAGNOSTICS = 1
+    """The file has errors."""
+    USAGE = 2
+    """A wrong command line, or a path that cannot be read or written."""
+    NO_SCENE = 3
+    """Infeasible, exhausted, or a single run that was aborted."""
+    BUG = 70
+    """Ours. `EX_SOFTWARE` of sysexits.h."""
+    INTERRUPTED = 130
+    """Ctrl-C: 128 + SIGINT."""
+
+
+class UsageError(Exception):
+    """The command cannot go on, and the user can mend it: what is wrong, and how to cure it."""
+
+    def __init__(self, message: str, cure: str = "") -> None:
+        self.message = message
+        self.cure = cure
+        super().__init__(message)
+
+
+# -- What the user sees of a bug of ours: one line, and a file to send -------------------------------------------------
+
+
+def report_bug(error: Exception, arguments: Sequence[str], terminal: Terminal) -> None:
+    """Write the details to a file and say where it is; without a file, say them shortly."""
+    summary = f"{type(error).__name__}: {error}".splitlines()[0][:200]
+    details = _details(error, arguments)
+    try:
+        with tempfile.NamedTemporaryFile("w", prefix="cortexc-bug-", suffix=".txt", delete=False) as file:
+            file.write(details)
+        cure = f"please report it with the details in {file.name}"
+    except OSError:
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        cure = f"please report it: version {VERSION}, {where.name} in line {where.lineno} of {where.filename}"
+    terminal.complain(f"a bug in cortexc, not in your file: {summary}", cure)
+
+
+def _details(error: Exception, arguments: Sequence[str]) -> str:
+    head = (
+        f"cortexc {VERSION}",
+        f"time: {datetime.now().astimezone().isoformat(timespec='seconds')}",
+        f"command: cortexc {' '.join(arguments)}",
+        f"Python {sys.version} on {platform.platform()}",
+    )
+    return "\n".join((*head, "", *traceback.format_exception(error)))

@@ -1,9 +1,12 @@
 """When a chunk of typed lines is whole, and how chunks are read where there is no editing: a pipe, a dumb terminal."""
 
 import re
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
+
+from cortex_dsl.repl.state import Desk
 
 BARE_COMMANDS = ("help", "quit", "exit")
 """Commands that are understood without their colon."""
@@ -128,3 +131,44 @@ class ChunkReader:
 
 def _only_comments(lines: list[str]) -> bool:
     return all(not line.strip() or line.lstrip().startswith("#") for line in lines)
+
+
+# -- Input without editing: from a pipe, or from a terminal that can do nothing ----------------------------------------
+
+PROMPT, MORE = "scn> ", "...  "
+
+
+@dataclass
+class PlainInput:
+    """Chunks from standard input; prompts only where somebody sits there."""
+
+    desk: Desk
+
+    def __post_init__(self) -> None:
+        self._reader = ChunkReader(sys.stdin.readline, self._prompt, blank_ends=self.desk.interactive)
+
+    def read(self) -> str | None:
+        self._show_proposal()
+        try:
+            chunk = self._reader.read()
+        except KeyboardInterrupt:
+            self._say("\n")
+            raise
+        if chunk is None:
+            self._say("\n")
+        return chunk
+
+    def _show_proposal(self) -> None:
+        """There is no putting of text into a line here: it is shown, and the next chunk replaces it."""
+        proposal, self.desk.proposal = self.desk.proposal, ""
+        if proposal and self.desk.interactive:
+            self.desk.terminal.out.print(proposal, soft_wrap=True)
+            self.desk.terminal.out.print("what you enter next replaces it", style="quiet")
+
+    def _prompt(self, more: bool) -> None:
+        self._say(MORE if more else PROMPT)
+
+    def _say(self, text: str) -> None:
+        if self.desk.interactive:
+            sys.stdout.write(text)
+        sys.stdout.flush()

@@ -4,11 +4,10 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
-from cortex_dsl.cli.arguments import assignment
-from cortex_dsl.cli.exits import UsageError
+from cortex_dsl.console.argument_types import assignment
+from cortex_dsl.console.terminal import UsageError
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.repl.checking import check, new_errors
-from cortex_dsl.repl.desk import LIKE, Desk
+from cortex_dsl.repl.state import LIKE, Desk, check, new_errors
 from cortex_dsl.report import diagnostics as report
 from cortex_dsl.report.layout import columns, left
 from cortex_dsl.report.numbers import counted
@@ -38,7 +37,7 @@ def do_help(desk: Desk, argument: str) -> None:
 
 
 def do_explain(desk: Desk, argument: str) -> None:
-    from cortex_dsl.cli.explain import main
+    from cortex_dsl.console.code_pages import main
 
     main([argument] if argument else [], desk.terminal)
 
@@ -126,7 +125,7 @@ def known(desk: Desk) -> list[str]:
 
 
 def do_seed(desk: Desk, argument: str) -> None:
-    from cortex_dsl.repl.running import seed_of
+    from cortex_dsl.repl.commands_scenes import seed_of
 
     if argument:
         desk.seed = seed_of(argument, desk.seed)
@@ -157,7 +156,7 @@ def do_set(desk: Desk, argument: str) -> None:
 
 
 def _hold(desk: Desk, overrides: dict[str, str]) -> None:
-    from cortex_dsl.repl.weighing import tell_change
+    from cortex_dsl.repl.entering import tell_change
 
     before = desk.checked
     checked = check(desk.draft, desk.name, overrides)
