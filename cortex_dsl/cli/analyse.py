@@ -9,8 +9,8 @@ from pathlib import Path
 from cortex_dsl.cli.common_options import add_common, add_jobs, add_run, command_parser
 from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.search_output import told_run, usage_errors
-from cortex_dsl.console.argument_types import SEED_LIMIT, assignment, whole_number
-from cortex_dsl.console.compiling import Mode, Request, compile_request
+from cortex_dsl.console.compiling import compile_request
+from cortex_dsl.console.request import SEED_LIMIT, Mode, Request, assignment, whole_number
 from cortex_dsl.console.simulating import compile_kernels, open_scenario
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.report.analysis_view import analysis_view, condition_text

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
 from types import MappingProxyType
 
-from cortex_dsl.console.compiling import Mode, Request
+from cortex_dsl.console.request import Mode, Request
 from cortex_dsl.console.terminal import Terminal, UsageError
 from cortex_dsl.spelling import nearest
 from engine.frozen import frozen
@@ -44,12 +44,22 @@ SUBCOMMANDS: dict[str, Subcommand] = {
     "study": Subcommand("cortex_dsl.cli.study:main", "many runs of several methods, compared run by run", "[FILES]"),
     "resume": Subcommand("cortex_dsl.cli.search:resume", "go on with a search that was stopped or killed", "RUN"),
     "report": Subcommand("cortex_dsl.cli.report:main", "a run or a study as a page, its worst cases to watch", "RUN"),
-    "analyse": Subcommand("cortex_dsl.cli.analyse:analyse_run", "different failures, their kinds, and whose fault", "RUN"),
-    "probability": Subcommand("cortex_dsl.cli.analyse:probability", "of a collision, with its confidence interval", "FILE"),
-    "replay": Subcommand("cortex_dsl.cli.replay:main", "one case again: in the terminal, as a page, as a film", "RUN|FILE"),
+    "analyse": Subcommand(
+        "cortex_dsl.cli.analyse:analyse_run", "different failures, their kinds, and whose fault", "RUN"
+    ),
+    "probability": Subcommand(
+        "cortex_dsl.cli.analyse:probability", "of a collision, with its confidence interval", "FILE"
+    ),
+    "replay": Subcommand(
+        "cortex_dsl.cli.replay:main", "one case again: in the terminal, as a page, as a film", "RUN|FILE"
+    ),
     "export": Subcommand("cortex_dsl.cli.export:main", "cases for other tools: OpenSCENARIO, CommonRoad …", "RUN|FILE"),
-    "measure": Subcommand("cortex_dsl.cli.measure:measure_file", "metrics and risk of a recorded case, whoever drove", "FILE"),
-    "import": Subcommand("cortex_dsl.cli.measure:import_file", "an OpenSCENARIO case read back and scored", "FILE.xosc"),
+    "measure": Subcommand(
+        "cortex_dsl.cli.measure:measure_file", "metrics and risk of a recorded case, whoever drove", "FILE"
+    ),
+    "import": Subcommand(
+        "cortex_dsl.cli.measure:import_file", "an OpenSCENARIO case read back and scored", "FILE.xosc"
+    ),
     "paper-check": Subcommand("cortex_dsl.cli.paper_check:main", "the arithmetic of the CORTEX-AVD paper, done again"),
     "fmt": Subcommand("cortex_dsl.cli.fmt:main", "files in the one layout (--check, --diff)", "FILES"),
     "lsp": Subcommand("cortex_dsl.cli.lsp:main", "the language server, for editors to start"),

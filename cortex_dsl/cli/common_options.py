@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from cortex_dsl.cli.parser import Parser, cores
-from cortex_dsl.console.argument_types import whole_number
+from cortex_dsl.console.request import whole_number
 
 
 def command_parser(name: str, usage: str, description: str, epilog: str | None = None) -> Parser:

@@ -2,7 +2,8 @@
 
 from collections.abc import Callable
 
-from cortex_dsl.console.compiling import Request, compile_request, diagnostics_document, show
+from cortex_dsl.console.compiling import compile_request, diagnostics_document, show
+from cortex_dsl.console.request import Request
 from cortex_dsl.console.scenario_mistakes import misplaced, no_scene_at_all
 from cortex_dsl.console.terminal import Exit, Terminal
 from cortex_dsl.console.user_files import read_source

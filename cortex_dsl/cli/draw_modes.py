@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cortex_dsl.cli.parser import build_parser, to_request
-from cortex_dsl.console.compiling import Request, compile_request, show
+from cortex_dsl.console.compiling import compile_request, show
+from cortex_dsl.console.request import Request
 from cortex_dsl.console.scenario_mistakes import undefined_value
 from cortex_dsl.console.simulating import announce_compilation, open_scenario, perform, tell_misplaced
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
@@ -139,7 +140,7 @@ def _account(program: Program, request: Request) -> "Account":
 def _undefined(scenario: Scenario, scenes: Scenes) -> Diagnostic | None:
     """What to tell of the first scene that holds a number which does not exist; None if there is none."""
     errors = np.flatnonzero(scenes.verdict == Verdict.ERROR)
-    return undefined_value(scenario, scenes, int(errors[0])) if len(errors) else None
+    return undefined_value(scenario.compiled, scenes, int(errors[0])) if len(errors) else None
 
 
 def _chunks(program: Program, request: Request, config: SimulationConfig) -> Iterator[Scenes]:

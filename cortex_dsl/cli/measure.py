@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from cortex_dsl.cli.export import OSC_VERSIONS, as_word
 from cortex_dsl.cli.parser import Parser
-from cortex_dsl.console.argument_types import seconds
+from cortex_dsl.console.request import seconds
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import place_files, reason
 from cortex_dsl.exports.formats import FORMATS

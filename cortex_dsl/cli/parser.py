@@ -11,9 +11,11 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from cortex_dsl.cli.command_table import refuse_guesses
-from cortex_dsl.console.argument_types import (
+from cortex_dsl.console.request import (
     GENERATION_LIMIT,
     SEED_LIMIT,
+    Mode,
+    Request,
     aggregate,
     assignment,
     param_names,
@@ -21,7 +23,6 @@ from cortex_dsl.console.argument_types import (
     share,
     whole_number,
 )
-from cortex_dsl.console.compiling import Mode, Request
 from cortex_dsl.console.terminal import UsageError
 from cortex_dsl.spelling import nearest
 

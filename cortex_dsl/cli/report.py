@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from cortex_dsl.cli.common_options import add_common, add_run, command_parser
 from cortex_dsl.cli.parser import Parser
-from cortex_dsl.console.argument_types import whole_number
+from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import reason
 from engine.search.store import example_run

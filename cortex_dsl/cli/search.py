@@ -11,8 +11,8 @@ from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.search_output import asked_workers, removed, tell, usage_errors, watched
 from cortex_dsl.cli.study import resume as go_on_with_study
 from cortex_dsl.cli.study import study_workers
-from cortex_dsl.console.argument_types import GENERATION_LIMIT, whole_number
-from cortex_dsl.console.compiling import Mode, Request, compile_request
+from cortex_dsl.console.compiling import compile_request
+from cortex_dsl.console.request import GENERATION_LIMIT, Mode, Request, whole_number
 from cortex_dsl.console.simulating import compile_kernels, open_scenario
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.hunting import Found, go_on, hunt

@@ -7,8 +7,9 @@ from dataclasses import replace
 from math import nan
 from pathlib import Path
 
-from cortex_dsl.console.compiling import Request, show
-from cortex_dsl.console.scenario_mistakes import mistake_of
+from cortex_dsl.console.compiling import show
+from cortex_dsl.console.request import Request
+from cortex_dsl.console.simulating import mistake_of
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.hunting import Found, OnRemoved
 from cortex_dsl.report.json_documents import document

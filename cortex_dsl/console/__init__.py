@@ -1,1 +1,1 @@
-"""What the command line and the session share: the terminal, exits and slips, the user's files, compiling and running."""
+"""What the command line and the session share: where output goes, how a command ends, files, compiling and running."""

@@ -1,83 +1,21 @@
-"""From the request's file to a program, with everything the compiler has to say shown on the way."""
+"""From the request's file to a program: params held, and everything that the compiler has to say shown on the way."""
 
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
-from enum import Enum
-from pathlib import Path
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from cortex_dsl.console.request import Mode, Request
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import read_source
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
-from cortex_dsl.pipeline import compile_source
 from cortex_dsl.report import diagnostics as report
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import did_you_mean
-from engine.frozen import frozen
-from engine.program import ParamSpace
-from engine.vocabulary import GeneKind
 
 if TYPE_CHECKING:
     from cortex_dsl.pipeline import Compiled
-
-# -- What the user asked for: the command line, checked and typed ------------------------------------------------------
-
-
-class Mode(Enum):
-    """What `cortexc FILE` is to do with the file."""
-
-    RUN = "run"
-    SEARCH = "search"
-    SAMPLE = "sample"
-    CHECK = "check"
-    EMIT = "emit"
-
-
-@frozen
-class Request:
-    """One `cortexc FILE ...`. An option that was not given is None, so that the file may decide before the default."""
-
-    file: Path
-    mode: Mode
-    methods: tuple[str, ...] = ()
-    """Of a search: names of `engine.search.searchers`, each once."""
-    samples: int = 0
-    stage: str = ""
-    """Of `--emit`."""
-    overrides: Mapping[str, str] = field(default_factory=dict)
-    """The `-p NAME=VALUE` pairs; values are read by the rules of the language."""
-    freeze: tuple[str, ...] | None = None
-    """Params to hold fixed; (): those that the file calls the system's."""
-    scenario: str | None = None
-    """Which of several scenarios to run; None: the file's own choice."""
-    generations: int = 30
-    population: int = 100
-    seed: int | None = None
-    """None: what a concrete file pins, else 0."""
-    preset: str = "cortex"
-    engine: str | None = None
-    rollouts: int = 1
-    aggregate: str = "mean"
-    jobs: int = 1
-    dask: str | None = None
-    """Address of a scheduler, or `local`."""
-    out: Path | None = None
-    max_attempts: int | None = None
-    time_step: float | None = None
-    profile: str = "paper"
-    prune: bool = False
-    target: float | None = None
-    """Of `--sample`: the acceptance that a requirement is to be relaxed for."""
-    json: bool = False
-    colour: bool | None = None
-    """False: never; None: the terminal decides."""
-    diagnostics_format: str = "text"
-    command_line: tuple[str, ...] = ()
-    """As typed, without the program's name; kept in the manifest of a search."""
-
-
-# ----------------------------------------------------------------------------------------------------------------------
+    from engine.program import ParamSpace
 
 MOST_CODES = 5
 """Further codes that a listing names at its end."""
@@ -172,8 +110,7 @@ def _property(text: str) -> str:
     return _data(text).replace(":", "%3A").replace(",", "%2C")
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# `--freeze`: the params of the system under test are held fixed, so that no search wins by switching brakes off.
+# -- `--freeze`: the params of the system under test are held fixed, so that no search wins by switching brakes off ----
 
 
 def freeze_params(request: Request) -> Request:
@@ -184,6 +121,8 @@ def freeze_params(request: Request) -> Request:
     """
     if request.freeze is None:
         return request
+    from cortex_dsl.pipeline import compile_source
+
     try:
         compiled = compile_source(read_source(request.file), request.overrides, scenario=request.scenario)
     except CompileError:
@@ -193,7 +132,7 @@ def freeze_params(request: Request) -> Request:
     return replace(request, overrides={**request.overrides, **_middles(space, names, request.overrides)})
 
 
-def _of_system(space: ParamSpace, request: Request) -> tuple[str, ...]:
+def _of_system(space: "ParamSpace", request: Request) -> tuple[str, ...]:
     if not space.system:
         raise UsageError(
             f"`{request.file}` does not say which params belong to the system under test",
@@ -202,7 +141,7 @@ def _of_system(space: ParamSpace, request: Request) -> tuple[str, ...]:
     return space.system
 
 
-def _middles(space: ParamSpace, names: tuple[str, ...], given: Mapping[str, str]) -> dict[str, str]:
+def _middles(space: "ParamSpace", names: tuple[str, ...], given: Mapping[str, str]) -> dict[str, str]:
     values: dict[str, str] = {}
     for name in names:
         if name in space.names:
@@ -212,8 +151,10 @@ def _middles(space: ParamSpace, names: tuple[str, ...], given: Mapping[str, str]
     return values
 
 
-def _middle(space: ParamSpace, gene: int) -> str:
+def _middle(space: "ParamSpace", gene: int) -> str:
     """As `-p` takes it: a bare number is in the param's own unit."""
+    from engine.vocabulary import GeneKind
+
     middle = float(space.low[gene] + space.high[gene]) / 2.0
     if space.kinds[gene] == GeneKind.CONTINUOUS:
         return repr(middle)

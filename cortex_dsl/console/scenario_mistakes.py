@@ -1,4 +1,8 @@
-"""A file of which it is proved that nothing can be drawn from it: its own mistake, told like any other."""
+"""Mistakes of a scenario that show only after it compiled, as diagnostics like any other.
+
+Before anything is drawn it may be proved that nothing can be drawn, or that objects cannot stand where they are put. A
+draw or a run may meet a number that does not exist, or a behaviour that never acts.
+"""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -14,21 +18,19 @@ from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.numbers import significant
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.quantities.algebra import Numbers, closed_value, operands, parts
-from cortex_dsl.session import Scenario
 from cortex_dsl.source import Source, Span
 from engine.feasibility import Feasibility, conflicts
 from engine.feasibility.distances import boundary_distance, region_edges
-from engine.program import Program
+from engine.program import ParamSpace, Program
 from engine.scenes import Scenes
-from engine.search.campaign import Campaign
 from engine.tables import ROAD_REGION, Ints
-from engine.vocabulary import Column, EndReason, Op, Verdict
+from engine.vocabulary import Column, Op
 
 
 def no_scene_at_all(program: Program, source: Source, found: Feasibility) -> Diagnostic:
     """The diagnostic for an infeasible file."""
     named = [r for r in found.conflict if program.requirements[r].line] or list(found.conflict)
-    spans = [line_span(source, program.requirements[r].line) for r in named if program.requirements[r].line]
+    spans = [_line_span(source, program.requirements[r].line) for r in named if program.requirements[r].line]
     names = [f"`{program.requirements[r].name}`" for r in found.conflict]
     return errors.INFEASIBLE.at(
         spans[0] if spans else Span(0, 0),
@@ -58,14 +60,13 @@ def _reason(names: list[str]) -> str:
     return f"{', '.join(names[:-1])} and {names[-1]} exclude each other for everything that can be drawn"
 
 
-def line_span(source: Source, line: int) -> Span:
+def _line_span(source: Source, line: int) -> Span:
     """A line without its indentation."""
     text, start = source.line(line), source.line_starts[line - 1]
     return Span(start + len(text) - len(text.lstrip()), start + len(text.rstrip()))
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Objects that cannot stand where the file puts them: which they are, where the proof only says that some are.
+# -- objects that cannot stand where the file puts them: which they are, where the proof only says that some are -------
 
 MOST_PAIRS = 50
 """Pairs of objects that are looked at."""
@@ -142,22 +143,18 @@ def _only(flags: Ints, kept: list[int]) -> Ints:
     return limited
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# A behaviour that was caught looping without an action while it ran: the file's mistake, told like any other.
+# -- a behaviour that was caught looping without an action while it ran ------------------------------------------------
 
 
-def never_acts(scenario: Scenario, row: int, time: float) -> Diagnostic:
-    """The diagnostic for a run that got stuck at this row of step code, after `time` seconds."""
-    source, budget = scenario.compiled.source, scenario.config.simulation.instruction_budget
+def never_acts(compiled: Compiled, budget: int, row: int, time: float) -> Diagnostic:
+    """The diagnostic for a run that is stuck at this row of step code, after `time` seconds and `budget` instructions."""
     return errors.STUCK.at(
-        line_span(source, int(scenario.program.step_lines[row])),
+        _line_span(compiled.source, int(compiled.program.step_lines[row])),
         label=f"still here after {budget:,} instructions, at {time:.2f} s",
     )
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# A scene or run that holds a number which does not exist, such as a root of -1: a mistake of the file.
-#
+# -- a scene or run that holds a number which does not exist, such as a root of -1 -------------------------------------
 # What cannot be excluded when the file is compiled is told here, once it happened: with the genes and draws of the very
 # scene, the first operation on the way to the value that has no finite result.
 
@@ -181,15 +178,15 @@ class _Culprit:
     why: str
 
 
-def undefined_value(scenario: Scenario, scenes: Scenes, row: int = 0) -> Diagnostic | None:
+def undefined_value(compiled: Compiled, scenes: Scenes, row: int = 0) -> Diagnostic | None:
     """What to tell of a row whose scene or run failed over a value that is no number; None if the file has no part."""
-    variant = group_variants(scenario.compiled.scenario).variants[max(0, int(scenes.variant[row]))]
-    space, source = scenario.program.space, scenario.compiled.source
+    variant = group_variants(compiled.scenario).variants[max(0, int(scenes.variant[row]))]
+    space, source = compiled.program.space, compiled.source
     genes = dict(enumerate((scenes.genomes[row] * space.scale).tolist()))
     draws = dict(enumerate(scenes.draws[row].tolist()))
     for what, expression in _values(variant, scenes.values[row], source):
         if (culprit := _culprit(expression, genes, draws)) is not None:
-            return _diagnostic(what, culprit, _drawn(scenario, expression, scenes, row))
+            return _diagnostic(what, culprit, _drawn(compiled.program.space, expression, scenes, row))
     return None
 
 
@@ -235,9 +232,8 @@ def _divides_safely(part: ir.Apply, known: list[float | None]) -> bool:
     return part.op in (Op.DIV, Op.MOD, Op.FLOORDIV) and known[1] not in (None, 0.0)
 
 
-def _drawn(scenario: Scenario, expression: ir.Expr, scenes: Scenes, row: int) -> str:
+def _drawn(space: ParamSpace, expression: ir.Expr, scenes: Scenes, row: int) -> str:
     """The params that the value depends on, as they were drawn."""
-    space = scenario.program.space
     indices = sorted({part.index for part in parts(expression) if isinstance(part, ir.Gene)})
     return ", ".join(
         f"{space.names[i]} = {significant(float(scenes.genomes[row, i]))} {space.units[i]}".rstrip() for i in indices
@@ -259,18 +255,3 @@ def _shortened(source: Source, span: Span, width: int = 40) -> str:
 
 
 # -- What a search tells of runs that failed over the file itself, whichever command searched --------------------------
-
-
-def mistake_of(scenario: Scenario, campaign: Campaign) -> Diagnostic | None:
-    """A behaviour that never acts, or a number that does not exist; None where no run failed over either."""
-    evaluations = campaign.evaluations
-    rollouts = evaluations.rollouts
-    stuck = np.argwhere(rollouts.end_reason == EndReason.STUCK)
-    if len(stuck):
-        first = tuple(stuck[0])
-        return never_acts(scenario, int(rollouts.end_rule[first]), float(rollouts.end_time[first]))
-    failed = np.argwhere(rollouts.verdict == Verdict.ERROR)
-    if not len(failed):
-        return None
-    row, rollout = failed[0]
-    return undefined_value(scenario, scenario.scene_of(evaluations.genomes[row], evaluations.keys[row, rollout]))

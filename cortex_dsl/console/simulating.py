@@ -5,9 +5,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from cortex_dsl.console.compiling import Request, show
+import numpy as np
+
+from cortex_dsl.console.compiling import show
+from cortex_dsl.console.request import Request
 from cortex_dsl.console.scenario_mistakes import never_acts, undefined_value
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.holding import held_params
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.aftermath import aftermath
@@ -23,6 +27,7 @@ from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
 from engine.program import Program, Settings
 from engine.records import recorded
 from engine.scenes import Outcomes, Scenes, Trajectory, actor_columns
+from engine.search.campaign import Campaign
 from engine.vocabulary import Column, EndReason, Verdict
 
 if TYPE_CHECKING:
@@ -234,7 +239,7 @@ def tell_misplaced(compiled: Compiled, told: "Account", request: Request, termin
 
 def _undefined(request: Request, scenario: Scenario, scenes: Scenes, terminal: Terminal, otherwise: str) -> Exit:
     """Arithmetic without a result is the file's mistake; anything else is ours."""
-    diagnostic = undefined_value(scenario, scenes)
+    diagnostic = undefined_value(scenario.compiled, scenes)
     if diagnostic is None:
         raise RuntimeError(otherwise)
     show(scenario.compiled.source, [diagnostic], request, terminal, failed=True)
@@ -245,8 +250,28 @@ def _failed(request: Request, scenario: Scenario, scenes: Scenes, outcomes: Outc
     """A behaviour that never acts is the file's mistake; anything else may be ours."""
     time = float(outcomes.end_time[0])
     if outcomes.end_reason[0] == EndReason.STUCK:
-        diagnostic = never_acts(scenario, int(outcomes.end_rule[0]), time)
+        budget = scenario.config.simulation.instruction_budget
+        diagnostic = never_acts(scenario.compiled, budget, int(outcomes.end_rule[0]), time)
         show(scenario.compiled.source, [diagnostic], request, terminal, failed=True)
         return Exit.DIAGNOSTICS
     what = f"the simulation failed after {time:.2f} s: {end_of(scenario.program, outcomes, 0).text}"
     return _undefined(request, scenario, scenes, terminal, what)
+
+
+# -- What a search tells of runs that failed over the file itself, whichever command searched --------------------------
+def mistake_of(scenario: Scenario, campaign: Campaign) -> Diagnostic | None:
+    """A behaviour that never acts, or a number that does not exist; None where no run failed over either."""
+    evaluations = campaign.evaluations
+    rollouts = evaluations.rollouts
+    stuck = np.argwhere(rollouts.end_reason == EndReason.STUCK)
+    if len(stuck):
+        first = tuple(stuck[0])
+        budget = scenario.config.simulation.instruction_budget
+        return never_acts(scenario.compiled, budget, int(rollouts.end_rule[first]), float(rollouts.end_time[first]))
+    failed = np.argwhere(rollouts.verdict == Verdict.ERROR)
+    if not len(failed):
+        return None
+    row, rollout = failed[0]
+    return undefined_value(
+        scenario.compiled, scenario.scene_of(evaluations.genomes[row], evaluations.keys[row, rollout])
+    )

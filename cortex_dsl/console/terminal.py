@@ -1,13 +1,14 @@
-"""Where output goes: stdout for results, stderr for everything about them; plain where nobody watches."""
+"""Where output goes, and how a command ends.
+
+stdout is for results, stderr for everything about them; both are plain where nobody watches. A command ends with one of
+a few exit codes; a slip of the user's is an exception with its cure, and of a bug of ours one line is shown, with a file
+to send.
+"""
 
 import os
-import platform
 import sys
-import tempfile
-import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
 from enum import IntEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, TextIO
@@ -79,7 +80,7 @@ def _wants_colour(stream: TextIO) -> bool:
     return stream.isatty() and "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
 
 
-# -- How a command ends: its exit codes, and the exception that means the user's own slip ------------------------------
+# -- how a command ends ------------------------------------------------------------------------------------------------
 
 
 class Exit(IntEnum):
@@ -107,11 +108,11 @@ class UsageError(Exception):
         super().__init__(message)
 
 
-# -- What the user sees of a bug of ours: one line, and a file to send -------------------------------------------------
-
-
 def report_bug(error: Exception, arguments: Sequence[str], terminal: Terminal) -> None:
     """Write the details to a file and say where it is; without a file, say them shortly."""
+    import tempfile
+    import traceback
+
     summary = f"{type(error).__name__}: {error}".splitlines()[0][:200]
     details = _details(error, arguments)
     try:
@@ -125,6 +126,10 @@ def report_bug(error: Exception, arguments: Sequence[str], terminal: Terminal) -
 
 
 def _details(error: Exception, arguments: Sequence[str]) -> str:
+    import platform
+    import traceback
+    from datetime import datetime
+
     head = (
         f"cortexc {VERSION}",
         f"time: {datetime.now().astimezone().isoformat(timespec='seconds')}",

@@ -1,12 +1,10 @@
-"""Paths that the user named, read with messages that help."""
+"""Files that the user named: read with messages that help, written at once or not at all."""
 
 import contextlib
 import errno
 import os
 import stat
-import tempfile
 from collections.abc import Mapping
-from errno import EDQUOT, ENOSPC
 from pathlib import Path
 
 from cortex_dsl.console.terminal import UsageError
@@ -74,7 +72,7 @@ def reason(error: OSError) -> str:
     return (error.strerror or str(error)).lower()
 
 
-# -- Files written at once or not at all -------------------------------------------------------------------------------
+# -- writing ---------------------------------------------------------------------------------------------------------------
 
 
 def write_bytes(path: Path, content: bytes) -> None:
@@ -94,6 +92,8 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 
 def _replace(target: Path, content: bytes) -> None:
+    import tempfile
+
     old = target.stat() if target.exists() else None
     if old is not None and not os.access(target, os.W_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
@@ -119,8 +119,7 @@ def _umask() -> int:
     return mask
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Files of an export put into their folder: nothing there is overwritten by something else unless it is forced.
+# -- files of an export: nothing in their folder is overwritten by something else unless it is forced -------------------
 
 
 def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool) -> frozenset[str]:
@@ -150,7 +149,7 @@ def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool) -> fro
 
 
 def _cure(error: OSError, folder: Path) -> str:
-    if error.errno in (ENOSPC, EDQUOT):
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
         return "free some space, or name another disk with --out DIR"
     if isinstance(error, IsADirectoryError):
         return "take that folder away, or name another place with --out DIR"

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
-from cortex_dsl.console.argument_types import assignment
+from cortex_dsl.console.request import assignment
 from cortex_dsl.console.terminal import UsageError
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.repl.state import LIKE, Desk, check, new_errors

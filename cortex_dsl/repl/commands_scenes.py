@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cortex_dsl.console.argument_types import SEED_LIMIT, share
-from cortex_dsl.console.compiling import Mode, Request
-from cortex_dsl.console.scenario_mistakes import mistake_of, undefined_value
+from cortex_dsl.console.request import SEED_LIMIT, Mode, Request, share
+from cortex_dsl.console.scenario_mistakes import undefined_value
+from cortex_dsl.console.simulating import mistake_of
 from cortex_dsl.console.terminal import Exit, UsageError
 from cortex_dsl.repl.commands import whole_number
 from cortex_dsl.repl.entering import refuse
@@ -78,7 +78,7 @@ def _is_undefined(desk: Desk, scenario: "Scenario", scenes: "Scenes") -> bool:
     errors = np.flatnonzero(scenes.verdict == Verdict.ERROR)
     if not len(errors):
         return False
-    diagnostic = undefined_value(scenario, scenes, int(errors[0]))
+    diagnostic = undefined_value(scenario.compiled, scenes, int(errors[0]))
     if diagnostic is None:
         raise RuntimeError("a scene held a value that is not a number")
     refuse(desk, scenario.compiled.source, [diagnostic])
