@@ -7,7 +7,7 @@ import pytest
 
 from cortex_dsl.catalogue import find
 from cortex_dsl.cli.command_table import SUBCOMMANDS
-from cortex_dsl.cli.parser import build_parser
+from cortex_dsl.cli.file_options import build_parser
 
 ROOT = Path(__file__).parents[1]
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "grammar").glob("*.md"), *(ROOT / "examples").glob("*.md")]

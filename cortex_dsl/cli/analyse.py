@@ -6,9 +6,8 @@ from dataclasses import replace
 from math import isnan
 from pathlib import Path
 
-from cortex_dsl.cli.common_options import add_common, add_jobs, add_run, command_parser
-from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.search_output import told_run, usage_errors
+from cortex_dsl.console.command import Parser, add_common, add_jobs, add_run, command_parser
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.request import SEED_LIMIT, Mode, Request, assignment, whole_number
 from cortex_dsl.console.simulating import compile_kernels, open_scenario

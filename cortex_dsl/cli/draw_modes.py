@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cortex_dsl.cli.parser import build_parser, to_request
+from cortex_dsl.cli.file_options import build_parser, to_request
 from cortex_dsl.console.compiling import compile_request, show
 from cortex_dsl.console.request import Request
 from cortex_dsl.console.scenario_mistakes import undefined_value

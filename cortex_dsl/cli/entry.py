@@ -58,10 +58,11 @@ def _documented(code: Exit, message: str, cure: str, arguments: Sequence[str], t
 def _dispatch(arguments: Sequence[str], terminal: Terminal) -> int:
     _insist_on_own_engine()
     from cortex_dsl.cli import command_table
-    from cortex_dsl.cli.parser import build_parser, to_request
+    from cortex_dsl.cli.file_options import build_parser, to_request
 
     if arguments and arguments[0] in command_table.SUBCOMMANDS:
         return command_table.execute_subcommand(arguments[0], arguments[1:], terminal)
+    command_table.refuse_guesses(arguments, command_table.SUBCOMMANDS)
     parser = build_parser()
     options = parser.parse_args(arguments)
     if options.help:

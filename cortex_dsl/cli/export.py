@@ -6,8 +6,8 @@ from pathlib import Path
 from shlex import join
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.report import open_run
+from cortex_dsl.console.command import Parser
 from cortex_dsl.console.request import SEED_LIMIT, assignment, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import place_files

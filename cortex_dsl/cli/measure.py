@@ -8,7 +8,7 @@ from shlex import join
 from typing import TYPE_CHECKING
 
 from cortex_dsl.cli.export import OSC_VERSIONS, as_word
-from cortex_dsl.cli.parser import Parser
+from cortex_dsl.console.command import Parser
 from cortex_dsl.console.request import seconds
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import place_files, reason

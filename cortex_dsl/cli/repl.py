@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.parser import Parser
+from cortex_dsl.console.command import Parser
 from cortex_dsl.console.terminal import Exit, Terminal
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.report import open_run, write
+from cortex_dsl.console.command import Parser
 from cortex_dsl.console.request import SEED_LIMIT, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from engine.search.store import example_run

@@ -6,8 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.common_options import add_common, add_run, command_parser
-from cortex_dsl.cli.parser import Parser
+from cortex_dsl.console.command import Parser, add_common, add_run, command_parser
 from cortex_dsl.console.request import whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import reason

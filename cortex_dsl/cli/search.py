@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
-from cortex_dsl.cli.common_options import add_common, add_dask, add_jobs, add_run, command_parser
-from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.search_output import asked_workers, removed, tell, usage_errors, watched
 from cortex_dsl.cli.study import resume as go_on_with_study
 from cortex_dsl.cli.study import study_workers
+from cortex_dsl.console.command import Parser, add_common, add_dask, add_jobs, add_run, command_parser
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.request import GENERATION_LIMIT, Mode, Request, whole_number
 from cortex_dsl.console.simulating import compile_kernels, open_scenario

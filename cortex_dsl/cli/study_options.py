@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import cortex_dsl
-from cortex_dsl.cli.common_options import add_common, add_dask, add_jobs, command_parser
-from cortex_dsl.cli.parser import Parser
+from cortex_dsl.console.command import Parser, add_common, add_dask, add_jobs, command_parser
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.request import GENERATION_LIMIT, SEED_LIMIT, Mode, Request, aggregate, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError

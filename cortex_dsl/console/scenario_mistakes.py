@@ -147,7 +147,7 @@ def _only(flags: Ints, kept: list[int]) -> Ints:
 
 
 def never_acts(compiled: Compiled, budget: int, row: int, time: float) -> Diagnostic:
-    """The diagnostic for a run that is stuck at this row of step code, after `time` seconds and `budget` instructions."""
+    """The diagnostic for a run stuck at this row of step code, after `time` seconds and `budget` instructions."""
     return errors.STUCK.at(
         _line_span(compiled.source, int(compiled.program.step_lines[row])),
         label=f"still here after {budget:,} instructions, at {time:.2f} s",

@@ -1,4 +1,4 @@
-"""What commands that draw and simulate share: the settings that apply, and the word about the first compile."""
+"""Draw and simulate: the settings that apply, the word about the first compile, and the one run of `cortexc FILE`."""
 
 import shlex
 from collections.abc import Sequence
@@ -27,12 +27,12 @@ from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
 from engine.program import Program, Settings
 from engine.records import recorded
 from engine.scenes import Outcomes, Scenes, Trajectory, actor_columns
-from engine.search.campaign import Campaign
 from engine.vocabulary import Column, EndReason, Verdict
 
 if TYPE_CHECKING:
     from engine.blame import Account
     from engine.metrics import Metric
+    from engine.search.campaign import Campaign
     from engine.world.impacts import Impact
 
 
@@ -258,8 +258,10 @@ def _failed(request: Request, scenario: Scenario, scenes: Scenes, outcomes: Outc
     return _undefined(request, scenario, scenes, terminal, what)
 
 
-# -- What a search tells of runs that failed over the file itself, whichever command searched --------------------------
-def mistake_of(scenario: Scenario, campaign: Campaign) -> Diagnostic | None:
+# -- what a search tells of runs that failed over the file itself, whichever command searched --------------------------
+
+
+def mistake_of(scenario: Scenario, campaign: "Campaign") -> Diagnostic | None:
     """A behaviour that never acts, or a number that does not exist; None where no run failed over either."""
     evaluations = campaign.evaluations
     rollouts = evaluations.rollouts
@@ -272,6 +274,5 @@ def mistake_of(scenario: Scenario, campaign: Campaign) -> Diagnostic | None:
     if not len(failed):
         return None
     row, rollout = failed[0]
-    return undefined_value(
-        scenario.compiled, scenario.scene_of(evaluations.genomes[row], evaluations.keys[row, rollout])
-    )
+    scene = scenario.scene_of(evaluations.genomes[row], evaluations.keys[row, rollout])
+    return undefined_value(scenario.compiled, scene)

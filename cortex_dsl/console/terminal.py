@@ -1,8 +1,8 @@
 """Where output goes, and how a command ends.
 
 stdout is for results, stderr for everything about them; both are plain where nobody watches. A command ends with one of
-a few exit codes; a slip of the user's is an exception with its cure, and of a bug of ours one line is shown, with a file
-to send.
+a few exit codes; a slip of the user's is an exception with its cure; of a bug of ours one line is shown, and a file to
+send.
 """
 
 import os

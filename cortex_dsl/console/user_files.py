@@ -72,7 +72,7 @@ def reason(error: OSError) -> str:
     return (error.strerror or str(error)).lower()
 
 
-# -- writing ---------------------------------------------------------------------------------------------------------------
+# -- writing -----------------------------------------------------------------------------------------------------------
 
 
 def write_bytes(path: Path, content: bytes) -> None:
@@ -119,7 +119,7 @@ def _umask() -> int:
     return mask
 
 
-# -- files of an export: nothing in their folder is overwritten by something else unless it is forced -------------------
+# -- files of an export: nothing in their folder is overwritten by something else unless it is forced ------------------
 
 
 def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool) -> frozenset[str]:

@@ -7,7 +7,7 @@ import pytest
 
 from cortex_dsl.cli import main
 from cortex_dsl.cli.command_table import SUBCOMMANDS
-from cortex_dsl.cli.parser import build_parser, to_request
+from cortex_dsl.cli.file_options import build_parser, to_request
 from cortex_dsl.console.request import Mode, Request
 from cortex_dsl.version import VERSION
 

@@ -1,16 +1,11 @@
 """The command line: its options in groups, its help, and its messages."""
 
 import argparse
-import os
-import re
-import shutil
-import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NoReturn
 
-from cortex_dsl.cli.command_table import refuse_guesses
+from cortex_dsl.console.command import Parser, TwoColumns, cores
 from cortex_dsl.console.request import (
     GENERATION_LIMIT,
     SEED_LIMIT,
@@ -24,7 +19,6 @@ from cortex_dsl.console.request import (
     whole_number,
 )
 from cortex_dsl.console.terminal import UsageError
-from cortex_dsl.spelling import nearest
 
 DESCRIPTION = """\
 cortexc finds the corner cases of a driving scenario that is written as text.
@@ -60,25 +54,6 @@ COMPILE_ONLY = ("seed", "engine", "jobs", "max_attempts", "time_step", "profile"
 BUDGET_LIMIT = 100_000_000
 
 
-class Parser(argparse.ArgumentParser):
-    """argparse with messages that name the nearest option, and raise instead of ending the process."""
-
-    def error(self, message: str) -> NoReturn:
-        raise UsageError(_tidy(message, self), f"`{self.prog} --help` lists every option")
-
-    def parse_args(self, args: Iterable[str] | None = None, namespace: Any = None) -> Any:  # type: ignore[override]
-        """The options, unless they are those of another tool."""
-        given = list(sys.argv[1:] if args is None else args)
-        if self.prog == "cortexc":
-            from cortex_dsl.cli.command_table import SUBCOMMANDS
-
-            refuse_guesses(given, SUBCOMMANDS)
-        return super().parse_args(given, namespace)
-
-    def format_help(self) -> str:
-        return _coloured(super().format_help()) if _colour_wanted(sys.stdout) else super().format_help()
-
-
 def build_parser() -> Parser:
     """The parser of `cortexc FILE`; options that were not given stay None."""
     parser = Parser(
@@ -87,7 +62,7 @@ def build_parser() -> Parser:
         "       cortexc FILE [--sample N | --check | --emit STAGE] [options]",
         description=DESCRIPTION + _subcommands(),
         epilog=EXAMPLES,
-        formatter_class=_Formatter,
+        formatter_class=TwoColumns,
         allow_abbrev=False,
         add_help=False,
     )
@@ -316,49 +291,3 @@ def _overrides(pairs: Sequence[tuple[str, str]]) -> dict[str, str]:
         if sum(name == other for other, _ in pairs) > 1:
             raise UsageError(f"-p {name} is given twice", "give every param once")
     return overrides
-
-
-def _tidy(message: str, parser: Parser) -> str:
-    """The sentence of argparse, shorter, and with the option that was probably meant."""
-    if found := re.fullmatch(r"unrecognized arguments: (.*)", message, re.DOTALL):
-        word = found[1].split(" ")[0]
-        match = nearest(word.split("=")[0], parser._option_string_actions) if word.startswith("-") else None
-        if match is not None:
-            return f"unknown option `{word}`; did you mean `{match}`?"
-        return f"unknown option `{word}`" if word.startswith("-") else f"unexpected argument `{word}`"
-    return re.sub(r"^argument (?:-p/)?(\S+?)(?:/--\S+)?: ", r"\1: ", message)
-
-
-class _Formatter(argparse.RawDescriptionHelpFormatter):
-    """Two columns, each option named once with its value."""
-
-    def __init__(self, prog: str, **_: object) -> None:
-        width = max(60, min(100, shutil.get_terminal_size().columns))
-        super().__init__(prog, max_help_position=27, width=width)
-
-    def _format_action_invocation(self, action: argparse.Action) -> str:
-        names = ", ".join(name for name in action.option_strings if name != "--no-color")
-        if not names:
-            return super()._format_action_invocation(action)
-        if action.nargs == 0:
-            return names
-        return f"{names} {self._format_args(action, self._get_default_metavar_for_optional(action))}"
-
-
-def _colour_wanted(stream: object) -> bool:
-    isatty = getattr(stream, "isatty", lambda: False)
-    return isatty() and "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
-
-
-def _coloured(text: str) -> str:
-    """Headings bold, options in colour."""
-    text = re.sub(r"^(\S[^\n]*:)$", "\x1b[1m\\1\x1b[0m", text, flags=re.MULTILINE)
-    text = re.sub(r"^(usage:)", "\x1b[1m\\1\x1b[0m", text)
-    return re.sub(r"^(  (?:-\S+(?:, -\S+)*|\d+ ))", "\x1b[36m\\1\x1b[0m", text, flags=re.MULTILINE)
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0)) or 1
-    return os.cpu_count() or 1
