@@ -143,7 +143,7 @@ def test_subcommands_are_found_by_their_first_word(monkeypatch: pytest.MonkeyPat
     module = SimpleNamespace(main=lambda arguments, terminal: seen.append(list(arguments)) or 7)
     monkeypatch.setitem(sys.modules, "a_new_command", module)
     monkeypatch.setitem(
-        command_table.SUBCOMMANDS, "new", command_table.Subcommand("a_new_command", "does something new")
+        command_table.SUBCOMMANDS, "new", command_table.Subcommand("a_new_command:main", "does something new")
     )
     assert main(["new", "--flag", "x"]) == 7
     assert seen == [["--flag", "x"]]
