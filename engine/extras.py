@@ -5,6 +5,8 @@ import sys
 from pathlib import Path
 from shlex import quote
 
+from engine.errors import CortexError
+
 SOURCE = Path(__file__).parents[1]
 """Where this package lies: a checkout, or a folder of installed packages."""
 
@@ -17,6 +19,14 @@ def installing(extra: str) -> str:
     if not (SOURCE / "pyproject.toml").is_file():
         return f"{python} -m pip install 'cortexc[{extra}]'"
     return f"{python} -m pip install -e '{_short(SOURCE)}[{extra}]'"
+
+
+class MissingExtraError(CortexError):
+    """Something needs a package that is not installed."""
+
+    def __init__(self, who: str, package: str, extra: str) -> None:
+        super().__init__(f"{who} the package `{package}`, which is not installed", installing(extra))
+        self.package = package
 
 
 def _short(path: Path) -> str:

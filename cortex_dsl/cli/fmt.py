@@ -13,8 +13,8 @@ from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import is_folder, read_bytes, write_bytes
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.report.numbers import counted
+from cortex_dsl.syntax.errors import MAX_BYTES
 from cortex_dsl.syntax.formatting import format_source
-from cortex_dsl.syntax.limits import MAX_BYTES
 from cortex_dsl.syntax.reading import decode_text
 
 STDIN = "-"

@@ -22,7 +22,7 @@ from engine.extras import installing
 from engine.program import Program
 from engine.search.manifest import changed_versions
 from engine.search.protocol import Box
-from engine.search.searchers import SearcherEntry, UnknownMethod, build_searcher, canonical, known_searchers
+from engine.search.searchers import SearcherEntry, UnknownMethodError, build_searcher, canonical, known_searchers
 from engine.search.store import example_run, new_directory, numbered_directory
 from engine.study.store import is_study
 
@@ -92,7 +92,7 @@ def named(text: str) -> tuple[str, ...]:
     """
     try:
         return tuple(canonical(word) for word in text.split(","))
-    except UnknownMethod as error:
+    except UnknownMethodError as error:
         names = [name for method, entry in known_searchers().items() for name in (method, entry.alias) if name]
         near = nearest(error.name, names)
         cure = f"did you mean `{near}`?" if near else "`cortexc --method list` tells them all"

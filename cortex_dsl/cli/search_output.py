@@ -18,16 +18,17 @@ from cortex_dsl.report.search_report import SearchReport
 from cortex_dsl.report.search_view import comparison_view, failures_line, search_view
 from cortex_dsl.runs import OpenedRun, check_journal, open_run
 from cortex_dsl.session import Scenario
+from engine.extras import MissingExtraError
 from engine.program import Program
-from engine.search.campaign import Campaign, ForeignPast, OnGeneration, Progress
+from engine.search.campaign import Campaign, ForeignPastError, OnGeneration, Progress
 from engine.search.exports import summary
 from engine.search.journal_reader import Record
 from engine.search.manifest import changed_versions
-from engine.search.methods.extras import MissingExtra
+from engine.search.methods.extras import MissingExtraError
 from engine.search.plugins import PluginError
-from engine.search.searchers import UnknownMethod
+from engine.search.searchers import UnknownMethodError
 from engine.search.store import StoreError
-from engine.search.workers import Workers, WorkersLost, workers_for
+from engine.search.workers import Workers, WorkersLostError, workers_for
 
 
 @contextmanager
@@ -35,12 +36,12 @@ def usage_errors() -> Iterator[None]:
     """Turn what a user can mend into a UsageError."""
     try:
         yield
-    except (StoreError, WorkersLost) as error:
+    except (StoreError, WorkersLostError) as error:
         raise UsageError(error.message, error.cure) from error
-    except MissingExtra as error:
-        raise UsageError(error.what, error.cure) from error
+    except MissingExtraError as error:
+        raise UsageError(error.message, error.cure) from error
     except PluginError as error:
-        raise UsageError(str(error), "mend or remove the package that offers it") from error
+        raise UsageError(error.message, error.cure) from error
 
 
 def removed(terminal: Terminal) -> OnRemoved:
@@ -160,15 +161,15 @@ def told_run(folder: Path, terminal: Terminal) -> OpenedRun:
         raise UsageError(f"`{folder}` has no finished generation", "`cortexc resume` goes on with it")
     try:
         check_journal(run)
-    except ForeignPast as error:
+    except ForeignPastError as error:
         _foreign(run, error, terminal)
-    except (MissingExtra, PluginError, UnknownMethod):
+    except (MissingExtraError, PluginError, UnknownMethodError):
         method = run.record.manifest.method
         terminal.err.print(f"not checked: the searcher {method} of this journal is not installed here", style="quiet")
     return run
 
 
-def _foreign(run: OpenedRun, error: ForeignPast, terminal: Terminal) -> None:
+def _foreign(run: OpenedRun, error: ForeignPastError, terminal: Terminal) -> None:
     """Other versions may well search otherwise; the same ones do not, unless a searcher never repeats itself."""
     what = f"generation {error.generation} in the journal of `{run.folder}` is not what {run.record.manifest.method} "
     what += "proposes after the ones before it"

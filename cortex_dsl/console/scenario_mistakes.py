@@ -13,7 +13,7 @@ import numpy as np
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic, Label
-from cortex_dsl.lowering.groups import group_variants
+from cortex_dsl.lowering.code_tables import group_variants
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.numbers import significant
 from cortex_dsl.semantics import errors

@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, TextIO
 
 from cortex_dsl.version import VERSION
+from engine.errors import CortexError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -99,13 +100,8 @@ class Exit(IntEnum):
     """Ctrl-C: 128 + SIGINT."""
 
 
-class UsageError(Exception):
+class UsageError(CortexError):
     """The command cannot go on, and the user can mend it: what is wrong, and how to cure it."""
-
-    def __init__(self, message: str, cure: str = "") -> None:
-        self.message = message
-        self.cure = cure
-        super().__init__(message)
 
 
 def report_bug(error: Exception, arguments: Sequence[str], terminal: Terminal) -> None:

@@ -24,8 +24,7 @@ from prompt_toolkit.styles.pygments import pygments_token_to_classname
 from cortex_dsl.console.user_files import is_folder
 from cortex_dsl.editor.analysis import Analysis, View, analyse
 from cortex_dsl.editor.completion import complete
-from cortex_dsl.editor.lexer import ScnLexer
-from cortex_dsl.editor.tokens import word_before
+from cortex_dsl.editor.lexer import ScnLexer, word_before
 from cortex_dsl.repl.chunks import MORE, PROMPT, is_command, is_whole
 from cortex_dsl.repl.colours import for_prompt
 from cortex_dsl.repl.commands import COMMANDS

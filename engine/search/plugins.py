@@ -20,6 +20,7 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any, TypeVar
 
 from engine.config import Config
+from engine.errors import CortexError
 from engine.search.methods.table import SEARCHERS, SearcherEntry
 from engine.search.protocol import Birth, Box, Proposal, Result, Searcher, StreamAt
 from engine.vocabulary import Method
@@ -29,12 +30,12 @@ GROUP = "cortexc.searchers"
 Value = TypeVar("Value")
 
 
-class PluginError(Exception):
+class PluginError(CortexError):
     """A searcher of another package cannot be used: whose it is, and what is wrong with it."""
 
     def __init__(self, name: str, problem: str) -> None:
+        super().__init__(f"the searcher `{name}` {problem}", "mend or remove the package that offers it")
         self.name = name
-        super().__init__(f"the searcher `{name}` {problem}")
 
 
 def plugins() -> dict[str, SearcherEntry]:

@@ -3,21 +3,30 @@
 from functools import partial
 
 from engine.config import Config
+from engine.errors import CortexError
 from engine.search.methods.table import SEARCHERS, SearcherEntry
 from engine.search.plugins import plugins
 from engine.search.protocol import Box, Searcher
 from engine.streams import FIELD_BITS, operator_generator
 from engine.vocabulary import Method
 
-__all__ = ["SEARCHERS", "UnknownMethod", "build_searcher", "canonical", "find_searcher", "known_searchers", "method_of"]
+__all__ = [
+    "SEARCHERS",
+    "UnknownMethodError",
+    "build_searcher",
+    "canonical",
+    "find_searcher",
+    "known_searchers",
+    "method_of",
+]
 
 
-class UnknownMethod(ValueError):  # noqa: N818 - says what is unknown
+class UnknownMethodError(CortexError, ValueError):
     """No searcher has this name."""
 
     def __init__(self, name: str) -> None:
+        super().__init__(f"method: `{name}` is none of {', '.join(known_searchers())}", "name one of these")
         self.name = name
-        super().__init__(f"method: `{name}` is none of {', '.join(known_searchers())}")
 
 
 def known_searchers() -> dict[str, SearcherEntry]:
@@ -29,7 +38,7 @@ def canonical(name: str) -> str:
     """The one name of a method, from an alias or from a spelling with hyphens or capitals.
 
     Raises:
-        UnknownMethod: there is none.
+        UnknownMethodError: there is none.
     """
     word = name.strip().lower().replace("-", "_")
     if word in SEARCHERS:
@@ -39,14 +48,14 @@ def canonical(name: str) -> str:
             return method
     if name.strip() in plugins():
         return name.strip()
-    raise UnknownMethod(name)
+    raise UnknownMethodError(name)
 
 
 def find_searcher(name: str) -> SearcherEntry:
     """The row of a method.
 
     Raises:
-        UnknownMethod: there is none.
+        UnknownMethodError: there is none.
     """
     return known_searchers()[canonical(name)]
 
@@ -61,8 +70,8 @@ def build_searcher(name: str, box: Box, config: Config) -> Searcher:
     """The searcher of a row, its operators drawing from the streams of this seed, method and run.
 
     Raises:
-        UnknownMethod: there is none of this name.
-        MissingExtra: its package is not installed.
+        UnknownMethodError: there is none of this name.
+        MissingExtraError: its package is not installed.
         PluginError: it is of another package, which is broken.
     """
     entry = find_searcher(name)

@@ -31,8 +31,8 @@ def search(
 
     Raises:
         ValueError: an unknown method, engine, profile or aggregate, or settings out of range.
-        MissingExtra, PluginError: the method cannot be used.
-        WorkersLost: nobody is there to run simulations, or no longer.
+        MissingExtraError, PluginError: the method cannot be used.
+        WorkersLostError: nobody is there to run simulations, or no longer.
     """
     method = canonical(method)
     searcher = build_searcher(method, Box.of(program.space), config)

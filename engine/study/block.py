@@ -14,6 +14,7 @@ from math import prod
 
 import numpy as np
 
+from engine.errors import Signal
 from engine.search.assessment import Assessment, map_arrays, take
 from engine.search.evaluations import Evaluations, flat_rollouts, judge
 from engine.streams import key_rows
@@ -25,7 +26,7 @@ INDIVIDUAL = ("genomes", "births", "operator", "parents", "reused")
 """Fields of `Evaluations` that are stored as they are."""
 
 
-class DamagedBlock(Exception):  # noqa: N818 - says what the block is
+class DamagedBlock(Signal):
     """A blob is not what `pack` made."""
 
 

@@ -16,7 +16,7 @@ from engine.search.journal_reader import read_journal
 from engine.search.manifest import Manifest
 from engine.search.plugins import PluginError, distribution_of, plugins
 from engine.search.protocol import Box
-from engine.search.searchers import UnknownMethod, build_searcher, canonical, find_searcher, known_searchers
+from engine.search.searchers import UnknownMethodError, build_searcher, canonical, find_searcher, known_searchers
 from engine.vocabulary import Method
 
 CONFIG = SearchConfig(generations=4, population=6, seed=5, probes=0)
@@ -91,7 +91,7 @@ def evaluate(space: ParamSpace, evaluators: Callable[..., Evaluate]) -> Evaluate
 
 def test_it_is_found_and_runs(install: Callable[..., None], space: ParamSpace, evaluate: Evaluate) -> None:
     """By its name, under a method of its own in every stream key; a name of ours stays ours."""
-    with pytest.raises(UnknownMethod):
+    with pytest.raises(UnknownMethodError):
         canonical("climber")
     install()
     assert set(plugins()) == {"climber", "careless", "broken"}

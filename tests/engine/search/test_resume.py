@@ -13,7 +13,7 @@ import pytest
 from engine.config import Config, SearchConfig
 from engine.program import ParamSpace
 from engine.search.assessment import Evaluate
-from engine.search.campaign import Campaign, ForeignPast, Progress, run_campaign
+from engine.search.campaign import Campaign, ForeignPastError, Progress, run_campaign
 from engine.search.evaluations import Evaluations
 from engine.search.journal import Journal
 from engine.search.journal_reader import read_journal
@@ -120,7 +120,7 @@ def test_past_of_another_seed_is_refused(
     search(space, evaluate, journal, "ga", -1, [])
     past = read_journal(tmp_path / JOURNAL).past()
     other = build_searcher("ga", Box.of(space), Config(search=SearchConfig(seed=12, population=20)))
-    with pytest.raises(ForeignPast):
+    with pytest.raises(ForeignPastError):
         run_campaign(space, other, evaluate, CONFIG, SEARCHERS["ga"].method, past=past)
 
 
