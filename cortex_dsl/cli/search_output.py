@@ -24,7 +24,6 @@ from engine.search.campaign import Campaign, ForeignPastError, OnGeneration, Pro
 from engine.search.exports import summary
 from engine.search.journal_reader import Record
 from engine.search.manifest import changed_versions
-from engine.search.methods.extras import MissingExtraError
 from engine.search.plugins import PluginError
 from engine.search.searchers import UnknownMethodError
 from engine.search.store import StoreError
