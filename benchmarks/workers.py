@@ -11,11 +11,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from cortex_dsl.session import Scenario, load
+from engine.extras import MissingExtra
 from engine.risk import PROFILES
 from engine.sampling import draw_genomes
 from engine.search.assessment import Assessment
 from engine.search.evaluator import make_evaluator
-from engine.search.methods.extras import MissingExtra
 from engine.search.workers import Workers, open_workers, spread
 from engine.streams import key_rows
 from engine.vocabulary import Method

@@ -1,9 +1,13 @@
-"""How to install the packages that only some methods and outputs need: into this Python, from where cortexc came."""
+"""Packages that only some methods and outputs need: imported when asked for, and missed with the command that installs
+them into this Python, from where cortexc came.
+"""
 
 import os
 import sys
+from importlib import import_module
 from pathlib import Path
 from shlex import quote
+from typing import Any
 
 SOURCE = Path(__file__).parents[1]
 """Where this package lies: a checkout, or a folder of installed packages."""
@@ -23,3 +27,29 @@ def _short(path: Path) -> str:
     """As one would type it here."""
     here = Path(os.path.abspath(path))  # noqa: PTH100 - a link, as a virtual environment's python is, stays one
     return str(here.relative_to(Path.cwd())) if here.is_relative_to(Path.cwd()) else str(here)
+
+
+# -- missed packages ---------------------------------------------------------------------------------------------------
+
+
+class MissingExtra(Exception):  # noqa: N818 - says what is missing
+    """A method, or a way to work, needs a package that is not installed."""
+
+    def __init__(self, package: str, method: str, extra: str = "search") -> None:
+        self.package = package.split(".")[0]
+        self.method = method
+        self.what = f"`{method}` needs the package `{self.package}`, which is not installed"
+        self.cure = installing(extra)
+        super().__init__(f"{self.what}: {self.cure}")
+
+
+def needed(package: str, method: str, extra: str = "search") -> Any:
+    """The package, or the module of one.
+
+    Raises:
+        MissingExtra: it is not installed.
+    """
+    try:
+        return import_module(package)
+    except ImportError:
+        raise MissingExtra(package, method, extra) from None

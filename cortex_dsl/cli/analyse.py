@@ -14,7 +14,7 @@ from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.report.analysis_view import analysis_view, condition_text
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.runs import OpenedRun
-from engine.search.analysis import BUDGET, Analysis, analyse
+from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.store import example_run
 
 DESCRIPTION = """\

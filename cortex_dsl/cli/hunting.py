@@ -17,12 +17,12 @@ from cortex_dsl.report.progress import SearchProgress
 from cortex_dsl.report.search_report import SearchReport
 from cortex_dsl.report.search_view import comparison_view, failures_line, search_view
 from cortex_dsl.session import Scenario
+from engine.extras import MissingExtra
 from engine.program import Program
-from engine.search.campaign import Campaign, OnGeneration, Progress
-from engine.search.exports import summary
 from engine.search.journal_reader import Record
-from engine.search.methods.extras import MissingExtra
-from engine.search.plugins import PluginError
+from engine.search.result_files import summary
+from engine.search.run import Campaign, OnGeneration, Progress
+from engine.search.searchers import PluginError
 from engine.search.store import StoreError
 from engine.search.workers import Workers, WorkersLost, workers_for
 

@@ -6,11 +6,10 @@ from cortex_dsl.cli.exits import UsageError
 from cortex_dsl.cli.hunting import usage_errors
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.runs import OpenedRun, check_journal, open_run
-from engine.search.campaign import ForeignPast
+from engine.extras import MissingExtra
 from engine.search.manifest import changed_versions
-from engine.search.methods.extras import MissingExtra
-from engine.search.plugins import PluginError
-from engine.search.searchers import UnknownMethod
+from engine.search.run import ForeignPast
+from engine.search.searchers import PluginError, UnknownMethod
 
 
 def told_run(folder: Path, terminal: Terminal) -> OpenedRun:

@@ -19,8 +19,8 @@ from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.probability_view import probability_view
 from cortex_dsl.runs import open_run
 from cortex_dsl.session import Scenario
-from engine.search.kept_probability import keep
-from engine.search.probability import CONDITIONS, JOINT, PARAMS, REPETITIONS, Probability, estimate
+from engine.search.probability.estimates import keep
+from engine.search.probability.monte_carlo import CONDITIONS, JOINT, PARAMS, REPETITIONS, Probability, estimate
 
 SAMPLES = 10_000
 EPILOG = """\

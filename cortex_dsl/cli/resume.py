@@ -18,7 +18,7 @@ from cortex_dsl.hunting import go_on
 from cortex_dsl.runs import OpenedRun, open_run
 from engine.search.manifest import changed_versions
 from engine.search.store import example_run
-from engine.study.store import is_study
+from engine.study.database import is_study
 
 EPILOG = """\
 The run goes on with the text and the settings that it was started with, and

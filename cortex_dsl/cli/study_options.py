@@ -98,8 +98,8 @@ def study_plan(options: argparse.Namespace, arguments: Sequence[str], terminal: 
     Raises:
         UsageError: a method that is unknown or cannot be used, a scenario without params, too much to do.
     """
-    from engine.search.methods.extras import MissingExtra
-    from engine.search.plugins import PluginError
+    from engine.extras import MissingExtra
+    from engine.search.searchers import PluginError
     from engine.study.plan import Plan, check, with_own_seeds
 
     methods = tuple(dict.fromkeys(_methods(options.methods)))
@@ -160,7 +160,7 @@ def _unfolded(paths: Sequence[Path]) -> list[Path]:
 
 def _the_six(terminal: Terminal) -> list[Path]:
     """The paper's scenarios, as they lie beside this program; say so."""
-    from engine.paper.numbers import FILES
+    from engine.paper import FILES
 
     files = [EXAMPLES / f"{name}.scn" for name in FILES]
     if not all(file.is_file() for file in files):

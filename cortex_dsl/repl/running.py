@@ -10,7 +10,7 @@ from cortex_dsl.repl.commands import whole_number
 from cortex_dsl.repl.desk import Desk
 from cortex_dsl.repl.entering import refuse
 from cortex_dsl.session import Scenario
-from engine.search.campaign import Campaign, Progress
+from engine.search.run import Campaign, Progress
 
 GENERATIONS = 10
 MOST_GENERATIONS = 10_000

@@ -20,8 +20,8 @@ import pytest
 
 from cortex_dsl.hunting import hunt
 from cortex_dsl.session import Scenario, load
-from engine.search.campaign import Progress
-from engine.search.methods.extras import MissingExtra
+from engine.extras import MissingExtra
+from engine.search.run import Progress
 from engine.search.workers import (
     LARGEST,
     Job,
