@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from cortex_dsl.session import Scenario, load
-from engine.extras import MissingExtra
+from engine.extras import MissingExtraError
 from engine.risk import PROFILES
 from engine.sampling import draw_genomes
 from engine.search.assessment import Assessment
@@ -46,7 +46,7 @@ def lines(scenario: Scenario, engine: str, jobs: int, rows: int) -> Iterator[str
     for kind in ("threads", "processes", "dask"):
         try:
             seconds, found = timed(scenario, engine, Workers(kind, jobs), rows)
-        except MissingExtra as error:
+        except MissingExtraError as error:
             yield f"{engine:<6} {kind:<16} {error}"
             continue
         same = all(getattr(found, name).tobytes() == column.tobytes() for name, column in vars(expected).items())

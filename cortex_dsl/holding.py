@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from cortex_dsl.semantics.names.overrides import override_text, param_entries
 from cortex_dsl.syntax import nodes
-from cortex_dsl.syntax.units import UNIT_WORDS
+from cortex_dsl.syntax.literals import UNIT_WORDS
 
 AMOUNT = re.compile(r"(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?) *(?P<unit>\S*)")
 

@@ -22,12 +22,12 @@ from engine.search.journal_reader import Record, read_journal
 from engine.search.manifest import Manifest, changed_versions, make_manifest
 from engine.search.ranking import Case
 from engine.search.result_files import write_exports
-from engine.search.run import Campaign, ForeignPast, OnGeneration, Progress, search
+from engine.search.run import Campaign, ForeignPastError, OnGeneration, Progress, search
 from engine.search.searchers import canonical, find_searcher
-from engine.search.store import JOURNAL, Removed, StoreError, hold, store_errors
+from engine.search.store import JOURNAL, RemovedError, StoreError, hold, store_errors
 from engine.search.workers import Workers, workers_for
 
-OnRemoved = Callable[[Removed], None]
+OnRemoved = Callable[[RemovedError], None]
 """Hears, as soon as it is noticed, that a run's folder is gone; the search goes on in memory."""
 WORST = "worst"
 """Folder of the concrete scenarios inside a run directory."""
@@ -72,8 +72,8 @@ def hunt(
 
     Raises:
         StoreError: the folder cannot be written, or another process writes it.
-        UnknownMethod, MissingExtra, PluginError: there is no such method here.
-        WorkersLost: nobody is there to run simulations, or no longer.
+        UnknownMethodError, MissingExtraError, PluginError: there is no such method here.
+        WorkersLostError: nobody is there to run simulations, or no longer.
     """
     method, source = canonical(method), scenario.compiled.source
     manifest = make_manifest(
@@ -154,13 +154,13 @@ def _carry_out(work: _Work, journal: Journal, record: Record | None = None) -> F
     """Search, with every generation written as it ends; then put everything in its place."""
     heard = work.on_generation
 
-    removed: list[Removed] = []
+    removed: list[RemovedError] = []
 
     def on_generation(progress: Progress) -> None:
         try:
             if not removed:
                 journal.write(progress)
-        except Removed as error:
+        except RemovedError as error:
             removed.append(error)
             if work.on_removed is not None:
                 work.on_removed(error)
@@ -194,11 +194,11 @@ def _search(work: _Work, record: Record | None) -> Campaign:
             spent=record.spent if record else 0.0,
             workers=work.workers,
         )
-    except ForeignPast as error:
+    except ForeignPastError as error:
         raise _foreign(work, error) from error
 
 
-def _foreign(work: _Work, error: ForeignPast) -> StoreError:
+def _foreign(work: _Work, error: ForeignPastError) -> StoreError:
     """What to say where the journal does not follow from its own beginning."""
     changed = changed_versions(work.manifest)
     what = f"generation {error.generation} in the journal of `{work.folder}` is not the one that follows here"

@@ -89,8 +89,8 @@ def check_journal(run: OpenedRun) -> None:
     other, must propose every individual of it, by the same operator and from the same parents. Nothing is simulated.
 
     Raises:
-        ForeignPast: it does not.
-        UnknownMethod, MissingExtra, PluginError: there is no such searcher here.
+        ForeignPastError: it does not.
+        UnknownMethodError, MissingExtraError, PluginError: there is no such searcher here.
     """
     space, config = run.scenario.program.space, run.scenario.config
     follow(build_searcher(run.record.manifest.method, Box.of(space), config), run.record.past())

@@ -8,7 +8,7 @@
     >>> campaign = scenario.search("ga", generations=30, population=100)
     >>> print(scenario.concrete(scenario.scene(campaign.worst[0])))
 
-`grammar/API.md` goes through all of it.
+`docs/reference/python.md` goes through all of it.
 
 A search that keeps everything on disk, and can be gone on with: `search(…, out="runs/mine")`, `cortex_dsl.hunting`,
 `cortex_dsl.runs`. A searcher of your own: `engine.search.searchers`.

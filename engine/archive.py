@@ -10,6 +10,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from engine.errors import CortexError
 from engine.program import (
     ChoiceLabel,
     DrawSite,
@@ -29,7 +30,7 @@ from engine.vocabulary import RuleKind
 FORMAT = "cortexc program 1"
 
 
-class ArchiveError(Exception):
+class ArchiveError(CortexError):
     """The file is not a program that this version can read."""
 
 
@@ -68,12 +69,12 @@ def load(path: Path) -> Program:
             header = json.loads(str(archive["header"]))
             arrays = {name: archive[name] for name in archive.files if name != "header"}
     except (ValueError, KeyError, EOFError, OSError, BadZipFile) as error:
-        raise ArchiveError(f"{path} is not a saved program") from error
+        raise ArchiveError(f"{path} is not a saved program", "name a file that `save` wrote") from error
     if header.pop("format", None) != FORMAT:
-        raise ArchiveError(f"{path} was written by another version")
+        raise ArchiveError(f"{path} was written by another version", "use the version of cortexc that wrote it")
     program = _rebuild(header, arrays)
     if program_digest(program.space, program.code, program.road, program.settings) != program.digest:
-        raise ArchiveError(f"{path} is damaged: its digest does not fit its contents")
+        raise ArchiveError(f"{path} is damaged: its digest does not fit its contents", "restore it from a copy")
     return program
 
 

@@ -9,6 +9,8 @@ from pathlib import Path
 from shlex import quote
 from typing import Any
 
+from engine.errors import CortexError
+
 SOURCE = Path(__file__).parents[1]
 """Where this package lies: a checkout, or a folder of installed packages."""
 
@@ -23,33 +25,27 @@ def installing(extra: str) -> str:
     return f"{python} -m pip install -e '{_short(SOURCE)}[{extra}]'"
 
 
+class MissingExtraError(CortexError):
+    """Something needs a package that is not installed."""
+
+    def __init__(self, who: str, package: str, extra: str) -> None:
+        super().__init__(f"{who} the package `{package}`, which is not installed", installing(extra))
+        self.package = package
+
+
 def _short(path: Path) -> str:
     """As one would type it here."""
     here = Path(os.path.abspath(path))  # noqa: PTH100 - a link, as a virtual environment's python is, stays one
     return str(here.relative_to(Path.cwd())) if here.is_relative_to(Path.cwd()) else str(here)
 
 
-# -- missed packages ---------------------------------------------------------------------------------------------------
-
-
-class MissingExtra(Exception):  # noqa: N818 - says what is missing
-    """A method, or a way to work, needs a package that is not installed."""
-
-    def __init__(self, package: str, method: str, extra: str = "search") -> None:
-        self.package = package.split(".")[0]
-        self.method = method
-        self.what = f"`{method}` needs the package `{self.package}`, which is not installed"
-        self.cure = installing(extra)
-        super().__init__(f"{self.what}: {self.cure}")
-
-
 def needed(package: str, method: str, extra: str = "search") -> Any:
     """The package, or the module of one.
 
     Raises:
-        MissingExtra: it is not installed.
+        MissingExtraError: it is not installed.
     """
     try:
         return import_module(package)
     except ImportError:
-        raise MissingExtra(package, method, extra) from None
+        raise MissingExtraError(f"`{method}` needs", package.split(".")[0], extra) from None

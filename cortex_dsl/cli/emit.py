@@ -56,6 +56,6 @@ def _later_stage(request: Request, terminal: Terminal) -> str | Exit:
         from cortex_dsl.semantics.printing.listing import format_ir
 
         return format_ir(compiled.scenario)
-    from cortex_dsl.lowering.listing import format_program
+    from cortex_dsl.lowering.program_listing import format_program
 
     return format_program(compiled.program)

@@ -80,17 +80,16 @@ def _dispatch(arguments: Sequence[str], terminal: Terminal) -> int:
 
 
 def _insist_on_own_engine() -> None:
-    """`engine` and `grammar` are common names: another package of that name may hide ours."""
-    home = Path(cortex_dsl.__file__).resolve().parent.parent
-    for name in ("engine", "grammar"):
-        spec = find_spec(name)
-        places = [] if spec is None else [Path(p).resolve() for p in spec.submodule_search_locations or ()]
-        if home / name not in places:
-            found = f"at {places[0]}" if places else "nowhere"
-            raise UsageError(
-                f"its package `{name}` should be at {home / name} but was found {found}",
-                f"another package or folder called `{name}` hides it; install cortexc in an environment of its own",
-            )
+    """`engine` is a common name: another package of that name may hide ours."""
+    home = Path(cortex_dsl.__file__).resolve().parent.parent / "engine"
+    spec = find_spec("engine")
+    places = [] if spec is None else [Path(p).resolve() for p in spec.submodule_search_locations or ()]
+    if home not in places:
+        found = f"at {places[0]}" if places else "nowhere"
+        raise UsageError(
+            f"its package `engine` should be at {home} but was found {found}",
+            "another package or folder called `engine` hides it; install cortexc in an environment of its own",
+        )
 
 
 def _start_light() -> None:

@@ -2,6 +2,8 @@
 
 from enum import IntEnum
 
+from engine.errors import CortexError
+
 
 class Exit(IntEnum):
     """Exit codes of every command."""
@@ -19,10 +21,5 @@ class Exit(IntEnum):
     """Ctrl-C: 128 + SIGINT."""
 
 
-class UsageError(Exception):
+class UsageError(CortexError):
     """The command cannot go on, and the user can mend it: what is wrong, and how to cure it."""
-
-    def __init__(self, message: str, cure: str = "") -> None:
-        self.message = message
-        self.cure = cure
-        super().__init__(message)

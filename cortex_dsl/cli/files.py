@@ -8,7 +8,7 @@ from cortex_dsl.cli.exits import UsageError
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import reading
-from cortex_dsl.syntax.limits import MAX_BYTES
+from cortex_dsl.syntax.errors import MAX_BYTES
 
 
 def read_source(path: Path) -> Source:

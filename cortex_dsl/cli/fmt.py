@@ -15,8 +15,8 @@ from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.cli.writing import write_bytes
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.report.numbers import counted
+from cortex_dsl.syntax.errors import MAX_BYTES
 from cortex_dsl.syntax.formatting import format_source
-from cortex_dsl.syntax.limits import MAX_BYTES
 from cortex_dsl.syntax.reading import decode_text
 
 STDIN = "-"

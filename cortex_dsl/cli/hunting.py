@@ -17,14 +17,14 @@ from cortex_dsl.report.progress import SearchProgress
 from cortex_dsl.report.search_report import SearchReport
 from cortex_dsl.report.search_view import comparison_view, failures_line, search_view
 from cortex_dsl.session import Scenario
-from engine.extras import MissingExtra
+from engine.extras import MissingExtraError
 from engine.program import Program
 from engine.search.journal_reader import Record
 from engine.search.result_files import summary
 from engine.search.run import Campaign, OnGeneration, Progress
 from engine.search.searchers import PluginError
 from engine.search.store import StoreError
-from engine.search.workers import Workers, WorkersLost, workers_for
+from engine.search.workers import Workers, WorkersLostError, workers_for
 
 
 @contextmanager
@@ -32,12 +32,12 @@ def usage_errors() -> Iterator[None]:
     """Turn what a user can mend into a UsageError."""
     try:
         yield
-    except (StoreError, WorkersLost) as error:
+    except (StoreError, WorkersLostError) as error:
         raise UsageError(error.message, error.cure) from error
-    except MissingExtra as error:
-        raise UsageError(error.what, error.cure) from error
+    except MissingExtraError as error:
+        raise UsageError(error.message, error.cure) from error
     except PluginError as error:
-        raise UsageError(str(error), "mend or remove the package that offers it") from error
+        raise UsageError(error.message, error.cure) from error
 
 
 def removed(terminal: Terminal) -> OnRemoved:

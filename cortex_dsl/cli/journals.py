@@ -6,10 +6,10 @@ from cortex_dsl.cli.exits import UsageError
 from cortex_dsl.cli.hunting import usage_errors
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.runs import OpenedRun, check_journal, open_run
-from engine.extras import MissingExtra
+from engine.extras import MissingExtraError
 from engine.search.manifest import changed_versions
-from engine.search.run import ForeignPast
-from engine.search.searchers import PluginError, UnknownMethod
+from engine.search.run import ForeignPastError
+from engine.search.searchers import PluginError, UnknownMethodError
 
 
 def told_run(folder: Path, terminal: Terminal) -> OpenedRun:
@@ -27,15 +27,15 @@ def told_run(folder: Path, terminal: Terminal) -> OpenedRun:
         raise UsageError(f"`{folder}` has no finished generation", "`cortexc resume` goes on with it")
     try:
         check_journal(run)
-    except ForeignPast as error:
+    except ForeignPastError as error:
         _foreign(run, error, terminal)
-    except (MissingExtra, PluginError, UnknownMethod):
+    except (MissingExtraError, PluginError, UnknownMethodError):
         method = run.record.manifest.method
         terminal.err.print(f"not checked: the searcher {method} of this journal is not installed here", style="quiet")
     return run
 
 
-def _foreign(run: OpenedRun, error: ForeignPast, terminal: Terminal) -> None:
+def _foreign(run: OpenedRun, error: ForeignPastError, terminal: Terminal) -> None:
     """Other versions may well search otherwise; the same ones do not, unless a searcher never repeats itself."""
     what = f"generation {error.generation} in the journal of `{run.folder}` is not what {run.record.manifest.method} "
     what += "proposes after the ones before it"

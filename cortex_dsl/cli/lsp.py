@@ -34,7 +34,7 @@ def _parser() -> Parser:
         prog="cortexc lsp",
         usage="cortexc lsp",
         description="A language server for .scn files, on standard input and output, for editors to start: see "
-        "grammar/EDITORS.md.",
+        "docs/how-to/editors.md.",
         allow_abbrev=False,
         add_help=False,
     )

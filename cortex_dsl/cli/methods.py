@@ -6,7 +6,7 @@ from importlib.util import find_spec
 from cortex_dsl.cli.exits import UsageError
 from cortex_dsl.spelling import nearest
 from engine.extras import installing
-from engine.search.searchers import SearcherEntry, UnknownMethod, canonical, known_searchers
+from engine.search.searchers import SearcherEntry, UnknownMethodError, canonical, known_searchers
 
 WIDTH = 80
 
@@ -19,7 +19,7 @@ def named(text: str) -> tuple[str, ...]:
     """
     try:
         return tuple(canonical(word) for word in text.split(","))
-    except UnknownMethod as error:
+    except UnknownMethodError as error:
         names = [name for method, entry in known_searchers().items() for name in (method, entry.alias) if name]
         near = nearest(error.name, names)
         cure = f"did you mean `{near}`?" if near else "`cortexc --method list` tells them all"

@@ -49,9 +49,9 @@ exit codes:
   70   a bug in cortexc: please report it
   130  interrupted with Ctrl-C
 
-New here? grammar/TUTORIAL.md goes from an empty file to the first collision.
-All of the language is in grammar/REFERENCE.md, Python in grammar/API.md; the
-reports are explained in README.md."""
+New here? docs/tutorial/first-collision.md goes from an empty file to the first
+collision. All of the language is in docs/reference/language.md, Python in
+docs/reference/python.md; the reports are explained in README.md."""
 
 SEARCH_OPTIONS = ("generations", "population", "preset", "rollouts", "aggregate", "dask", "out")
 COMPILE_ONLY = ("seed", "engine", "jobs", "max_attempts", "time_step", "profile", "prune", "target")

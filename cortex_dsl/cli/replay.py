@@ -93,7 +93,7 @@ def _play(found: Found, speed: float, terminal: Terminal) -> None:
 
 
 def _content(found: Found, path: Path, speed: float) -> str | bytes:
-    from cortex_dsl.page.extras import MissingExtra
+    from engine.extras import MissingExtraError
 
     if path.suffix.lower() == ".html":
         from cortex_dsl.page.case_page import case_page
@@ -103,8 +103,8 @@ def _content(found: Found, path: Path, speed: float) -> str | bytes:
 
     try:
         return gif(found.told, speed)
-    except MissingExtra as error:
-        raise UsageError(str(error), error.cure) from None
+    except MissingExtraError as error:
+        raise UsageError(error.message, error.cure) from None
 
 
 def _speed(text: str) -> float:

@@ -119,13 +119,13 @@ def _page(run: "OpenedRun", cases: int) -> str:
 
 def _figures(folder: Path, written: Callable[[Path], Sequence[Path]]) -> Sequence[Path]:
     """What a function writes into a folder, which is made where there is none."""
-    from cortex_dsl.page.extras import MissingExtra
+    from engine.extras import MissingExtraError
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
         return written(folder)
-    except MissingExtra as error:
-        raise UsageError(str(error), error.cure) from None
+    except MissingExtraError as error:
+        raise UsageError(error.message, error.cure) from None
     except OSError as error:
         raise UsageError(f"cannot write into `{folder}`: {reason(error)}") from None
 

@@ -98,7 +98,8 @@ def study_plan(options: argparse.Namespace, arguments: Sequence[str], terminal: 
     Raises:
         UsageError: a method that is unknown or cannot be used, a scenario without params, too much to do.
     """
-    from engine.extras import MissingExtra
+    from engine.errors import CortexError
+    from engine.extras import MissingExtraError
     from engine.search.searchers import PluginError
     from engine.study.plan import Plan, check, with_own_seeds
 
@@ -115,20 +116,23 @@ def study_plan(options: argparse.Namespace, arguments: Sequence[str], terminal: 
         raise UsageError(f"the whole study is more than {LIMIT:,} simulations", "lower --runs, or make several studies")
     try:
         check(plan)
-    except (ValueError, MissingExtra, PluginError) as error:
-        raise UsageError(str(error), "`cortexc study --help` lists every option") from error
+    except MissingExtraError as error:
+        raise UsageError(f"{error.message}: {error.cure}", "`cortexc study --help` lists every option") from error
+    except (ValueError, PluginError) as error:
+        message = error.message if isinstance(error, CortexError) else str(error)
+        raise UsageError(message, "`cortexc study --help` lists every option") from error
     return plan
 
 
 def _methods(text: str) -> list[str]:
     """The names of a list with commas."""
-    from engine.search.searchers import UnknownMethod, canonical, known_searchers
+    from engine.search.searchers import UnknownMethodError, canonical, known_searchers
 
     if text.strip() == "all":
         return [name for name, entry in known_searchers().items() if _installed(entry.package)]
     try:
         return [canonical(word) for word in text.split(",")]
-    except UnknownMethod as error:
+    except UnknownMethodError as error:
         known = list(known_searchers())
         match = nearest(error.name, known)
         meant = f"; did you mean `{match}`?" if match else ""

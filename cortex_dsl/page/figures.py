@@ -37,7 +37,7 @@ def write_figures(run: OpenedRun, folder: Path) -> list[Path]:
     """Write all figures in all formats; their paths.
 
     Raises:
-        MissingExtra: matplotlib is not installed.
+        MissingExtraError: matplotlib is not installed.
         OSError: a file cannot be written.
     """
     return save_all(_figures(run), folder)

@@ -26,7 +26,7 @@ def write_study_figures(study: Study, folder: Path) -> list[Path]:
     """Write all figures in all formats; their paths.
 
     Raises:
-        MissingExtra: matplotlib is not installed.
+        MissingExtraError: matplotlib is not installed.
         OSError: a file cannot be written.
     """
     return save_all(_figures(study), folder)

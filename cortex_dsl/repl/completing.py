@@ -9,7 +9,7 @@ from prompt_toolkit.document import Document
 from cortex_dsl.cli.files import is_folder
 from cortex_dsl.editor.analysis import Analysis, View, analyse
 from cortex_dsl.editor.completion import complete
-from cortex_dsl.editor.tokens import word_before
+from cortex_dsl.editor.lexer import word_before
 from cortex_dsl.repl.commands import COMMANDS
 from cortex_dsl.repl.desk import Desk
 from cortex_dsl.repl.reading import is_command

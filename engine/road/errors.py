@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from itertools import chain
 
+from engine.errors import CortexError
 from engine.program import RoadSpec
 
 MAX_LANES = 4
@@ -20,15 +21,13 @@ LENGTHS = {
 """Limits of the lengths of a specification [m]."""
 
 
-class RoadError(Exception):
+class RoadError(CortexError):
     """A specification that no road fits."""
 
     def __init__(self, message: str, argument: str, cure: str) -> None:
-        super().__init__(message)
-        self.message = message
+        super().__init__(message, cure)
         self.argument = argument
         """Name of the field of `RoadSpec` to blame."""
-        self.cure = cure
 
 
 def check_spec(spec: RoadSpec) -> None:

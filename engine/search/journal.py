@@ -118,7 +118,7 @@ class Journal:
         """Add one generation: all of it or, if anything goes wrong, nothing.
 
         Raises:
-            Removed: there is no such file any more.
+            RemovedError: there is no such file any more.
             StoreError: it cannot be written.
         """
         self._write(progress.evaluations, progress.figures, progress.elapsed)

@@ -13,6 +13,7 @@ from time import perf_counter
 import numpy as np
 
 from engine.config import Config, SearchConfig
+from engine.errors import CortexError
 from engine.program import ParamSpace, Program
 from engine.search.assessment import Assessment, Evaluate, concatenate, map_arrays, take
 from engine.search.evaluations import (
@@ -67,12 +68,15 @@ class Progress:
 OnGeneration = Callable[[Progress], None]
 
 
-class ForeignPast(Exception):  # noqa: N818 - says what the past is
+class ForeignPastError(CortexError):
     """A journal's generation is not the one that its searcher proposes: other settings, or another version."""
 
     def __init__(self, generation: int) -> None:
+        super().__init__(
+            f"generation {generation} does not follow from the ones before it",
+            "use the version of cortexc that wrote it, or search anew",
+        )
         self.generation = generation
-        super().__init__(f"generation {generation} does not follow from the ones before it")
 
 
 @dataclass(frozen=True)
@@ -134,7 +138,7 @@ def run_campaign(
     first generation is passed on. What `on_generation` raises is passed on too.
 
     Raises:
-        ForeignPast: the searcher would not have proposed what `past` holds.
+        ForeignPastError: the searcher would not have proposed what `past` holds.
     """
     quantile_level(config.aggregate)
     start = perf_counter() - spent
@@ -168,7 +172,7 @@ def follow(searcher: Searcher, past: Sequence[Evaluations]) -> None:
     """Tell a new searcher a whole past again; nothing is simulated.
 
     Raises:
-        ForeignPast: it would not have proposed what `past` holds, in this way and from these parents.
+        ForeignPastError: it would not have proposed what `past` holds, in this way and from these parents.
     """
     for generation, evaluations in enumerate(past):
         searcher.tell(results(_told_again(searcher.ask(), evaluations, generation)))
@@ -187,7 +191,7 @@ def _told_again(proposals: Sequence[Proposal], evaluations: Evaluations, generat
         )
     )
     if not same:
-        raise ForeignPast(generation)
+        raise ForeignPastError(generation)
     return evaluations
 
 
@@ -308,8 +312,8 @@ def search(
 
     Raises:
         ValueError: an unknown method, engine, profile or aggregate, or settings out of range.
-        MissingExtra, PluginError: the method cannot be used.
-        WorkersLost: nobody is there to run simulations, or no longer.
+        MissingExtraError, PluginError: the method cannot be used.
+        WorkersLostError: nobody is there to run simulations, or no longer.
     """
     method = canonical(method)
     searcher = build_searcher(method, Box.of(program.space), config)

@@ -23,12 +23,21 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any, TypeVar
 
 from engine.config import Config
+from engine.errors import CortexError
 from engine.search.methods.table import SEARCHERS, SearcherEntry
 from engine.search.protocol import Birth, Box, Proposal, Result, Searcher, StreamAt
 from engine.streams import FIELD_BITS, operator_generator
 from engine.vocabulary import Method
 
-__all__ = ["SEARCHERS", "UnknownMethod", "build_searcher", "canonical", "find_searcher", "known_searchers", "method_of"]
+__all__ = [
+    "SEARCHERS",
+    "UnknownMethodError",
+    "build_searcher",
+    "canonical",
+    "find_searcher",
+    "known_searchers",
+    "method_of",
+]
 
 # -- searchers of other packages ---------------------------------------------------------------------------------------
 
@@ -37,12 +46,12 @@ GROUP = "cortexc.searchers"
 Value = TypeVar("Value")
 
 
-class PluginError(Exception):
+class PluginError(CortexError):
     """A searcher of another package cannot be used: whose it is, and what is wrong with it."""
 
     def __init__(self, name: str, problem: str) -> None:
+        super().__init__(f"the searcher `{name}` {problem}", "mend or remove the package that offers it")
         self.name = name
-        super().__init__(f"the searcher `{name}` {problem}")
 
 
 def plugins() -> dict[str, SearcherEntry]:
@@ -116,12 +125,12 @@ def _called(name: str, problem: str, action: Callable[[], Value]) -> Value:
 # -- all searchers by name ---------------------------------------------------------------------------------------------
 
 
-class UnknownMethod(ValueError):  # noqa: N818 - says what is unknown
+class UnknownMethodError(CortexError, ValueError):
     """No searcher has this name."""
 
     def __init__(self, name: str) -> None:
+        super().__init__(f"method: `{name}` is none of {', '.join(known_searchers())}", "name one of these")
         self.name = name
-        super().__init__(f"method: `{name}` is none of {', '.join(known_searchers())}")
 
 
 def known_searchers() -> dict[str, SearcherEntry]:
@@ -133,7 +142,7 @@ def canonical(name: str) -> str:
     """The one name of a method, from an alias or from a spelling with hyphens or capitals.
 
     Raises:
-        UnknownMethod: there is none.
+        UnknownMethodError: there is none.
     """
     word = name.strip().lower().replace("-", "_")
     if word in SEARCHERS:
@@ -143,14 +152,14 @@ def canonical(name: str) -> str:
             return method
     if name.strip() in plugins():
         return name.strip()
-    raise UnknownMethod(name)
+    raise UnknownMethodError(name)
 
 
 def find_searcher(name: str) -> SearcherEntry:
     """The row of a method.
 
     Raises:
-        UnknownMethod: there is none.
+        UnknownMethodError: there is none.
     """
     return known_searchers()[canonical(name)]
 
@@ -165,8 +174,8 @@ def build_searcher(name: str, box: Box, config: Config) -> Searcher:
     """The searcher of a row, its operators drawing from the streams of this seed, method and run.
 
     Raises:
-        UnknownMethod: there is none of this name.
-        MissingExtra: its package is not installed.
+        UnknownMethodError: there is none of this name.
+        MissingExtraError: its package is not installed.
         PluginError: it is of another package, which is broken.
     """
     entry = find_searcher(name)

@@ -22,6 +22,7 @@ from multiprocessing import resource_tracker
 from typing import Any, Literal
 
 from engine.config import Config
+from engine.errors import CortexError
 from engine.extras import needed
 from engine.program import Program
 from engine.search.assessment import Assessment, Evaluate, concatenate
@@ -69,13 +70,8 @@ CONNECT = 10.0
 """How long to wait for a scheduler [s]."""
 
 
-class WorkersLost(Exception):  # noqa: N818 - says what happened
+class WorkersLostError(CortexError):
     """Workers cannot be reached, or died at their work: what happened, and what to do about it."""
-
-    def __init__(self, message: str, cure: str) -> None:
-        self.message = message
-        self.cure = cure
-        super().__init__(f"{message} ({cure})")
 
 
 @dataclass(frozen=True)
@@ -101,8 +97,8 @@ def open_workers(workers: Workers) -> Iterator[Executor | None]:
     """An executor for as long as the block runs; None where threads of the evaluator do.
 
     Raises:
-        MissingExtra: Dask is not installed.
-        WorkersLost: the scheduler does not answer.
+        MissingExtraError: Dask is not installed.
+        WorkersLostError: the scheduler does not answer.
     """
     if workers.kind == "threads":
         yield None
@@ -135,7 +131,7 @@ def _dask(workers: Workers) -> Iterator[Executor]:
                     place = stack.enter_context(_cluster(distributed, workers.jobs))
             client = stack.enter_context(distributed.Client(place, timeout=CONNECT, set_as_default=False))
         except (OSError, ValueError, TimeoutError) as error:
-            raise WorkersLost(
+            raise WorkersLostError(
                 f"there is no Dask scheduler at `{workers.address}` ({_first_line(error)})",
                 "start one with `dask scheduler` and name what it prints, such as `--dask tcp://127.0.0.1:8786`, "
                 "or give `--dask local`",
@@ -197,7 +193,7 @@ def spread(executor: Executor, workers: Workers, program: Program, config: Confi
     """An evaluator whose batches are run by an executor.
 
     Raises (when called):
-        WorkersLost: a worker was killed, and nobody is left to do its batch again.
+        WorkersLostError: a worker was killed, and nobody is left to do its batch again.
     """
     job = Job(program, replace(config, search=replace(config.search, jobs=1)), profile)
 
@@ -224,8 +220,8 @@ def _results(futures: Sequence["Future[Assessment]"]) -> list[Assessment]:
             future.cancel()
 
 
-def _lost(message: str) -> WorkersLost:
-    return WorkersLost(message, "what was finished is kept: see to their memory, then go on with `cortexc resume`")
+def _lost(message: str) -> WorkersLostError:
+    return WorkersLostError(message, "what was finished is kept: see to their memory, then go on with `cortexc resume`")
 
 
 def batches_of(rows: int, workers: int) -> list[tuple[int, int]]:

@@ -27,6 +27,7 @@ import numpy as np
 
 from engine import archive
 from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
+from engine.errors import CortexError
 from engine.search.evaluations import Evaluations
 from engine.search.journal import finite
 from engine.search.searchers import method_of
@@ -190,7 +191,7 @@ def read_study(folder: Path) -> Study:
             plan = _plan(folder, connection, manifest)
             records = _records(connection)
         except (ValueError, KeyError, TypeError, IndexError, AttributeError, archive.ArchiveError) as error:
-            raise _damaged(folder, str(error)) from error
+            raise _damaged(folder, error.message if isinstance(error, CortexError) else str(error)) from error
     ordered = tuple(records[address] for address in plan.addresses() if address in records)
     return Study(folder, plan, ordered, manifest, tuple(_edited(plan)))
 

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from itertools import islice
 from typing import TYPE_CHECKING
 
+from engine.errors import Signal
 from engine.search.store import StoreError
 from engine.search.workers import serve_parent, unheard_by_children
 from engine.study.plan import Address, Plan, Task
@@ -27,7 +28,7 @@ AHEAD = 2
 OnRun = Callable[["Finished"], None]
 
 
-class Stopped(Exception):  # noqa: N818 - says what happened
+class Stopped(Signal):
     """A run was told to stop before its end; nothing of it is kept."""
 
 

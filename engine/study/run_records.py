@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from engine.errors import Signal
 from engine.search.assessment import Assessment, map_arrays, take
 from engine.search.evaluations import Evaluations, Figures, GenerationFigures, flat_rollouts, judge
 from engine.search.insight.diversity import distinct_failures, grids
@@ -36,7 +37,7 @@ INDIVIDUAL = ("genomes", "births", "operator", "parents", "reused")
 """Fields of `Evaluations` that are stored as they are."""
 
 
-class DamagedBlock(Exception):  # noqa: N818 - says what the block is
+class DamagedBlock(Signal):
     """A blob is not what `pack` made."""
 
 

@@ -1,12 +1,12 @@
 """The lexer that compiles each terminal once reads what Lark's own reads."""
 
-from importlib.resources import files
 from pathlib import Path
 
 import pytest
 from lark import Lark, Token
 from lark.exceptions import UnexpectedInput
 
+from cortex_dsl.resources import resource
 from cortex_dsl.syntax.layout import Indenter, lay_out
 from cortex_dsl.syntax.terminals import TerminalLexer, first_of
 
@@ -18,7 +18,7 @@ TEXTS = sorted([*ROOT.glob("examples/*.scn"), *ROOT.glob("tests/agreement/*.scn"
 @pytest.fixture(scope="module")
 def parsers() -> list[tuple[Lark, Indenter]]:
     """Lark's own lexer, then ours."""
-    grammar = (files("grammar") / "cortex.lark").read_text(encoding="utf-8")
+    grammar = resource("grammar/cortex.lark").read_text(encoding="utf-8")
     made = []
     for plugins in ({}, {"ContextualLexer": TerminalLexer}):
         indenter = Indenter()

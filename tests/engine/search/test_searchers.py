@@ -17,7 +17,7 @@ from engine.search.protocol import Box
 from engine.search.run import run_campaign
 from engine.search.searchers import (
     PluginError,
-    UnknownMethod,
+    UnknownMethodError,
     build_searcher,
     canonical,
     distribution_of,
@@ -99,7 +99,7 @@ def evaluate(space: ParamSpace, evaluators: Callable[..., Evaluate]) -> Evaluate
 
 def test_it_is_found_and_runs(install: Callable[..., None], space: ParamSpace, evaluate: Evaluate) -> None:
     """By its name, under a method of its own in every stream key; a name of ours stays ours."""
-    with pytest.raises(UnknownMethod):
+    with pytest.raises(UnknownMethodError):
         canonical("climber")
     install()
     assert set(plugins()) == {"climber", "careless", "broken"}

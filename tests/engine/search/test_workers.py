@@ -20,13 +20,13 @@ import pytest
 
 from cortex_dsl.hunting import hunt
 from cortex_dsl.session import Scenario, load
-from engine.extras import MissingExtra
+from engine.extras import MissingExtraError
 from engine.search.run import Progress
 from engine.search.workers import (
     LARGEST,
     Job,
     Workers,
-    WorkersLost,
+    WorkersLostError,
     batches_of,
     open_workers,
     process_pool,
@@ -137,7 +137,7 @@ def test_no_scheduler() -> None:
     """Nobody at the address: said with a cure."""
     pytest.importorskip("distributed")
     with (
-        pytest.raises(WorkersLost, match="no Dask scheduler at `nowhere`") as caught,
+        pytest.raises(WorkersLostError, match="no Dask scheduler at `nowhere`") as caught,
         open_workers(Workers("dask", 1, "nowhere")),
     ):
         pass
@@ -147,7 +147,7 @@ def test_no_scheduler() -> None:
 def test_without_dask(monkeypatch: pytest.MonkeyPatch) -> None:
     """The extra that is missing is named."""
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(MissingExtra, match=r"\[dist\]"), open_workers(Workers("dask", 1)):
+    with pytest.raises(MissingExtraError, match=r"\[dist\]"), open_workers(Workers("dask", 1)):
         pass
 
 
@@ -161,7 +161,7 @@ def test_a_process_that_is_killed(scenario: Scenario, monkeypatch: pytest.Monkey
     scenes = scenario.sample(20)
     with process_pool(1) as pool:
         evaluate = spread(pool, Workers("processes", 1), scenario.program, scenario.config, "paper")
-        with pytest.raises(WorkersLost, match="killed") as caught:
+        with pytest.raises(WorkersLostError, match="killed") as caught:
             evaluate(scenes.genomes, scenes.keys)
     assert "resume" in caught.value.cure
 

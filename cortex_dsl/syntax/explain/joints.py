@@ -1,6 +1,6 @@
 """Slips in what defines and joins: classes, scenarios, guards, imports, and requirements over time.
 
-Rules as in `mistakes`: from the surroundings of an error to its explanation, or None if it is another one.
+Rules of the table of mistakes (`explain.table`): from the context of an error to its diagnostic, or None.
 """
 
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import errors
-from cortex_dsl.syntax.trouble import Trouble, Word
+from cortex_dsl.syntax.explain.context import ErrorContext, Word
 from cortex_dsl.syntax.words import BLOCK_WORDS, GUARDS, RESERVED, TEMPORAL_PREFIXES
 
 _SECOND_WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -25,21 +25,21 @@ _SECOND_WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 """Words that may follow the first one of a statement."""
 
 
-def misspelt_second_word(trouble: Trouble) -> Diagnostic | None:
+def misspelt_second_word(context: ErrorContext) -> Diagnostic | None:
     """`do chose A()`, `require allways x`: a known statement whose second word is nearly right."""
-    if trouble.place > 2 or len(trouble.words) < 3:
+    if context.place > 2 or len(context.words) < 3:
         return None
-    second, known = trouble.words[1], _SECOND_WORDS.get(trouble.first.text, ())
-    if second.kind != "name" or second.text in known or not _begins_value(trouble.words[2]):
+    second, known = context.words[1], _SECOND_WORDS.get(context.first.text, ())
+    if second.kind != "name" or second.text in known or not _begins_value(context.words[2]):
         return None
     meant = nearest(second.text, known)
     return _misspelt(second, meant) if meant else None
 
 
-def misspelt_joint(trouble: Trouble) -> Diagnostic | None:
+def misspelt_joint(context: ErrorContext) -> Diagnostic | None:
     """`require a untill b`."""
-    found = trouble.found
-    if trouble.first.text != "require" or found.kind != "name" or not trouble.wants_operator:
+    found = context.found
+    if context.first.text != "require" or found.kind != "name" or not context.wants_operator:
         return None
     meant = nearest(found.text, ("until", "implies"))
     return _misspelt(found, meant) if meant and meant != found.text else None
@@ -59,14 +59,14 @@ def _begins_value(word: Word) -> bool:
     return word.kind in ("name", "number", "string") or word.text in ("(", "[", "{")
 
 
-def temporal_elsewhere(trouble: Trouble) -> Diagnostic | None:
+def temporal_elsewhere(context: ErrorContext) -> Diagnostic | None:
     """A temporal operator where the grammar has none."""
-    found, before, first = trouble.found, trouble.before, trouble.first.text
+    found, before, first = context.found, context.before, context.first.text
     if before is not None and before.text in TEMPORAL_PREFIXES and found.kind in ("name", "number", "string"):
         return _misplaced(before, "write it as `require " + before.text + " …`")
     if found.text not in ("until", "implies") or first in ("do", "wait") or before is None or not _ends_value(before):
         return None
-    if first == "require" and any(word.text in ("until", "implies") for word in trouble.words[: trouble.place]):
+    if first == "require" and any(word.text in ("until", "implies") for word in context.words[: context.place]):
         return _misplaced(found, f"put brackets around one part: `(a {found.text} b) {found.text} c`")
     return _misplaced(found, f"write it as `require … {found.text} …`")
 
@@ -77,12 +77,12 @@ def _misplaced(word: Word, cure: str) -> Diagnostic:
     )
 
 
-def guard(trouble: Trouble) -> Diagnostic | None:
+def guard(context: ErrorContext) -> Diagnostic | None:
     """A guard without its colon, or without a condition on its line."""
-    first, before = trouble.first, trouble.before
-    if first.text not in GUARDS or before is None or trouble.place > 2:
+    first, before = context.first, context.before
+    if first.text not in GUARDS or before is None or context.place > 2:
         return None
-    if before.text == ":" and trouble.found.kind == "end":
+    if before.text == ":" and context.found.kind == "end":
         return errors.INCOMPLETE.at(
             Span(before.span.end, before.span.end),
             f"nothing follows `{first.text}:`",
@@ -90,7 +90,7 @@ def guard(trouble: Trouble) -> Diagnostic | None:
             reason="the condition of a guard stands on the same line",
             cure=f"write `{first.text}: CONDITION`",
         )
-    return missing_guard_colon(first) if trouble.place == 1 and _begins_value(trouble.found) else None
+    return missing_guard_colon(first) if context.place == 1 and _begins_value(context.found) else None
 
 
 def missing_guard_colon(word: Word) -> Diagnostic:
@@ -103,27 +103,27 @@ def missing_guard_colon(word: Word) -> Diagnostic:
     )
 
 
-def class_head(trouble: Trouble) -> Diagnostic | None:
+def class_head(context: ErrorContext) -> Diagnostic | None:
     """`class Taxi extends Car:`, `class Taxi(Car, Boat):`."""
-    found = trouble.found
-    if trouble.first.text != "class" or trouble.place < 2:
+    found = context.found
+    if context.first.text != "class" or context.place < 2:
         return None
-    name = trouble.words[1].text
-    if trouble.place == 2 and found.kind == "name":
-        base = trouble.after.text if trouble.after is not None and trouble.after.kind == "name" else "Car"
+    name = context.words[1].text
+    if context.place == 2 and found.kind == "name":
+        base = context.after.text if context.after is not None and context.after.kind == "name" else "Car"
         cure = f"write `class {name}({base}):`"
         return errors.FOREIGN_SPELLING.at(found.span, f"`{found.text}` does not belong here", cure=cure)
-    if found.text == "," and trouble.bracket is not None:
+    if found.text == "," and context.bracket is not None:
         return errors.NOT_SUPPORTED.at(
             found.span, "not supported: several base classes", "a class has one base", cure="keep one of them"
         )
     return None
 
 
-def class_line(trouble: Trouble) -> Diagnostic | None:
+def class_line(context: ErrorContext) -> Diagnostic | None:
     """A line of a class that is no `name: value`."""
-    first, found = trouble.first, trouble.found
-    if trouble.place == 1 and trouble.accepts <= {"COLON"} and first.kind == "name" and first.text not in BLOCK_WORDS:
+    first, found = context.first, context.found
+    if context.place == 1 and context.accepts <= {"COLON"} and first.kind == "name" and first.text not in BLOCK_WORDS:
         if found.text == "[":
             return errors.NOT_SUPPORTED.at(
                 found.span, "not supported yet: attributes of a property", cure=f"write `{first.text}: value`"
@@ -135,7 +135,7 @@ def class_line(trouble: Trouble) -> Diagnostic | None:
             reason=errors.CLASS_BODY.why,
             cure=f"write `{first.text}: value`",
         )
-    if trouble.place == 0 and {"NAME", "STRING", "_PASS"} <= trouble.accepts and "NUMBER" not in trouble.accepts:
+    if context.place == 0 and {"NAME", "STRING", "_PASS"} <= context.accepts and "NUMBER" not in context.accepts:
         return errors.CLASS_BODY.at(
             found.span,
             f"`{found.text}` cannot stand in a class",
@@ -145,34 +145,34 @@ def class_line(trouble: Trouble) -> Diagnostic | None:
     return None
 
 
-def wrong_import(trouble: Trouble) -> Diagnostic | None:
-    first, found = trouble.first, trouble.found
+def wrong_import(context: ErrorContext) -> Diagnostic | None:
+    first, found = context.first, context.found
     if first.text not in ("import", "from") or first.kind != "name":
         return None
     if found.text in ("-", "/", "\\"):
-        return _wrong_import(found, f"`{found.text}` cannot stand in a name", _quoted_path(trouble))
-    if found.text in (".", "..", "...") and trouble.place == 1:
-        return _wrong_import(found, "a path does not begin with a dot", _quoted_path(trouble))
-    if first.text == "from" and found.kind == "end" and trouble.before is not None and trouble.before.text == "import":
+        return _wrong_import(found, f"`{found.text}` cannot stand in a name", _quoted_path(context))
+    if found.text in (".", "..", "...") and context.place == 1:
+        return _wrong_import(found, "a path does not begin with a dot", _quoted_path(context))
+    if first.text == "from" and found.kind == "end" and context.before is not None and context.before.text == "import":
         return _wrong_import(found, "nothing follows `import`", "name what is imported, or write `*` for everything")
     if first.text == "import" and found.text == ",":
         return _wrong_import(found, "one import on a line", "write one line for each file")
     if first.text == "import" and found.text == "from":
-        name, path = trouble.words[1].text, trouble.after.text if trouble.after is not None else "cars"
+        name, path = context.words[1].text, context.after.text if context.after is not None else "cars"
         return _wrong_import(found, "`from` comes first", f"write `from {path or 'cars'} import {name}`")
     return None
 
 
-def _quoted_path(trouble: Trouble) -> str:
+def _quoted_path(context: ErrorContext) -> str:
     """The cure: the path that was written, in quotes."""
-    after = next((word for word in trouble.words if word.text in ("as", "import") and word is not trouble.first), None)
-    end = after.span.start if after is not None else trouble.line.end
-    path = trouble.source.text[trouble.first.span.end : end].strip().replace("\\", "/").strip("\"'")
+    after = next((word for word in context.words if word.text in ("as", "import") and word is not context.first), None)
+    end = after.span.start if after is not None else context.line.end
+    path = context.source.text[context.first.span.end : end].strip().replace("\\", "/").strip("\"'")
     if path.startswith("."):
         dots = len(path) - len(path.lstrip("."))
         path = "../" * (dots - 1) + path[dots:].replace(".", "/")
     path = path if path.endswith(".scn") else path + ".scn"
-    return f'write the path in quotes: `{trouble.first.text} "{path}" …`'
+    return f'write the path in quotes: `{context.first.text} "{path}" …`'
 
 
 def _wrong_import(word: Word, message: str, cure: str) -> Diagnostic:
@@ -185,11 +185,11 @@ _SIDES: Mapping[str, str] = MappingProxyType(
 """What stands beside an object, without its `of` or in plain English."""
 
 
-def side_without_of(trouble: Trouble) -> Diagnostic | None:
+def side_without_of(context: ErrorContext) -> Diagnostic | None:
     """`new Car ahead ego`, `new Car left ego by 3`, `new Car in front of ego`."""
-    found, before = trouble.found, trouble.before
+    found, before = context.found, context.before
     word = before if found.text == "of" and before is not None and before.text == "front" else found
-    if word.text not in _SIDES or "new" not in [each.text for each in trouble.words[: trouble.place]]:
+    if word.text not in _SIDES or "new" not in [each.text for each in context.words[: context.place]]:
         return None
     meant = _SIDES[word.text]
     cure = f"write `{meant}`, as in `{meant} ego by 5 m`"

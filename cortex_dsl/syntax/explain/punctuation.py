@@ -1,21 +1,16 @@
-"""Likely mistakes, each a rule from the surroundings of an error to its explanation, or None if it is another one.
+"""Signs, units and reserved words that are missing or in the wrong place: colons, commas, brackets, `=` for `==`.
 
-The first rule that knows the mistake answers, so the more special ones come first. A new one is a function and a row
-in `MISTAKES`.
+Rules of the table of mistakes (`explain.table`): from the context of an error to its diagnostic, or None.
 """
-
-from collections.abc import Callable
 
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import nearest
-from cortex_dsl.syntax import errors, newcomers, phrases, sentences, slips
-from cortex_dsl.syntax.habits import foreign_spelling, missing_new, not_supported, text_prefix
-from cortex_dsl.syntax.trouble import Trouble, Word
-from cortex_dsl.syntax.units import UNIT_WORDS, unit_list
+from cortex_dsl.syntax import errors
+from cortex_dsl.syntax.explain import phrasing
+from cortex_dsl.syntax.explain.context import ErrorContext, Word
+from cortex_dsl.syntax.literals import UNIT_WORDS, unit_list
 from cortex_dsl.syntax.words import BLOCK_WORDS, RESERVED, SPECIFIER_WORDS
-
-Mistake = Callable[[Trouble], Diagnostic | None]
 
 _STATEMENT_WORDS = (
     "behavior", "map", "model", "param", "simulation", "require", "terminate", "do", "take", "wait", "abort",
@@ -48,59 +43,59 @@ _NAME_OF_A_THING = {
 }
 
 
-def assignment_in_condition(trouble: Trouble) -> Diagnostic | None:
-    in_condition = trouble.first.text in ("require", "if", "elif", "while", "terminate", "interrupt", "do")
-    if trouble.found.text != "=" or not in_condition:
+def assignment_in_condition(context: ErrorContext) -> Diagnostic | None:
+    in_condition = context.first.text in ("require", "if", "elif", "while", "terminate", "interrupt", "do")
+    if context.found.text != "=" or not in_condition:
         return None
-    return phrases.does_not_compare(trouble)
+    return phrasing.does_not_compare(context)
 
 
-def second_assignment(trouble: Trouble) -> Diagnostic | None:
-    earlier = any(word.text == "=" for word in trouble.words[: trouble.place])
-    if trouble.found.text != "=" or not earlier or trouble.bracket is not None:
+def second_assignment(context: ErrorContext) -> Diagnostic | None:
+    earlier = any(word.text == "=" for word in context.words[: context.place])
+    if context.found.text != "=" or not earlier or context.bracket is not None:
         return None
     return errors.WRONG_TARGET.at(
-        trouble.found.span, "only one `=` in an assignment", cure="write one line for each name, or `==` to compare"
+        context.found.span, "only one `=` in an assignment", cure="write one line for each name, or `==` to compare"
     )
 
 
-def missing_colon(trouble: Trouble) -> Diagnostic | None:
-    if "COLON" not in trouble.accepts or trouble.first.text not in BLOCK_WORDS or trouble.bracket is not None:
+def missing_colon(context: ErrorContext) -> Diagnostic | None:
+    if "COLON" not in context.accepts or context.first.text not in BLOCK_WORDS or context.bracket is not None:
         return None
-    if trouble.found.kind != "end" and trouble.found.text not in ("do", "take", "wait", "{", "then", "terminate"):
+    if context.found.kind != "end" and context.found.text not in ("do", "take", "wait", "{", "then", "terminate"):
         return None
-    place = trouble.before.span.end if trouble.before else trouble.found.span.start
+    place = context.before.span.end if context.before else context.found.span.start
     return errors.MISSING_COLON.at(
         Span(place, place),
-        f"missing `:` after `{_head(trouble)}`",
+        f"missing `:` after `{_head(context)}`",
         "expected `:`",
         reason=errors.MISSING_COLON.why,
         cure="write `:` here",
     )
 
 
-def _head(trouble: Trouble) -> str:
-    text = trouble.source.slice(
-        Span(trouble.line.start, trouble.before.span.end if trouble.before else trouble.line.end)
+def _head(context: ErrorContext) -> str:
+    text = context.source.slice(
+        Span(context.line.start, context.before.span.end if context.before else context.line.end)
     )
-    return text if len(text) <= 40 and "\n" not in text else trouble.first.text
+    return text if len(text) <= 40 and "\n" not in text else context.first.text
 
 
-def missing_brackets(trouble: Trouble) -> Diagnostic | None:
-    kind = trouble.first.text
-    if kind not in ("behavior", "monitor") or trouble.found.text != ":" or "LPAR" not in trouble.accepts:
+def missing_brackets(context: ErrorContext) -> Diagnostic | None:
+    kind = context.first.text
+    if kind not in ("behavior", "monitor") or context.found.text != ":" or "LPAR" not in context.accepts:
         return None
     return errors.UNEXPECTED.at(
-        trouble.found.span, f"a {kind} has brackets after its name", "expected `()`", cure="write `():`"
+        context.found.span, f"a {kind} has brackets after its name", "expected `()`", cure="write `():`"
     )
 
 
-def orphan(trouble: Trouble) -> Diagnostic | None:
+def orphan(context: ErrorContext) -> Diagnostic | None:
     parents = {"else": "if", "elif": "if", "interrupt": "try"}
-    word = trouble.first
-    if trouble.place != 0 and not (trouble.place == 1 and word.text == "interrupt"):
+    word = context.first
+    if context.place != 0 and not (context.place == 1 and word.text == "interrupt"):
         return None
-    if word.text not in parents or "COLON" in trouble.accepts:
+    if word.text not in parents or "COLON" in context.accepts:
         return None
     parent = parents[word.text]
     article = "an" if parent == "if" else "a"
@@ -112,12 +107,12 @@ def orphan(trouble: Trouble) -> Diagnostic | None:
     )
 
 
-def missing_comma(trouble: Trouble) -> Diagnostic | None:
-    found, before = trouble.found, trouble.before
-    if before is None or not trouble.wants_operator:
+def missing_comma(context: ErrorContext) -> Diagnostic | None:
+    found, before = context.found, context.before
+    if before is None or not context.wants_operator:
         return None
     place = Span(before.span.end, before.span.end)
-    after_new = any(word.text == "new" for word in trouble.words[: trouble.place])
+    after_new = any(word.text == "new" for word in context.words[: context.place])
     if found.text in SPECIFIER_WORDS and after_new:
         return errors.MISSING_COMMA.at(
             place,
@@ -127,7 +122,7 @@ def missing_comma(trouble: Trouble) -> Diagnostic | None:
             cure="write a `,` between specifiers",
         )
     begins = found.kind in ("name", "number", "string") and found.text not in RESERVED
-    if trouble.bracket is not None and begins:
+    if context.bracket is not None and begins:
         return errors.MISSING_COMMA.at(
             place,
             f"expected `,` or an operator before {_quoted(found)}",
@@ -138,12 +133,12 @@ def missing_comma(trouble: Trouble) -> Diagnostic | None:
     return None
 
 
-def word_read_as_unit(trouble: Trouble) -> Diagnostic | None:
+def word_read_as_unit(context: ErrorContext) -> Diagnostic | None:
     """`f(x) g(y)`: the grammar took `g` for the unit of `f(x)`, so the error comes one word late."""
-    before, words = trouble.before, trouble.words[: trouble.place - 1]
+    before, words = context.before, context.words[: context.place - 1]
     if before is None or before.kind != "name" or not words or before.text in RESERVED or before.text in UNIT_WORDS:
         return None
-    if not (words[-1].text == ")" or words[-1].kind == "number") or trouble.found.text not in ("(", "=", "[", ":"):
+    if not (words[-1].text == ")" or words[-1].kind == "number") or context.found.text not in ("(", "=", "[", ":"):
         return None
     place = Span(words[-1].span.end, words[-1].span.end)
     return errors.MISSING_COMMA.at(
@@ -159,12 +154,12 @@ def _quoted(word: Word) -> str:
     return "a string" if word.kind == "string" else f"`{word.text}`"
 
 
-def misplaced_unit(trouble: Trouble) -> Diagnostic | None:
-    found, before = trouble.found, trouble.before
-    if found.text not in UNIT_WORDS or before is None or not trouble.wants_operator:
+def misplaced_unit(context: ErrorContext) -> Diagnostic | None:
+    found, before = context.found, context.before
+    if found.text not in UNIT_WORDS or before is None or not context.wants_operator:
         return None
     start = found.span.start
-    unit = max((word for word in UNIT_WORDS if trouble.source.text.startswith(word, start)), key=len)
+    unit = max((word for word in UNIT_WORDS if context.source.text.startswith(word, start)), key=len)
     if before.kind == "name":
         cure = f"if `{before.text}` is a pure number write `{before.text} * 1 {unit}`; else leave the unit away"
     else:
@@ -178,14 +173,14 @@ def misplaced_unit(trouble: Trouble) -> Diagnostic | None:
     )
 
 
-def continued_line(trouble: Trouble) -> Diagnostic | None:
+def continued_line(context: ErrorContext) -> Diagnostic | None:
     """A comma at the end of a line, and a specifier below it at the same indentation: told once for both lines."""
-    lines = trouble.layout.lines
-    index = trouble.index + (trouble.found.kind == "end")
-    if (trouble.place and trouble.found.kind != "end") or not 0 < index < len(lines):
+    lines = context.layout.lines
+    index = context.index + (context.found.kind == "end")
+    if (context.place and context.found.kind != "end") or not 0 < index < len(lines):
         return None
     previous, line = lines[index - 1], lines[index]
-    if line.word not in SPECIFIER_WORDS or trouble.source.text[previous.end - 1] != ",":
+    if line.word not in SPECIFIER_WORDS or context.source.text[previous.end - 1] != ",":
         return None
     return errors.STRAY_INDENT.at(
         Span(line.start, line.start + len(line.word)),
@@ -197,17 +192,17 @@ def continued_line(trouble: Trouble) -> Diagnostic | None:
     )
 
 
-def reserved_word(trouble: Trouble) -> Diagnostic | None:
-    found, after = trouble.found, trouble.after
-    second = trouble.words[1] if len(trouble.words) > 1 else found
-    if trouble.first.text in _NAMING and second.kind == "name" and second.text in RESERVED:
+def reserved_word(context: ErrorContext) -> Diagnostic | None:
+    found, after = context.found, context.after
+    second = context.words[1] if len(context.words) > 1 else found
+    if context.first.text in _NAMING and second.kind == "name" and second.text in RESERVED:
         return _reserved(second)
-    if found.text == "=" and trouble.before is trouble.first and trouble.first.text in RESERVED:
-        return _reserved(trouble.first)
-    if found.kind != "name" or found.text not in RESERVED or "NAME" not in trouble.accepts:
+    if found.text == "=" and context.before is context.first and context.first.text in RESERVED:
+        return _reserved(context.first)
+    if found.kind != "name" or found.text not in RESERVED or "NAME" not in context.accepts:
         return None
     as_name = after is not None and (after.text in ("=", ".", ",", ")", "]") or after.kind == "end")
-    if trouble.wants_value and not as_name:
+    if context.wants_value and not as_name:
         return None
     return _reserved(found)
 
@@ -222,8 +217,8 @@ def _reserved(word: Word) -> Diagnostic:
     )
 
 
-def strange_character(trouble: Trouble) -> Diagnostic | None:
-    found = trouble.found
+def strange_character(context: ErrorContext) -> Diagnostic | None:
+    found = context.found
     if found.kind != "sign" or found.text[0] in "()[]{}+-*/%=<>!.,:;@'\"":
         return None
     shown = f"`{found.text}`" if found.text.isprintable() else f"U+{ord(found.text[0]):04X}"
@@ -232,30 +227,30 @@ def strange_character(trouble: Trouble) -> Diagnostic | None:
     )
 
 
-def misspelt_statement(trouble: Trouble) -> Diagnostic | None:
+def misspelt_statement(context: ErrorContext) -> Diagnostic | None:
     """A line that begins with two words, of which the first is nearly a statement."""
-    if trouble.place != 1 or trouble.first.kind != "name" or trouble.found.kind not in ("name", "number", "string"):
+    if context.place != 1 or context.first.kind != "name" or context.found.kind not in ("name", "number", "string"):
         return None
-    if trouble.first.text in RESERVED or trouble.first.text in _STATEMENT_WORDS:
+    if context.first.text in RESERVED or context.first.text in _STATEMENT_WORDS:
         return None
-    meant = nearest(trouble.first.text, _STATEMENT_WORDS)
+    meant = nearest(context.first.text, _STATEMENT_WORDS)
     return errors.UNEXPECTED.at(
-        trouble.first.span,
-        f"`{trouble.first.text}` begins no statement",
+        context.first.span,
+        f"`{context.first.text}` begins no statement",
         f"did you mean `{meant}`?" if meant else "",
         cure=f"write `{meant}`" if meant else "did you forget an operator or `=` after it?",
     )
 
 
-def nothing_follows(trouble: Trouble) -> Diagnostic | None:
+def nothing_follows(context: ErrorContext) -> Diagnostic | None:
     """A keyword without what belongs to it."""
-    before = trouble.before
+    before = context.before
     if before is None or before.text not in _NAME_OF_A_THING:
         return None
-    if trouble.found.kind != "end" and before is trouble.first:
+    if context.found.kind != "end" and before is context.first:
         wanted = _NAME_OF_A_THING[before.text]
-        return errors.UNEXPECTED.at(trouble.found.span, f"`{before.text}` is followed by {wanted}", "not by this")
-    if trouble.found.kind != "end":
+        return errors.UNEXPECTED.at(context.found.span, f"`{before.text}` is followed by {wanted}", "not by this")
+    if context.found.kind != "end":
         return None
     return errors.UNEXPECTED.at(
         Span(before.span.end, before.span.end),
@@ -264,53 +259,9 @@ def nothing_follows(trouble: Trouble) -> Diagnostic | None:
     )
 
 
-def unknown_unit(trouble: Trouble) -> Diagnostic | None:
+def unknown_unit(context: ErrorContext) -> Diagnostic | None:
     """What looks like a unit and is none even by its letters: `5 %`, `90°` are told elsewhere."""
-    found, before = trouble.found, trouble.before
+    found, before = context.found, context.before
     if before is None or before.kind != "number" or found.kind != "name" or found.text in RESERVED:
         return None
     return errors.UNKNOWN_UNIT.at(found.span, f"`{found.text}` is no unit", reason=unit_list())
-
-
-MISTAKES: tuple[Mistake, ...] = (
-    continued_line,
-    *newcomers.RULES,
-    *sentences.RULES,
-    slips.side_without_of,
-    phrases.function_in_a_class,
-    not_supported,
-    slips.misspelt_second_word,
-    slips.misspelt_joint,
-    slips.temporal_elsewhere,
-    slips.guard,
-    slips.class_head,
-    slips.class_line,
-    slips.wrong_import,
-    text_prefix,
-    phrases.braces,
-    phrases.percent,
-    foreign_spelling,
-    phrases.assignment_in_lambda,
-    assignment_in_condition,
-    phrases.equals_after_with,
-    second_assignment,
-    missing_colon,
-    missing_brackets,
-    orphan,
-    missing_new,
-    phrases.forgotten_do,
-    phrases.wait_for_a_time,
-    phrases.name_of_a_requirement,
-    phrases.place_without_brackets,
-    phrases.param_without_equals,
-    phrases.terminate_if,
-    phrases.distance_without_from,
-    misplaced_unit,
-    missing_comma,
-    word_read_as_unit,
-    unknown_unit,
-    misspelt_statement,
-    reserved_word,
-    nothing_follows,
-    strange_character,
-)

@@ -1,4 +1,4 @@
-"""The surroundings of a syntax error, as the rules that explain it want to see them."""
+"""The context of a syntax error, as the rules that explain it need it: the line in words, and where reading stopped."""
 
 import re
 from functools import cached_property
@@ -28,7 +28,7 @@ class Word:
 
 
 @frozen
-class Trouble:
+class ErrorContext:
     """Where reading stopped, and what could have stood there."""
 
     source: Source
