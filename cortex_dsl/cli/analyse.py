@@ -17,9 +17,9 @@ from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.probability_view import probability_view
 from cortex_dsl.runs import OpenedRun, open_run
 from cortex_dsl.session import Scenario
-from engine.search.analysis import BUDGET, Analysis, analyse
-from engine.search.kept_probability import keep
-from engine.search.probability import CONDITIONS, JOINT, PARAMS, REPETITIONS, Probability, estimate
+from engine.search.insight.analysis import BUDGET, Analysis, analyse
+from engine.search.probability.estimates import keep
+from engine.search.probability.monte_carlo import CONDITIONS, JOINT, PARAMS, REPETITIONS, Probability, estimate
 from engine.search.store import example_run
 
 DESCRIPTION = """\

@@ -7,7 +7,7 @@ from cortex_dsl.console.command import Parser
 from cortex_dsl.console.terminal import Exit, Terminal
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.paper_view import paper_view
-from engine.paper.check import claims
+from engine.paper import claims
 
 
 def main(arguments: Sequence[str], terminal: Terminal) -> int:

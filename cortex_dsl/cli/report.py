@@ -50,7 +50,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
 
 
 def _is_study(folder: Path) -> bool:
-    from engine.study.store import is_study
+    from engine.study.database import is_study
 
     return is_study(folder)
 
@@ -59,7 +59,7 @@ def _study(options: argparse.Namespace, terminal: Terminal) -> int:
     """The page of a whole study."""
     from cortex_dsl.page.study_page import study_page
     from engine.search.store import StoreError
-    from engine.study.reading import read_study
+    from engine.study.database import read_study
 
     try:
         study = read_study(options.run)

@@ -24,7 +24,7 @@ from engine.search.manifest import changed_versions
 from engine.search.protocol import Box
 from engine.search.searchers import SearcherEntry, UnknownMethodError, build_searcher, canonical, known_searchers
 from engine.search.store import example_run, new_directory, numbered_directory
-from engine.study.store import is_study
+from engine.study.database import is_study
 
 
 def search(request: Request, terminal: Terminal) -> int:

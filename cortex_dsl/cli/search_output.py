@@ -20,12 +20,11 @@ from cortex_dsl.runs import OpenedRun, check_journal, open_run
 from cortex_dsl.session import Scenario
 from engine.extras import MissingExtraError
 from engine.program import Program
-from engine.search.campaign import Campaign, ForeignPastError, OnGeneration, Progress
-from engine.search.exports import summary
 from engine.search.journal_reader import Record
 from engine.search.manifest import changed_versions
-from engine.search.plugins import PluginError
-from engine.search.searchers import UnknownMethodError
+from engine.search.result_files import summary
+from engine.search.run import Campaign, ForeignPastError, OnGeneration, Progress
+from engine.search.searchers import PluginError, UnknownMethodError
 from engine.search.store import StoreError
 from engine.search.workers import Workers, WorkersLostError, workers_for
 

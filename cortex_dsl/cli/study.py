@@ -12,10 +12,9 @@ from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 
 if TYPE_CHECKING:
     from engine.search.workers import Workers
+    from engine.study.database import Study, StudyStore
     from engine.study.plan import Plan
-    from engine.study.reading import Study
-    from engine.study.records import RunRecord
-    from engine.study.store import StudyStore
+    from engine.study.run_records import RunRecord
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ def _usage_errors() -> Iterator[None]:
 
 def _begin(options: argparse.Namespace, arguments: Sequence[str], terminal: Terminal) -> int:
     from engine.search.store import hold, new_directory, numbered_directory
-    from engine.study.store import StudyStore
+    from engine.study.database import StudyStore
 
     plan = study_plan(options, arguments, terminal)
     if isinstance(plan, Exit):
@@ -78,8 +77,7 @@ def resume(folder: Path, terminal: Terminal, workers: "Workers", *, json: bool =
         UsageError: no readable study, another process is at it, or it was begun by another version.
     """
     from engine.search.store import hold
-    from engine.study.reading import read_study
-    from engine.study.store import StudyStore
+    from engine.study.database import StudyStore, read_study
 
     with _usage_errors():
         study = read_study(folder)
@@ -100,7 +98,7 @@ def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore"
     from cortex_dsl.report.study_progress import StudyProgress
     from engine.search.workers import open_workers
     from engine.study.execution import perform_all
-    from engine.study.records import Finished
+    from engine.study.run_records import Finished
 
     _compile_kernels(plan, terminal)
     with StudyProgress(terminal.err, plan, job.workers.jobs, earlier, quiet=job.json) as progress:
@@ -124,9 +122,9 @@ def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore"
 def tell(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool = False) -> int:
     """Write the files beside the study, and show what it came to so far."""
     from cortex_dsl.report.study_view import study_view
-    from engine.study.exports import summary, write_study
-    from engine.study.findings import findings
-    from engine.study.reading import read_study
+    from engine.study.database import read_study
+    from engine.study.study_files import summary, write_study
+    from engine.study.verdict import findings
 
     study = read_study(folder)
     found = findings(study.plan, study.records)

@@ -97,7 +97,7 @@ def study_plan(options: argparse.Namespace, arguments: Sequence[str], terminal: 
     """
     from engine.errors import CortexError
     from engine.extras import MissingExtraError
-    from engine.search.plugins import PluginError
+    from engine.search.searchers import PluginError
     from engine.study.plan import Plan, check, with_own_seeds
 
     methods = tuple(dict.fromkeys(_methods(options.methods)))
@@ -161,7 +161,7 @@ def _unfolded(paths: Sequence[Path]) -> list[Path]:
 
 def _the_six(terminal: Terminal) -> list[Path]:
     """The paper's scenarios, as they lie beside this program; say so."""
-    from engine.paper.numbers import FILES
+    from engine.paper import FILES
 
     files = [EXAMPLES / f"{name}.scn" for name in FILES]
     if not all(file.is_file() for file in files):

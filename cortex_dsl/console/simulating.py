@@ -32,7 +32,7 @@ from engine.vocabulary import Column, EndReason, Verdict
 if TYPE_CHECKING:
     from engine.blame import Account
     from engine.metrics import Metric
-    from engine.search.campaign import Campaign
+    from engine.search.run import Campaign
     from engine.world.impacts import Impact
 
 

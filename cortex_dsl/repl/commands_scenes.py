@@ -17,7 +17,7 @@ from cortex_dsl.repl.state import Desk
 from cortex_dsl.report.tally import Tally
 from cortex_dsl.session import Scenario
 from cortex_dsl.spelling import did_you_mean
-from engine.search.campaign import Campaign, Progress
+from engine.search.run import Campaign, Progress
 from engine.vocabulary import Verdict
 
 if TYPE_CHECKING:
