@@ -17,15 +17,14 @@ from typing import Any
 
 from cortex_dsl.runs import OpenedRun, open_run, origin_of
 from cortex_dsl.session import Scenario
-from engine.search.campaign import Campaign, ForeignPastError, OnGeneration, Progress
-from engine.search.exports import write_exports
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record, read_journal
 from engine.search.manifest import Manifest, changed_versions, make_manifest
 from engine.search.ranking import Case
+from engine.search.result_files import write_exports
+from engine.search.run import Campaign, ForeignPastError, OnGeneration, Progress, search
 from engine.search.searchers import canonical, find_searcher
 from engine.search.store import JOURNAL, RemovedError, StoreError, hold, store_errors
-from engine.search.study import search
 from engine.search.workers import Workers, workers_for
 
 OnRemoved = Callable[[RemovedError], None]

@@ -20,14 +20,14 @@ from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.reading import read_source
-from engine.search.campaign import follow
 from engine.search.journal_reader import Record, read_journal
 from engine.search.manifest import Link, Manifest, Origin, Text
 from engine.search.protocol import Box
 from engine.search.ranking import Case, order_of_risk, worst_cases
+from engine.search.run import follow
 from engine.search.searchers import build_searcher
 from engine.search.store import JOURNAL, StoreError, example_run
-from engine.study.store import is_study
+from engine.study.database import is_study
 from engine.vocabulary import GeneKind
 
 WORST = 10

@@ -11,7 +11,7 @@
 `docs/reference/python.md` goes through all of it.
 
 A search that keeps everything on disk, and can be gone on with: `search(…, out="runs/mine")`, `cortex_dsl.hunting`,
-`cortex_dsl.runs`. A searcher of your own: `engine.search.plugins`.
+`cortex_dsl.runs`. A searcher of your own: `engine.search.searchers`.
 
 Arrays are row-aligned and in SI units, genomes in the file's own; their shapes stand at `engine.scenes.Scenes`,
 `engine.scenes.Outcomes` and `engine.search.evaluations.Evaluations`.
@@ -41,8 +41,8 @@ if TYPE_CHECKING:
     from cortex_dsl.page.notebook import Picture, Shown
     from engine.risk import Risk
     from engine.scenes import Outcomes, Scenes
-    from engine.search.campaign import Campaign, OnGeneration
     from engine.search.ranking import Case
+    from engine.search.run import Campaign, OnGeneration
     from engine.search.workers import Workers
     from engine.tables import Floats
     from engine.world import WorldRun
@@ -208,7 +208,7 @@ class Scenario:
             TypeError: there is no such setting, or it is no number.
             ValueError: an unknown method, preset, profile, aggregate or engine, or a number that cannot be.
         """
-        from engine.search.study import search
+        from engine.search.run import search
 
         asking.settings(settings)
         config = replace(

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from cortex_dsl.catalogue import find
-from cortex_dsl.cli.commands import SUBCOMMANDS
-from cortex_dsl.cli.parser import build_parser
+from cortex_dsl.cli.command_table import SUBCOMMANDS
+from cortex_dsl.cli.file_options import build_parser
 
 ROOT = Path(__file__).parents[1]
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "examples").glob("*.md")]

@@ -17,7 +17,6 @@ from cortex_dsl.source import Source
 from cortex_dsl.syntax.errors import MAX_ERRORS
 from cortex_dsl.syntax.explain.table import explain
 from cortex_dsl.syntax.layout import Indenter, Layout, lay_out, synthetic
-from cortex_dsl.syntax.terminals import TerminalLexer
 from cortex_dsl.syntax.words import LATER_BLOCKS
 from engine.user_cache import cached_file
 
@@ -171,7 +170,6 @@ def _parser() -> tuple[Lark, Indenter]:
         propagate_positions=True,
         maybe_placeholders=True,
         postlex=indenter,
-        _plugins={"ContextualLexer": TerminalLexer},
         cache=str(cached_file(f"grammar-{key}.lark", "grammar-*.lark") or "") or False,
     )
     return lark, indenter

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import engine.interchange.reading
-from cortex_dsl.cli.exits import Exit
+from cortex_dsl.console.terminal import Exit
 from cortex_dsl.session import load
 from engine.interchange import InterchangeError, Recording
 from engine.interchange.record import recorded_run
