@@ -14,7 +14,7 @@ A search that keeps everything on disk, and can be gone on with: `search(…, ou
 `cortex_dsl.runs`. A searcher of your own: `engine.search.searchers`.
 
 Arrays are row-aligned and in SI units, genomes in the file's own; their shapes stand at `engine.scenes.Scenes`,
-`engine.scenes.Outcomes` and `engine.search.evaluations.Evaluations`.
+`engine.outcomes.Outcomes` and `engine.search.evaluations.Evaluations`.
 """
 
 from collections.abc import Mapping
@@ -39,8 +39,9 @@ if TYPE_CHECKING:
 
     from cortex_dsl.columns import Columns
     from cortex_dsl.page.notebook import Picture, Shown
+    from engine.outcomes import Outcomes
     from engine.risk import Risk
-    from engine.scenes import Outcomes, Scenes
+    from engine.scenes import Scenes
     from engine.search.ranking import Case
     from engine.search.run import Campaign, OnGeneration
     from engine.search.workers import Workers
@@ -139,7 +140,8 @@ class Scenario:
             TypeError: it is nothing of these.
         """
         from cortex_dsl import columns
-        from engine.scenes import Outcomes, Scenes
+        from engine.outcomes import Outcomes
+        from engine.scenes import Scenes
 
         if isinstance(thing, Scenes):
             return columns.of_scenes(self.program, self._own(thing))
@@ -177,8 +179,8 @@ class Scenario:
 
         `profile`: where the bands of the score end, `paper`, `paper-mm` or `literature` (see `engine.risk`).
         """
+        from engine.outcomes import Outcomes
         from engine.risk import PROFILES, assess
-        from engine.scenes import Outcomes
 
         asking.kind("outcomes", outcomes, Outcomes, "`simulate` makes them of scenes")
         if profile not in PROFILES:

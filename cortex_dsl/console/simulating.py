@@ -25,8 +25,9 @@ from cortex_dsl.session import Scenario, in_file
 from cortex_dsl.single import attempts
 from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
 from engine.metrics import recorded
+from engine.outcomes import Outcomes
 from engine.program import Program, Settings
-from engine.scenes import Outcomes, Scenes, Trajectory, actor_columns
+from engine.scenes import Scenes, Trajectory, actor_columns
 from engine.vocabulary import Column, EndReason, Verdict
 
 if TYPE_CHECKING:

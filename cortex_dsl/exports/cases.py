@@ -15,8 +15,9 @@ from cortex_dsl.session import Scenario
 from cortex_dsl.version import VERSION
 from engine.interchange.record import recorded_run
 from engine.interchange.recording import Provenance, Recording
+from engine.outcomes import Outcomes
 from engine.risk import HIGHEST_RISK, Risk
-from engine.scenes import Outcomes, Scenes
+from engine.scenes import Scenes
 from engine.search.ranking import Case
 from engine.streams import format_key
 from engine.vocabulary import Verdict

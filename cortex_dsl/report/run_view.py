@@ -21,10 +21,11 @@ from cortex_dsl.report.story import Moment, end_of, in_order, tell
 from cortex_dsl.report.timeline import curves, timeline
 from cortex_dsl.report.titles import title_of
 from engine.metrics import Metric, Recorded
+from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import PROFILES
 from engine.road.outline import Outline
-from engine.scenes import Outcomes, Scenes, Trajectory
+from engine.scenes import Scenes, Trajectory
 from engine.vocabulary import State, Verdict
 
 

@@ -15,8 +15,8 @@ from engine.interchange.export import ExportOptions
 from engine.interchange.measuring import measure
 from engine.interchange.record import recorded_run
 from engine.interchange.recording import Recording
+from engine.outcomes import Outcomes
 from engine.risk import Risk
-from engine.scenes import Outcomes
 from engine.tables import Floats
 from engine.vocabulary import State, Verdict
 

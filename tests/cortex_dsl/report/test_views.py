@@ -23,9 +23,10 @@ from cortex_dsl.report.tally import Tally
 from cortex_dsl.report.theme import THEME
 from cortex_dsl.report.titles import name_of, title_of
 from engine.metrics import Metric, Recorded
+from engine.outcomes import Outcomes
 from engine.program import Program, RoadSpec, Rule
 from engine.road import build_network, outline
-from engine.scenes import Outcomes, Scenes, Trajectory
+from engine.scenes import Scenes, Trajectory
 from engine.vocabulary import EndReason, Method, RuleKind, State, Verdict
 
 WIDTHS = (60, 80, 100, 120)
