@@ -19,7 +19,7 @@ from cortex_dsl.spelling import nearest
 if TYPE_CHECKING:
     from cortex_dsl.report.measured_view import MeasuredReport
     from engine.interchange.errors import InterchangeError
-    from engine.interchange.reading import Imported
+    from engine.interchange.reading.openscenario import Imported
 
 TABLES = (".csv", ".parquet")
 SCENARIO = ".xosc"
@@ -145,7 +145,7 @@ def _report(command: Command, options: argparse.Namespace, terminal: Terminal) -
 
 def _read(options: argparse.Namespace) -> "Imported":
     if options.file.suffix.lower() == SCENARIO:
-        from engine.interchange.reading import read_openscenario
+        from engine.interchange.reading.openscenario import read_openscenario
 
         return read_openscenario(options.file, ego=options.ego, step=options.step)
     from engine.interchange.tables import read_table

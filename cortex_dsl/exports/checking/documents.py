@@ -121,7 +121,7 @@ def _links(tree: Tree, known: dict[str, set[str]]) -> Iterator[Finding]:
 
 def _lanes(case: ExportCase, path: Path) -> Iterator[Finding]:
     from engine.interchange.opendrive import road_map
-    from engine.interchange.reading import read_opendrive
+    from engine.interchange.reading.opendrive import read_opendrive
 
     spec = case.scenario.program.road_spec
     network, where = build_network(spec), road_map(spec)

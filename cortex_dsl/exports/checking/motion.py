@@ -35,7 +35,7 @@ OURS = "this is a bug in cortexc: please report it"
 
 def openscenario(case: ExportCase, folder: Path, names: Sequence[str], options: ExportOptions) -> Iterator[Finding]:
     """The rules of OpenSCENARIO; a replay is the run, to a millimetre."""
-    from engine.interchange.reading import read_openscenario
+    from engine.interchange.reading.openscenario import read_openscenario
 
     for name in (each for each in names if each.endswith(".xosc")):
         yield from documents.scenario_rules(folder, name)

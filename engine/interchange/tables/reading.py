@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from engine.interchange.errors import InterchangeError, quoted
-from engine.interchange.reading import Imported
+from engine.interchange.reading.openscenario import Imported
 from engine.interchange.recording import RecordedActor, Recording
 from engine.interchange.tables.cells import Cells, read_csv_cells, read_parquet_cells
 from engine.interchange.tables.fitting import GAP

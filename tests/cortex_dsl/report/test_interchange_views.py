@@ -24,7 +24,7 @@ from engine.interchange import Recording
 from engine.interchange.export import ExportOptions
 from engine.interchange.measuring import measure
 from engine.interchange.opendrive import write_opendrive
-from engine.interchange.reading import OdrNetwork, read_opendrive
+from engine.interchange.reading.opendrive import OdrNetwork, read_opendrive
 from engine.program import RoadSpec
 from engine.tables import Floats
 from tests.engine.interchange.commonroad.recordings import ORIGIN, ROAD, crash

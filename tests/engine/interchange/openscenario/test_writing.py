@@ -14,7 +14,7 @@ import pytest
 from engine.interchange.errors import InterchangeError
 from engine.interchange.export import ExportOptions
 from engine.interchange.openscenario import write_trajectories, writing
-from engine.interchange.reading import Limits
+from engine.interchange.reading.xml import Limits
 from engine.interchange.recording import Contact, Recording, SignalTimes
 from engine.program import RoadSpec
 from engine.vocabulary import State

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from engine.interchange import InterchangeError
-from engine.interchange.reading import Imported, OdrNetwork, read_opendrive, read_openscenario
+from engine.interchange.reading.opendrive import OdrNetwork, read_opendrive
+from engine.interchange.reading.openscenario import Imported, read_openscenario
 
 TIMING = '<Timing domainAbsoluteRelative="absolute" offset="0" scale="1"/>'
 ROAD = '<RoadNetwork><LogicFile filepath="road.xodr"/></RoadNetwork>'

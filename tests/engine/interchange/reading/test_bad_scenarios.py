@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from engine.interchange import InterchangeError
-from engine.interchange.reading import Limits, read_openscenario
+from engine.interchange.reading.openscenario import read_openscenario
+from engine.interchange.reading.xml import Limits
 from tests.engine.interchange.reading.files import (
     ROAD,
     STRAIGHT,

@@ -14,7 +14,7 @@ from engine.config import Config, SimulationConfig
 from engine.interchange import ExportOptions, Recording
 from engine.interchange.measuring import measure
 from engine.interchange.openscenario import write_trajectories
-from engine.interchange.reading import Imported, read_openscenario
+from engine.interchange.reading.openscenario import Imported, read_openscenario
 from engine.interchange.record import recorded_run
 from engine.vocabulary import State
 from tests.engine.interchange.openscenario.conftest import actor, recording

@@ -9,7 +9,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from engine.interchange import InterchangeError
-from engine.interchange.reading import Limits, read_opendrive, read_openscenario
+from engine.interchange.reading.opendrive import read_opendrive
+from engine.interchange.reading.openscenario import read_openscenario
+from engine.interchange.reading.xml import Limits
 from tests.engine.interchange.reading.files import (
     ROAD,
     XODR,

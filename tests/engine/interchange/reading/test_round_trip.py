@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from engine.interchange import ExportOptions, InterchangeError, Recording
 from engine.interchange.opendrive import write_opendrive
 from engine.interchange.openscenario import write_trajectories
-from engine.interchange.reading import Imported, read_openscenario
+from engine.interchange.reading.openscenario import Imported, read_openscenario
 from engine.program import RoadSpec
 from engine.vocabulary import State
 from tests.engine.interchange.openscenario.conftest import actor as made_actor

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from engine.interchange import InterchangeError
-from engine.interchange.reading import Limits, read_xml
+from engine.interchange.reading.xml import Limits, read_xml
 
 
 def failure(path: Path, limits: Limits | None = None) -> InterchangeError:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from engine.interchange import InterchangeError, Recording
-from engine.interchange.reading import Imported
+from engine.interchange.reading.openscenario import Imported
 from engine.interchange.tables import cells, read_table, reading
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, State
