@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cortex_dsl.cli.placing import place_files
-from cortex_dsl.exports.formats import FORMATS
+from cortex_dsl.interchange.formats import FORMATS
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
     from cortex_dsl.report.measured_view import MeasuredReport
-    from engine.interchange.export import Export
+    from engine.interchange.contract import Export
 
 CONVERTIBLE = tuple(name for name, entry in FORMATS.items() if not entry.needs)
 """What a recording from elsewhere can be turned into."""
@@ -53,7 +53,7 @@ def written(report: "MeasuredReport", options: argparse.Namespace) -> "MeasuredR
 
 
 def _exports(report: "MeasuredReport", options: argparse.Namespace) -> "Iterator[Export]":
-    from cortex_dsl.exports.formats import recording_writer_of
+    from cortex_dsl.interchange.formats import recording_writer_of
 
     for name in options.to:
         if FORMATS[name].of_recording:
@@ -64,7 +64,7 @@ def _exports(report: "MeasuredReport", options: argparse.Namespace) -> "Iterator
 
 def _openscenario(report: "MeasuredReport", stem: str, osc: str | None) -> "Export":
     """The `.xosc`, and beside it a copy of the road that was read."""
-    from engine.interchange.export import Export, ExportOptions
+    from engine.interchange.contract import Export, ExportOptions
     from engine.interchange.openscenario import write_trajectories
 
     road = None if report.road is None else Path(report.road.path)

@@ -18,8 +18,8 @@ from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
     from cortex_dsl.report.measured_view import MeasuredReport
-    from engine.interchange.errors import InterchangeError
-    from engine.interchange.reading.openscenario import Imported
+    from engine.interchange.contract import InterchangeError
+    from engine.interchange.openscenario.read import Imported
 
 TABLES = (".csv", ".parquet")
 SCENARIO = ".xosc"
@@ -59,7 +59,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
 
 def perform(command: Command, arguments: Sequence[str], terminal: Terminal) -> int:
     """Read, measure, tell."""
-    from engine.interchange.errors import InterchangeError
+    from engine.interchange.contract import InterchangeError
 
     parser = _parser(command)
     options = parser.parse_args(arguments)
@@ -145,7 +145,7 @@ def _report(command: Command, options: argparse.Namespace, terminal: Terminal) -
 
 def _read(options: argparse.Namespace) -> "Imported":
     if options.file.suffix.lower() == SCENARIO:
-        from engine.interchange.reading.openscenario import read_openscenario
+        from engine.interchange.openscenario.read import read_openscenario
 
         return read_openscenario(options.file, ego=options.ego, step=options.step)
     from engine.interchange.tables import read_table

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from cortex_dsl.session import Scenario, load
 from engine.interchange import Contact, InterchangeError, RecordedActor, Recording
 from engine.interchange.measuring import COMMANDS, Measured, measure
-from engine.interchange.record import recorded_run
+from engine.interchange.recording import recorded_run
 from engine.metrics import measure_trajectory
 from engine.runs import MAX_SAMPLES
 from engine.scenes import Outcomes
