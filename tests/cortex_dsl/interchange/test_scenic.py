@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.exports.scenic import files
 from cortex_dsl.interchange.cases import ExportCase, case_of_scene
 from cortex_dsl.interchange.formats import checker_of
+from cortex_dsl.interchange.writing import scenic
 from cortex_dsl.session import Scenario, compile_text, load
 from engine.interchange.contract import ExportOptions, InterchangeError
 from engine.road import LaneRole, build_network
@@ -36,7 +36,7 @@ def case_of(scenario: Scenario, file: str = "case.scn") -> ExportCase:
 
 def written(text: str, folder: Path | None = None) -> tuple[str, tuple[str, ...]]:
     """The statements behind the head of a scenario's Scenic file, and the remarks."""
-    export = files(case_of(compile_text(text, "case.scn", folder=folder)), "case", ExportOptions())
+    export = scenic(case_of(compile_text(text, "case.scn", folder=folder)), "case", ExportOptions())
     whole = str(export.files["case.scenic"])
     return whole[whole.index("\nmodel scenic") :], export.remarks
 
@@ -49,7 +49,7 @@ def body(statements: str) -> str:
 def test_everybody_stands_where_the_run_began(path: Path, tmp_path: Path) -> None:
     """Place to the last digit, heading from the north, size; nothing of ours is found fault with."""
     case = case_of(load(path))
-    export = files(case, "case", ExportOptions())
+    export = scenic(case, "case", ExportOptions())
     text = str(export.files["case.scenic"])
     poses = re.findall(r"new (?!OrientedPoint)\w+ at \((\S+), (\S+)\),\s+facing (\S+?),", text)
     first = [state for state in case.recording.states[0] if state[State.PRESENT]]
@@ -76,7 +76,7 @@ def test_everybody_stands_where_the_run_began(path: Path, tmp_path: Path) -> Non
 def test_lanes_are_found_by_points_of_their_own(path: Path) -> None:
     """Each point at which the map is asked for a lane lies on one lane's middle, and on no other lane."""
     case = case_of(load(path))
-    text = str(files(case, "case", ExportOptions()).files["case.scenic"])
+    text = str(scenic(case, "case", ExportOptions()).files["case.scenic"])
     network = build_network(case.scenario.program.road_spec)
     lanes = [lane for lane in network.lanes if lane.role is not LaneRole.CONNECTING]
     for name, x, y in re.findall(r"^lane_(\S+) = network\.laneAt\(\((\S+), (\S+)\)\)", text, re.MULTILINE):
@@ -191,7 +191,7 @@ def test_left_hand_roads_are_refused() -> None:
         written("map intersection(left_hand=True)\nego = new Car on road\n")
     for path in LEFT_HAND:
         with pytest.raises(InterchangeError, match="right-hand traffic"):
-            files(case_of(load(path), path.name), path.stem, ExportOptions())
+            scenic(case_of(load(path), path.name), path.stem, ExportOptions())
 
 
 def test_names_of_the_author_are_not_taken() -> None:
@@ -205,7 +205,7 @@ def test_names_of_the_author_are_not_taken() -> None:
 def test_golden(path: Path) -> None:
     """The files as they were read by a person, and by Scenic 3.1.1."""
     case = case_of(load(path), path.name)
-    text = str(files(case, path.stem, ExportOptions()).files[f"{path.stem}.scenic"])
+    text = str(scenic(case, path.stem, ExportOptions()).files[f"{path.stem}.scenic"])
     golden = GOLDEN / f"{path.stem}.scenic"
     if os.environ.get("UPDATE_GOLDEN"):
         GOLDEN.mkdir(exist_ok=True)
