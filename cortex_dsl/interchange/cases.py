@@ -24,7 +24,7 @@ from engine.search.ranking import Case
 from engine.streams import format_key
 from engine.vocabulary import Verdict
 
-# -- The plan of the traffic lights in one scene, as numbers -----------------------------------------------------------
+# -- the plan of the traffic lights in one scene, as numbers -----------------------------------------------------------
 
 HERE = Span(0, 0)
 
@@ -56,7 +56,7 @@ def _telling(variant: ir.Variant) -> ir.Variant:
     return replace(variant, draw_sites=(*variant.draw_sites, ir.DrawSite(HERE, "number", "s", times)))
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the case ----------------------------------------------------------------------------------------------------------
 
 LONGEST_NAME = 80
 """Characters of a scenario's name in the names of files, which file systems limit to 255."""

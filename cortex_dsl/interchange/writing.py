@@ -1,4 +1,6 @@
-"""All files of all cases that were asked for, in memory, before the first of them is written."""
+"""All files of all cases that were asked for, in memory, before the first of them is written; and each format that
+needs more of a case than its recording.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -66,7 +68,7 @@ def _add(gathered: Gathered, number: int, name: str, export: Export) -> None:
         gathered.remarks.setdefault((name, remark), []).append(number)
 
 
-# -- Formats that carry motion and the road: what `engine.interchange` writes, asked for one case ----------------------
+# -- one case in one format, with its road -----------------------------------------------------------------------------
 
 
 def openscenario(case: ExportCase, stem: str, options: ExportOptions) -> Export:

@@ -1,12 +1,13 @@
-"""What a format's module is asked for, and what it answers."""
+"""What every format's module is asked for and what it answers: options, files with remarks, findings of a check, or an
+error that says what is wrong with a file from elsewhere, or with the wish to write one, and what to do.
+"""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from itertools import islice
 
-# ----------------------------------------------------------------------------------------------------------------------
-# What is wrong with a file from elsewhere, or with the wish to write one, and how a stranger's words are told.
+# -- errors, and how a stranger's words are told -----------------------------------------------------------------------
 
 MOST_CHOICES = 12
 MOST_COMPARED = 2000
@@ -44,7 +45,7 @@ def did_you_mean(word: str, names: Iterable[str], few: int = MOST_CHOICES) -> st
     return "there is " + ", ".join(f"`{name}`" for name in choices[:few]) + rest
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- what is asked for, and answered -----------------------------------------------------------------------------------
 
 OSC_VERSIONS = ("1.0", "1.1", "1.2", "1.3")
 """Of OpenSCENARIO XML: the rows of `openscenario.versions`. CARLA's ScenarioRunner reads 1.0 only."""
@@ -79,9 +80,6 @@ class Export:
     """What the format cannot carry, or carries otherwise, each as one sentence that names it: without a full stop, and
     beginning with a small letter unless a name stands there.
     """
-
-
-# -- What a check of written files says --------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,9 @@
-"""What each standard calls the kinds of actors, and what a flat world does not know of them: one row for each."""
+"""What each standard calls the kinds of actors, and what a flat world does not know of them: one row for each.
+
+ASAM's Open Simulation Interface numbers what an actor is, as omega-prime's columns hold it. Source: Open Simulation
+Interface 3.7, `osi_object.proto`: MovingObject.Type, MovingObject.VehicleClassification.Type and .Role. What is no
+vehicle has neither role nor subtype, -1 in omega-prime.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,11 +12,7 @@ from typing import NamedTuple
 
 from engine.vocabulary import ActorKind
 
-# ----------------------------------------------------------------------------------------------------------------------
-# How ASAM's Open Simulation Interface numbers what an actor is, as omega-prime's columns hold it.
-#
-# Source: Open Simulation Interface 3.7, `osi_object.proto`: MovingObject.Type, MovingObject.VehicleClassification.Type
-# and .Role. What is no vehicle has neither role nor subtype, -1 in omega-prime.
+# -- numbers of the Open Simulation Interface --------------------------------------------------------------------------
 
 UNSET = -1
 OTHER, VEHICLE, PEDESTRIAN, ANIMAL = 1, 2, 3, 4
@@ -53,7 +54,7 @@ def kind_of(code: Code) -> ActorKind | None:
     return BY_SUBTYPE.get(code.subtype) if code.type == VEHICLE else None
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the table ---------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

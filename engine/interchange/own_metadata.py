@@ -2,6 +2,9 @@
 
 An actor has properties `cortexc.…`: its own name and kind, what its element has no place for, and one number for each
 sample at which it is there, of what does not follow exactly from its positions. A file has parameters `cortexc_…`.
+
+Speeds do not follow exactly from positions, so they are written beside them; `openscenario.read.speeds` holds the two
+against each other.
 """
 
 import re
@@ -117,11 +120,7 @@ def _numbers(text: str) -> Floats | None:
     return values if (np.abs(values) <= LARGEST).all() else None
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# What our own files say of an actor besides its positions, read back: its samples.
-#
-# Speeds do not follow exactly from positions, so they are written beside them; `openscenario.read.speeds` holds them
-# against these.
+# -- an actor's samples, read back -------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

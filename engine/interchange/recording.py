@@ -1,7 +1,8 @@
 """A run as others see it: who took part, where each was when, and where the recording comes from. SI units, radians.
 
 Positions are centres of outlines, headings anticlockwise from +x and not wrapped: a vehicle that turns has headings
-that run on. Motion between two samples is linear in position and heading, as it is for contact in our own runs.
+that run on. Motion between two samples is linear in position and heading, as it is for contact in our own runs. The
+end of the file makes a recording of a run of ours.
 """
 
 from collections.abc import Mapping
@@ -240,7 +241,7 @@ class RecordedCase:
         return tuple(f"`{actors[each].name}` never comes in, and is left out" for each in self.recording.never_there)
 
 
-# -- A recording at other instants: motion between two samples is linear -----------------------------------------------
+# -- a recording at other instants: motion between two samples is linear -----------------------------------------------
 
 OF_STEPS = [State.ACCELERATION, State.THROTTLE, State.BRAKE]
 """What a sample tells of the step that ended there, so that it holds all through that step."""
@@ -264,7 +265,7 @@ def states_at(recording: Recording, instants: Floats) -> Floats:
     return found
 
 
-# -- From a run of ours to a recording ---------------------------------------------------------------------------------
+# -- from a run of ours to a recording ---------------------------------------------------------------------------------
 
 NO_PROVENANCE = Provenance()
 

@@ -1,4 +1,11 @@
-"""XML as every format here is written: one element a line, numbers that read back to the same value."""
+"""XML as every format here is written and read: one element a line, numbers that read back to the same value.
+
+What a stranger's file can do here is be refused. No document type, entity or external reference is accepted, so nothing
+is ever expanded, opened or fetched; size, depth and number of elements are bounded before memory is spent. What is read
+remembers where it stands.
+
+Sources: OWASP, "XML External Entity Prevention Cheat Sheet"; Python, "The ElementTree XML API: XML vulnerabilities".
+"""
 
 import math
 import re
@@ -58,7 +65,7 @@ def xml_text(root: Element) -> str:
     return text
 
 
-# -- An element of somebody else's XML, which remembers where it stands and says what is wrong with it -----------------
+# -- an element of somebody else's, which says what is wrong with it ---------------------------------------------------
 
 
 @dataclass(eq=False, slots=True)
@@ -154,12 +161,7 @@ class Node:
         return int(text)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# The one reader of XML files: what a stranger's file can do here is be refused.
-#
-# No document type, entity or external reference is accepted, so nothing is ever expanded, opened or fetched; size,
-# depth and number of elements are bounded before memory is spent. Sources: OWASP, "XML External Entity Prevention Cheat
-# Sheet"; Python, "The ElementTree XML API: XML vulnerabilities".
+# -- the one reader ----------------------------------------------------------------------------------------------------
 
 CHUNK = 1 << 22
 """Bytes. An attribute that fills many chunks is looked at again with each, so that small ones would cost minutes."""
@@ -325,7 +327,7 @@ class _Reader:
         return InterchangeError(message, cure, f"{self.file}, line {self.parser.CurrentLineNumber}")
 
 
-# -- A file of ours, for checks ----------------------------------------------------------------------------------------
+# -- a file of ours, for checks ----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

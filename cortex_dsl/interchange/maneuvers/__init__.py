@@ -1,6 +1,7 @@
-"""A case in OpenSCENARIO's maneuver mode, with files of its parameters' values.
+"""A case in OpenSCENARIO's maneuver mode: the scenario, the values of a search's worst cases, and the ranges of the
+params.
 
-numbers (what depends on params) -> triggers, starts, driving (one actor) -> planning (all of them) -> files
+numbers (what depends on params) -> triggers, driving (one actor) -> planning (all of them) -> the files, here
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
 __all__ = ["maneuver_files", "maneuver_plan"]
 
-# -- The files of one case: the scenario, the values of a search's worst cases, and the ranges of the params -----------
 
 CHAMPIONS = 50
 """As many of a run's worst cases are looked at for such as make the same finite choices."""
@@ -107,6 +107,3 @@ def _champions(case: "ExportCase", plan: ManeuverPlan, worst: Sequence["Case"]) 
 
 def _is_same(one: "Scenes", other: "Scenes") -> bool:
     return np.array_equal(one.keys, other.keys) and np.array_equal(one.genomes, other.genomes)
-
-
-# ----------------------------------------------------------------------------------------------------------------------

@@ -1,4 +1,6 @@
-"""Expressions of a scenario as formulas over its params, with everything else as it is in one scene."""
+"""Expressions of a scenario as formulas over its params, with everything else as it is in one scene; and what
+expressions of a behaviour are worth at the instant at which a run begins.
+"""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -169,7 +171,7 @@ WORDS: Mapping[Op, str] = {
     Op.REGION_DISTANCE: "its distance from a region",
 }
 
-# -- What expressions of a behaviour are worth at the instant at which a run begins ------------------------------------
+# -- at the instant at which a run begins ------------------------------------------------------------------------------
 
 DYNAMIC = (Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING)
 """Operations that ask the running simulation."""

@@ -1,4 +1,6 @@
-"""From one scene of a compiled scenario to a neutral plan of all its actors."""
+"""From one scene of a compiled scenario to a neutral plan of all its actors: where each starts (as a formula where the
+file ties its place to a param, else as it was drawn), which way it goes, and what ends the run.
+"""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -31,7 +33,7 @@ from engine.road.network import Lane, LaneRole
 from engine.scenes import Scenes
 from engine.vocabulary import ActorKind, Column, Distribution, GeneKind, Op, RuleKind
 
-# -- Where actors start: as a formula where the file ties their place to a param, else as it was drawn -----------------
+# -- where actors start ------------------------------------------------------------------------------------------------
 
 NEAR = 1e-6
 """What is no further from a centre line is on it [m, rad]."""
@@ -191,7 +193,7 @@ def _falls(lane: Lane, region: int) -> float | None:
     return at_start
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the plan ----------------------------------------------------------------------------------------------------------
 
 
 def maneuver_plan(scenario: Scenario, scenes: Scenes, row: int = 0) -> ManeuverPlan:

@@ -1,4 +1,6 @@
-"""Expressions in Scenic: numbers are SI, headings are measured from the north, and lanes are looked up on the map."""
+"""Expressions and calls in Scenic: numbers are SI, headings are measured from the north, lanes are looked up on the
+map, and functions and behaviors go by the names that its library has for them.
+"""
 
 import math
 from collections.abc import Callable, Mapping
@@ -40,7 +42,7 @@ from engine.vocabulary import ActorKind
 if TYPE_CHECKING:
     pass
 
-# -- Calls in Scenic: its functions, its library of behaviors, and what is called otherwise there ----------------------
+# -- calls: functions, the library of behaviors, and what is called otherwise there ------------------------------------
 
 
 def call(to: "Expressions", node: nodes.Call) -> nodes.Expression:
@@ -119,7 +121,7 @@ def _told(argument: nodes.Argument, number: int, name: str) -> str:
     return f"`{argument.name or parameters[number].name}`, which Scenic's has not"
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- expressions -------------------------------------------------------------------------------------------------------
 
 N = TypeVar("N", bound=nodes.Node)
 Worth = Callable[[Span], list[Value]]

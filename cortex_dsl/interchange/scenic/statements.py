@@ -1,4 +1,6 @@
-"""Statements in Scenic. What it has no words for stays in the file as a comment, and is remarked upon."""
+"""Statements and `new` in Scenic. What it has no words for stays in the file as a comment, and is remarked upon; every
+object that stood somewhere is put there by numbers, whatever placed it.
+"""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -225,7 +227,7 @@ _HANDLERS: Mapping[type, Callable[[Statements, Any], Block]] = {
     nodes.While: _while,
 }
 
-# -- `new` in Scenic: every object that stood somewhere is put there by numbers, whatever placed it --------------------
+# -- `new` -------------------------------------------------------------------------------------------------------------
 
 SIZES = ("width", "length")
 

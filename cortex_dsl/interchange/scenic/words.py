@@ -1,4 +1,6 @@
-"""Names in Scenic: what its driving library shares with this language, and what stands in for the rest."""
+"""What a Scenic file may say: the names that its driving library shares with this language and what stands in for the
+rest; what is gathered for its head, and what cannot be said in it; and the names by which it finds a part of our road.
+"""
 
 import re
 from collections.abc import Mapping
@@ -111,7 +113,7 @@ NO_LONGER = frozenset({"regionContainedIn", "requireVisible", "physics", "rolena
 LEFT_OUT_PARAMS = frozenset({"map", "carla_map", "map_options", "use2DMap", "timestep", "time_step"})
 """Params that the head of the file sets."""
 
-# -- What is gathered while a file is written: lines for its head, and what cannot be said in it -----------------------
+# -- what is gathered while a file is written: lines for its head, and what cannot be said in it -----------------------
 
 
 class Unsaid(Exception):  # noqa: N818 - not an error, it is told
@@ -168,7 +170,7 @@ def is_comment(node: nodes.Statement) -> bool:
 
 NOWHERE = Span(0, 0)
 
-# -- How Scenic finds a part of our road in the exported map: by a point that no other part of its kind has ------------
+# -- how Scenic finds a part of our road in the exported map: by a point that no other part has ------------------------
 
 
 def place_text(sheet: Sheet, network: Network, value: Value) -> str | None:

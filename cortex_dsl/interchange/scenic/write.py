@@ -1,4 +1,6 @@
-"""The Scenic file as a whole: its head, which finds the road, then the author's text."""
+"""The Scenic file as a whole: its head, which finds the road, then the author's text; and the check of what was
+written.
+"""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,4 +1,9 @@
-"""The road of a scenario: lanelets, intersections and traffic lights as XML."""
+"""The road of a scenario as XML: lanelets, intersections and traffic lights, and how CommonRoad writes numbers and
+points.
+
+A lanelet is one of our lanes: two bounds of equally many points, with the lanes beside it. Points that several bounds
+share are the same to the last bit: along a neighbour, and from a lane to its successors.
+"""
 
 import math
 from collections import defaultdict
@@ -15,7 +20,7 @@ from engine.road.network import Intersection, Lane, LaneRole, Leg, Network
 from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 
-# -- How CommonRoad writes numbers, points and states ------------------------------------------------------------------
+# -- numbers, points and states ----------------------------------------------------------------------------------------
 
 
 def add_text(parent: Element, tag: str, text: str) -> None:
@@ -47,10 +52,7 @@ def add_rectangle(parent: Element, length: float, width: float) -> Element:
     return rectangle
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Our lanes as lanelets: two bounds of equally many points, with the lanes beside each.
-#
-# Points that several bounds share are the same to the last bit: along a neighbour, and from a lane to its successors.
+# -- our lanes as lanelets ---------------------------------------------------------------------------------------------
 
 SAME = 1e-6
 """Points of bounds closer than this are one [m]; as `PathBook` joins paths."""
@@ -153,7 +155,7 @@ class _SharedPoints:
         return self._known[column, row]
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the road as XML ---------------------------------------------------------------------------------------------------
 
 SUCCESSORS = {
     "successorsRight": ManeuverType.RIGHT_TURN,

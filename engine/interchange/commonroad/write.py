@@ -1,4 +1,8 @@
-"""The scenario: head, road, actors, and the ego's planning problem."""
+"""The scenario (head, road, actors, the ego's planning problem), and what the ego did as the solution of that problem.
+
+The solution is a trajectory of the kinematic single-track model. Its states hold the vehicle's centre, but the speed of
+its rear axle, as commonroad-io's vehicle dynamics take them.
+"""
 
 import math
 import re
@@ -25,10 +29,7 @@ from engine.interchange.xml import Element, child, decimal, number, xml_text
 from engine.road import Network, build_network
 from engine.vocabulary import ActorKind
 
-# ----------------------------------------------------------------------------------------------------------------------
-# What the ego did, as the solution of its planning problem: a trajectory of the kinematic single-track model.
-#
-# Its states hold the vehicle's centre, but the speed of its rear axle, as commonroad-io's vehicle dynamics take them.
+# -- the solution ------------------------------------------------------------------------------------------------------
 
 MODEL = "KS"
 COST = "JB1"
@@ -76,7 +77,7 @@ def _add_vehicle_state(trajectory: Element, ego: Course, step: int) -> None:
     add_text(state, "time", str(step))
 
 
-# -- What CommonRoad cannot carry of a recording, or carries otherwise -------------------------------------------------
+# -- what CommonRoad cannot carry of a recording, or carries otherwise -------------------------------------------------
 
 
 def remarks(line: Timeline) -> tuple[str, ...]:
@@ -140,7 +141,7 @@ def _always() -> Iterator[str]:
     yield "CommonRoad has no names, masses, axles or pedals of obstacles, and steering of the ego alone"
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the scenario ------------------------------------------------------------------------------------------------------
 
 UNKNOWN_PLACE = {"geoNameId": "-999", "gpsLatitude": "999", "gpsLongitude": "999"}
 """What commonroad-io writes where nothing is known of a place."""

@@ -1,7 +1,8 @@
 """MCAP for Foxglove, Lichtblick and rerun: who is where as `foxglove.SceneUpdate`, and the numbers of each sample.
 
 Topics: `/road` once at the start, `/actors` and `/numbers` at each sample; JSON, one frame, times from the recording's
-start. Field names are those of Foxglove's message schemas. Bytes are not compressed: the same case is the same file.
+start. Field names and numbers of kinds are those of
+Foxglove's published message schemas. Bytes are not compressed: the same case is the same file.
 """
 
 import json
@@ -23,10 +24,7 @@ from engine.road import build_network, outline
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, State
 
-# ----------------------------------------------------------------------------------------------------------------------
-# A recording as Foxglove's `SceneUpdate` messages: boxes for those who take part, lines for the road, in one frame.
-#
-# Field names and numbers of kinds are those of Foxglove's published message schemas, in JSON.
+# -- scenes: boxes for those who take part, lines for the road, in one frame -------------------------------------------
 
 FRAME = "map"
 EGO, OTHERS, THINGS = (0.95, 0.45, 0.1), (0.25, 0.45, 0.75), (0.5, 0.5, 0.5)
@@ -161,7 +159,7 @@ SCENE_UPDATE = _object(
     deletions=_list(_object(timestamp=_TIME, type=_WHOLE, id=_TEXT)), entities=_list(_ENTITY)
 )  # fmt: skip
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the file ----------------------------------------------------------------------------------------------------------
 
 NUMBERS = {
     "speed": State.SPEED,

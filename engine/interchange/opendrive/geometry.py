@@ -1,8 +1,11 @@
-"""Which road and lane of OpenDRIVE each of our lanes is, and where along it.
+"""Where things lie in OpenDRIVE: which road and lane there each of our lanes is, and the curves that reference lines
+are made of. Metres and radians.
 
 A road outside the junctions has its two directions to either side of its reference line, which runs in the middle and
 with the traffic of its first lane. A turn is a road of one lane with the reference line on the lane's own centre. In
 both cases arc length along our lane is arc length along the reference line, or what is left of it.
+
+Source of the curves: ASAM OpenDRIVE 1.7.0, chapter 8, "Geometry".
 """
 
 import math
@@ -131,10 +134,7 @@ def _heading(lane: Lane) -> float:
     return lane.network.paths.pose(lane.path, 0.0).heading
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Reference lines of OpenDRIVE: pieces of `planView`, each a curve from a pose. Metres and radians.
-#
-# Source: ASAM OpenDRIVE 1.7.0, chapter 8, "Geometry".
+# -- reference lines: pieces of `planView`, each a curve from a pose ---------------------------------------------------
 
 MOST_TURNING = 1000.0
 """More than this no road turns along one piece [rad]; it bounds the work of one point, too."""

@@ -1,4 +1,4 @@
-"""The document as a whole."""
+"""`write_opendrive`: our road as a document, with its roads, junctions and traffic lights."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ from engine.program import RoadSpec
 from engine.road import Intersection, Lane, Maneuver, Primitive
 from engine.tables import ROAD_REGION
 
-# -- Reference lines and cross sections of roads -----------------------------------------------------------------------
+# -- reference lines and cross sections of roads -----------------------------------------------------------------------
 
 WIDE = {"b": 0, "c": 0, "d": 0}
 """Of a width that does not change along the road."""
@@ -54,7 +54,7 @@ def add_mark(lane: Element, kind: str, lane_change: str) -> None:
     child(lane, "roadMark", sOffset=0, type=kind, weight="standard", color="standard", laneChange=lane_change)
 
 
-# -- Roads outside the junctions: both directions side by side, each as many lanes as the other ------------------------
+# -- roads outside the junctions: both directions side by side, each as many lanes as the other ------------------------
 
 
 def add_road(document: Element, roads: RoadMap, road: Carriageway) -> Element:
@@ -100,7 +100,7 @@ def _add_lane(group: Element, lane: int, road: Carriageway) -> None:
         add_mark(element, "broken", "both")
 
 
-# -- Junctions: a road of one lane for each maneuver, and the list of which lane leads into which ----------------------
+# -- junctions: a road of one lane for each maneuver, and the list of which lane leads into which ----------------------
 
 
 def add_turn(document: Element, roads: RoadMap, maneuver: Maneuver) -> Element:
@@ -161,7 +161,7 @@ def add_junction(document: Element, roads: RoadMap, junction: Intersection) -> E
     return element
 
 
-# -- Traffic lights: one for each arm, at the kerb by its stop line; those of a phase under one controller -------------
+# -- traffic lights: one for each arm, at the kerb by its stop line; those of a phase under one controller -------------
 
 BESIDE = 0.5
 """From the kerb to a light's mast [m]."""
@@ -280,7 +280,7 @@ def add_controllers_of(element: Element, junction: Intersection) -> None:
         child(element, "controller", id=_group(junction, phase).controller, type="0", sequence=phase)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the document as a whole -------------------------------------------------------------------------------------------
 
 REVISION = {"revMajor": 1, "revMinor": 7}
 NO_PROVENANCE = Provenance()

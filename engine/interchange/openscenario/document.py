@@ -1,4 +1,9 @@
-"""The parts of a scenario that do not depend on how its motion is said: head, parameters, road, times, places."""
+"""The parts of a scenario that do not depend on how its motion is said: head, parameters, road, times, places, and who
+takes part, written inline: no catalogs and no 3D models, which another machine may not have.
+
+The reference point of a vehicle is the middle of its rear axle on the ground (ASAM OpenSCENARIO XML, User Guide, on
+coordinate systems), so the centre of its bounding box lies ahead of it.
+"""
 
 import re
 import unicodedata
@@ -16,7 +21,7 @@ from engine.interchange.recording import Provenance, RecordedActor, Recording
 from engine.interchange.xml import Element, child, decimal, number
 from engine.vocabulary import State
 
-# -- Names as every reader takes them: letters, digits and `_`, unique, and still to be recognised ---------------------
+# -- names as every reader takes them: letters, digits and `_`, unique, and still to be recognised ---------------------
 
 
 def plain_name(text: str) -> str:
@@ -46,7 +51,7 @@ def literal(text: str) -> str:
     return text.replace("$", "\N{FULLWIDTH DOLLAR SIGN}")
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- head, parameters, road, times, places -----------------------------------------------------------------------------
 
 LONGEST_DESCRIPTION = 500
 """Characters; what is longer stands in the parameters alone."""
@@ -195,11 +200,7 @@ def speed_action(private_action: Element, dynamics: Mapping[str, str], speed: st
     return child(child(action, "SpeedActionTarget"), "AbsoluteTargetSpeed", value=speed)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Who takes part, written inline: no catalogs and no 3D models, which another machine may not have.
-#
-# The reference point of a vehicle is the middle of its rear axle on the ground (ASAM OpenSCENARIO XML, User Guide, on
-# coordinate systems), so the centre of its bounding box lies ahead of it.
+# -- who takes part ----------------------------------------------------------------------------------------------------
 
 UNBOUNDED_SPEED = 100.0
 """`maxSpeed` of what no speed bounds [m/s]; a run that is faster has its own top speed instead."""

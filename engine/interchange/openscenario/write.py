@@ -1,4 +1,8 @@
-"""Trajectory mode: a case as an `.xosc` that replays it exactly."""
+"""Trajectory mode: a case as an `.xosc` that replays it exactly.
+
+Each stretch of an actor's motion is a timed polyline; the storyboard says where all begin, and for each actor when it
+comes, how it moves and when it goes.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -24,7 +28,7 @@ from engine.interchange.xml import LIMITS, MEGABYTE, Element, child, xml_text
 from engine.tables import Floats
 from engine.vocabulary import State
 
-# -- One stretch of an actor's motion as a timed polyline --------------------------------------------------------------
+# -- one stretch of motion as a timed polyline -------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -84,8 +88,7 @@ def follow_trajectory(action: Element, stretch: Stretch, name: str, version: Ver
     child(follow, "TrajectoryFollowingMode", followingMode="position")
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# The storyboard of a replay: where all begin, and for each actor when it comes, how it moves and when it goes.
+# -- the storyboard ----------------------------------------------------------------------------------------------------
 
 
 def add_storyboard(root: Element, recording: Recording, names: Sequence[str], version: Version) -> Element:
@@ -152,7 +155,7 @@ def _entity_action(event: Element, name: str, action: str) -> Element:
     return child(child(child(event, "Action", name=action), "GlobalAction"), "EntityAction", entityRef=name)
 
 
-# -- The fixed-time plan of traffic lights, as phases of the road's signal controllers ---------------------------------
+# -- traffic lights: a fixed-time plan as phases of the road's signal controllers --------------------------------------
 
 RED, YELLOW, GREEN = "on;off;off", "off;on;off", "off;off;on"
 """Lamps from top to bottom, the spelling that esmini and ScenarioRunner read."""
@@ -210,7 +213,7 @@ def _begun(plan: tuple[SignalPhase, ...], offset: float) -> tuple[SignalPhase, .
     return plan
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the file ----------------------------------------------------------------------------------------------------------
 
 MERGED = 0.1
 """Below this distance esmini 3.6 takes vertices for one [m]: its default of `--traj_filter`."""

@@ -1,4 +1,7 @@
-"""The cells of a CSV file as columns of numbers and texts. What a cell cannot be is said with its line and column."""
+"""The cells of a table, CSV or Parquet, as columns of numbers and texts. What a cell cannot be is said with its place.
+
+Parquet goes through pyarrow, which only the extra brings: imported when asked for, and missed with a cure.
+"""
 
 import csv
 import json
@@ -19,7 +22,7 @@ from engine.interchange.contract import InterchangeError, quoted
 from engine.interchange.tables.columns import TEXTS, Chosen, Column, check_complete, choose
 from engine.tables import Floats, Ints
 
-# -- Parquet through pyarrow, which only the extra brings: imported when asked for, and missed with a cure -------------
+# -- Parquet files through pyarrow -------------------------------------------------------------------------------------
 
 EGO, NAMES = b"host_vehicle_idx", b"cortexc_names"
 """Metadata: omega-prime's own key for the ego, and ours for names, a JSON list by idx."""
@@ -137,7 +140,7 @@ def _pyarrow(module: str) -> Any:
         raise InterchangeError("Parquet needs the package `pyarrow`, which is not installed", cure) from None
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- cells -------------------------------------------------------------------------------------------------------------
 
 MOST_ROWS = 1_000_000
 """A recording of twenty actors over an hour at ten samples a second has fewer."""
@@ -319,7 +322,7 @@ def _wrong_length(row: Sequence[str], header: Sequence[str], place: str) -> None
     raise InterchangeError(f"{len(row)} cells stand under {len(header)} column names", cure, place)
 
 
-# -- Parquet ----------------------------------------------------------------------------------------------------------
+# -- cells of Parquet --------------------------------------------------------------------------------------------------
 
 
 def read_parquet_cells(path: Path) -> Cells:

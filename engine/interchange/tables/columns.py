@@ -1,4 +1,5 @@
-"""Which column of a stranger's table is what: names, their synonyms, and the unit that a name says.
+"""What the columns of a stranger's table mean: by their names, their synonyms and the unit that a name says, and by
+whether headings and speeds fit the positions, which are believed where they contradict each other.
 
 A unit stands in brackets or behind the last underscore: `speed [km/h]`, `yaw_deg`, `timestamp_ms`. Without one it is
 SI: seconds, metres, metres a second, radians.
@@ -161,7 +162,7 @@ def _cited(name: str) -> str:
     return f"`{quoted(name)[1:-1]}`"
 
 
-# -- What positions at given times say of motion. Times need not be even; arrays are row-aligned with them -------------
+# -- what positions at given times say of motion; times need not be even, arrays are row-aligned with them -------------
 
 STANDING = 1e-6
 """Less way between two samples shows no direction [m]."""
@@ -214,8 +215,7 @@ def headings_of(positions: Floats) -> Floats:
     return np.unwrap(np.arctan2(way[last, 1], way[last, 0]))
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Headings and speeds of a table held against its positions, which are believed where they contradict each other.
+# -- headings and speeds held against positions ------------------------------------------------------------------------
 
 HARDEST = 15.0
 """No actor brakes harder [m/s^2]: so much may a speed differ from that of the way to the next sample."""

@@ -1,6 +1,9 @@
-"""Maneuver mode of OpenSCENARIO: what actors intend, in speeds, routes and triggers over parameters.
+"""Maneuver mode of OpenSCENARIO: a case as an `.xosc` in speeds, routes and triggers over parameters, for other tools
+to vary, with files of parameter values: those of known cases, and the ranges to draw from.
 
-formula -> plan -> bends (who plans) | places, conditions -> storyboard -> writing (who writes); distributions
+formula -> plan (what is intended) -> storyboard (how it is written) -> the files, here
+
+Source: ParameterValueDistribution of ASAM OpenSCENARIO XML 1.1 and later; 1.0 has none.
 """
 
 import math
@@ -25,8 +28,6 @@ from engine.interchange.recording import Provenance, Recording
 from engine.interchange.xml import Element, child, decimal, xml_text
 
 __all__ = ["ManeuverPlan", "champions_file", "is_listed", "ranges_file", "write_maneuvers"]
-
-# -- Maneuver mode: a case as an `.xosc` in speeds, routes and triggers, for other tools to vary -----------------------
 
 
 def write_maneuvers(
@@ -87,10 +88,7 @@ def _remarks(plan: ManeuverPlan, varied: tuple[Parameter, ...], version: Version
         yield f"OpenSCENARIO {version.name} has no expressions: {', '.join(fixed)} stand as numbers of this case"
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Files of parameter values for a scenario in maneuver mode: those of known cases, and the ranges to draw from.
-#
-# Source: ParameterValueDistribution of ASAM OpenSCENARIO XML 1.1 and later; 1.0 has none.
+# -- files of parameter values -----------------------------------------------------------------------------------------
 
 RUNS = 100
 """How many draws a stochastic file asks for."""
@@ -150,6 +148,3 @@ def _law(parent: Element, parameter: Parameter) -> None:
         law = child(parent, "NormalDistribution", expectedValue=mean, variance=deviation**2)
     if math.isfinite(low) and math.isfinite(high):
         child(law, "Range", lowerLimit=low, upperLimit=high)
-
-
-# ----------------------------------------------------------------------------------------------------------------------

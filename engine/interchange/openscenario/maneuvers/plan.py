@@ -1,5 +1,9 @@
 """What actors intend, as far as OpenSCENARIO can say it: where they start, which way they go, how fast, and what they
 react to. Neutral: knows neither the language nor XML. SI units, distances and places are those of rear axles.
+
+Target speeds are lowered for bends as the simulator's drivers do. They slow down to sqrt(lateral acceleration /
+curvature), with a steady `PLANNED` deceleration that ends just before the bend begins. Where there is no room for that
+they first brake as hard as they can (`engine.kernels.steering`). After the bend they speed up again.
 """
 
 import math
@@ -203,12 +207,7 @@ class ManeuverPlan:
         return frozenset[str]().union(*(each.parameters() for each in self.formulas()))
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Speeds along a way: the target speed, lowered for bends as the simulator's drivers do.
-#
-# They slow down to sqrt(lateral acceleration / curvature), with a steady `PLANNED` deceleration that ends just before
-# the bend begins. Where there is no room for that they first brake as hard as they can (`engine.kernels.steering`).
-# After the bend they speed up again.
+# -- speeds along a way ------------------------------------------------------------------------------------------------
 
 EARLY = 0.25
 """So long before the bend begins its speed is reached [s]: drivers look 0.5 s ahead, and lag by half of it."""

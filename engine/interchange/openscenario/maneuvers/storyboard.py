@@ -40,7 +40,7 @@ from engine.interchange.openscenario.write import add_group, add_replay, stretch
 from engine.interchange.recording import Recording
 from engine.interchange.xml import Element, child, decimal
 
-# -- Starts and ways as positions on the lanes of the road file --------------------------------------------------------
+# -- starts and ways as positions on the lanes of the road file --------------------------------------------------------
 
 MIDDLE = 0.5
 """A lane on the way is named by its middle, which is on no other lane."""
@@ -90,7 +90,7 @@ def _lane_position(parent: Element, lane: LanePlace, along: Formula, text: Text,
     return element
 
 
-# -- Triggers as OpenSCENARIO has them: groups of conditions, each with an edge ----------------------------------------
+# -- triggers: groups of conditions, each with an edge -----------------------------------------------------------------
 
 STOP = "StopTrigger"
 START = "StartTrigger"
@@ -223,7 +223,7 @@ WRITERS: Mapping[Measure, Callable[[Element, Condition, Notation], None]] = {
     Measure.COLLISION: _collision,
 }
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the storyboard ----------------------------------------------------------------------------------------------------
 
 OFTEN = 1000
 """How often an event may happen that has no limit of its own."""

@@ -1,6 +1,8 @@
-"""`read_openscenario`: a scenario of timed polylines as a recording, with its road. Versions 1.0 to 1.3.
+"""`read_openscenario`: a scenario of timed polylines as a recording, with its road, read as if a stranger had written
+it. Versions 1.0 to 1.3.
 
-file -> xml -> parameters put in -> entities, road -> actions in the order of time -> tracks -> one grid of samples
+file -> xml -> parameters and catalogs put in -> entities, road -> actions in the order of time -> tracks (motion) ->
+one grid of samples, whose speeds are judged. Whatever is wrong with a file is an `InterchangeError`.
 """
 
 import math
@@ -29,7 +31,7 @@ from engine.interchange.recording import Provenance, Recording
 from engine.interchange.xml import LIMITS, Limits, Node, read_xml
 from engine.vocabulary import State
 
-# -- Actions in the order of time: a track for each entity, and remarks on what a replay leaves out --------------------
+# -- actions in the order of time: a track for each entity, and remarks on what a replay leaves out --------------------
 
 
 @dataclass
@@ -145,7 +147,7 @@ def _of_track(entity: Entity, track: Track) -> list[str]:
     return said
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the recording -----------------------------------------------------------------------------------------------------
 
 SHORTEST_STEP = 1e-4
 """[s]"""

@@ -1,6 +1,11 @@
-"""What a storyboard has its entities do, and when: actions in the order of time. Times in seconds of the simulation.
+"""What a storyboard has its entities do, and when: actions in the order of time, and the timed polylines that they
+follow.
 
 Only triggers on the simulation's time are known beforehand; every other one depends on a run that is not made here.
+Polylines without times are told to be so. Times in seconds of the simulation.
+
+Source: ASAM OpenSCENARIO XML 1.2, classes FollowTrajectoryAction, Polyline, Vertex, Timing. In 1.0 the trajectory
+stands in the action itself, later in a `TrajectoryRef`.
 """
 
 import math
@@ -174,11 +179,7 @@ def _leaf(action: Node) -> tuple[Node | None, str | None]:
     return (node, entity) if node is not action else (None, None)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# `FollowTrajectoryAction` with a timed polyline as a `Polyline`. Polylines without times are told to be so.
-#
-# Source: ASAM OpenSCENARIO XML 1.2, classes FollowTrajectoryAction, Polyline, Vertex, Timing. In 1.0 the trajectory
-# stands in the action itself, later in a `TrajectoryRef`.
+# -- `FollowTrajectoryAction` with a timed polyline --------------------------------------------------------------------
 
 TOO_NEAR = 1e-10
 """Vertices this near in time [s] say a jump."""

@@ -1,7 +1,9 @@
-"""Motion of one entity as legs over time, of its reference point: where it is at any instants.
+"""Where an entity's reference point is: a `Position` of OpenSCENARIO as a pose, and its motion as legs over time.
 
 A leg is a timed polyline, or coasting: on along the lane where that is known, else straight on, at a constant speed.
 Between two vertices position and heading run linearly (esmini's mode `segment`). Metres, seconds, radians.
+
+Source: ASAM OpenSCENARIO XML 1.2, classes WorldPosition, LanePosition, RoadPosition and their relatives.
 """
 
 import bisect
@@ -18,10 +20,7 @@ from engine.interchange.opendrive.read import OdrNetwork
 from engine.interchange.xml import Node
 from engine.tables import Floats
 
-# ----------------------------------------------------------------------------------------------------------------------
-# `Position` of OpenSCENARIO as a pose of the reference point.
-#
-# Source: ASAM OpenSCENARIO XML 1.2, classes WorldPosition, LanePosition, RoadPosition and their relatives.
+# -- positions ---------------------------------------------------------------------------------------------------------
 
 
 class RoadPlace(NamedTuple):
@@ -163,7 +162,7 @@ KINDS: Mapping[str, Callable[[Node, Surroundings], Placed]] = MappingProxyType(
     }
 )
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- tracks ------------------------------------------------------------------------------------------------------------
 
 STANDING = 0.05
 """Slower than this nobody drives on after a trajectory [m/s]."""

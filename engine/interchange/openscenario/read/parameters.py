@@ -1,4 +1,5 @@
-"""`$name` and `${arithmetic}` of OpenSCENARIO, put in before anything else is read.
+"""What stands elsewhere in a scenario, put in before anything else is read: `$name`, `${arithmetic}`, entries of
+catalogs.
 
 Source: ASAM OpenSCENARIO XML 1.2, user guide, "Parameters" and "Expressions".
 """
@@ -138,7 +139,7 @@ def _evaluated(tree: ast.expr, values: Mapping[str, float]) -> float:
             raise ValueError(tree)
 
 
-# -- Entries of catalogs that stand beside a scenario, with their parameters put in ------------------------------------
+# -- entries of catalogs that stand beside a scenario, with their parameters put in ------------------------------------
 
 MOST_FILES = 100
 """Of one catalog folder."""

@@ -1,8 +1,10 @@
-"""Whether the speeds that our own files carry lead from vertex to vertex. Metres, seconds, m/s.
+"""Whether the speeds that our own files carry lead from vertex to vertex; first contact is where they end to follow.
+Metres, seconds, m/s.
 
 A step of ours of length h that ends at speed v, with acceleration a, is v h - a h²/2 long, whatever speed was set at
 once before it, and leads along the middle of both headings; a pedestrian turns first (`engine.kernels.bicycle`). What
-was recorded elsewhere has noise, and no pedals: there, steps and the whole way fit roughly.
+was recorded elsewhere has noise, and no pedals: there, steps and the whole way fit roughly. Vertices of others are
+looked at for leaps, which no simulator would make.
 """
 
 import math
@@ -170,10 +172,7 @@ def _set_at_once(driven: _Steps, first: np.ndarray, steps: _Steps) -> str:
     )
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# What our own files carry, held against the vertices of everybody: first contact is where speeds end to follow.
-#
-# Vertices of others are looked at for leaps, which no simulator would make.
+# -- everybody together: first contact, and leaps ----------------------------------------------------------------------
 
 LEAP = 0.5
 """A vertex this far from the middle of its neighbours is worth a remark [m] ..."""
