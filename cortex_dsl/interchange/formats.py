@@ -112,7 +112,7 @@ FORMATS: Mapping[str, Format] = {
         readers="pandas, omega-prime, spreadsheets",
         opened="cortexc measure {file}",
         of_recording=f"{_ENGINE}.tables:write_csv",
-        checker=f"{_ENGINE}.tables.check:check_table",
+        checker=f"{_ENGINE}.tables.read:check_table",
         checked=_MOTION,
     ),
     "parquet": Format(
@@ -121,7 +121,7 @@ FORMATS: Mapping[str, Format] = {
         readers="pandas, polars, DuckDB",
         opened="cortexc measure {file}",
         of_recording=f"{_ENGINE}.tables:write_parquet",
-        checker=f"{_ENGINE}.tables.check:check_table",
+        checker=f"{_ENGINE}.tables.read:check_table",
         checked=_MOTION,
         package="pyarrow",
         extra="export",

@@ -340,11 +340,6 @@ class Tree:
     def find(self, tag: str) -> Element | None:
         return next(self.root.iter(tag), None)
 
-    def version(self) -> str:
-        """Of OpenSCENARIO, `1.2`."""
-        header = self.find("FileHeader")
-        return "" if header is None else f"{header.get('revMajor')}.{header.get('revMinor')}"
-
     def finding(self, element: Element, reason: str, cure: str = "") -> Finding:
         called = element.get("name") or element.get("id") or ""
         return Finding(f"{self.name}, {element.tag} {called}".rstrip(), reason, cure)

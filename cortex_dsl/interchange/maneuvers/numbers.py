@@ -16,10 +16,11 @@ from cortex_dsl.source import Span
 from engine.interchange.openscenario.document import unique_names
 from engine.interchange.openscenario.maneuvers import formula
 from engine.interchange.openscenario.maneuvers.formula import Formula, number
+from engine.interchange.openscenario.maneuvers.plan import Parameter
 from engine.road.network import Network
 from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats
-from engine.vocabulary import Column, GeneKind, Op, State
+from engine.vocabulary import Column, Distribution, GeneKind, Op, State
 
 SAID: Mapping[Op, Callable[..., Formula]] = {
     Op.MOVE: lambda a: a,
@@ -170,6 +171,18 @@ WORDS: Mapping[Op, str] = {
     Op.ROAD_FOLLOW: "a pose further along the road",
     Op.REGION_DISTANCE: "its distance from a region",
 }
+
+
+def varied_params(case: Case) -> Iterator[Parameter]:
+    """The params that a search chooses, as parameters of the file: value in this scene, range and law."""
+    for index, (gene, name) in enumerate(zip(case.whole.genes, case.names, strict=True)):
+        if gene.kind == GeneKind.INDEX:
+            continue
+        value = float(case.scenes.genomes[case.row, index])
+        bell = gene.distribution in (Distribution.NORMAL, Distribution.TRUNCATED_NORMAL)
+        normal = (gene.mean, gene.deviation) if bell else None
+        yield Parameter(name, value, gene.low, gene.high, normal, gene.kind == GeneKind.INTEGER, unit=gene.unit)
+
 
 # -- at the instant at which a run begins ------------------------------------------------------------------------------
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from cortex_dsl import ir
 from cortex_dsl.interchange.maneuvers.driving import Drive, Reader
-from cortex_dsl.interchange.maneuvers.numbers import Case, UnsayableError, formula_of, settled
+from cortex_dsl.interchange.maneuvers.numbers import Case, UnsayableError, formula_of, settled, varied_params
 from cortex_dsl.interchange.maneuvers.triggers import trigger_of
 from cortex_dsl.session import Scenario
 from engine.interchange.openscenario.document import unique_names
@@ -31,7 +31,7 @@ from engine.interchange.openscenario.maneuvers.plan import (
 )
 from engine.road.network import Lane, LaneRole
 from engine.scenes import Scenes
-from engine.vocabulary import ActorKind, Column, Distribution, GeneKind, Op, RuleKind
+from engine.vocabulary import ActorKind, Column, Op, RuleKind
 
 # -- where actors start ------------------------------------------------------------------------------------------------
 
@@ -205,7 +205,7 @@ def maneuver_plan(scenario: Scenario, scenes: Scenes, row: int = 0) -> ManeuverP
     actors = tuple(plan for plan, _, _ in planned)
     ends = (*_rule_ends(case, names, readers[0]), *_behaviour_ends(case, planned), *_other_ends(case, names))
     starts = tuple(parameter for _, placed, _ in planned for parameter in placed.parameters)
-    plan = ManeuverPlan(actors, (*_genes(case), *starts), ends)
+    plan = ManeuverPlan(actors, (*varied_params(case), *starts), ends)
     used = plan.used()
     remarks = [remark for reader in readers for remark in reader.remarks]
     remarks += [*_left_out(case), *_unused(case, used)]
@@ -320,19 +320,6 @@ def _other_ends(case: Case, names: tuple[str, ...]) -> Iterator[End]:
         yield End("first contact", touching)
     limit = formula.number(case.scenario.config.simulation.max_time)
     yield End("the time is over", ((Condition(Measure.TIME, limit, below=False),),))
-
-
-# -- parameters -------------------------------------------------------------------------------------------------------
-
-
-def _genes(case: Case) -> Iterator[Parameter]:
-    for index, (gene, name) in enumerate(zip(case.whole.genes, case.names, strict=True)):
-        if gene.kind == GeneKind.INDEX:
-            continue
-        value = float(case.scenes.genomes[case.row, index])
-        bell = gene.distribution in (Distribution.NORMAL, Distribution.TRUNCATED_NORMAL)
-        normal = (gene.mean, gene.deviation) if bell else None
-        yield Parameter(name, value, gene.low, gene.high, normal, gene.kind == GeneKind.INTEGER, unit=gene.unit)
 
 
 # -- remarks ----------------------------------------------------------------------------------------------------------

@@ -93,5 +93,11 @@ def _ends(tree: Tree) -> Iterator[Finding]:
         yield tree.finding(tree.root, "it never ends: there is no StopTrigger with a condition", "give it one")
     late = (each for each in tree.root.iter("SimulationTimeCondition") if each.get("value") in ("0", "0.0"))
     for element in late:
-        if element.get("rule") == "greaterThan" and tree.version() > "1.0":
+        if element.get("rule") == "greaterThan" and _version(tree) > "1.0":
             yield tree.finding(element, "`greaterThan` 0 starts a step late", "write `greaterOrEqual`")
+
+
+def _version(tree: Tree) -> str:
+    """Of OpenSCENARIO, `1.2`."""
+    header = tree.find("FileHeader")
+    return "" if header is None else f"{header.get('revMajor')}.{header.get('revMinor')}"

@@ -1,16 +1,18 @@
-"""Tables of trajectories as recordings: omega-prime's columns, or a plain table with one row an actor and time.
+"""Tables of trajectories as recordings: omega-prime's columns, or a plain table with one row an actor and time; and the
+check of a table that was written, which is read back and held against the run.
 
 Positions are centres of outlines. Which columns a plain table may have, and in which units, stands in `.columns`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError, quoted
+from engine.interchange.contract import ExportOptions, Finding, InterchangeError, quoted
+from engine.interchange.measuring import same_run
 from engine.interchange.openscenario.read import Imported
-from engine.interchange.recording import RecordedActor, Recording
+from engine.interchange.recording import RecordedActor, RecordedCase, Recording
 from engine.interchange.tables.cells import Cells, read_csv_cells, read_parquet_cells
 from engine.interchange.tables.columns import GAP
 from engine.interchange.tables.tracks import TableTrack, spelt, tracks_of
@@ -160,3 +162,17 @@ def _states(tracks: Sequence[TableTrack], time: Floats) -> Floats:
         states[:, actor, State.PRESENT] = there
         states[1:, actor, State.ACCELERATION] = np.diff(states[:, actor, State.SPEED]) / np.diff(time)
     return states
+
+
+# -- An exported table read back, and held against the run -------------------------------------------------------------
+
+
+def check_table(case: RecordedCase, folder: Path, names: Sequence[str], _options: ExportOptions) -> Iterator[Finding]:
+    """The rows are the run, to a millimetre."""
+    for name in (each for each in names if each.endswith((".csv", ".parquet"))):
+        try:
+            read = read_table(folder / name, step=case.recording.step).recording
+        except InterchangeError as error:
+            yield Finding(error.place or name, error.message, error.cure)
+            continue
+        yield from same_run(case, read, name)

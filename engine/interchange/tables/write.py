@@ -8,18 +8,16 @@ back contact is searched anew, so nothing is lost by that.
 Source: omega-prime 0.3, its specification and `schemas.py` (ika, RWTH Aachen); its columns are those of ASAM OSI.
 """
 
-import json
 import math
 from collections.abc import Mapping, Sequence
-from io import BytesIO
 
 import numpy as np
 
 from engine.interchange.contract import Export, InterchangeError
 from engine.interchange.kinds import KINDS
 from engine.interchange.recording import Recording
-from engine.interchange.tables.cells import EGO, NAMES, _pyarrow
 from engine.interchange.tables.columns import NAME, across, along, rates
+from engine.interchange.tables.parquet import parquet_bytes
 from engine.tables import Floats, Ints
 from engine.vocabulary import State
 
@@ -195,16 +193,3 @@ def _remarks(recording: Recording) -> tuple[str, ...]:
 
 def _those_who_come_back(recording: Recording) -> Sequence[str]:
     return [actor.name for index, actor in enumerate(recording.actors) if len(recording.stretches(index)) > 1]
-
-
-def parquet_bytes(table: Mapping[str, np.ndarray], names: Sequence[str]) -> bytes:
-    """A Parquet file of columns; `names` by idx, the ego's first.
-
-    Raises:
-        InterchangeError: pyarrow is not installed.
-    """
-    arrow, parquet = _pyarrow("pyarrow"), _pyarrow("pyarrow.parquet")
-    metadata = {EGO: b"0", NAMES: json.dumps(list(names), ensure_ascii=False).encode()}
-    out = BytesIO()
-    parquet.write_table(arrow.table(dict(table)).replace_schema_metadata(metadata), out)
-    return out.getvalue()
