@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cortex_dsl.session import Scenario, load
+from cortex_dsl.api.scenario import Scenario, load
 from engine.genomes import draw_genomes
 from engine.sampling import sample
 from engine.scenes import Scenes

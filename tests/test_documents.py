@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.catalogue import find
+from cortex_dsl.api.codes import find
 from cortex_dsl.cli.commands import SUBCOMMANDS
 from cortex_dsl.cli.parser import build_parser
 

@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import replace
 
+from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.cli.arguments import whole_number
 from cortex_dsl.cli.common_options import add_common, add_jobs, add_run, command_parser
 from cortex_dsl.cli.exits import Exit, UsageError
@@ -13,7 +14,6 @@ from cortex_dsl.cli.simulation import compile_kernels
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.report.analysis_view import analysis_view, condition_text
 from cortex_dsl.report.json_documents import document
-from cortex_dsl.runs import OpenedRun
 from engine.search.analysis import BUDGET, Analysis, analyse
 from engine.search.store import example_run
 

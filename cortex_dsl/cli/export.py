@@ -109,8 +109,8 @@ def _home(path: Path) -> Path:
 
 def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
     """Case K of a run, or its first N."""
+    from cortex_dsl.api.runs import every_case
     from cortex_dsl.exports.cases import case_of_run
-    from cortex_dsl.runs import every_case
 
     for flag, value in (("--seed", options.seed), ("-p", options.param), ("--scenario", options.scenario)):
         if value is not None:

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.stuck import never_acts
 from cortex_dsl.cli.undefined import undefined_value
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.session import Scenario
 from engine.search.campaign import Campaign
 from engine.vocabulary import EndReason, Verdict
 

@@ -6,17 +6,17 @@ from contextlib import contextmanager
 from dataclasses import replace
 from math import nan
 
+from cortex_dsl.api.run_folder import Found, OnRemoved
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.compiling import show
 from cortex_dsl.cli.exits import Exit, UsageError
 from cortex_dsl.cli.failed_runs import mistake_of
 from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.terminal import Terminal
-from cortex_dsl.hunting import Found, OnRemoved
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.progress import SearchProgress
 from cortex_dsl.report.search_report import SearchReport
 from cortex_dsl.report.search_view import comparison_view, failures_line, search_view
-from cortex_dsl.session import Scenario
 from engine.extras import MissingExtraError
 from engine.program import Program
 from engine.search.campaign import Campaign, OnGeneration, Progress

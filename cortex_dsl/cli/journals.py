@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
+from cortex_dsl.api.runs import OpenedRun, check_journal, open_run
 from cortex_dsl.cli.exits import UsageError
 from cortex_dsl.cli.hunting import usage_errors
 from cortex_dsl.cli.terminal import Terminal
-from cortex_dsl.runs import OpenedRun, check_journal, open_run
 from engine.extras import MissingExtraError
 from engine.search.campaign import ForeignPastError
 from engine.search.manifest import changed_versions

@@ -6,6 +6,8 @@ from dataclasses import replace
 from math import isnan
 from pathlib import Path
 
+from cortex_dsl.api.runs import open_run
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.arguments import SEED_LIMIT, assignment, whole_number
 from cortex_dsl.cli.common_options import add_common, add_jobs, command_parser
 from cortex_dsl.cli.compiling import compile_request
@@ -17,8 +19,6 @@ from cortex_dsl.cli.simulation import compile_kernels, open_scenario
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.probability_view import probability_view
-from cortex_dsl.runs import open_run
-from cortex_dsl.session import Scenario
 from engine.search.kept_probability import keep
 from engine.search.probability import CONDITIONS, JOINT, PARAMS, REPETITIONS, Probability, estimate
 

@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from cortex_dsl.api.runs import OpenedRun, go_on, open_run
 from cortex_dsl.cli.arguments import GENERATION_LIMIT, whole_number
 from cortex_dsl.cli.common_options import add_common, add_dask, add_jobs, add_run, command_parser
 from cortex_dsl.cli.exits import Exit, UsageError
@@ -14,8 +15,6 @@ from cortex_dsl.cli.simulation import compile_kernels
 from cortex_dsl.cli.study import resume as go_on_with_study
 from cortex_dsl.cli.study import study_workers
 from cortex_dsl.cli.terminal import Terminal
-from cortex_dsl.hunting import go_on
-from cortex_dsl.runs import OpenedRun, open_run
 from engine.search.manifest import changed_versions
 from engine.search.store import example_run
 from engine.study.store import is_study

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from cortex_dsl.api.arguments import held_params
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.compiling import compile_request, show
 from cortex_dsl.cli.exits import Exit
 from cortex_dsl.cli.request import Request
@@ -11,7 +13,6 @@ from cortex_dsl.cli.simulation import again, announce_compilation, open_scenario
 from cortex_dsl.cli.stuck import never_acts
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.cli.undefined import undefined_value
-from cortex_dsl.holding import held_params
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.aftermath import aftermath
 from cortex_dsl.report.exhausted_view import exhausted_view
@@ -20,8 +21,6 @@ from cortex_dsl.report.run_document import run_content
 from cortex_dsl.report.run_view import RunReport, run_view
 from cortex_dsl.report.story import Moment, end_of
 from cortex_dsl.report.tally import Tally
-from cortex_dsl.session import Scenario
-from cortex_dsl.single import attempts
 from engine.records import recorded
 from engine.scenes import Outcomes, Scenes, Trajectory, actor_columns
 from engine.vocabulary import Column, EndReason, Verdict
@@ -68,7 +67,7 @@ def perform(request: Request, scenario: Scenario, terminal: Terminal, reproduce:
 
 def draw(scenario: Scenario, request: Request) -> tuple[Scenes, Tally]:
     """The first genome of the seed that allows a scene, or the last one tried; and the counts of all that were."""
-    tried, tally = list(attempts(scenario.program, scenario.config.simulation, request.seed)), Tally()
+    tried, tally = list(scenario.attempts(request.seed)), Tally()
     for scenes in tried:
         tally = tally.plus(scenes)
     return tried[-1], tally

@@ -12,7 +12,7 @@ from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.terminal import Terminal
 
 if TYPE_CHECKING:
-    from cortex_dsl.session import Scenario
+    from cortex_dsl.api.scenario import Scenario
     from engine.scenes import Scenes
 
 

@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
+from cortex_dsl.api.run_folder import Found, search_and_keep
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.compiling import compile_request
 from cortex_dsl.cli.exits import Exit, UsageError
 from cortex_dsl.cli.hunting import asked_workers, removed, tell, usage_errors, watched
 from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.simulation import compile_kernels, open_scenario
 from cortex_dsl.cli.terminal import Terminal
-from cortex_dsl.hunting import Found, hunt
-from cortex_dsl.session import Scenario
 from engine.program import Program
 from engine.search.protocol import Box
 from engine.search.searchers import build_searcher
@@ -50,7 +50,7 @@ def _search(method: str, request: Request, scenario: Scenario, terminal: Termina
     """One whole search with its run directory."""
     folder = _folder(method, request, scenario.program)
     with watched(terminal, method, request.generations) as on_generation:
-        return hunt(
+        return search_and_keep(
             scenario,
             method,
             folder,

@@ -3,11 +3,11 @@
 import shlex
 from dataclasses import replace
 
+from cortex_dsl.api.scenario import Scenario, in_file
 from cortex_dsl.cli.exits import UsageError
 from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.pipeline import Compiled
-from cortex_dsl.session import Scenario, in_file
 from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
 from engine.program import Program, Settings
 

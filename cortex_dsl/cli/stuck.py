@@ -1,8 +1,8 @@
 """A behaviour that was caught looping without an action while it ran: the file's mistake, told like any other."""
 
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics import errors
-from cortex_dsl.session import Scenario
 from cortex_dsl.source import Source, Span
 
 

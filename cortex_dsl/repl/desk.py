@@ -12,7 +12,7 @@ from cortex_dsl.repl.draft import Draft, History
 from cortex_dsl.repl.kernels import Kernels
 
 if TYPE_CHECKING:
-    from cortex_dsl.session import Scenario
+    from cortex_dsl.api.scenario import Scenario
     from engine.blame import Weighing
     from engine.program import Program
 
@@ -115,7 +115,7 @@ class Desk:
         compiled = self.checked.compiled
         if compiled is None:
             raise self.not_ready()
-        from cortex_dsl.session import Scenario, in_file
+        from cortex_dsl.api.scenario import Scenario, in_file
         from engine.config import Config, SimulationConfig
 
         self.kernels.wait(self.terminal)

@@ -17,7 +17,7 @@ from cortex_dsl.spelling import did_you_mean
 from engine.vocabulary import Verdict
 
 if TYPE_CHECKING:
-    from cortex_dsl.session import Scenario
+    from cortex_dsl.api.scenario import Scenario
     from engine.blame import Weighing
     from engine.scenes import Scenes
 

@@ -68,7 +68,7 @@ class Kernels:
 
 def warm_up() -> None:
     """Load, or compile, all that a session calls."""
-    from cortex_dsl.session import compile_text
+    from cortex_dsl.api.scenario import compile_text
     from engine.blame import weigh
 
     scenario = compile_text(TINY)

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.arguments import SEED_LIMIT
 from cortex_dsl.cli.exits import Exit, UsageError
 from cortex_dsl.cli.failed_runs import mistake_of
@@ -9,7 +10,6 @@ from cortex_dsl.cli.request import Mode, Request
 from cortex_dsl.repl.commands import whole_number
 from cortex_dsl.repl.desk import Desk
 from cortex_dsl.repl.entering import refuse
-from cortex_dsl.session import Scenario
 from engine.search.campaign import Campaign, Progress
 
 GENERATIONS = 10

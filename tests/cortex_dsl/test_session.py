@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cortex_dsl.api.scenario import Scenario, compile_text, load
 from cortex_dsl.cli import main
 from cortex_dsl.diagnostics import CompileError
-from cortex_dsl.session import Scenario, compile_text, load
 from engine.streams import parse_key
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "left_turn.scn"

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.session import compile_text, load
+from cortex_dsl.api.scenario import compile_text, load
 from engine import batch
 from engine.archive import ArchiveError, save
 from engine.archive import load as load_program

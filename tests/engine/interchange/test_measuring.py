@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cortex_dsl.session import Scenario, load
+from cortex_dsl.api.scenario import Scenario, load
 from engine.interchange import Contact, InterchangeError, RecordedActor, Recording
 from engine.interchange.measuring import COMMANDS, Measured, measure
 from engine.interchange.record import recorded_run

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.session import load
+from cortex_dsl.api.scenario import load
 from engine.program import ParamSpace
 from engine.search.analysis import analyse
 from engine.search.assessment import Assessment, Evaluate, map_arrays

@@ -1,32 +1,35 @@
 """Runs on disk: a journal alone is enough to compile its scenario again and to go on with what was done with it.
 
->>> from cortex_dsl.runs import open_run
->>> run = open_run("runs/left_turn-ga-001")
+>>> import cortex_dsl as cx
+>>> run = cx.open_run("runs/left_turn-ga-001")
 >>> run.record.evaluations.collided.sum()
 >>> run.scenario.watch(run.scenario.scene_of(genome, key))
+>>> cx.resume("runs/left_turn-ga-001", generations=60).campaign.distinct_collisions
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from errno import ENOENT
 from pathlib import Path
+from typing import Any
 
+from cortex_dsl.api.run_folder import Found, OnRemoved, Work, campaign_of, carry_out, default_workers, worst_files
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.pipeline import Compiled, compile_source
-from cortex_dsl.semantics.composition.imports import import_statements
-from cortex_dsl.session import Scenario
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
-from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.reading import read_source
-from engine.search.campaign import follow
+from engine.search.campaign import OnGeneration, follow
+from engine.search.journal import Journal
 from engine.search.journal_reader import Record, read_journal
-from engine.search.manifest import Link, Manifest, Origin, Text
+from engine.search.manifest import Manifest, Origin, Text
 from engine.search.protocol import Box
 from engine.search.ranking import Case, order_of_risk, worst_cases
-from engine.search.searchers import build_searcher
-from engine.search.store import JOURNAL, StoreError, example_run
+from engine.search.searchers import build_searcher, find_searcher
+from engine.search.store import JOURNAL, StoreError, example_run, hold
+from engine.search.workers import Workers
 from engine.study.store import is_study
 from engine.vocabulary import GeneKind
 
@@ -121,27 +124,6 @@ def _run_folder(path: Path) -> Path:
     )
 
 
-def origin_of(scenario: Scenario) -> Origin:
-    """What a manifest keeps of a scenario beside its main text."""
-    compiled = scenario.compiled
-    imports = tuple(Text(file.name, file.text) for file in compiled.source.imported)
-    return Origin(imports, tuple(_links(compiled)), dict(scenario.overrides), scenario.chosen)
-
-
-def _links(compiled: Compiled) -> Iterator[Link]:
-    """The file behind each import statement, of the main file and of all others."""
-    modules: dict[str, nodes.Module] = {compiled.source.name: compiled.module}
-    modules |= {file.name: file.module for file in compiled.imports.values()}
-    for importer, module in modules.items():
-        for statement in import_statements(module):
-            if statement.span in compiled.imports:
-                yield Link(importer, _first_path(statement), compiled.imports[statement.span].name)
-
-
-def _first_path(node: nodes.Import | nodes.ImportFrom) -> str:
-    return node.path if node.quoted else node.path.replace(".", "/") + ".scn"
-
-
 def _compiled(folder: Path, manifest: Manifest) -> Compiled:
     """The program of the manifest, and no other."""
     wrote = manifest.versions.get("cortexc", "unknown")
@@ -171,6 +153,70 @@ def _text_of(name: str) -> str | None:
         return read_source(name).text
     except CompileError:
         return None
+
+
+# -- going on with one -----------------------------------------------------------------------------------------------
+
+
+def resume(
+    folder: str | Path,
+    *,
+    generations: int | None = None,
+    on_generation: OnGeneration | None = None,
+    on_removed: OnRemoved | None = None,
+    workers: Workers | None = None,
+) -> Found:
+    """Go on with a run that was stopped or killed, to the journal that an undisturbed one would have written.
+
+    `generations`: as many in all as this, more or fewer than the run was started with. Of a finished run nothing is
+    written, and nothing simulated but the probes of its genes.
+
+    Raises:
+        StoreError: there is no run to go on with, this version would go on otherwise, or another process is at it.
+        and as `search_and_keep`.
+    """
+    return go_on(
+        open_run(folder), generations=generations, on_generation=on_generation, on_removed=on_removed, workers=workers
+    )
+
+
+def go_on(
+    run: OpenedRun,
+    *,
+    generations: int | None = None,
+    on_generation: OnGeneration | None = None,
+    on_removed: OnRemoved | None = None,
+    workers: Workers | None = None,
+) -> Found:
+    """`resume`, of a run that is open already."""
+    manifest = run.record.manifest
+    longer = _with_generations(run, generations)
+    scenario = replace(run.scenario, config=longer.config)
+    work = Work(scenario, run.folder, longer, on_generation, on_removed, workers or default_workers(scenario))
+    if run.record.status == "finished" and longer == manifest:
+        campaign = replace(campaign_of(work, run.record), elapsed=run.record.seconds)
+        return Found(campaign, run.folder, manifest, worst_files(run.folder))
+    with hold(run.folder):
+        record = read_journal(run.folder / JOURNAL)  # as nobody can change it any more
+        with closing(Journal.reopen(run.folder / JOURNAL, longer)) as journal:
+            return carry_out(work, journal, record)
+
+
+def _with_generations(run: OpenedRun, generations: int | None) -> Manifest:
+    """The manifest of the run as it is to end."""
+    manifest, done = run.record.manifest, len(run.record.generations)
+    settings: dict[str, Any] = manifest.settings
+    if generations is None or generations == settings["search"]["generations"]:
+        return manifest
+    if generations < done:
+        raise StoreError(f"`{run.folder}` has {done} generations already", f"give --generations {done} or more")
+    if find_searcher(manifest.method).paced:
+        planned = settings["search"]["generations"]
+        raise StoreError(
+            f"{manifest.method} paces itself by the number of its generations, and this run was planned for {planned}",
+            f"start a search of {generations} generations; without --generations this one goes on as it was planned",
+        )
+    return replace(manifest, settings={**settings, "search": {**settings["search"], "generations": generations}})
 
 
 # -- its cases by number: those of its folder `worst` first, then all others, worst first ------------------------------

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.catalogue import Entry, entries, find, judged, near
+from cortex_dsl.api.codes import Entry, entries, find, judged, near
 from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.semantics import state
 from cortex_dsl.syntax.reading import decode

@@ -1,7 +1,7 @@
-"""cortexc in Python: load a scenario, draw scenes, run them, search. Prints nothing.
+"""A scenario in Python: load it, draw scenes, run them, judge them, search. Prints nothing.
 
-    >>> from cortex_dsl.session import load
-    >>> scenario = load("examples/left_turn.scn")
+    >>> import cortex_dsl as cx
+    >>> scenario = cx.load("examples/left_turn.scn")
     >>> scenes = scenario.sample(1000, seed=1)
     >>> outcomes = scenario.simulate(scenes)
     >>> outcomes.collided.mean(), scenario.assess(outcomes).score.max()
@@ -10,41 +10,42 @@
 
 `grammar/API.md` goes through all of it.
 
-A search that keeps everything on disk, and can be gone on with: `search(…, out="runs/mine")`, `cortex_dsl.hunting`,
-`cortex_dsl.runs`. A searcher of your own: `engine.search.plugins`.
+A search that keeps everything on disk, and can be gone on with: `search(…, out="runs/mine")`,
+`cortex_dsl.api.run_folder`, `cortex_dsl.api.runs`. A searcher of your own: `engine.search.plugins`.
 
 Arrays are row-aligned and in SI units, genomes in the file's own; their shapes stand at `engine.scenes.Scenes`,
 `engine.scenes.Outcomes` and `engine.search.evaluations.Evaluations`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cortex_dsl import asking
-from cortex_dsl.concrete import concrete_files
+from cortex_dsl.api import arguments
+from cortex_dsl.api.concrete import concrete_files
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.files import DISK, Folder
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source
 from engine.config import Config, SimulationConfig
+from engine.errors import ArgumentError, ArgumentKindError
 from engine.program import Program, Settings
-from engine.vocabulary import Method
+from engine.vocabulary import Method, Verdict
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from cortex_dsl.columns import Columns
+    from cortex_dsl.api.named_columns import Columns
     from cortex_dsl.page.notebook import Picture, Shown
     from engine.risk import Risk
     from engine.scenes import Outcomes, Scenes
     from engine.search.campaign import Campaign, OnGeneration
     from engine.search.ranking import Case
     from engine.search.workers import Workers
-    from engine.tables import Floats
+    from engine.tables import Ints
     from engine.world import WorldRun
 
 
@@ -74,8 +75,8 @@ def compile_text(
     try:
         compiled = compile_source(Source(name, text), overrides, scenario=scenario, files=files)
     except CompileError as error:
-        raise CompileError(error.source, asking.in_python(error.diagnostics)) from None
-    compiled = replace(compiled, diagnostics=asking.in_python(compiled.diagnostics))
+        raise CompileError(error.source, arguments.in_python(error.diagnostics)) from None
+    compiled = replace(compiled, diagnostics=arguments.in_python(compiled.diagnostics))
     config = config or Config()
     simulation = in_file(config.simulation, compiled.program.settings)
     return Scenario(compiled, replace(config, simulation=simulation), overrides, scenario)
@@ -111,57 +112,70 @@ class Scenario:
         """Draw scenes: their genes from the file's own distributions, or all from one genome (d,) in file units.
 
         Raises:
-            TypeError, ValueError: `count`, `seed` or `jobs` cannot be, or the genome has another length.
+            ArgumentKindError, ArgumentError: `count`, `seed` or `jobs` cannot be, or the genome has another length.
         """
         from engine.sampling import draw_genomes, sample
         from engine.streams import key_rows
 
-        count, jobs = asking.whole("count", count, 0), asking.whole("jobs", jobs, 1)
-        keys = key_rows(asking.whole("seed", seed, 0), Method.SAMPLE, 0, 0, range(count))
-        drawn = draw_genomes(self.program.space, keys) if genome is None else np.tile(self._genome(genome), (count, 1))
+        count, jobs = arguments.whole("count", count, 0), arguments.whole("jobs", jobs, 1)
+        keys = key_rows(arguments.whole("seed", seed, 0), Method.SAMPLE, 0, 0, range(count))
+        if genome is None:
+            return sample(self.program, draw_genomes(self.program.space, keys), keys, self.config.simulation, jobs)
+        drawn = np.tile(arguments.genome_of(self.program, genome), (count, 1))
         return sample(self.program, drawn, keys, self.config.simulation, jobs)
 
     def scene_of_seed(self, seed: int | None = None) -> "Scenes":
         """The one scene of `cortexc FILE --seed N`, or without a seed that of `cortexc FILE`: up to a hundred genomes
         are drawn until one allows a scene. It is not valid where none did.
         """
-        from cortex_dsl.single import attempts
-
-        seed = None if seed is None else asking.whole("seed", seed, 0)
-        *_, scenes = attempts(self.program, self.config.simulation, seed)
+        *_, scenes = self.attempts(seed)
         return scenes
+
+    def attempts(self, seed: int | None = None) -> "Iterator[Scenes]":
+        """One scene after another, each of a genome of its own; the last one is the scene of the seed, if it is valid.
+
+        Without a seed: of the stream that a concrete file names, or else of seed 0.
+        """
+        from engine.sampling import draw_genomes, sample
+
+        for key in _keys(self.program, None if seed is None else arguments.whole("seed", seed, 0)):
+            scenes = sample(self.program, draw_genomes(self.program.space, key), key, self.config.simulation)
+            yield scenes
+            if scenes.verdict[0] not in (Verdict.EXHAUSTED, Verdict.INFEASIBLE):
+                return
 
     def table(self, thing: "Scenes | Outcomes | WorldRun") -> "Columns":
         """Columns by name with their units, as for `pandas.DataFrame`: of scenes the verdict, the params and how
         everybody starts, of outcomes how they ended and the metrics of each pair, of a run everybody over time.
 
         Raises:
-            TypeError: it is nothing of these.
+            ArgumentKindError: it is nothing of these.
         """
-        from cortex_dsl import columns
+        from cortex_dsl.api import named_columns
         from engine.scenes import Outcomes, Scenes
 
         if isinstance(thing, Scenes):
-            return columns.of_scenes(self.program, self._own(thing))
+            return named_columns.of_scenes(self.program, self._own(thing))
         if isinstance(thing, Outcomes):
-            return columns.of_outcomes(self.program, thing)
+            return named_columns.of_outcomes(self.program, thing)
         if hasattr(thing, "trajectory"):
-            return columns.of_run(self.program, thing)
-        raise TypeError(f"expected scenes, outcomes or a run, got {type(thing).__name__}")
+            return named_columns.of_run(self.program, thing)
+        raise ArgumentKindError(
+            f"thing: expected scenes, outcomes or a run, got {type(thing).__name__}",
+            "`sample`, `simulate` and `watch` make them",
+        )
 
     def simulate(self, scenes: "Scenes", engine: str = "batch", jobs: int = 1) -> "Outcomes":
         """Run scenes up to first contact or their end, in the batch host or in the pymunk world."""
         self._own(scenes)
-        jobs = asking.whole("jobs", jobs, 1)
-        if engine == "batch":
+        jobs = arguments.whole("jobs", jobs, 1)
+        if arguments.one_of("engine", engine, ("batch", "world")) == "batch":
             from engine import batch
 
             return batch.simulate(self.program, scenes, self.config.simulation, jobs)
-        if engine == "world":
-            from engine import world
+        from engine import world
 
-            return world.simulate(self.program, scenes, self.config, jobs)
-        raise ValueError(f"engine: expected batch or world, got `{engine}`")
+        return world.simulate(self.program, scenes, self.config, jobs)
 
     def watch(self, scenes: "Scenes", row: int = 0) -> "WorldRun":
         """Run one scene in the pymunk world, through contact and its aftermath, and keep its states over time.
@@ -170,7 +184,7 @@ class Scenario:
         """
         from engine import world
 
-        return world.run(self.program, self._own(scenes), asking.row_of(scenes, row), self.config)
+        return world.run(self.program, self._own(scenes), arguments.row_of(scenes, row), self.config)
 
     def assess(self, outcomes: "Outcomes", profile: str = "paper") -> "Risk":
         """Risk of each outcome: the integer score 0 .. 22 (-1 invalid), its parts, the continuous score.
@@ -180,10 +194,8 @@ class Scenario:
         from engine.risk import PROFILES, assess
         from engine.scenes import Outcomes
 
-        asking.kind("outcomes", outcomes, Outcomes, "`simulate` makes them of scenes")
-        if profile not in PROFILES:
-            raise ValueError(f"profile: expected one of {', '.join(PROFILES)}, got `{profile}`")
-        return assess(outcomes, PROFILES[profile])
+        arguments.kind("outcomes", outcomes, Outcomes, "`simulate` makes them of scenes")
+        return assess(outcomes, PROFILES[arguments.one_of("profile", profile, PROFILES)])
 
     def search(
         self,
@@ -202,15 +214,17 @@ class Scenario:
         Settings are fields of `engine.config.SearchConfig`: generations, population, seed, rollouts, aggregate, jobs,
         engine. `on_generation` is called with a `Progress` after each generation; `workers` run the simulations (see
         `engine.search.workers`; processes need a main module that can be imported). `out` is a new folder for journal,
-        tables and worst cases; `cortex_dsl.runs.open_run` opens it, `cortex_dsl.hunting.resume` goes on with it.
+        tables and worst cases; `cortex_dsl.open_run` opens it, `cortex_dsl.resume` goes on with it.
 
         Raises:
-            TypeError: there is no such setting, or it is no number.
-            ValueError: an unknown method, preset, profile, aggregate or engine, or a number that cannot be.
+            ArgumentKindError: there is no such setting, or it is no number.
+            UnknownMethodError, ArgumentError: an unknown method, preset, profile, aggregate or engine, or a number that
+                cannot be.
+            MissingExtraError, PluginError: the method cannot be used here.
         """
         from engine.search.study import search
 
-        asking.settings(settings)
+        arguments.settings(settings)
         config = replace(
             self.config,
             search=replace(self.config.search, **settings),
@@ -222,10 +236,10 @@ class Scenario:
 
     def _kept(self, method: str, out: Path, config: Config, **how: Any) -> "Campaign":
         """A search in a run directory of its own."""
-        from cortex_dsl.hunting import hunt
+        from cortex_dsl.api.run_folder import search_and_keep
         from engine.search.store import new_directory
 
-        found = hunt(replace(self, config=config), method, new_directory(out), **how)
+        found = search_and_keep(replace(self, config=config), method, new_directory(out), **how)
         if found.trouble is not None:
             raise found.trouble
         return found.campaign
@@ -234,35 +248,19 @@ class Scenario:
         """The one scene of a campaign's case, drawn again from its genome and stream key."""
         from engine.search.ranking import Case
 
-        asking.kind("case", case, Case, "a campaign has some in `worst`")
+        arguments.kind("case", case, Case, "a campaign has some in `worst`")
         return self.scene_of(np.array(case.genome), np.array(case.key, dtype=np.int64))
 
     def scene_of(self, genome: "ArrayLike", key: "ArrayLike") -> "Scenes":
         """The one scene of a genome (d,) and a stream key (6,)."""
         from engine.sampling import sample
-        from engine.scenes import StreamKey
 
-        keys = np.asarray(key, dtype=np.int64)
-        if keys.shape != (len(StreamKey._fields),):
-            raise ValueError(f"key: expected {', '.join(StreamKey._fields)}, got shape {keys.shape}")
-        return sample(self.program, self._genome(genome)[np.newaxis], keys[np.newaxis], self.config.simulation)
+        values, keys = arguments.genome_of(self.program, genome), arguments.key_of(key)
+        return sample(self.program, values[np.newaxis], keys[np.newaxis], self.config.simulation)
 
-    def _genome(self, genome: "ArrayLike") -> "Floats":
-        """A value for each param."""
-        values, names = np.asarray(genome, dtype=np.float64), self.program.space.names
-        if values.shape != (len(names),):
-            raise ValueError(f"genome: expected a value for each of {', '.join(names)}, got shape {values.shape}")
-        return values
-
-    def _own(self, scenes: "Scenes") -> "Scenes":
+    def _own(self, scenes: object) -> "Scenes":
         """Scenes that can be of this scenario."""
-        from engine.scenes import Scenes
-
-        asking.kind("scenes", scenes, Scenes, "`sample` draws some, `scene` is that of a case")
-        widths = len(self.program.space), self.program.code.output_register.shape[1]
-        if (scenes.genomes.shape[1], scenes.values.shape[1]) != widths:
-            raise ValueError("scenes: these are of another scenario, or of this one with other params fixed")
-        return scenes
+        return arguments.scenes_of(self.program, scenes)
 
     def show(self, thing: "Scenes | Case | Campaign", row: int = 0) -> "Picture | Shown":
         """For notebooks: one of some scenes as a picture, a case as a page that plays, a campaign as a table."""
@@ -294,11 +292,13 @@ class Scenario:
         `laid_out` every line stays where the author has it.
 
         Raises:
-            IndexError, ValueError: there is no such row, or its scene is not valid.
+            RowError, ArgumentError: there is no such row, or its scene is not valid.
         """
-        row = asking.row_of(self._own(scenes), row)
+        row = arguments.row_of(self._own(scenes), row)
         if not scenes.valid[row]:
-            raise ValueError(f"scene {row} is not valid; only a valid one can be written")
+            raise ArgumentError(
+                f"scene {row} is not valid; only a valid one can be written", "`scenes.valid` tells which are"
+            )
         return concrete_files(
             self.program,
             self.compiled.module,
@@ -312,3 +312,21 @@ class Scenario:
             name=name,
             laid_out=laid_out,
         )
+
+
+# -- the scene of a single run: genomes of a seed, one after the other, until one of them allows a scene ---------------
+
+DRAWS = 100
+"""How many genomes a single run draws until one allows a scene; Scenic, too, draws its params anew at every attempt."""
+
+
+def _keys(program: Program, seed: int | None) -> "Iterator[Ints]":
+    """The streams to try; a concrete file has just its own."""
+    from engine.streams import key_rows, parse_key
+
+    pinned = program.settings.stream
+    if pinned is not None and seed is None:
+        yield np.array([parse_key(pinned)], dtype=np.int64)
+        return
+    for index in range(DRAWS if len(program.space) else 1):
+        yield key_rows(seed or 0, Method.SINGLE, 0, 0, [index])

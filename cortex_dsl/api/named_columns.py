@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     Columns = dict[str, NDArray]
     Named = Iterator[tuple[str, NDArray]]
 
+
 START_UNITS: Mapping[Column, str] = {
     Column.X: "m",
     Column.Y: "m",

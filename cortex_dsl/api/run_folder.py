@@ -1,37 +1,58 @@
-"""A search that keeps what it finds: journal, tables and worst cases in a run directory, and how it goes on later.
+"""A run folder: the journal, tables and worst cases that a search leaves, written while it goes on.
 
-    >>> from cortex_dsl.hunting import hunt, resume
-    >>> found = hunt(scenario, "niching", new_directory(Path("runs/mine")))
-    >>> found = resume("runs/mine", generations=60)
+    >>> found = search_and_keep(scenario, "niching", new_directory(Path("runs/mine")))
     >>> found.campaign.distinct_collisions, found.worst_files[0]
 
-`finished` stands in a journal only once everything beside it is in place: whatever ends a process earlier, `resume`
-does the rest.
+`finished` stands in a journal only once everything beside it is in place: whatever ends a process earlier,
+`cortex_dsl.api.runs.resume` does the rest.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Protocol
 
-from cortex_dsl.runs import OpenedRun, open_run, origin_of
-from cortex_dsl.session import Scenario
+from cortex_dsl.pipeline import Compiled
+from cortex_dsl.semantics.composition.imports import import_statements
+from cortex_dsl.syntax import nodes
+from engine.config import Config
+from engine.program import Program
 from engine.search.campaign import Campaign, ForeignPastError, OnGeneration, Progress
 from engine.search.exports import write_exports
 from engine.search.journal import Journal
-from engine.search.journal_reader import Record, read_journal
-from engine.search.manifest import Manifest, changed_versions, make_manifest
+from engine.search.journal_reader import Record
+from engine.search.manifest import Link, Manifest, Origin, Text, changed_versions, make_manifest
 from engine.search.ranking import Case
-from engine.search.searchers import canonical, find_searcher
+from engine.search.searchers import canonical
 from engine.search.store import JOURNAL, RemovedError, StoreError, hold, store_errors
 from engine.search.study import search
 from engine.search.workers import Workers, workers_for
 
+if TYPE_CHECKING:
+    from engine.scenes import Scenes
+
 OnRemoved = Callable[[RemovedError], None]
 """Hears, as soon as it is noticed, that a run's folder is gone; the search goes on in memory."""
-WORST = "worst"
+WORST_FOLDER = "worst"
 """Folder of the concrete scenarios inside a run directory."""
+
+
+class Searchable(Protocol):
+    """What a search asks of a scenario: what to run, by which settings, and how to write a case as a file."""
+
+    @property
+    def compiled(self) -> Compiled: ...
+    @property
+    def config(self) -> Config: ...
+    @property
+    def overrides(self) -> Mapping[str, str]: ...
+    @property
+    def chosen(self) -> str | None: ...
+    @property
+    def program(self) -> Program: ...
+    def scene(self, case: Case) -> "Scenes": ...
+    def concrete_files(self, scenes: "Scenes", row: int = 0, remark: str = "", name: str = "") -> dict[str, str]: ...
 
 
 @dataclass(frozen=True)
@@ -47,10 +68,10 @@ class Found:
 
 
 @dataclass(frozen=True)
-class _Work:
+class Work:
     """One search and where it is kept."""
 
-    scenario: Scenario
+    scenario: Searchable
     folder: Path
     manifest: Manifest
     on_generation: OnGeneration | None
@@ -58,8 +79,8 @@ class _Work:
     workers: Workers
 
 
-def hunt(
-    scenario: Scenario,
+def search_and_keep(
+    scenario: Searchable,
     method: str,
     folder: Path,
     *,
@@ -80,78 +101,18 @@ def hunt(
     manifest = make_manifest(
         scenario.program, scenario.config, method, profile, source.name, command_line, origin_of(scenario)
     )
-    work = _Work(scenario, folder, manifest, on_generation, on_removed, workers or _workers(scenario))
+    work = Work(scenario, folder, manifest, on_generation, on_removed, workers or default_workers(scenario))
     with hold(folder), closing(Journal.create(folder / JOURNAL, manifest)) as journal:
-        return _carry_out(work, journal)
+        return carry_out(work, journal)
 
 
-def resume(
-    folder: str | Path,
-    *,
-    generations: int | None = None,
-    on_generation: OnGeneration | None = None,
-    on_removed: OnRemoved | None = None,
-    workers: Workers | None = None,
-) -> Found:
-    """Go on with a run that was stopped or killed, to the journal that an undisturbed one would have written.
-
-    `generations`: as many in all as this, more or fewer than the run was started with. Of a finished run nothing is
-    written, and nothing simulated but the probes of its genes.
-
-    Raises:
-        StoreError: there is no run to go on with, this version would go on otherwise, or another process is at it.
-        and as `hunt`.
-    """
-    return go_on(
-        open_run(folder), generations=generations, on_generation=on_generation, on_removed=on_removed, workers=workers
-    )
-
-
-def go_on(
-    run: OpenedRun,
-    *,
-    generations: int | None = None,
-    on_generation: OnGeneration | None = None,
-    on_removed: OnRemoved | None = None,
-    workers: Workers | None = None,
-) -> Found:
-    """`resume`, of a run that is open already."""
-    manifest = run.record.manifest
-    longer = _with_generations(run, generations)
-    scenario = replace(run.scenario, config=longer.config)
-    work = _Work(scenario, run.folder, longer, on_generation, on_removed, workers or _workers(scenario))
-    if run.record.status == "finished" and longer == manifest:
-        campaign = replace(_search(work, run.record), elapsed=run.record.seconds)
-        return Found(campaign, run.folder, manifest, _worst_files(run.folder))
-    with hold(run.folder):
-        record = read_journal(run.folder / JOURNAL)  # as nobody can change it any more
-        with closing(Journal.reopen(run.folder / JOURNAL, longer)) as journal:
-            return _carry_out(work, journal, record)
-
-
-def _workers(scenario: Scenario) -> Workers:
+def default_workers(scenario: Searchable) -> Workers:
+    """Those that its own settings ask for."""
     search = scenario.config.search
     return workers_for(search.engine, search.jobs)
 
 
-def _with_generations(run: OpenedRun, generations: int | None) -> Manifest:
-    """The manifest of the run as it is to end."""
-    manifest, done = run.record.manifest, len(run.record.generations)
-    settings: dict[str, Any] = manifest.settings
-    if generations is None or generations == settings["search"]["generations"]:
-        return manifest
-    if generations < done:
-        raise StoreError(f"`{run.folder}` has {done} generations already", f"give --generations {done} or more")
-    if find_searcher(manifest.method).paced:
-        planned = settings["search"]["generations"]
-        raise StoreError(
-            f"{manifest.method} paces itself by the number of its generations, and this run was planned for {planned}",
-            f"start a search of {generations} generations; without --generations this one goes on as it was planned",
-        )
-    return replace(manifest, settings={**settings, "search": {**settings["search"], "generations": generations}})
-
-
-def _carry_out(work: _Work, journal: Journal, record: Record | None = None) -> Found:
+def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Found:
     """Search, with every generation written as it ends; then put everything in its place."""
     heard = work.on_generation
 
@@ -168,7 +129,7 @@ def _carry_out(work: _Work, journal: Journal, record: Record | None = None) -> F
         if heard is not None:
             heard(progress)
 
-    campaign = _search(replace(work, on_generation=on_generation), record)
+    campaign = campaign_of(replace(work, on_generation=on_generation), record)
     found = Found(campaign, work.folder, work.manifest)
     if removed:
         return replace(found, trouble=removed[0])
@@ -182,7 +143,8 @@ def _carry_out(work: _Work, journal: Journal, record: Record | None = None) -> F
     return replace(found, worst_files=files)
 
 
-def _search(work: _Work, record: Record | None) -> Campaign:
+def campaign_of(work: Work, record: Record | None) -> Campaign:
+    """The search itself, from its beginning or from where its journal ends."""
     manifest = work.manifest
     try:
         return search(
@@ -199,7 +161,7 @@ def _search(work: _Work, record: Record | None) -> Campaign:
         raise _foreign(work, error) from error
 
 
-def _foreign(work: _Work, error: ForeignPastError) -> StoreError:
+def _foreign(work: Work, error: ForeignPastError) -> StoreError:
     """What to say where the journal does not follow from its own beginning."""
     changed = changed_versions(work.manifest)
     what = f"generation {error.generation} in the journal of `{work.folder}` is not the one that follows here"
@@ -210,26 +172,48 @@ def _foreign(work: _Work, error: ForeignPastError) -> StoreError:
     )
 
 
-def _worst_files(folder: Path) -> list[Path]:
-    return sorted((folder / WORST).glob("[0-9][0-9].scn"))
+def worst_files(folder: Path) -> list[Path]:
+    """The scenarios of the worst cases, in their order."""
+    return sorted((folder / WORST_FOLDER).glob("[0-9][0-9].scn"))
 
 
-def _write_worst(work: _Work, campaign: Campaign) -> list[Path]:
+def _write_worst(work: Work, campaign: Campaign) -> list[Path]:
     """The worst cases, and none of those that were the worst before the run went on."""
     files = [_write_case(work, case) for case in campaign.worst]
-    with store_errors(work.folder / WORST):
-        for path in set(_worst_files(work.folder)) - set(files):
+    with store_errors(work.folder / WORST_FOLDER):
+        for path in set(worst_files(work.folder)) - set(files):
             path.unlink()
     return files
 
 
-def _write_case(work: _Work, case: Case) -> Path:
+def _write_case(work: Work, case: Case) -> Path:
     """One of the worst as a scenario that runs to the same outcome."""
     remark = f"case {case.rank} of a search in {work.manifest.file}: risk {case.score}"
-    path = work.folder / WORST / f"{case.rank:02d}.scn"
+    path = work.folder / WORST_FOLDER / f"{case.rank:02d}.scn"
     files = work.scenario.concrete_files(work.scenario.scene(case), remark=remark, name=path.name)
     with store_errors(path):
         path.parent.mkdir(exist_ok=True)
         for name, text in files.items():
             path.with_name(name).write_text(text, encoding="utf-8")
     return path
+
+
+def origin_of(scenario: Searchable) -> Origin:
+    """What a manifest keeps of a scenario beside its main text."""
+    compiled = scenario.compiled
+    imports = tuple(Text(file.name, file.text) for file in compiled.source.imported)
+    return Origin(imports, tuple(_links(compiled)), dict(scenario.overrides), scenario.chosen)
+
+
+def _links(compiled: Compiled) -> Iterator[Link]:
+    """The file behind each import statement, of the main file and of all others."""
+    modules: dict[str, nodes.Module] = {compiled.source.name: compiled.module}
+    modules |= {file.name: file.module for file in compiled.imports.values()}
+    for importer, module in modules.items():
+        for statement in import_statements(module):
+            if statement.span in compiled.imports:
+                yield Link(importer, _first_path(statement), compiled.imports[statement.span].name)
+
+
+def _first_path(node: nodes.Import | nodes.ImportFrom) -> str:
+    return node.path if node.quoted else node.path.replace(".", "/") + ".scn"
