@@ -11,9 +11,10 @@ import pytest
 from cortex_dsl.api.scenario import Scenario, compile_text, load
 from cortex_dsl.cli import main
 from cortex_dsl.diagnostics import CompileError
+from engine.errors import CortexError
 from engine.streams import parse_key
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "left_turn.scn"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "left_turn.scn"
 
 
 @pytest.fixture(scope="module")
@@ -166,11 +167,11 @@ SLIPS: dict[str, tuple[Callable[[Any], object], type[Exception], str]] = {
     "genome": (lambda s: s.sample(1, genome=[1, 2]), ValueError, "expected a value for each of EGO_INIT_DIST, "),
     "key": (lambda s: s.scene_of(np.zeros(7), (1, 2)), ValueError, "key: expected seed, method, run"),
     "jobs": (lambda s: s.simulate(s.sample(), jobs=0), ValueError, "jobs: expected 1 or more"),
-    "scenes": (lambda s: s.simulate(3), TypeError, "expected Scenes, got int; `sample` draws some"),
+    "scenes": (lambda s: s.simulate(3), TypeError, "expected Scenes, got int .`sample` draws some"),
     "outcomes": (lambda s: s.assess(s.sample()), TypeError, "expected Outcomes, got Scenes"),
     "case": (lambda s: s.scene(3), TypeError, "expected Case, got int"),
-    "row": (lambda s: s.watch(s.sample(3), 9), IndexError, "there is no 9 in .*, whose rows are 0 to 2"),
-    "setting": (lambda s: s.search(seeds=3), TypeError, "no setting `seeds`; did you mean `seed`"),
+    "row": (lambda s: s.watch(s.sample(3), 9), IndexError, "there is no 9 in .*rows are 0 to 2"),
+    "setting": (lambda s: s.search(seeds=3), TypeError, "no setting `seeds` .did you mean `seed`"),
     "number": (lambda s: s.search(generations="3"), TypeError, "generations: expected a whole number, got '3'"),
     "few": (lambda s: s.search(population=0), ValueError, "population: expected 1 or more, got 0"),
 }
@@ -180,8 +181,10 @@ SLIPS: dict[str, tuple[Callable[[Any], object], type[Exception], str]] = {
 def test_slips_are_answered(scenario: Scenario, slip: str) -> None:
     """By the name of what was given, what was expected, and what was got."""
     ask, error, message = SLIPS[slip]
-    with pytest.raises(error, match=message):
+    with pytest.raises(error, match=message) as caught:
         ask(scenario)
+    assert isinstance(caught.value, CortexError)
+    assert caught.value.cure
 
 
 def test_scenes_of_another_scenario_are_refused(scenario: Scenario) -> None:

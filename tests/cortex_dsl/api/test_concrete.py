@@ -12,7 +12,7 @@ from cortex_dsl.syntax.formatting import format_source
 from engine.sampling import sample
 from engine.scenes import Outcomes
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.scn"))
+EXAMPLES = sorted((Path(__file__).parents[3] / "examples").glob("*.scn"))
 
 EVERYTHING_RANDOM = """
 map intersection(lanes=2)
