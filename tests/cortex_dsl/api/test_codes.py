@@ -9,7 +9,7 @@ from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.semantics import state
 from cortex_dsl.syntax.reading import decode
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 ALL = entries()
 PAGES = [entry for entry in ALL if entry.page is not None]
 COMPILED = [entry for entry in PAGES if entry.page and not entry.page.shown]
