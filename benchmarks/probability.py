@@ -12,7 +12,7 @@ from dataclasses import replace
 from time import perf_counter
 
 from cortex_dsl.api.scenario import compile_text
-from engine.search.probability import Probability, estimate
+from engine.search.probability.monte_carlo import Probability, estimate
 
 RARE = """\
 map intersection(ways=4, lanes=1, approach=50 m)

@@ -14,7 +14,7 @@ from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics.names.overrides import override_text, param_entries
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import nodes
-from cortex_dsl.syntax.units import UNIT_WORDS
+from cortex_dsl.syntax.literals import UNIT_WORDS
 from engine.config import SearchConfig
 from engine.errors import ArgumentError, ArgumentKindError, RowError
 from engine.program import Program

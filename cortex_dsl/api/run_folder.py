@@ -18,15 +18,14 @@ from cortex_dsl.semantics.composition.imports import import_statements
 from cortex_dsl.syntax import nodes
 from engine.config import Config
 from engine.program import Program
-from engine.search.campaign import Campaign, ForeignPastError, OnGeneration, Progress
-from engine.search.exports import write_exports
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record
 from engine.search.manifest import Link, Manifest, Origin, Text, changed_versions, make_manifest
 from engine.search.ranking import Case
+from engine.search.result_files import write_exports
+from engine.search.run import Campaign, ForeignPastError, OnGeneration, Progress, search
 from engine.search.searchers import canonical
 from engine.search.store import JOURNAL, RemovedError, StoreError, hold, store_errors
-from engine.search.study import search
 from engine.search.workers import Workers, workers_for
 
 if TYPE_CHECKING:

@@ -21,16 +21,16 @@ from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax.reading import read_source
-from engine.search.campaign import OnGeneration, follow
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record, read_journal
 from engine.search.manifest import Manifest, Origin, Text
 from engine.search.protocol import Box
 from engine.search.ranking import Case, order_of_risk, worst_cases
+from engine.search.run import OnGeneration, follow
 from engine.search.searchers import build_searcher, find_searcher
 from engine.search.store import JOURNAL, StoreError, example_run, hold
 from engine.search.workers import Workers
-from engine.study.store import is_study
+from engine.study.database import is_study
 from engine.vocabulary import GeneKind
 
 WORST = 10

@@ -8,10 +8,10 @@
     >>> campaign = scenario.search("ga", generations=30, population=100)
     >>> print(scenario.concrete(scenario.scene(campaign.worst[0])))
 
-`grammar/API.md` goes through all of it.
+`docs/reference/python.md` goes through all of it.
 
 A search that keeps everything on disk, and can be gone on with: `search(…, out="runs/mine")`,
-`cortex_dsl.api.run_folder`, `cortex_dsl.api.runs`. A searcher of your own: `engine.search.plugins`.
+`cortex_dsl.api.run_folder`, `cortex_dsl.api.runs`. A searcher of your own: `engine.search.searchers`.
 
 Arrays are row-aligned and in SI units, genomes in the file's own; their shapes stand at `engine.scenes.Scenes`,
 `engine.scenes.Outcomes` and `engine.search.evaluations.Evaluations`.
@@ -42,8 +42,8 @@ if TYPE_CHECKING:
     from cortex_dsl.page.notebook import Picture, Shown
     from engine.risk import Risk
     from engine.scenes import Outcomes, Scenes
-    from engine.search.campaign import Campaign, OnGeneration
     from engine.search.ranking import Case
+    from engine.search.run import Campaign, OnGeneration
     from engine.search.workers import Workers
     from engine.tables import Ints
     from engine.world import WorldRun
@@ -222,7 +222,7 @@ class Scenario:
                 cannot be.
             MissingExtraError, PluginError: the method cannot be used here.
         """
-        from engine.search.study import search
+        from engine.search.run import search
 
         arguments.settings(settings)
         config = replace(

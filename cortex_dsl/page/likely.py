@@ -16,8 +16,7 @@ from cortex_dsl.report.probability_view import (
     interval_text,
     probability_text,
 )
-from engine.search.estimated import Probability
-from engine.search.kept_probability import kept
+from engine.search.probability.estimates import Probability, kept
 
 NOTE = (
     "Given a valid run, when every param is drawn as the file says. What a search found tells nothing "

@@ -25,7 +25,7 @@ from cortex_dsl.page.element import Element, element, render
 from engine.program import Program
 from engine.road import build_network, outline
 from engine.scenes import Scenes, actor_columns
-from engine.search.campaign import Campaign
+from engine.search.run import Campaign
 from engine.tables import Floats
 from engine.vocabulary import Column, State
 

@@ -15,12 +15,12 @@ from cortex_dsl.report.numbers import counted, fixed
 from cortex_dsl.report.titles import first_line
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
-from engine.search.analysis import BUDGET, Analysis, analyse
-from engine.search.exports import collisions_by_partner
-from engine.search.figures import distinct_collisions
+from engine.search.evaluations import distinct_collisions
+from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.journal import finite
 from engine.search.journal_reader import Record
 from engine.search.ranking import Case
+from engine.search.result_files import collisions_by_partner
 
 CASES = 10
 """Cases that a page replays."""

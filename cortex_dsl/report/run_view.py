@@ -20,9 +20,8 @@ from cortex_dsl.report.speeds import SpeedUnit, speed_unit
 from cortex_dsl.report.story import Moment, end_of, in_order, tell
 from cortex_dsl.report.timeline import curves, timeline
 from cortex_dsl.report.titles import title_of
-from engine.metrics import Metric
+from engine.metrics import Metric, Recorded
 from engine.program import Program
-from engine.records import Recorded
 from engine.risk import PROFILES
 from engine.road.outline import Outline
 from engine.scenes import Outcomes, Scenes, Trajectory

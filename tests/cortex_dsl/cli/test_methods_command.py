@@ -77,7 +77,7 @@ def test_a_broken_searcher_of_another_package(
 ) -> None:
     """Its fault is told as its own, not as a bug of ours."""
     point = EntryPoint("shaky", "nowhere.at.all:make", "cortexc.searchers")
-    monkeypatch.setattr("engine.search.plugins.entry_points", lambda **_: [point])
+    monkeypatch.setattr("engine.search.searchers.entry_points", lambda **_: [point])
     result = cortexc(left_turn, "--method", "shaky", "--out", "never")
     assert result.code == 2
     assert "the searcher `shaky` cannot be loaded" in result.err

@@ -14,8 +14,8 @@ import pytest
 from cortex_dsl.api.runs import OpenedRun, box_of, first_cases
 from cortex_dsl.cli import main
 from cortex_dsl.page.endings import how_runs_ended
-from engine.search.diversity import distinct_failures
-from engine.search.figures import distinct_collisions, figures
+from engine.search.evaluations import distinct_collisions, figures
+from engine.search.insight.diversity import distinct_failures
 from engine.vocabulary import State
 
 

@@ -10,7 +10,7 @@ from cortex_dsl.report.blame_view import blame_content, blame_note, blame_view, 
 from cortex_dsl.report.feasibility_view import feasibility_view
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.theme import THEME
-from engine.blame import Account, account, weigh
+from engine.acceptance import Account, account, weigh
 from engine.feasibility import explain
 from engine.program import Program
 

@@ -29,7 +29,7 @@ def no_proofs(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(_program: Program) -> Feasibility:
         raise AssertionError
 
-    monkeypatch.setattr("engine.feasibility.proofs.explain", refuse)
+    monkeypatch.setattr("engine.feasibility.explanation.explain", refuse)
 
 
 def same(one: Feasibility, other: Feasibility) -> bool:
