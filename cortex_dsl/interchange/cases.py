@@ -9,11 +9,11 @@ from pathlib import Path
 from shlex import join
 
 from cortex_dsl import ir
-from cortex_dsl.concrete import gene_text
+from cortex_dsl.api.concrete import gene_text
+from cortex_dsl.api.runs import OpenedRun
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.lowering import lower
-from cortex_dsl.lowering.groups import group_variants
-from cortex_dsl.runs import OpenedRun
-from cortex_dsl.session import Scenario
+from cortex_dsl.lowering.code_tables import group_variants
 from cortex_dsl.source import Span
 from cortex_dsl.version import VERSION
 from engine.interchange.recording import Provenance, RecordedCase, SignalTimes, recorded_run

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from cortex_dsl.api.scenario import load
 from cortex_dsl.interchange.cases import ExportCase
-from cortex_dsl.session import load
 from engine.interchange.contract import Export, ExportOptions, Finding
 from engine.interchange.measuring import OURS
 from engine.interchange.recording import Recording, recorded_run

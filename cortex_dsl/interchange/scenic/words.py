@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from cortex_dsl.semantics.values import Centerline, DirectionField, Region, Value
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
+from engine.errors import Signal
 from engine.road.network import Intersection, Lane, LaneRole, Maneuver, Network
 from engine.road.sections import LaneGroup, LaneSection, Road
 from engine.tables import ROAD_REGION
@@ -116,7 +117,7 @@ LEFT_OUT_PARAMS = frozenset({"map", "carla_map", "map_options", "use2DMap", "tim
 # -- what is gathered while a file is written: lines for its head, and what cannot be said in it -----------------------
 
 
-class Unsaid(Exception):  # noqa: N818 - not an error, it is told
+class Unsaid(Signal):
     """Scenic has no words for an expression."""
 
     def __init__(self, what: str, span: Span) -> None:

@@ -1,6 +1,7 @@
-"""The rules of OpenSCENARIO that its schema does not hold, or that readers are known to trip over (grammar/EXPORTS.md).
+"""The rules of OpenSCENARIO that its schema does not hold, or that readers are known to trip over.
 
-A replay is read back by our own reader as well, and held against the run.
+docs/how-to/cases-elsewhere.md tells of them. A replay is read back by our own reader as well, and held against the
+run.
 """
 
 from collections import Counter

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from engine.host import MAX_SAMPLES
 from engine.interchange.contract import ExportOptions, Finding, InterchangeError, quoted
 from engine.interchange.measuring import same_run
 from engine.interchange.openscenario.read import Imported
@@ -16,7 +17,6 @@ from engine.interchange.recording import RecordedActor, RecordedCase, Recording
 from engine.interchange.tables.cells import Cells, read_csv_cells, read_parquet_cells
 from engine.interchange.tables.columns import GAP
 from engine.interchange.tables.tracks import TableTrack, spelt, tracks_of
-from engine.runs import MAX_SAMPLES
 from engine.tables import Floats
 from engine.vehicles import MODELS
 from engine.vocabulary import State

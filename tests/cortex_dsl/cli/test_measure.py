@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import engine.interchange.openscenario.read
-from cortex_dsl.cli.exits import Exit
-from cortex_dsl.session import load
+import engine.interchange.reading
+from cortex_dsl.api.scenario import load
+from cortex_dsl.console.terminal import Exit
 from engine.interchange import InterchangeError, Recording
 from engine.interchange.recording import recorded_run
 from engine.interchange.tables import write_csv, write_parquet

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cortex_dsl.api.scenario import Scenario, compile_text, load
 from cortex_dsl.interchange.cases import ExportCase, case_of_scene
 from cortex_dsl.interchange.formats import checker_of
 from cortex_dsl.interchange.writing import scenic
-from cortex_dsl.session import Scenario, compile_text, load
 from engine.interchange.contract import ExportOptions, InterchangeError
 from engine.road import LaneRole, build_network
 from engine.vocabulary import State

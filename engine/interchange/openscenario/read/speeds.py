@@ -18,7 +18,7 @@ from engine.interchange.openscenario.read.motion import Polyline
 from engine.interchange.openscenario.read.samples import Part, centers, usual_step
 from engine.interchange.own_metadata import Carried
 from engine.interchange.recording import SAME_INSTANT, RecordedActor
-from engine.kernels.contact import search_contact
+from engine.kernels.approach import search_contact
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, State
 

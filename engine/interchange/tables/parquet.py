@@ -1,0 +1,141 @@
+"""Parquet through pyarrow, which only the extra brings: imported when asked for, and missed with a cure."""
+
+import json
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from engine.extras import installing
+from engine.interchange.contract import InterchangeError
+
+EGO, NAMES = b"host_vehicle_idx", b"cortexc_names"
+"""Metadata: omega-prime's own key for the ego, and ours for names, a JSON list by idx."""
+LONGEST_NAMES = 1_000_000
+LARGEST_COLUMN = 300_000_000
+"""Bytes of one column once it is unpacked; a million rows of twenty digits take a fifteenth of it."""
+LONGEST_IDX = 19
+"""Digits."""
+TEXT_TYPES = ("string", "large_string", "string_view")
+"""Types that hold texts, as pyarrow calls them."""
+
+
+def parquet_bytes(table: Mapping[str, np.ndarray], names: Sequence[str]) -> bytes:
+    """A Parquet file of columns; `names` by idx, the ego's first.
+
+    Raises:
+        InterchangeError: pyarrow is not installed.
+    """
+    arrow, parquet = _pyarrow("pyarrow"), _pyarrow("pyarrow.parquet")
+    metadata = {EGO: b"0", NAMES: json.dumps(list(names), ensure_ascii=False).encode()}
+    out = BytesIO()
+    parquet.write_table(arrow.table(dict(table)).replace_schema_metadata(metadata), out)
+    return out.getvalue()
+
+
+class ParquetFile:
+    """An open file: its names and size are known before anything is read."""
+
+    def __init__(self, path: Path) -> None:
+        """Raises InterchangeError: pyarrow is not installed, or this is no Parquet."""
+        parquet = _pyarrow("pyarrow.parquet")
+        self.file = path.name
+        try:
+            file: Any = parquet.ParquetFile(path)
+            texts = [field.name for field in file.schema_arrow if str(field.type) in TEXT_TYPES]
+            # each text once, however many rows hold it
+            self._file: Any = parquet.ParquetFile(path, metadata=file.metadata, read_dictionary=texts)
+        except (OSError, ValueError) as error:  # pyarrow's own errors are both
+            raise _broken(path.name, error) from None
+        self.header: list[str] = list(file.schema_arrow.names)
+        self.rows = int(file.metadata.num_rows)
+        self.metadata: Mapping[bytes, bytes] = file.schema_arrow.metadata or {}
+
+    def column(self, name: str) -> np.ndarray:
+        """One column of numbers.
+
+        Raises:
+            InterchangeError: it has empty cells, is too large, or the file is damaged.
+        """
+        try:
+            return self._column(name).to_numpy(zero_copy_only=False)
+        except (OSError, ValueError) as error:
+            raise _broken(self.file, error) from None
+
+    def texts(self, name: str) -> tuple[list[tuple[str, int]], np.ndarray]:
+        """One column of texts or whole numbers: each text that there is and the first row (from 0) that holds it, and
+        for each row the number of its text.
+
+        Raises:
+            InterchangeError: it is of another type, has empty cells, is too large, or the file is damaged.
+        """
+        try:
+            column = self._column(name)
+            column = column.dictionary_encode() if not str(column.type).startswith("dictionary") else column
+            column = column.unify_dictionaries().combine_chunks()
+            column = column.chunk(0) if hasattr(column, "chunks") else column
+            self._refuse_other(str(column.dictionary.type), name)
+            numbers = column.indices.to_numpy(zero_copy_only=False)
+            used, first, places = np.unique(numbers, return_index=True, return_inverse=True)
+            texts = [str(column.dictionary[number].as_py()) for number in used.tolist()]
+        except (OSError, ValueError) as error:
+            raise _broken(self.file, error) from None
+        return list(zip(texts, first.tolist(), strict=True)), places
+
+    def _refuse_other(self, kind: str, name: str) -> None:
+        if kind not in TEXT_TYPES and not kind.startswith(("int", "uint", "float", "double")):
+            place = f"{self.file}, column `{name}`"
+            raise InterchangeError(f"it should hold texts, and holds {kind}", "convert the column", place)
+
+    def _column(self, name: str) -> Any:
+        place = f"{self.file}, column `{name}`"
+        if (size := self._size(name)) > LARGEST_COLUMN:
+            raise InterchangeError(f"it unpacks to {size / 1e6:,.0f} MB", "leave out actors or samples", place)
+        column = self._file.read(columns=[name]).column(name)
+        if column.null_count:
+            message = f"{column.null_count:,} cells are empty"
+            raise InterchangeError(message, "fill them, or leave their rows out", place)
+        return column
+
+    def _size(self, name: str) -> int:
+        """Bytes of a column that is not packed."""
+        groups = (self._file.metadata.row_group(number) for number in range(self._file.metadata.num_row_groups))
+        columns = (group.column(number) for group in groups for number in range(group.num_columns))
+        return sum(each.total_uncompressed_size for each in columns if each.path_in_schema.split(".")[0] == name)
+
+    def names(self) -> Sequence[str]:
+        """Names by idx, where the file tells them.
+
+        Raises:
+            InterchangeError: two have the same.
+        """
+        try:
+            found = json.loads(self.metadata.get(NAMES, b"[]")[:LONGEST_NAMES])
+        except (ValueError, RecursionError):
+            return ()
+        if not isinstance(found, list) or not all(isinstance(name, str) and name.strip() for name in found):
+            return ()
+        if len(set(found)) < len(found):
+            raise InterchangeError("two actors have the same name in its metadata", "rename one of them", self.file)
+        return tuple(found)
+
+    def host(self) -> int | None:
+        """The ego's idx, where the file tells it."""
+        said = self.metadata.get(EGO, b"").strip()
+        return int(said) if said.isdigit() and len(said) < LONGEST_IDX else None
+
+
+def _broken(file: str, error: Exception) -> InterchangeError:
+    reason = (str(error).splitlines() or [type(error).__name__])[0][:120]
+    return InterchangeError(f"this is no Parquet that can be read: {reason}", "write it again, or name another", file)
+
+
+def _pyarrow(module: str) -> Any:
+    try:
+        return import_module(module)
+    except ImportError:
+        cure = f"{installing('export')}, or take CSV"
+        raise InterchangeError("Parquet needs the package `pyarrow`, which is not installed", cure) from None
