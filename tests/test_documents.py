@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.catalogue import find
+from cortex_dsl.api.codes import find
 from cortex_dsl.cli.command_table import SUBCOMMANDS
 from cortex_dsl.cli.file_options import build_parser
 

@@ -56,8 +56,8 @@ def _check_target(path: Path | None) -> None:
 
 def _of_run(folder: Path, rank: int) -> Found:
     """Case `rank` of a run, 1 the worst."""
+    from cortex_dsl.api.runs import every_case
     from cortex_dsl.page.run_page import told_case
-    from cortex_dsl.runs import every_case
 
     run = open_run(folder)
     cases = every_case(run.record)

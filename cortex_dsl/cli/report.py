@@ -13,7 +13,7 @@ from cortex_dsl.console.user_files import reason
 from engine.search.store import example_run
 
 if TYPE_CHECKING:
-    from cortex_dsl.runs import OpenedRun
+    from cortex_dsl.api.runs import OpenedRun
 
 PAGE = "report.html"
 """The page's name inside the run directory."""
@@ -84,7 +84,7 @@ def open_run(folder: Path) -> "OpenedRun":
     Raises:
         UsageError: there is no readable run.
     """
-    from cortex_dsl import runs
+    from cortex_dsl.api import runs
     from engine.search.store import StoreError
 
     try:

@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
+from cortex_dsl.api.run_folder import Found, search_and_keep
+from cortex_dsl.api.runs import OpenedRun, go_on, open_run
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.search_output import asked_workers, removed, tell, usage_errors, watched
 from cortex_dsl.cli.study import resume as go_on_with_study
 from cortex_dsl.cli.study import study_workers
@@ -14,9 +17,6 @@ from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.request import GENERATION_LIMIT, Mode, Request, whole_number
 from cortex_dsl.console.simulating import compile_kernels, open_scenario
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
-from cortex_dsl.hunting import Found, go_on, hunt
-from cortex_dsl.runs import OpenedRun, open_run
-from cortex_dsl.session import Scenario
 from cortex_dsl.spelling import nearest
 from engine.extras import installing
 from engine.program import Program
@@ -61,7 +61,7 @@ def _search(method: str, request: Request, scenario: Scenario, terminal: Termina
     """One whole search with its run directory."""
     folder = _folder(method, request, scenario.program)
     with watched(terminal, method, request.generations) as on_generation:
-        return hunt(
+        return search_and_keep(
             scenario,
             method,
             folder,

@@ -190,8 +190,8 @@ def _subject(request: Request, name: str, terminal: Terminal) -> "Subject | Exit
         return compiled
     if not len(compiled.program.space):
         raise UsageError(f"`{request.file}` has no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
+    from cortex_dsl.api.run_folder import origin_of
     from cortex_dsl.console.simulating import open_scenario
-    from cortex_dsl.runs import origin_of
     from engine.study.plan import Subject
 
     scenario = open_scenario(request, compiled)

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cortex_dsl.api.arguments import held_params
+from cortex_dsl.api.scenario import Scenario, in_file
 from cortex_dsl.console.compiling import show
 from cortex_dsl.console.request import Request
 from cortex_dsl.console.scenario_mistakes import never_acts, undefined_value
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.holding import held_params
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.aftermath import aftermath
 from cortex_dsl.report.exhausted_view import exhausted_view
@@ -21,8 +22,6 @@ from cortex_dsl.report.run_document import run_content
 from cortex_dsl.report.run_view import RunReport, run_view
 from cortex_dsl.report.story import Moment, end_of
 from cortex_dsl.report.tally import Tally
-from cortex_dsl.session import Scenario, in_file
-from cortex_dsl.single import attempts
 from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
 from engine.metrics import recorded
 from engine.outcomes import Outcomes
@@ -137,7 +136,7 @@ def perform(request: Request, scenario: Scenario, terminal: Terminal, reproduce:
 
 def draw(scenario: Scenario, request: Request) -> tuple[Scenes, Tally]:
     """The first genome of the seed that allows a scene, or the last one tried; and the counts of all that were."""
-    tried, tally = list(attempts(scenario.program, scenario.config.simulation, request.seed)), Tally()
+    tried, tally = list(scenario.attempts(request.seed)), Tally()
     for scenes in tried:
         tally = tally.plus(scenes)
     return tried[-1], tally

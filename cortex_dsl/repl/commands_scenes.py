@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.request import SEED_LIMIT, Mode, Request, share
 from cortex_dsl.console.scenario_mistakes import undefined_value
 from cortex_dsl.console.simulating import mistake_of
@@ -15,13 +16,12 @@ from cortex_dsl.repl.commands import whole_number
 from cortex_dsl.repl.entering import refuse
 from cortex_dsl.repl.state import Desk
 from cortex_dsl.report.tally import Tally
-from cortex_dsl.session import Scenario
 from cortex_dsl.spelling import did_you_mean
 from engine.search.run import Campaign, Progress
 from engine.vocabulary import Verdict
 
 if TYPE_CHECKING:
-    from cortex_dsl.session import Scenario
+    from cortex_dsl.api.scenario import Scenario
     from engine.acceptance import Weighing
     from engine.scenes import Scenes
 

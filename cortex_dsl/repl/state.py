@@ -17,7 +17,7 @@ from cortex_dsl.syntax.reading import decode
 from engine.program import Program
 
 if TYPE_CHECKING:
-    from cortex_dsl.session import Scenario
+    from cortex_dsl.api.scenario import Scenario
     from engine.acceptance import Weighing
 
 # -- A draft, compiled: what is wrong with it, and what is merely still to come ----------------------------------------
@@ -161,7 +161,7 @@ class Kernels:
 
 def warm_up() -> None:
     """Load, or compile, all that a session calls."""
-    from cortex_dsl.session import compile_text
+    from cortex_dsl.api.scenario import compile_text
     from engine.acceptance import weigh
 
     scenario = compile_text(TINY)
@@ -272,7 +272,7 @@ class Desk:
         compiled = self.checked.compiled
         if compiled is None:
             raise self.not_ready()
-        from cortex_dsl.session import Scenario, in_file
+        from cortex_dsl.api.scenario import Scenario, in_file
         from engine.config import Config, SimulationConfig
 
         self.kernels.wait(self.terminal)

@@ -7,7 +7,7 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.holding import Held
+from cortex_dsl.api.arguments import Held
 from cortex_dsl.report.layout import columns, left, section
 from cortex_dsl.report.measures_view import measures_view
 from cortex_dsl.report.numbers import counted

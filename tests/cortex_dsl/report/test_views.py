@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rich.console import Console, Group, RenderableType
 
-from cortex_dsl.holding import Held
+from cortex_dsl.api.arguments import Held
 from cortex_dsl.report.exhausted_view import exhausted_view
 from cortex_dsl.report.pairs_view import further_pairs
 from cortex_dsl.report.progress import SearchProgress, progress_view

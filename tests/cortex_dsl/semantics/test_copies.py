@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.concrete import concrete_source
+from cortex_dsl.api.concrete import concrete_source
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source
 from engine.config import SimulationConfig
