@@ -1,14 +1,14 @@
 """The risk score with its parts, and the metrics it comes from."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from rich.console import Group, RenderableType
 from rich.text import Text
 
 from cortex_dsl.report.layout import columns, left, quantity, right
 from cortex_dsl.report.numbers import fixed
-from cortex_dsl.report.speeds import KM_H, SpeedUnit
-from engine.outcomes import Outcomes
+from cortex_dsl.report.speeds import KM_H, M_S, SpeedUnit
+from engine.outcomes import PAIRS, Outcomes
 from engine.risk import BANDS, Edges, RiskProfile
 
 PARTS: Sequence[tuple[str, int, str]] = (
@@ -18,6 +18,13 @@ PARTS: Sequence[tuple[str, int, str]] = (
     ("TTC_MS", 4, "s"),
 )
 """Parts of the score in their order: name, most points, unit of its bands."""
+MEANINGS: Mapping[str, str] = {
+    "MD": "least distance between outlines",
+    "MS": "fastest closing speed",
+    "D_MS": "distance between outlines then",
+    "TTC_MS": "time to collision then: D_MS / MS",
+}
+"""Of the metrics that the score comes from."""
 HIGHEST = sum(most for _, most, _ in PARTS)
 
 
@@ -64,17 +71,15 @@ def _band(edges: Edges, points: int, unit: str) -> str:
 def metrics_view(outcomes: Outcomes, row: int, pair: int, unit: SpeedUnit = KM_H) -> RenderableType:
     """The metrics of one pair with units, and when they were taken; `unit`: that of speeds."""
 
-    def value(array: object) -> float:
-        return float(array[row, pair])  # type: ignore[index]
+    def value(name: str) -> float:
+        return float(getattr(outcomes, name)[row, pair])
 
-    at_closest, at_fastest = value(outcomes.min_distance_time), value(outcomes.max_closing_time)
-    fastest = unit.number(value(outcomes.max_closing_speed), 2)
-    rows = [
-        _metric("MD", fixed(value(outcomes.min_distance), 2), "m", "least distance between outlines", at_closest),
-        _metric("MS", fastest, unit.name, "fastest closing speed", at_fastest),
-        _metric("D_MS", fixed(value(outcomes.distance_at_ms), 2), "m", "distance between outlines then", at_fastest),
-        _metric("TTC_MS", fixed(value(outcomes.ttc_at_ms), 2), "s", "time to collision then: D_MS / MS", at_fastest),
-    ]
+    rows = []
+    for metric in (each for each in PAIRS if each.symbol in MEANINGS):
+        is_speed = metric.unit == M_S.name
+        number = unit.number(value(metric.name), 2) if is_speed else fixed(value(metric.name), 2)
+        told_unit = unit.name if is_speed else metric.unit
+        rows.append(_metric(metric.symbol, number, told_unit, MEANINGS[metric.symbol], value(metric.when)))
     return columns(left(), right(), left(wrap=True), right(), rows=rows)
 
 

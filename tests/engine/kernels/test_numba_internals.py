@@ -5,8 +5,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from engine.kernels.inline import Inlined, inlined
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inlined, kernel
+from engine.kernels.numba_internals import Inlined
 from engine.tables import Floats
 
 
