@@ -75,6 +75,8 @@ class Result:
     """The row whose parts they are."""
     when: str = ""
     """The row that holds its instant, of a metric that has one."""
+    of_risk: bool = False
+    """Whether it belongs to the metrics that the score comes from, which reports tell together with it."""
     in_document: bool = True
     """Of a metric of a pair: whether the JSON of a single run tells it."""
     name: str = ""
@@ -172,6 +174,7 @@ class _Measured:
             Per.PAIR,
             kept=Kept.NEAREST,
             when="min_distance_time",
+            of_risk=True,
         ),
     ]
     """Infinite for two never in the scene together."""
@@ -186,6 +189,7 @@ class _Measured:
             Per.PAIR,
             kept=Kept.DECIDING,
             when="max_closing_time",
+            of_risk=True,
         ),
     ]
     max_closing_time: Annotated[Floats, Result("", "s", per=Per.PAIR, kept=Kept.DECIDING)]
@@ -199,6 +203,7 @@ class _Measured:
             Per.PAIR,
             kept=Kept.DECIDING,
             when="max_closing_time",
+            of_risk=True,
         ),
     ]
     ttc_at_ms: Annotated[
@@ -211,6 +216,7 @@ class _Measured:
             Per.PAIR,
             kept=Kept.DECIDING,
             when="max_closing_time",
+            of_risk=True,
         ),
     ]
     ego_speed: Annotated[

@@ -6,7 +6,7 @@ from shlex import quote
 
 from cortex_dsl.page import drawing
 from cortex_dsl.page.case import ToldCase
-from cortex_dsl.page.case_tables import pairs_table, params_table, risk_table
+from cortex_dsl.page.case_tables import measures_table, pairs_table, params_table, risk_table
 from cortex_dsl.page.element import Element, Node, element, prose
 from cortex_dsl.page.player import player
 from cortex_dsl.page.summary import figure
@@ -50,6 +50,7 @@ def card(told: ToldCase, place: Place, number: int) -> Element:
                 element("h4", "Risk"),
                 risk_table(told),
                 pairs_table(told),
+                measures_table(told),
                 element("h4", "Params"),
                 params_table(told),
             ),

@@ -7,6 +7,7 @@ from cortex_dsl.page.element import Element, Node, element
 from cortex_dsl.report.numbers import fixed, significant
 from cortex_dsl.report.params import format_gene
 from cortex_dsl.report.risk_view import PARTS
+from engine.outcomes import PAIRS, Result
 from engine.vocabulary import GeneKind
 
 PART_MEANINGS = {
@@ -33,17 +34,32 @@ def risk_table(told: ToldCase) -> Element:
 
 
 def _measured(told: ToldCase, name: str) -> str:
-    outcomes, pair = told.outcomes, told.pair
+    outcomes = told.outcomes
     if name == "C":
         return "yes" if bool(outcomes.collided[0]) else "no"
     if not outcomes.min_distance.shape[1]:
         return "–"
-    array, unit = {
-        "MD": (outcomes.min_distance, "m"),
-        "D_MS": (outcomes.distance_at_ms, "m"),
-        "TTC_MS": (outcomes.ttc_at_ms, "s"),
-    }[name]
-    return f"{fixed(float(array[0, pair]), 2)} {unit}"
+    (row,) = (each for each in PAIRS if each.symbol == name)
+    return _amount(told, row)
+
+
+def _amount(told: ToldCase, row: Result) -> str:
+    return f"{fixed(float(getattr(told.outcomes, row.name)[0, told.pair]), 2)} {row.unit}"
+
+
+def measures_table(told: ToldCase) -> Node:
+    """The metrics of the deciding pair that the score does not come from; nothing where there are none."""
+    rows = [
+        element(
+            "tr",
+            element("th", row.symbol, scope="row"),
+            element("td", row.meaning),
+            element("td", _amount(told, row), class_="number"),
+        )
+        for row in PAIRS
+        if row.symbol and not row.of_risk and told.outcomes.min_distance.shape[1]
+    ]
+    return [element("h4", "Measures"), element("table", element("tbody", rows), class_="params")] if rows else None
 
 
 def pairs_table(told: ToldCase) -> Node:

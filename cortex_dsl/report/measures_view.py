@@ -11,8 +11,9 @@ from cortex_dsl.report.numbers import fixed
 from cortex_dsl.report.speeds import KM_H, M_S, SpeedUnit
 from cortex_dsl.report.theme import actor_style
 from engine.metrics import Metric
+from engine.outcomes import PAIRS
 
-IN_RISK = frozenset({"MD", "MS", "D_MS", "TTC_MS"})
+IN_RISK = frozenset(row.symbol for row in PAIRS if row.of_risk)
 
 
 def measures_view(

@@ -75,7 +75,7 @@ def metrics_view(outcomes: Outcomes, row: int, pair: int, unit: SpeedUnit = KM_H
         return float(getattr(outcomes, name)[row, pair])
 
     rows = []
-    for metric in (each for each in PAIRS if each.symbol in MEANINGS):
+    for metric in (each for each in PAIRS if each.of_risk):
         is_speed = metric.unit == M_S.name
         number = unit.number(value(metric.name), 2) if is_speed else fixed(value(metric.name), 2)
         told_unit = unit.name if is_speed else metric.unit

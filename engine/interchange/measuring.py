@@ -195,12 +195,7 @@ NEAR = 1e-3
 """A place that is read back may be so far off [m]; a heading [rad], a speed [m/s]."""
 SAME = 1e-6
 """A metric may be so far off, of its size."""
-METRICS = {
-    "MD": "min_distance",
-    "MS": "max_closing_speed",
-    "D_MS": "distance_at_ms",
-    "TTC_MS": "ttc_at_ms",
-}
+METRICS = {row.symbol: row.name for row in PAIRS if row.of_risk}
 OURS = "this is a bug in cortexc: please report it"
 
 
