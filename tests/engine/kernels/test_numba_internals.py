@@ -2,10 +2,12 @@
 
 from typing import Any, cast
 
+import numba
 import numpy as np
 import pytest
 
-from engine.kernels.jit import inlined, kernel
+from engine.kernels import numba_internals
+from engine.kernels.jit import inlined, is_known, kernel
 from engine.kernels.numba_internals import Inlined
 from engine.tables import Floats
 
@@ -48,3 +50,28 @@ def test_a_draft_has_no_machine_code_of_its_own() -> None:
     (result,) = function.draft.overloads.values()
     engine_of = result.target_context.codegen()._engine
     assert not engine_of.is_symbol_defined(result.fndesc.llvm_func_name)
+
+
+def test_numba_has_the_parts_that_are_used() -> None:
+    """What `numba_internals` overrides or sets; where one is gone or renamed, its place is taken by what is public."""
+    if not is_known(numba.__version__):
+        pytest.skip("this numba is used by its public parts alone")
+    library, cache = numba_internals.JITCodeLibrary, numba_internals.FunctionCache
+    for name in ("_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals"):
+        assert callable(getattr(library, name))
+    assert {"get_pointer_to_function", "codegen", "enable_object_caching"} <= set(dir(library))
+    assert {"load_overload", "save_overload", "cache_path"} <= set(dir(cache))
+    kept = cast("Any", cache(_plain))
+    assert {"load", "save", "flush"} <= set(dir(kept._cache_file))
+    assert {"locator", "filename_base"} <= set(dir(kept._impl))
+    assert hasattr(numba.njit(_plain), "_cache")
+
+
+def test_unknown_versions_are_not_taken_for_known_ones() -> None:
+    """A minor version is known as a whole."""
+    assert is_known("0.68.1")
+    assert not any(map(is_known, ("0.69.0", "0.6.8", "1.0.0", "0.680.0")))
+
+
+def _plain(x: float) -> float:
+    return x
