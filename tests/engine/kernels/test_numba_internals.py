@@ -1,5 +1,6 @@
 """Inlined functions: parts of kernels that exist nowhere else, and yet can be called from Python."""
 
+from pathlib import Path
 from typing import Any, cast
 
 import numba
@@ -71,6 +72,13 @@ def test_unknown_versions_are_not_taken_for_known_ones() -> None:
     """A minor version is known as a whole."""
     assert is_known("0.68.1")
     assert not any(map(is_known, ("0.69.0", "0.6.8", "1.0.0", "0.680.0")))
+
+
+def test_private_parts_are_touched_in_one_file() -> None:
+    """All else imports `numba` itself."""
+    product = Path(numba_internals.__file__).parents[2]
+    sources = [path for folder in ("engine", "cortex_dsl") for path in (product / folder).rglob("*.py")]
+    assert [path.stem for path in sources if "numba.core" in path.read_text(encoding="utf-8")] == ["numba_internals"]
 
 
 def _plain(x: float) -> float:
