@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Page, Severity
 from cortex_dsl.files import DISK
 from cortex_dsl.semantics import elaborate, errors, link
-from cortex_dsl.semantics.problems import Problem
+from cortex_dsl.semantics.errors.problems import Problem
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import errors as syntax

@@ -4,7 +4,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from cortex_dsl.semantics.names.overrides import override_text, param_entries
+from cortex_dsl.semantics.names.linking import override_text
+from cortex_dsl.semantics.names.tree import param_entries
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.units import UNIT_WORDS
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.pipeline import Compiled, compile_source
-from cortex_dsl.semantics.composition.imports import import_statements
+from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.session import Scenario
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest

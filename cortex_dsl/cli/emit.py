@@ -53,7 +53,7 @@ def _later_stage(request: Request, terminal: Terminal) -> str | Exit:
     if isinstance(compiled, Exit):
         return compiled
     if request.stage == "ir":
-        from cortex_dsl.semantics.printing.listing import format_ir
+        from cortex_dsl.semantics.printing import format_ir
 
         return format_ir(compiled.scenario)
     from cortex_dsl.lowering.listing import format_program

@@ -10,13 +10,12 @@ from dataclasses import dataclass
 from cortex_dsl.editor.analysis import View, analyse
 from cortex_dsl.editor.facts import Sighting, Sightings, described, ending_at
 from cortex_dsl.editor.place import CLOSERS, Place
-from cortex_dsl.semantics.context import Moment
-from cortex_dsl.semantics.definitions import Namespace
+from cortex_dsl.semantics.errors.problems import Mistake, NeedsExpansion, Rejection
 from cortex_dsl.semantics.evaluation import attributes
-from cortex_dsl.semantics.evaluation.attribute_docs import ATTRIBUTE_DOCS
-from cortex_dsl.semantics.problems import Mistake, NeedsExpansion, Rejection
+from cortex_dsl.semantics.evaluation.attributes import ATTRIBUTE_DOCS
+from cortex_dsl.semantics.model.context import Moment
+from cortex_dsl.semantics.model.values import EnumValue, GlobalParameters, Namespace, Value
 from cortex_dsl.semantics.things.classes import FLAGS, PROPERTIES
-from cortex_dsl.semantics.values import EnumValue, GlobalParameters, Value
 from engine.vocabulary import ManeuverType
 
 

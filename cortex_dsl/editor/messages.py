@@ -15,7 +15,7 @@ from cortex_dsl.editor.open_files import OpenFile
 from cortex_dsl.editor.positions import Positions
 from cortex_dsl.editor.symbols import SymbolKind
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.composition.imports import import_statements
+from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.source import Span
 
 SOURCE = "cortexc"

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from cortex_dsl.editor.analysis import Analysis, View, analyse
 from cortex_dsl.editor.positions import Positions
 from cortex_dsl.files import Folder
-from cortex_dsl.semantics.sightings import Superseded
+from cortex_dsl.semantics.model.context import Superseded
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.reading import decode
 

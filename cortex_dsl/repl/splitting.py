@@ -6,7 +6,7 @@ from functools import lru_cache
 from itertools import pairwise
 
 from cortex_dsl.diagnostics import CompileError
-from cortex_dsl.semantics.tree import everything_in
+from cortex_dsl.semantics.names.tree import everything_in
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes, parse
 

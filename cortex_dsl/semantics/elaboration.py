@@ -13,21 +13,18 @@ from cortex_dsl import ir
 from cortex_dsl.diagnostics import CompileError, Diagnostic
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting import acts as _acts  # noqa: F401 - fills the table of statements
-from cortex_dsl.semantics.composition import scenarios
-from cortex_dsl.semantics.composition.imports import NO_FILES, ImportedFile
-from cortex_dsl.semantics.context import Observer
-from cortex_dsl.semantics.findings import Findings
-from cortex_dsl.semantics.names.overrides import param_entries, read_overrides
+from cortex_dsl.semantics.acting.rules import judged
+from cortex_dsl.semantics.advice import advised
+from cortex_dsl.semantics.composition import setting_up
+from cortex_dsl.semantics.errors.problems import Findings, NeedsExpansion
+from cortex_dsl.semantics.evaluation.roads import default_road, map_with_lights, reasons, spelled
+from cortex_dsl.semantics.model.choices import VARIANT_LIMIT, TooManyVariants, enumerate_variants
+from cortex_dsl.semantics.model.context import Observer
+from cortex_dsl.semantics.model.state import FileContext
+from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile, read_overrides
 from cortex_dsl.semantics.names.scope import check_names
-from cortex_dsl.semantics.names.system import system_params
-from cortex_dsl.semantics.problems import NeedsExpansion
+from cortex_dsl.semantics.names.tree import everything_in, param_entries, system_params
 from cortex_dsl.semantics.quantities.units import si_word
-from cortex_dsl.semantics.randomness.choices import VARIANT_LIMIT, TooManyVariants, enumerate_variants
-from cortex_dsl.semantics.remarks.advice import advised
-from cortex_dsl.semantics.road.default_map import default_road, map_with_lights, reasons, spelled
-from cortex_dsl.semantics.running.temporal import judged
-from cortex_dsl.semantics.state import FileContext
-from cortex_dsl.semantics.tree import everything_in
 from cortex_dsl.semantics.variants import Draft, elaborate_variant
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
@@ -66,7 +63,7 @@ def elaborate(
         imports,
         _default_road(whole, findings),
         observe=observe,
-        entry=scenarios.entry(module, scenario, findings),
+        entry=setting_up.entry(module, scenario, findings),
         default_signals=map_with_lights(whole),
         from_scenic=any(isinstance(statement, nodes.Model) for statement in whole.statements),
     )

@@ -8,25 +8,65 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.acting import behaviours, rules
 from cortex_dsl.semantics.acting.behaviours import actor_behaviour, warn_if_idle
+from cortex_dsl.semantics.acting.rules import rules_of_run
 from cortex_dsl.semantics.acting.yielding import everything
 from cortex_dsl.semantics.composition.composing import Composer, run_by, set_up_run
-from cortex_dsl.semantics.composition.modules import OF_THE_RUN, run_module
-from cortex_dsl.semantics.context import Evaluator, Moment
-from cortex_dsl.semantics.definitions import Actor
-from cortex_dsl.semantics.evaluation.expressions import evaluator
-from cortex_dsl.semantics.problems import Mistake, Rejection
-from cortex_dsl.semantics.randomness.choices import Oracle
-from cortex_dsl.semantics.road.roads import network_of
-from cortex_dsl.semantics.running import monitors
-from cortex_dsl.semantics.running.rules import rules_of_run
-from cortex_dsl.semantics.state import FileContext, RuleKey, Variant
+from cortex_dsl.semantics.composition.setting_up import OF_THE_RUN, run_module
+from cortex_dsl.semantics.errors.problems import Mistake, Rejection
+from cortex_dsl.semantics.evaluation import calls, geometry, objects, operators
+from cortex_dsl.semantics.evaluation.roads import network_of
+from cortex_dsl.semantics.model.choices import Oracle
+from cortex_dsl.semantics.model.context import Evaluator, Handler, Moment
+from cortex_dsl.semantics.model.state import FileContext, RuleKey, Variant
+from cortex_dsl.semantics.model.values import POISON, Actor, Value
 from cortex_dsl.semantics.things.classes import OFF_ROAD, PROPERTIES
-from cortex_dsl.semantics.values import POISON, Value
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 from engine.vocabulary import Column
+
+# -- The evaluator's table: which function gives the value of which kind of expression ---------------------------------
+
+HANDLERS: Mapping[type, Handler] = {
+    nodes.Number: operators.number,
+    nodes.WithUnit: operators.with_unit,
+    nodes.Degrees: operators.degrees,
+    nodes.String: operators.string,
+    nodes.Constant: operators.constant,
+    nodes.Name: operators.name,
+    nodes.Attribute: operators.attribute,
+    nodes.Index: operators.index,
+    nodes.Call: calls.call,
+    nodes.Starred: operators.starred,
+    nodes.ListDisplay: operators.display,
+    nodes.TupleDisplay: operators.display,
+    nodes.DictDisplay: operators.dictionary,
+    nodes.Comprehension: operators.comprehension,
+    nodes.Lambda: operators.lambda_,
+    nodes.Unary: operators.unary,
+    nodes.Binary: operators.binary,
+    nodes.BoolOp: operators.boolean,
+    nodes.Compare: operators.compare,
+    nodes.Conditional: operators.conditional,
+    nodes.Distance: geometry.distance,
+    nodes.RelativeHeading: geometry.relative_heading,
+    nodes.CanSee: geometry.can_see,
+    nodes.Intersects: geometry.intersects,
+    nodes.OffsetBy: geometry.offset_by,
+    nodes.OffsetAlong: geometry.offset_along,
+    nodes.New: objects.new,
+    nodes.Temporal: rules.implication,
+}  # type: ignore[dict-item]
+
+
+def evaluator(run: Variant) -> Evaluator:
+    """An evaluator at the file's top level."""
+    return Evaluator(run, HANDLERS)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
 
 
 @frozen
@@ -113,7 +153,7 @@ def _rules(ev: Evaluator, statements: Sequence[nodes.Statement], composer: Compo
         root = ev.run.root
         places.append((composer.ev.at_moment(Moment(running=True, scenario=root)), root.rules))
     rules_of_run(places)
-    required = list(monitors.started(ev))
+    required = list(behaviours.started(ev))
     ev.run.monitors[: len(required)] = required
 
 

@@ -8,9 +8,8 @@ from functools import partial
 from cortex_dsl.exports.scenic.expressions import Expressions, heading_from_north
 from cortex_dsl.exports.scenic.sheet import NOWHERE, Unsaid, verbatim
 from cortex_dsl.exports.scenic.words import NO_LONGER
-from cortex_dsl.semantics.definitions import Actor
+from cortex_dsl.semantics.model.values import Actor, Pose, Value
 from cortex_dsl.semantics.quantities.algebra import closed_value
-from cortex_dsl.semantics.values import Pose, Value
 from cortex_dsl.syntax import nodes
 from engine.interchange.recording import Recording
 from engine.vocabulary import State

@@ -1,7 +1,7 @@
 """How Scenic finds a part of our road in the exported map: by a point that no other part of its kind has."""
 
 from cortex_dsl.exports.scenic.sheet import Sheet
-from cortex_dsl.semantics.values import Centerline, DirectionField, Region, Value
+from cortex_dsl.semantics.model.values import Centerline, DirectionField, Region, Value
 from engine.road.network import Intersection, Lane, LaneRole, Maneuver, Network
 from engine.road.sections import LaneGroup, LaneSection, Road
 from engine.tables import ROAD_REGION

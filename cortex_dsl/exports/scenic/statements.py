@@ -7,7 +7,7 @@ from typing import Any
 from cortex_dsl.exports.scenic.expressions import Expressions
 from cortex_dsl.exports.scenic.sheet import NOWHERE, Unsaid, comments, is_comment, verbatim
 from cortex_dsl.exports.scenic.words import LEFT_OUT_PARAMS
-from cortex_dsl.semantics.composition.imports import ImportedFile
+from cortex_dsl.semantics.names.linking import ImportedFile
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.unparse_expressions import Level, write

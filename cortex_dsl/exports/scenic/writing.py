@@ -12,8 +12,8 @@ from cortex_dsl.exports.scenic.statements import Statements
 from cortex_dsl.exports.scenic.words import STAND_INS
 from cortex_dsl.exports.writers import opendrive
 from cortex_dsl.pipeline import Compiled, compile_source
-from cortex_dsl.semantics.sightings import Witness
-from cortex_dsl.semantics.tree import everything_in
+from cortex_dsl.semantics.model.context import ValueRecorder
+from cortex_dsl.semantics.names.tree import everything_in
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.literals import write_docstring
@@ -72,7 +72,7 @@ def scenic_source(case: "ExportCase", name: str, road_file: str) -> tuple[str, t
     Raises:
         InterchangeError: what the scenario imports cannot be put into one file.
     """
-    witness = Witness()
+    witness = ValueRecorder()
     compiled = _concrete(case, witness)
     sheet = Sheet(compiled.source)
     to = Expressions(
@@ -96,7 +96,7 @@ def _written(module: nodes.Module) -> Iterator[nodes.Statement]:
     return (each for each in module.statements if not isinstance(each, nodes.Pass))
 
 
-def _concrete(case: "ExportCase", witness: Witness) -> Compiled:
+def _concrete(case: "ExportCase", witness: ValueRecorder) -> Compiled:
     """The case as a scenario of its own, compiled; the witness sees what each expression is worth."""
     texts = case.scenario.concrete_files(case.scenes, laid_out=False)
     main = next(iter(texts))

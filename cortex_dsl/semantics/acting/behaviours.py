@@ -1,31 +1,66 @@
 """Behaviours, inlined: each actor's behaviour with everything that it `do`es becomes one block of acts. So do monitors,
-which are behaviours of nobody.
+which are behaviours of nobody and watch the run from its start.
 
 Arguments are evaluated where the behaviour starts. Numbers that a body assigns live in locals; lanes, objects and
 other things are bound at compile time and cannot change during the run.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.acting import library
-from cortex_dsl.semantics.acting.bodies import Body, Invocation
-from cortex_dsl.semantics.acting.variables import snapshot
-from cortex_dsl.semantics.acting.yielding import ever_acts
+from cortex_dsl.semantics.acting import caution, following
+from cortex_dsl.semantics.acting.bodies import Body, Invocation, snapshot
+from cortex_dsl.semantics.acting.job import DEFAULT_LATERAL, DEFAULT_SPEED, Inline, Job
+from cortex_dsl.semantics.acting.yielding import ever_acts, everything
 from cortex_dsl.semantics.builtins import Kind, names_of
-from cortex_dsl.semantics.context import Evaluator, Moment
-from cortex_dsl.semantics.definitions import Actor, BehaviourCall, BehaviourValue, Instance, MonitorCall, MonitorValue
+from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
-from cortex_dsl.semantics.problems import Mistake
-from cortex_dsl.semantics.values import Value
-from cortex_dsl.semantics.wording import kind_name
+from cortex_dsl.semantics.model.context import Evaluator, Moment
+from cortex_dsl.semantics.model.values import (
+    Actor,
+    BehaviourCall,
+    BehaviourValue,
+    Instance,
+    MonitorCall,
+    MonitorValue,
+    Value,
+)
+from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Op
+
+__all__ = ["DEFAULT_LATERAL", "DEFAULT_SPEED", "Inline", "Job", "library_acts"]
+
+# -- The library behaviours as library_acts of the IR: one function each, by theme -------------------------------------
+
+
+def library_acts(job: Job) -> ir.Block:
+    """What a library behaviour does."""
+    return LIBRARY[job.call.name](job)
+
+
+LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
+    "FollowTrajectoryBehavior": following.follow_trajectory,
+    "FollowLaneBehavior": following.follow_lane,
+    "CarFollowingBehavior": following.follow_car,
+    "GapAcceptanceBehavior": caution.accept_gap,
+    "LaneChangeBehavior": following.change_lane,
+    "EmergencyBrakeBehavior": caution.emergency_brake,
+    "DriveAvoidingCollisions": caution.drive_avoiding,
+    "CrossingBehavior": caution.cross,
+    "WalkForwardBehavior": caution.walk_forward,
+    "ConstantSpeedBehavior": following.constant_speed,
+    "ConstantThrottleBehavior": following.constant_throttle,
+    "BrakeBehavior": following.brake,
+    "IdleBehavior": following.idle,
+}
+
+# ----------------------------------------------------------------------------------------------------------------------
 
 
 def actor_behaviour(ev: Evaluator, actor: Actor) -> ir.Block | None:
@@ -125,7 +160,7 @@ class Inliner:
     def _library(self, call: BehaviourCall, ev: Evaluator, at_start: bool) -> Invocation:
         assert self.actor is not None
         prologue, fixed = _settled(ev, call)
-        acts = library.acts(library.Job(ev, fixed, self.actor, at_start, partial(self._inner, ev.moment, at_start)))
+        acts = acts(Job(ev, fixed, self.actor, at_start, partial(self._inner, ev.moment, at_start)))
         if any(isinstance(each, BehaviourValue) and each.node.invariants for each in self.stack):
             # Its turns are not those of the behaviour around it, whose invariants rest meanwhile.
             acts = (ir.Scope(call.span, call.name, ev.run.new_scope(call.span), acts),)
@@ -154,3 +189,28 @@ def warn_if_idle(ev: Evaluator, actor: Actor, block: ir.Block) -> None:
     call = actor.properties.get("behavior")
     if isinstance(call, BehaviourCall) and isinstance(call.behaviour, BehaviourValue) and not ever_acts(block):
         ev.report(errors.IDLE_BEHAVIOUR.at(call.span, name=call.name))
+
+
+# -- Monitors: behaviours of nobody, which watch the run from its start ------------------------------------------------
+
+
+def monitor_body(ev: Evaluator, call: MonitorCall, moment: Moment) -> ir.Block:
+    """What a monitor does; warns of one that looks at the first sample only."""
+    block = Inliner(ev.at_moment(moment), None).monitor(call)
+    if not any(isinstance(act, ir.Wait | ir.Loop) for act in everything(block)):
+        ev.report(errors.LOOKS_ONCE.at(call.monitor.node.name_span, name=call.name))
+    return block
+
+
+def started_monitors(ev: Evaluator) -> Iterator[ir.Monitor]:
+    """The monitors that the file requires, in its order."""
+    for name, call, span in ev.run.required_monitors:
+        try:
+            block = monitor_body(ev, call, Moment(running=True))
+        except Mistake as mistake:
+            ev.report(mistake)
+        else:
+            yield ir.Monitor(name or call.name, block, True, span)
+
+
+Required = tuple[str | None, MonitorCall, Span]

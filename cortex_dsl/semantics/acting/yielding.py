@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.quantities.algebra import leaves
 from cortex_dsl.source import Span
 from engine.vocabulary import Op

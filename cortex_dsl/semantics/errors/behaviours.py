@@ -1,7 +1,7 @@
 """SCN6xx: behaviors."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem, warning
+from cortex_dsl.semantics.errors.problems import Problem, warning
 
 RECURSIVE = Problem(
     "SCN601",

@@ -1,7 +1,7 @@
 """SCN5xx: what is random."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem, note
+from cortex_dsl.semantics.errors.problems import Problem, note
 
 REVERSED_RANGE = Problem(
     "SCN501",

@@ -1,7 +1,7 @@
 """SCN241 to SCN243, SCN65x: scenarios made of scenarios."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem
+from cortex_dsl.semantics.errors.problems import Problem
 
 _EGO = "ego = new Car on road, with speed 5 m/s\n"
 UNKNOWN_SCENARIO = Problem(

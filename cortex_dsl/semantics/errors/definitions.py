@@ -1,7 +1,7 @@
 """SCN23x, SCN240: imports, classes and mutations."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem, warning
+from cortex_dsl.semantics.errors.problems import Problem, warning
 
 _EGO = "ego = new Car on road, with speed 5 m/s\n"
 

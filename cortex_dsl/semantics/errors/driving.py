@@ -1,7 +1,7 @@
 """Lanes during the run, library behaviors and traffic lights."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem, note, warning
+from cortex_dsl.semantics.errors.problems import Problem, note, warning
 
 NOT_ON_GRID = Problem(
     "SCN450",

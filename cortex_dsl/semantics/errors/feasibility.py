@@ -1,7 +1,7 @@
 """SCN53x: what is proved of a file before anything is drawn."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem
+from cortex_dsl.semantics.errors.problems import Problem
 
 INFEASIBLE = Problem(
     "SCN530",

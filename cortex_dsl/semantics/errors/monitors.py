@@ -1,7 +1,7 @@
 """SCN62x: monitors, guards, and choices among behaviors."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem, warning
+from cortex_dsl.semantics.errors.problems import Problem, warning
 
 _CAR = "ego = new Car on road, with speed 5 m/s, with behavior FollowLaneBehavior()\n"
 _SLOW = "monitor Slow():\n    while True:\n        require ego.speed < 9 m/s\n        wait\n\n"

@@ -1,7 +1,7 @@
 """SCN2xx: names."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem, hint, warning
+from cortex_dsl.semantics.errors.problems import Problem, hint, warning
 
 UNKNOWN_NAME = Problem(
     "SCN201",

@@ -1,7 +1,7 @@
 """SCN4xx: the ego, the places of objects and their trajectories."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem, warning
+from cortex_dsl.semantics.errors.problems import Problem, warning
 
 NO_EGO = Problem(
     "SCN404",

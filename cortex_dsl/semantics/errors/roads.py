@@ -1,7 +1,7 @@
 """SCN4xx: the map."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem, note
+from cortex_dsl.semantics.errors.problems import Problem, note
 
 BAD_MAP = Problem(
     "SCN411",

@@ -1,7 +1,7 @@
 """SCN69x: what only shows while a scene is drawn or runs."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem
+from cortex_dsl.semantics.errors.problems import Problem
 
 STUCK = Problem(
     "SCN690",

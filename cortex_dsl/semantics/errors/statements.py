@@ -1,7 +1,7 @@
 """SCN4xx: requirements and other statements."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem, hint, note, warning
+from cortex_dsl.semantics.errors.problems import Problem, hint, note, warning
 
 PROBABILITY_RANGE = Problem(
     "SCN422",

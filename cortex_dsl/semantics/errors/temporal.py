@@ -1,7 +1,7 @@
 """SCN46x, SCN47x: requirements on the whole run, and what is recorded of it."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem, hint, warning
+from cortex_dsl.semantics.errors.problems import Problem, hint, warning
 
 TEMPORAL_PLACE = Problem(
     "SCN460",

@@ -1,7 +1,7 @@
 """SCN3xx: units and types."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem, warning
+from cortex_dsl.semantics.errors.problems import Problem, warning
 
 DIMENSION_MISMATCH = Problem(
     "SCN301",

@@ -1,7 +1,7 @@
 """SCN4xx: values, and the limits of what is worked out."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem, warning
+from cortex_dsl.semantics.errors.problems import Problem, warning
 
 NOT_FINITE = Problem(
     "SCN401",

@@ -1,35 +1,39 @@
-"""`x.name`: what lanes, maneuvers, intersections, the network, places and objects can be asked for."""
+"""`x.name`: what lanes, maneuvers, intersections, the network, places and objects can be asked for, and one sentence
+about everything that may follow a dot.
+"""
 
 import math
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import TypeVar
 
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.context import Evaluator
-from cortex_dsl.semantics.definitions import Actor, Namespace, ScenarioCall
-from cortex_dsl.semantics.evaluation import nearby
-from cortex_dsl.semantics.evaluation.motion import as_written, check_settled, current_pose, state
-from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
-from cortex_dsl.semantics.road import lanes, signals
-from cortex_dsl.semantics.road.roads import ROAD
-from cortex_dsl.semantics.things.classes import PROPERTIES, property_value
-from cortex_dsl.semantics.values import (
+from cortex_dsl.semantics.evaluation import driving, lanes, signals
+from cortex_dsl.semantics.evaluation.geometry import as_written, check_settled, current_pose, state
+from cortex_dsl.semantics.evaluation.roads import ROAD
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import (
+    Actor,
     Centerline,
     Closure,
     DirectionField,
     EnumValue,
     GlobalParameters,
     LaneNow,
+    Namespace,
     Pose,
     Quantity,
+    ScenarioCall,
     Signal,
     Truth,
     Unfinished,
     Value,
     Vector,
 )
-from cortex_dsl.semantics.wording import kind_name
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
+from cortex_dsl.semantics.things.classes import PROPERTIES
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from engine.road.network import Intersection, Lane, Maneuver, Network
@@ -250,10 +254,87 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
     if (of_lane := _OF_PLACE.get(name.removeprefix("_"))) is not None:
         return of_lane(_lane_at(ev, actor))
     if name == "distanceToClosest":
-        return Closure(("type",), lambda kind: nearby.distance_to_closest(ev, actor, kind, span))
+        return Closure(("type",), lambda kind: driving.distance_to_closest(ev, actor, kind, span))
     raise errors.UNKNOWN_ATTRIBUTE.mistake(
         span,
         kind=kind_name(actor),
         name=name,
         suggestion=did_you_mean(name, {*_POSE, *_STATES, *PROPERTIES, *actor.properties}),
     )
+
+
+def property_value(value: Value, name: str) -> Value:
+    """A stored property as the language sees it."""
+    if isinstance(value, ir.Expr):
+        return Quantity(value, PROPERTIES[name].dimension)
+    return value
+
+
+# -- One sentence about everything that may follow a dot; a name means the same after whatever has it ------------------
+
+ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
+    {
+        # -- places and objects
+        "x": "East of the centre of the map.",
+        "y": "North of the centre of the map.",
+        "position": "The point alone.",
+        "heading": "Anticlockwise from the east; from the north in files with a `model` line.",
+        "steer": "Steering angle, positive to the left; only during the run.",
+        "throttle": "Throttle pedal, 0 to 1; only during the run.",
+        "brake": "Brake pedal, 0 to 1; only during the run.",
+        "distanceToClosest": "Distance to the nearest object of a class.",
+        # -- the network
+        "intersections": "All intersections of the map.",
+        "lanes": "All its lanes.",
+        "maneuvers": "The ways through the intersection: from here, or all of them.",
+        "roads": "All its roads.",
+        "drivableRegion": "Everything that lanes and intersections cover.",
+        "roadDirection": "At every point the direction of the lane there.",
+        "laneGroups": "Lanes side by side that go the same way.",
+        "laneSections": "All lane sections; here a lane has one section.",
+        "laneAt": "The lane at a point or under an object.",
+        "laneSectionAt": "The lane section at a point or under an object.",
+        # -- intersections and maneuvers
+        "incomingLanes": "Lanes that end at the intersection.",
+        "outgoingLanes": "Lanes that begin at the intersection.",
+        "is3Way": "Whether three roads meet.",
+        "is4Way": "Whether four roads meet.",
+        "center": "The middle of the intersection.",
+        "type": "`ManeuverType.STRAIGHT`, `LEFT_TURN`, `RIGHT_TURN` or `U_TURN`.",
+        "startLane": "The lane that leads into the intersection.",
+        "connectingLane": "The lane inside the intersection.",
+        "endLane": "The lane that leads out of the intersection.",
+        "conflictingManeuvers": "Maneuvers whose ways cross this one.",
+        "reverseManeuvers": "Maneuvers that come from the lane across, against this one.",
+        "signals": "Its traffic lights, one for each incoming lane.",
+        "signal": "The traffic light at its end.",
+        "isSignalized": "Whether it has traffic lights.",
+        "isTrafficLight": "Whether it is a traffic light.",
+        # -- lanes
+        "centerline": "The line in the middle of the lane: places on it head along it.",
+        "width": "Width.",
+        "length": "Length.",
+        "name": "Its name in reports.",
+        "intersection": "The intersection that it belongs to or leads to.",
+        "successors": "Lanes that go on from it.",
+        "predecessors": "Lanes that lead into it.",
+        "lane": "The lane.",
+        "laneSection": "The lane section.",
+        "laneGroup": "The lanes side by side with it that go the same way.",
+        "oppositeLaneGroup": "The lanes that come the other way.",
+        "sections": "Its sections; here it has one.",
+        "sectionAt": "The section at a point.",
+        "group": "The lanes side by side with it that go the same way.",
+        "road": "Its road: the lanes of both directions.",
+        "isForward": "Whether it goes the way in which its road is drawn.",
+        "adjacentLanes": "Lanes beside it, on either side.",
+        "laneToLeft": "The lane to its left.",
+        "laneToRight": "The lane to its right.",
+        "fasterLane": "The lane beside it that is further from the edge.",
+        "slowerLane": "The lane beside it that is nearer to the edge.",
+        "opposite": "The lanes that come the other way.",
+        "forwardLanes": "Lanes that go the way in which the road is drawn.",
+        "backwardLanes": "Lanes that go against it.",
+        "is1Way": "Whether all lanes go the same way.",
+    }
+)

@@ -2,37 +2,59 @@
 
 from collections.abc import Sequence
 
+from cortex_dsl import ir
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS, Builtin, Kind
-from cortex_dsl.semantics.context import Evaluator, Moment
-from cortex_dsl.semantics.definitions import (
-    BehaviourCall,
-    BehaviourValue,
-    MonitorCall,
-    MonitorValue,
-    ScenarioCall,
-    ScenarioValue,
-)
+from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.evaluation import driving as _driving  # noqa: F401 - fills the table of functions
-from cortex_dsl.semantics.evaluation import steering
+from cortex_dsl.semantics.evaluation import numbers, random_values
 from cortex_dsl.semantics.evaluation.arguments import Given, Slot, bind, bind_builtin, evaluate_arguments, number_for
 from cortex_dsl.semantics.evaluation.functions import FUNCTIONS
-from cortex_dsl.semantics.problems import Mistake
+from cortex_dsl.semantics.evaluation.geometry import size_of
+from cortex_dsl.semantics.evaluation.random_values import Site
+from cortex_dsl.semantics.model.context import Evaluator, Moment
+from cortex_dsl.semantics.model.values import (
+    ActionCall,
+    BehaviourCall,
+    BehaviourValue,
+    BuiltinValue,
+    Closure,
+    MonitorCall,
+    MonitorValue,
+    Quantity,
+    ScenarioCall,
+    ScenarioValue,
+    Truth,
+    Value,
+)
+from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.algebra import is_dynamic
-from cortex_dsl.semantics.randomness import distributions
-from cortex_dsl.semantics.randomness.draws import Site
-from cortex_dsl.semantics.values import ActionCall, BuiltinValue, Closure, Quantity, Truth, Value
-from cortex_dsl.semantics.wording import kind_name
+from cortex_dsl.semantics.quantities.units import ANGLE, PURE
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
-from engine.vocabulary import Command
+from engine.vocabulary import Command, Op
+
+# -- Steering as Scenic's scripts give it: a share of the full angle, positive to the right ----------------------------
+
+
+def scenic_steering(ev: Evaluator, steer: Given) -> ir.Expr:
+    """The steering angle, positive to the left [rad]; what has a unit of angle is one already."""
+    given = numbers.quantity(steer.value, steer.span, "`steer`")
+    if given.dimension == ANGLE or ev.moment.actor is None:
+        return numbers.adopt(ev, given, ANGLE, steer.span, "`steer`")
+    share = numbers.adopt(ev, given, PURE, steer.span, "`steer`")
+    share = numbers.in_range(ev, share, -1.0, 1.0, PURE, steer.span, "`steer`")
+    return ev.algebra.apply(Op.NEG, ev.algebra.mul(share, size_of(ev.moment.actor, "maxSteer")))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
 
 Definition = nodes.BehaviorDefinition | nodes.MonitorDefinition | nodes.ScenarioDefinition
 
 
 def call(ev: Evaluator, node: nodes.Call) -> Value:
-    if distributions.distribution_call(ev, node) is not None:
-        return distributions.sample_call(ev, node, Site(node.span))
+    if random_values.distribution_call(ev, node) is not None:
+        return random_values.sample_call(ev, node, Site(node.span))
     callee = ev.evaluate(node.function)
     if isinstance(callee, ScenarioValue):
         return scenario_call(ev, callee, node)
@@ -57,7 +79,7 @@ def _builtin(ev: Evaluator, row: Builtin, given: Sequence[Given], node: nodes.Ca
         case Kind.FUNCTION:
             return FUNCTIONS[row.name](ev, given, node.span)
         case Kind.DISTRIBUTION:
-            return distributions.DISTRIBUTIONS[row.name](ev, row.name, given, Site(node.span))
+            return random_values.DISTRIBUTIONS[row.name](ev, row.name, given, Site(node.span))
         case Kind.ACTION:
             return _action(ev, row, given, node.span)
         case Kind.BEHAVIOUR:
@@ -73,7 +95,7 @@ def _action(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -> 
     parameter = row.parameters[0]
     assert row.command is not None
     if row.command is Command.STEER and ev.file.from_scenic:
-        return ActionCall(row.command, steering.of_scenic(ev, bound[parameter.name]), row.name)
+        return ActionCall(row.command, of_scenic(ev, bound[parameter.name]), row.name)
     return ActionCall(row.command, number_for(ev, parameter, bound[parameter.name]), row.name)
 
 

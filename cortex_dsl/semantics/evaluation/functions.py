@@ -6,14 +6,13 @@ from collections.abc import Callable, Sequence
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.builtins import BUILTINS
-from cortex_dsl.semantics.context import Evaluator
-from cortex_dsl.semantics.definitions import Actor
+from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin, items_of, no_names, number_for
-from cortex_dsl.semantics.quantities import numbers, operations
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import Actor, Closure, Quantity, Truth, Value
+from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.algebra import closed_value
 from cortex_dsl.semantics.quantities.units import ANGLE, PURE, dimension_name
-from cortex_dsl.semantics.values import Closure, Quantity, Truth, Value
-from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from engine.vocabulary import Op
 
@@ -94,12 +93,12 @@ def _abs(ev: Evaluator, x: Given, _span: Span) -> Value:
 
 @function("sqrt")
 def _sqrt(ev: Evaluator, x: Given, span: Span) -> Value:
-    return operations.square_root(ev, numbers.quantity(x.value, x.span, "the argument of `sqrt`"), span)
+    return numbers.square_root(ev, numbers.quantity(x.value, x.span, "the argument of `sqrt`"), span)
 
 
 def _two_alike(ev: Evaluator, op: Op, x: Given, y: Given, span: Span) -> Quantity:
     left, right = (numbers.quantity(g.value, g.span) for g in (x, y))
-    dimension = operations.common(left.dimension, right.dimension, span, "combined")
+    dimension = numbers.common(left.dimension, right.dimension, span, "combined")
     return Quantity(ev.algebra.apply(op, left.expr, right.expr), dimension)
 
 
@@ -141,7 +140,7 @@ _extremum("max", Op.MAX)
 def _sum(ev: Evaluator, items: Given, span: Span) -> Value:
     total = Quantity(ev.algebra.literal(0.0), None)
     for item in items_of(items.value, items.span):
-        total = operations.add(ev, total, numbers.quantity(item, items.span), span)
+        total = numbers.add(ev, total, numbers.quantity(item, items.span), span)
     return total
 
 

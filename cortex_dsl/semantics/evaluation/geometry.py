@@ -1,4 +1,5 @@
-"""Places and the operators between them: distances, headings, regions, sight, offsets.
+"""Places, and the operators between them: distances, headings, regions, sight, offsets; where objects are and how they
+move at the moment at which an expression is evaluated.
 
 Headings are anticlockwise from +x. Local offsets are (to the right, ahead), as in Scenic.
 """
@@ -6,25 +7,111 @@ Headings are anticlockwise from +x. Local offsets are (to the right, ahead), as 
 import math
 
 from cortex_dsl import ir
+from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.context import Evaluator
-from cortex_dsl.semantics.definitions import Actor
-from cortex_dsl.semantics.evaluation.motion import as_meant, current_pose
-from cortex_dsl.semantics.problems import Mistake
-from cortex_dsl.semantics.quantities.numbers import adopt
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.evaluation.numbers import adopt
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import (
+    Actor,
+    Centerline,
+    DirectionField,
+    Pose,
+    Quantity,
+    Region,
+    Truth,
+    Value,
+    Vector,
+)
+from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
-from cortex_dsl.semantics.values import Centerline, DirectionField, Pose, Quantity, Region, Truth, Value, Vector
-from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.road.network import Intersection, Lane
 from engine.road.sections import LaneSection
 from engine.vehicles import VIEW_DISTANCE
-from engine.vocabulary import Op
+from engine.vocabulary import Op, State
+
+# -- Where objects are and how they move, at the moment at which an expression is evaluated ----------------------------
+
+
+def current_pose(ev: Evaluator, actor: Actor) -> Pose:
+    """Where an object is: at the start for the scene, at the moment during the run."""
+    if not ev.moment.running:
+        check_settled(ev, actor)
+        return actor.pose
+    x, y, heading = (state(ev, actor, column) for column in (State.X, State.Y, State.HEADING))
+    return Pose(x, y, heading)
+
+
+def check_settled(ev: Evaluator, actor: Actor) -> None:
+    """What an object is at the start says nothing about a scenario that starts later."""
+    scenario = ev.moment.scenario
+    if actor.scenario is not None and actor.scenario is scenario and not ev.moment.later:
+        return
+    if ev.moment.later or (scenario is not None and not scenario.present):
+        started = () if scenario is None or scenario.span is None else (Label(scenario.span, "started here"),)
+        raise errors.LATER_PLACE.mistake(ev.algebra.span, name=actor.name, secondary=started)
+
+
+NORTH = math.pi / 2
+"""Heading of the north, counted from the east [rad]."""
+
+
+def as_written(ev: Evaluator, heading: ir.Expr) -> ir.Expr:
+    """A heading as the file counts it: from the north in Scenic's files, from the east in others."""
+    return ev.algebra.sub(heading, ev.algebra.literal(NORTH)) if ev.file.from_scenic else heading
+
+
+def as_meant(ev: Evaluator, written: ir.Expr) -> ir.Expr:
+    """A heading that the file gives as a number, from the east."""
+    return ev.algebra.add(written, ev.algebra.literal(NORTH)) if ev.file.from_scenic else written
+
+
+def state(ev: Evaluator, actor: Actor, column: State) -> ir.Expr:
+    return ev.algebra.apply(Op.STATE, immediates=(actor.index, int(column)))
+
+
+def size_of(actor: Actor, name: str) -> ir.Expr:
+    """A number among the properties of an object."""
+    value = actor.properties[name]
+    assert isinstance(value, ir.Expr)
+    return value
+
+
+def is_present(ev: Evaluator, actor: Actor) -> ir.Expr:
+    return state(ev, actor, State.PRESENT)
+
+
+def others(ev: Evaluator, actor: Actor) -> tuple[Actor, ...]:
+    """All objects of the scene but one."""
+    return tuple(each for each in ev.run.actors if each is not actor)
+
+
+def apart(ev: Evaluator, one: Pose, other: Pose) -> ir.Expr:
+    """Distance of two places [m]."""
+    algebra = ev.algebra
+    return algebra.apply(Op.HYPOT, algebra.sub(other.x, one.x), algebra.sub(other.y, one.y))
+
+
+def outline_of(ev: Evaluator, actor: Actor) -> ir.Expr:
+    """Packed x, y, heading, length, width."""
+    pose = current_pose(ev, actor)
+    return ev.algebra.pack(pose.x, pose.y, pose.heading, size_of(actor, "length"), size_of(actor, "width"))
+
+
+def sees(ev: Evaluator, viewer: Actor, other: Actor) -> ir.Expr:
+    """Whether a corner or the centre of the other lies in the viewer's sector."""
+    pose = current_pose(ev, viewer)
+    sector = (size_of(viewer, "viewAngle"), size_of(viewer, "visibleDistance"))
+    view = ev.algebra.pack(pose.x, pose.y, pose.heading, *sector)
+    return ev.algebra.apply(Op.CAN_SEE, view, outline_of(ev, other))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
 
 # -- places -----------------------------------------------------------------------------------------------------------
-
-
 def vector(ev: Evaluator, items: tuple[Value, ...], span: Span) -> Vector:
     if len(items) != 2:
         raise errors.WRONG_KIND.mistake(

@@ -5,20 +5,27 @@ from collections.abc import Sequence
 
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.context import Evaluator
-from cortex_dsl.semantics.definitions import Actor
-from cortex_dsl.semantics.evaluation import attributes, geometry
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.evaluation import attributes, geometry, lanes, numbers, random_values, signals
 from cortex_dsl.semantics.evaluation.arguments import Given, items_of
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth, whole_number
-from cortex_dsl.semantics.problems import Mistake
-from cortex_dsl.semantics.quantities import numbers, operations
+from cortex_dsl.semantics.evaluation.random_values import Site, scaled
+from cortex_dsl.semantics.evaluation.roads import named_constant
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import (
+    POISON,
+    Actor,
+    Centerline,
+    Closure,
+    Pose,
+    Quantity,
+    Truth,
+    Value,
+    Vector,
+    Weights,
+)
+from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.units import UNITS, Unit
-from cortex_dsl.semantics.randomness import distributions
-from cortex_dsl.semantics.randomness.draws import Site, scaled
-from cortex_dsl.semantics.road import lanes, signals
-from cortex_dsl.semantics.road.roads import named_constant
-from cortex_dsl.semantics.values import POISON, Centerline, Closure, Pose, Quantity, Truth, Value, Vector, Weights
-from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
@@ -55,9 +62,9 @@ def degrees(ev: Evaluator, node: nodes.Degrees) -> Value:
 
 
 def _in_unit(ev: Evaluator, node: nodes.Expression, value: nodes.Expression, unit: Unit) -> Value:
-    call = distributions.distribution_call(ev, node)
+    call = random_values.distribution_call(ev, node)
     if call is not None:
-        return distributions.sample_call(ev, call, Site(node.span, unit))
+        return random_values.sample_call(ev, call, Site(node.span, unit))
     return scaled(ev, Given(ev.evaluate(value), value.span), unit)
 
 
@@ -162,13 +169,13 @@ def _indices(count: int) -> str:
 # -- arithmetic -------------------------------------------------------------------------------------------------------
 
 _ARITHMETIC = {
-    "+": operations.add,
-    "-": operations.subtract,
-    "*": operations.multiply,
-    "/": operations.divide,
-    "//": operations.floor_divide,
-    "%": operations.modulo,
-    "**": operations.raised,
+    "+": numbers.add,
+    "-": numbers.subtract,
+    "*": numbers.multiply,
+    "/": numbers.divide,
+    "//": numbers.floor_divide,
+    "%": numbers.modulo,
+    "**": numbers.raised,
 }
 
 
@@ -177,7 +184,7 @@ def unary(ev: Evaluator, node: nodes.Unary) -> Value:
     if node.operator == "not":
         return Truth(ev.algebra.apply(Op.NOT, numbers.truth(ev, value, node.operand.span)))
     operand = numbers.quantity(value, node.operand.span, f"the operand of `{node.operator}`")
-    return operations.negated(ev, operand) if node.operator == "-" else operand
+    return numbers.negated(ev, operand) if node.operator == "-" else operand
 
 
 def binary(ev: Evaluator, node: nodes.Binary) -> Value:
@@ -189,7 +196,7 @@ def combine(ev: Evaluator, operator: str, left: Value, right: Value, node: nodes
     if operator == "@":
         return geometry.vector(ev, (left, right), node.span)
     if isinstance(left, Quantity) and isinstance(right, Quantity):
-        with operations.sides((node.left.span, left), (node.right.span, right)):
+        with numbers.sides((node.left.span, left), (node.right.span, right)):
             return _ARITHMETIC[operator](ev, left, right, node.span)
     if isinstance(left, tuple) and isinstance(right, tuple) and operator == "+":
         if len(left) + len(right) > RANGE_LIMIT:
@@ -219,7 +226,7 @@ def compare(ev: Evaluator, node: nodes.Compare) -> Value:
     result: ir.Expr = ev.algebra.truth(True)
     for i, (operator, operand) in enumerate(node.rest):
         span = operands[i].span.to(operand.span)
-        with operations.sides((operands[i].span, values[i]), (operand.span, values[i + 1])):
+        with numbers.sides((operands[i].span, values[i]), (operand.span, values[i + 1])):
             result = ev.algebra.apply(Op.AND, result, _link(ev, operator, values[i], values[i + 1], span))
     return Truth(result)
 
@@ -231,7 +238,7 @@ def _link(ev: Evaluator, operator: str, left: Value, right: Value, span: Span) -
     if isinstance(left, Quantity) and isinstance(right, Quantity):
         if operator in ("is", "is not"):
             operator = "==" if operator == "is" else "!="
-        return operations.compare(ev, operator, left, right, span)
+        return numbers.compare(ev, operator, left, right, span)
     if operator in ("<", "<=", ">", ">="):
         raise errors.NO_OPERATOR.mistake(
             span, operator=operator, left=kind_name(left), right=kind_name(right), cure=_NUMBER_OF_IT
@@ -298,8 +305,8 @@ def conditional(ev: Evaluator, node: nodes.Conditional) -> Value:
         return ev.evaluate(node.then if condition.value else node.otherwise)
     then, otherwise = ev.evaluate_all((node.then, node.otherwise))
     if isinstance(then, Quantity) and isinstance(otherwise, Quantity):
-        with operations.sides((node.then.span, then), (node.otherwise.span, otherwise)):
-            return operations.select(ev, condition, then, otherwise, node.span)
+        with numbers.sides((node.then.span, then), (node.otherwise.span, otherwise)):
+            return numbers.select(ev, condition, then, otherwise, node.span)
     if isinstance(then, Truth) and isinstance(otherwise, Truth):
         return Truth(ev.algebra.apply(Op.SELECT, condition, then.expr, otherwise.expr))
     known = known_truth(ev, Truth(condition), node.condition.span, "a condition that chooses between objects")
@@ -310,3 +317,15 @@ def starred(_ev: Evaluator, node: nodes.Starred) -> Value:
     raise errors.NOT_SUPPORTED.mistake(
         node.span, what="`*` unpacks only in calls and lists", reason="", cure="remove it"
     )
+
+
+# -- the shape of conditions ------------------------------------------------------------------------------------------
+
+
+# -- in a variant -----------------------------------------------------------------------------------------------------
+def implication(ev: Evaluator, node: nodes.Temporal) -> Value:
+    """`a implies b` of one moment."""
+    if node.operator != "implies":
+        raise errors.TEMPORAL_PLACE.mistake(node.span, operator=node.operator, cure="")
+    premise, conclusion = (numbers.truth(ev, ev.evaluate(part), part.span) for part in node.operands)
+    return Truth(ev.algebra.apply(Op.OR, ev.algebra.apply(Op.NOT, premise), conclusion))

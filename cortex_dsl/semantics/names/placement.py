@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.findings import Findings
+from cortex_dsl.semantics.errors.problems import Findings
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen

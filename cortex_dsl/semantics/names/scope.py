@@ -1,28 +1,242 @@
 """Names before values: every name of the file is looked up once, behaviours that nothing runs included.
 
-The top level is read in order, so a name must be assigned above its use. Behaviours and `terminate when` see all names
-of the file, because they run after it. In a behaviour, a name that is assigned anywhere in it is its own.
+The top level is read in order, so a name must be assigned above its use. Definitions and `terminate when` see all names
+of the file, because they run after it. In a definition, a name that is assigned anywhere in it is its own.
 """
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass, field, replace
 from pathlib import PurePath
 
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.composition.imports import NO_FILES, ImportedFile, bound_name
-from cortex_dsl.semantics.findings import Findings
-from cortex_dsl.semantics.names.binding import Definition, bound_by, duplicate, is_class, looked_at
-from cortex_dsl.semantics.names.bodies import BodyNames
-from cortex_dsl.semantics.names.looking_up import Names, NameTable
-from cortex_dsl.semantics.names.overrides import param_entries
+from cortex_dsl.semantics.acting.rules import speaks_of_run
+from cortex_dsl.semantics.builtins import BUILTINS, SPECIAL_NAMES, Kind, names_of
+from cortex_dsl.semantics.errors.problems import Findings
+from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile
 from cortex_dsl.semantics.names.placement import check_placement
-from cortex_dsl.semantics.names.system import lists_names
-from cortex_dsl.semantics.running.rules import speaks_of_run
-from cortex_dsl.semantics.tree import parts
+from cortex_dsl.semantics.names.tree import (
+    TIMED,
+    Definition,
+    assigned,
+    body_of,
+    bound_by,
+    bound_name,
+    duplicate,
+    is_class,
+    lists_names,
+    looked_at,
+    param_entries,
+    parts,
+)
 from cortex_dsl.source import Span
+from cortex_dsl.spelling import class_called, did_you_mean, likely_range, nearest
 from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
+
+# -- Looking up the names of one expression ----------------------------------------------------------------------------
+
+UNASSIGNABLE: Mapping[str, str] = {
+    "self": "it is the object that a behavior drives",
+    "none": "it stands for no value",
+    "globalParameters": "it holds the params",
+}
+
+
+@frozen
+class NameTable:
+    """The names of one file, and what is noted down while they are looked up."""
+
+    findings: Findings
+    params: Mapping[str, nodes.ParamEntry]
+    """Of all files."""
+    all_names: frozenset[str]
+    """All that the top level gives a value to."""
+    used: set[str] = field(default_factory=set)
+
+    def check_assignable(self, name: str, span: Span) -> None:
+        if name in UNASSIGNABLE:
+            self.findings.add(errors.CANNOT_ASSIGN.at(span, name=name, reason=UNASSIGNABLE[name]))
+
+
+@frozen
+class Names:
+    """Looks up the names of one expression."""
+
+    table: NameTable
+    visible: AbstractSet[str]
+    inner: frozenset[str]
+    """Names of lambdas, comprehensions and the behaviour around the expression."""
+    early: frozenset[str] = frozenset()
+    """Names of the behaviour that have no value yet."""
+    in_behaviour: bool = False
+    running: bool = False
+    """In a behaviour or a monitor."""
+
+    def visit(self, node: nodes.Node) -> None:
+        match node:
+            case nodes.Name(id=name):
+                self.use(name, node.span)
+            case nodes.New(class_name=name):
+                self.table.used.add(name)
+                for part in parts(node):
+                    self.visit(part)
+            case nodes.Lambda(parameters=parameters, body=body):
+                # It is called later, when more names have a value.
+                replace(self._with(parameters), visible=self.table.all_names).visit(body)
+            case nodes.Comprehension():
+                self._comprehension(node)
+            case nodes.Attribute(value=nodes.Name(id="globalParameters"), name=name):
+                self._param(name, node.name_span)
+            case nodes.Temporal(operator=operator) if operator in TIMED:
+                cure = "write a plain `require`: it looks at each moment at which it runs" if self.running else ""
+                cure = cure or "join it by `and`, `or` and `not` alone, in a `require`"
+                self.table.findings.add(errors.TEMPORAL_PLACE.at(node.span, operator=operator, cure=cure))
+            case _:
+                for part in parts(node):
+                    self.visit(part)
+
+    def _with(self, names: tuple[str, ...]) -> "Names":
+        inner = self.inner | frozenset(names)
+        return replace(self, inner=inner, early=self.early - frozenset(names))
+
+    def _comprehension(self, node: nodes.Comprehension) -> None:
+        names = self
+        for clause in node.clauses:
+            names.visit(clause.iterable)
+            names = names._with(clause.targets)
+            for condition in clause.conditions:
+                names.visit(condition)
+        names.visit(node.element)
+
+    def _param(self, name: str, span: Span) -> None:
+        self.table.used.add(name)
+        if name not in self.table.params:
+            suggestion = did_you_mean(name, self.table.params) or "this file has no params"
+            self.table.findings.add(errors.UNKNOWN_PARAM.at(span, name=name, suggestion=suggestion))
+
+    def use(self, name: str, span: Span) -> None:
+        self.table.used.add(name)
+        if name in self.early:
+            self.table.findings.add(errors.USED_BEFORE.at(span, name=name))
+        elif name == "self" and not self.in_behaviour:
+            self.table.findings.add(errors.SELF_OUTSIDE.at(span))
+        elif not self._is_known(name):
+            self._report(name, span)
+
+    def _is_known(self, name: str) -> bool:
+        if name in self.inner or name in self.visible or name in BUILTINS:
+            return True
+        return name in SPECIAL_NAMES and name not in self.table.all_names
+
+    def _kind_of_thing(self, name: str, candidates: AbstractSet[str]) -> str:
+        """What to do about `truck`, where no object has that name: the class `Truck` is not what is missing."""
+        mine = candidates - BUILTINS.keys()
+        if not name[0].islower() or nearest(name, mine) is not None:
+            return ""
+        meant = class_called(name, names_of(Kind.CLASS))
+        return f"make it first: `{name} = new {meant} …`" if meant else ""
+
+    def _report(self, name: str, span: Span) -> None:
+        if name in self.table.all_names:
+            self.table.findings.add(errors.USED_BEFORE.at(span, name=name))
+            return
+        candidates = {*self.inner, *self.visible, *BUILTINS, *SPECIAL_NAMES} - ({"self"} - {*self.inner})
+        suggestion = self._kind_of_thing(name, candidates) or did_you_mean(name, candidates)
+        self.table.used.add(nearest(name, candidates) or name)  # what was meant is used, for all that is known
+        if not suggestion and name.endswith("Behavior"):
+            suggestion = "library behaviors: " + ", ".join(f"`{n}`" for n in names_of(Kind.BEHAVIOUR))
+        elif not suggestion and name.isupper():
+            suggestion = f"declare it: `param {name} = {likely_range(name)}`"
+        self.table.findings.add(errors.UNKNOWN_NAME.at(span, name=name, suggestion=suggestion))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Looking up the names of definitions, statement by statement.
+#
+# They run after the top level, so they see all names of the file. A name that a body assigns anywhere is its own.
+
+
+@dataclass
+class BodyNames:
+    """Looks up the names of one behaviour or monitor, statement by statement."""
+
+    table: NameTable
+    definition: Definition
+
+    def __post_init__(self) -> None:
+        self.parameters = frozenset(p.name for p in self.definition.parameters)
+        self.body = body_of(self.definition)
+        self.locals = frozenset(assigned(self.body)) - self.parameters
+        if isinstance(self.definition, nodes.ScenarioDefinition):
+            self.locals -= {"ego"}
+        self.early = set(self.locals)
+        self.in_behaviour = isinstance(self.definition, nodes.BehaviorDefinition)
+
+    def check(self) -> None:
+        seen: dict[str, Span] = {}
+        outside = Names(self.table, self.table.all_names, frozenset(), in_behaviour=self.in_behaviour)
+        for parameter in self.definition.parameters:
+            if parameter.name in seen:
+                first = seen[parameter.name]
+                self.table.findings.add(duplicate("the argument", parameter.name, parameter.span, first))
+            seen[parameter.name] = parameter.span
+            if parameter.name == "self":
+                self.table.findings.add(self._self_named(parameter.span))
+            if parameter.default is not None:
+                outside.visit(parameter.default)
+        if not isinstance(self.definition, nodes.MonitorDefinition):
+            # What a scenario sets up has its values when its guards are tested, what a behaviour assigns has not.
+            scenario = isinstance(self.definition, nodes.ScenarioDefinition)
+            names = replace(self._names(), early=frozenset()) if scenario else self._names()
+            for guard in (*self.definition.preconditions, *self.definition.invariants):
+                names.visit(guard.condition)
+        self._block(self.body)
+
+    def _self_named(self, span: Span) -> Diagnostic:
+        kinds = {nodes.BehaviorDefinition: "behavior", nodes.MonitorDefinition: "monitor"}
+        reason = "it is there anyway" if self.in_behaviour else "it drives no object"
+        return errors.SELF_AS_PARAMETER.at(span, kind=kinds.get(type(self.definition), "scenario"), reason=reason)
+
+    def _names(self) -> Names:
+        inner, early = self.parameters | self.locals, frozenset(self.early)
+        return Names(self.table, self.table.all_names, inner, early, self.in_behaviour, running=True)
+
+    def _waits_for_run(self, statement: nodes.Statement) -> bool:
+        """Whether a statement of a setup is evaluated when everything has been set up."""
+        setup = self.definition.setup if isinstance(self.definition, nodes.ScenarioDefinition) else ()
+        return speaks_of_run(statement) and any(statement is each for each in setup)
+
+    def _block(self, statements: tuple[nodes.Statement, ...]) -> None:
+        for statement in statements:
+            self._statement(statement)
+
+    def _statement(self, statement: nodes.Statement) -> None:
+        names = self._names()
+        if isinstance(statement, nodes.ClassDefinition):
+            names = replace(names, in_behaviour=True)
+        if self._waits_for_run(statement):
+            for condition in looked_at(statement):
+                replace(names, early=frozenset()).visit(condition)
+            return
+        for part in parts(statement):
+            if isinstance(part, nodes.Statement):
+                self._statement(part)
+            elif isinstance(part, nodes.Handler):
+                names.visit(part.condition)
+                self._block(part.body)
+            else:
+                names.visit(part)
+        if isinstance(statement, nodes.AugmentedAssign):
+            names.use(statement.target, statement.span)
+        for name in bound_by(statement):
+            self.table.check_assignable(name, statement.span)
+            self.early.discard(name)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
 
 Imports = Mapping[Span, ImportedFile]
 SEARCHED = ("Range", "TruncatedNormal", "DiscreteRange", "VerifaiRange", "VerifaiDiscreteRange", "VerifaiOptions")

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from cortex_dsl import ir
 from cortex_dsl.semantics.builtins import TOP_SPEED
 from cortex_dsl.semantics.quantities.units import ACCELERATION, ANGLE, LENGTH, MASS, PURE, SPEED
-from cortex_dsl.semantics.values import Quantity, Value
 from engine.frozen import frozen
 from engine.vocabulary import ActorKind, Column
 
@@ -92,10 +91,3 @@ IGNORED: Mapping[str, str] = {
 
 def all_properties() -> tuple[str, ...]:
     return (*PROPERTIES, *FLAGS, *IGNORED)
-
-
-def property_value(value: Value, name: str) -> Value:
-    """A stored property as the language sees it."""
-    if isinstance(value, ir.Expr):
-        return Quantity(value, PROPERTIES[name].dimension)
-    return value

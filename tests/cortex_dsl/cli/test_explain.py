@@ -10,7 +10,7 @@ import pytest
 
 from cortex_dsl import catalogue
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.problems import Problem
+from cortex_dsl.semantics.errors.problems import Problem
 
 Command = Callable[..., Any]
 
@@ -28,8 +28,8 @@ def test_a_page(cortexc: Command) -> None:
 @pytest.mark.parametrize("entry", catalogue.entries(), ids=lambda entry: entry.code)
 def test_every_page_can_be_shown(entry: catalogue.Entry, cortexc: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     """Within the width, with the diagnostic wherever compiling shows it, and without a character that acts."""
-    monkeypatch.setattr("cortex_dsl.semantics.state.EVALUATION_LIMIT", 20_000)
-    monkeypatch.setattr("cortex_dsl.semantics.state.BODY_LIMIT", 200)
+    monkeypatch.setattr("cortex_dsl.semantics.model.state.EVALUATION_LIMIT", 20_000)
+    monkeypatch.setattr("cortex_dsl.semantics.model.state.BODY_LIMIT", 200)
     result = cortexc("explain", entry.code)
     assert result.code == 0
     assert entry.title in result.out

@@ -13,7 +13,7 @@ import pytest
 from cortex_dsl import ir
 from cortex_dsl.lowering import lower
 from cortex_dsl.lowering.listing import format_program
-from cortex_dsl.semantics.printing.listing import format_ir
+from cortex_dsl.semantics.printing import format_ir
 from cortex_dsl.session import compile_text
 from cortex_dsl.source import Span
 from engine import batch, world

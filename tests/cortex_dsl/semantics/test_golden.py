@@ -11,8 +11,9 @@ import pytest
 
 from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.report.diagnostics import render_text
-from cortex_dsl.semantics import elaborate, errors, state
-from cortex_dsl.semantics.problems import Problem
+from cortex_dsl.semantics import elaborate, errors
+from cortex_dsl.semantics.errors.problems import Problem
+from cortex_dsl.semantics.model import state
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 

@@ -9,7 +9,7 @@ from cortex_dsl.diagnostics import CompileError, Diagnostic
 from cortex_dsl.files import Folder
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.report.diagnostics import render_text
-from cortex_dsl.semantics.composition import imports
+from cortex_dsl.semantics.names import linking
 from cortex_dsl.source import Source
 from engine import archive
 
@@ -167,7 +167,7 @@ def test_there_is_a_limit(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None
 def test_missing_files_are_not_told_without_end(folder: Path) -> None:
     """A generated file with thousands of wrong imports is answered soon."""
     found = refused(folder, "".join(f"import nowhere{i}\n" for i in range(150)) + "ego = new Car on road\n")[1]
-    assert [d.code for d in found] == ["SCN230"] * imports.FILE_LIMIT
+    assert [d.code for d in found] == ["SCN230"] * linking.FILE_LIMIT
 
 
 def test_only_files_are_suggested(folder: Path) -> None:

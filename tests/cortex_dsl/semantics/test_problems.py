@@ -8,7 +8,7 @@ import pytest
 
 import cortex_dsl
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.problems import Problem
+from cortex_dsl.semantics.errors.problems import Problem
 
 HOME = Path(cortex_dsl.__file__).parent
 MODULES = sorted((*(HOME / "semantics").rglob("*.py"), *(HOME / "cli").glob("*.py")))
