@@ -17,11 +17,10 @@ from cortex_dsl.editor.members import Member, members
 from cortex_dsl.editor.place import Place, place_of
 from cortex_dsl.editor.symbols import Symbol, SymbolKind
 from cortex_dsl.semantics.acting.statements import SETTINGS
-from cortex_dsl.semantics.builtins import BUILTINS, SPECIAL_NAMES, Kind
 from cortex_dsl.semantics.evaluation import signals
 from cortex_dsl.semantics.evaluation.roads import MAP_ARGUMENTS
+from cortex_dsl.semantics.names.builtins import BUILTINS, FLAGS, PROPERTIES, SPECIAL_NAMES, Kind
 from cortex_dsl.semantics.quantities.units import UNITS, dimension_name
-from cortex_dsl.semantics.things.classes import FLAGS, PROPERTIES
 from cortex_dsl.syntax.keywords import KEYWORDS, Keyword, Role
 
 _SETTINGS = {"simulation": SETTINGS, "signals": signals.ARGUMENTS}

@@ -8,14 +8,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from cortex_dsl.editor.analysis import View, analyse
-from cortex_dsl.editor.facts import Sighting, Sightings, described, ending_at
+from cortex_dsl.editor.facts import described, ending_at
 from cortex_dsl.editor.place import CLOSERS, Place
 from cortex_dsl.semantics.errors.problems import Mistake, NeedsExpansion, Rejection
 from cortex_dsl.semantics.evaluation import attributes
 from cortex_dsl.semantics.evaluation.attributes import ATTRIBUTE_DOCS
-from cortex_dsl.semantics.model.context import Moment
+from cortex_dsl.semantics.model.context import Moment, ObservedValue, ObservedValues
 from cortex_dsl.semantics.model.values import EnumValue, GlobalParameters, Namespace, Value
-from cortex_dsl.semantics.things.classes import FLAGS, PROPERTIES
+from cortex_dsl.semantics.names.builtins import FLAGS, PROPERTIES
 from engine.vocabulary import ManeuverType
 
 
@@ -35,7 +35,7 @@ def members(view: View, place: Place) -> list[Member]:
     return [Member(name) for name in sorted({*ATTRIBUTE_DOCS, *PROPERTIES})]
 
 
-def _values(view: View, place: Place) -> Iterator[Sightings]:
+def _values(view: View, place: Place) -> Iterator[ObservedValues]:
     """What stands before the dot: as the mended text has it, or as it was when the text was whole."""
     if len(place.left) < 2:
         return
@@ -50,10 +50,10 @@ def _values(view: View, place: Place) -> Iterator[Sightings]:
         yield known
 
 
-def _while_running(sighting: Sighting) -> Sighting:
+def _while_running(sighting: ObservedValue) -> ObservedValue:
     """Any object of the scene, at a moment of the run."""
     actor = next(iter(sighting.evaluator.run.actors), None)
-    return Sighting(sighting.evaluator.at_moment(Moment(running=True, actor=actor)), actor)
+    return ObservedValue(sighting.evaluator.at_moment(Moment(running=True, actor=actor)), actor)
 
 
 def mended(view: View, place: Place, dot: int) -> str:
@@ -67,7 +67,7 @@ def mended(view: View, place: Place, dot: int) -> str:
     return view.text[:dot] + closers + (rest[-1:] if rest[-1:] in (",", ":") else "") + view.text[end:]
 
 
-def _names(sighting: Sighting) -> list[str]:
+def _names(sighting: ObservedValue) -> list[str]:
     """Names worth asking for."""
     match sighting.value:
         case EnumValue():
@@ -79,7 +79,7 @@ def _names(sighting: Sighting) -> list[str]:
     return sorted({*attributes.attribute_names(), *PROPERTIES, *FLAGS})
 
 
-def _asked(sighting: Sighting, name: str) -> Member | None:
+def _asked(sighting: ObservedValue, name: str) -> Member | None:
     """The attribute of a value, if it has it."""
     evaluator = sighting.evaluator
     try:
@@ -88,4 +88,4 @@ def _asked(sighting: Sighting, name: str) -> Member | None:
         return Member(name)
     except Mistake:
         return None
-    return Member(name, described([Sighting(evaluator, value)]))
+    return Member(name, described([ObservedValue(evaluator, value)]))

@@ -11,7 +11,7 @@ from typing import Any
 import grammar
 from cortex_dsl.editor import patterns
 from cortex_dsl.editor.patterns import BLANK, NAME
-from cortex_dsl.semantics.builtins import Kind
+from cortex_dsl.semantics.names.builtins import Kind
 
 PATH = Path(grammar.__file__).parent / "editors" / "cortex.tmLanguage.json"
 SCOPE = "source.scn"

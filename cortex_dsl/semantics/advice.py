@@ -15,9 +15,9 @@ from dataclasses import dataclass, field, fields, is_dataclass
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic, Label, Severity
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.idioms import bare_numbers, contacts, windows
 from cortex_dsl.semantics.model.state import FileContext
+from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.names.tree import everything_in, param_entries
 from cortex_dsl.semantics.quantities.algebra import folded
 from cortex_dsl.semantics.quantities.bounds import Interval, part_interval
@@ -25,11 +25,7 @@ from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Op
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Which genes can influence anything that is drawn, run or judged: those of all others a search varies for nothing.
-#
-# A gene is alive if an object's property, a requirement, a rule, a monitor or an act that can be reached depends on it,
-# or a choice that it makes. An operation whose result lies in an interval of one number depends on nothing.
+# -- params that influence anything ------------------------------------------------------------------------------------
 
 NOTHING: frozenset[ir.Expr] = frozenset()
 ENDLESS = (ir.Terminate, ir.Leave, ir.Abort, ir.HoldSpeed)
@@ -149,7 +145,7 @@ def _breaks(node: object) -> bool:
     return isinstance(node, ir.Act) and any(_breaks(getattr(node, part.name)) for part in fields(node))
 
 
-# -- Names that are given a value which nothing reads, and names that hide what is built in ----------------------------
+# -- names and definitions that nothing reads --------------------------------------------------------------------------
 
 MEANT = frozenset({"intersection", "road", "network"})
 """Built-in names that a file is told to choose anew: `intersection = Uniform(*network.intersections)`."""
@@ -228,7 +224,7 @@ def _top_level(module: nodes.Module) -> Iterator[tuple[str, Span]]:
                 yield from ((entry.name, entry.name_span) for entry in entries if entry.name != "map")
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the advice --------------------------------------------------------------------------------------------------------
 
 _ALLOWED = re.compile(r"#[ \t]*allow[ \t]+(SCN\d+(?:[ \t,]+SCN\d+)*)")
 MOST_USES = 3

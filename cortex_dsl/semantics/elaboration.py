@@ -12,7 +12,6 @@ from pathlib import PurePath
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import CompileError, Diagnostic
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.acting import acts as _acts  # noqa: F401 - fills the table of statements
 from cortex_dsl.semantics.acting.rules import judged
 from cortex_dsl.semantics.advice import advised
 from cortex_dsl.semantics.composition import setting_up
@@ -44,7 +43,8 @@ def elaborate(
     observe: Observer | None = None,
 ) -> tuple[ir.Scenario, tuple[Diagnostic, ...]]:
     """The checked scenario, and the warnings and notes about it. `overrides` are the `-p NAME=VALUE` of the command,
-    `imports` the file behind each import statement, `scenario` the one to run; `observe` is told every value.
+    `imports` the file behind each import statement, `scenario` the one to run; `observe` is called with
+    every value.
 
     Raises:
         CompileError: with every error found.
@@ -62,24 +62,23 @@ def elaborate(
         values,
         imports,
         _default_road(whole, findings),
-        observe=observe,
         entry=setting_up.entry(module, scenario, findings),
         default_signals=map_with_lights(whole),
         from_scenic=any(isinstance(statement, nodes.Model) for statement in whole.statements),
     )
-    file, drafts = _drafted(module, fresh, findings)
+    file, drafts = _drafted(module, fresh, findings, observe)
     return advised(module, file, replace(_scenario(module, file, drafts), system=system))
 
 
 def _drafted(
-    module: nodes.Module, fresh: Callable[..., FileContext], findings: Findings
+    module: nodes.Module, fresh: Callable[..., FileContext], findings: Findings, observe: Observer | None
 ) -> tuple[FileContext, list[Draft]]:
     """Every variant; begins anew where a numeric choice turns out to be needed concretely."""
     expanded: frozenset[Span] = frozenset()
     while True:
         file = fresh(expanded=expanded, findings=findings.copy())
         try:
-            return file, _enumerate(module, file)
+            return file, _enumerate(module, file, observe)
         except NeedsExpansion as need:
             expanded = _expanded(expanded, need.sites)
 
@@ -107,11 +106,11 @@ def _default_road(module: nodes.Module, findings: Findings) -> RoadSpec:
     return road
 
 
-def _enumerate(module: nodes.Module, file: FileContext) -> list[Draft]:
+def _enumerate(module: nodes.Module, file: FileContext, observe: Observer | None) -> list[Draft]:
     """Every variant; stops at the first one with errors, since the others would repeat them."""
     drafts: list[Draft] = []
     try:
-        for _, draft in enumerate_variants(lambda oracle: elaborate_variant(module, file, oracle)):
+        for _, draft in enumerate_variants(lambda oracle: elaborate_variant(module, file, oracle, observe)):
             if draft is not None:
                 drafts.append(draft)
             if file.findings.has_errors:

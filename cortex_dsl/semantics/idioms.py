@@ -88,7 +88,7 @@ def _in_other_unit(span: Span, value: float, unit: Unit, place: Span) -> Diagnos
     )
 
 
-# -- `always` on the distance of two that can touch: a run ends at first contact, between two samples ------------------
+# -- distances of two that can touch -----------------------------------------------------------------------------------
 
 FASTEST = 60.0
 """Nothing here closes faster [m/s]."""
@@ -154,8 +154,7 @@ def _unseen_contact(
     )
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# An object drawn anywhere on a lane, and a `require` that keeps a window of it: `before … by` draws only what fits.
+# -- windows that are drawn and then required --------------------------------------------------------------------------
 
 
 @frozen

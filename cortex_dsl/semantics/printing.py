@@ -8,7 +8,7 @@ from cortex_dsl import ir
 from cortex_dsl.semantics.quantities.algebra import operands
 from engine.vocabulary import Column, Distribution, GeneKind, Op, RuleKind, State, TemporalOp
 
-# -- Expressions and acts of the checked IR in words, for `--emit ir` --------------------------------------------------
+# -- expressions and acts ----------------------------------------------------------------------------------------------
 
 INFIX = {
     Op.ADD: "+", Op.SUB: "-", Op.MUL: "*", Op.DIV: "/", Op.MOD: "%", Op.FLOORDIV: "//", Op.POW: "**",
@@ -153,7 +153,7 @@ def _count(expression: ir.Expr, uses: Counter[int]) -> None:
             _count(operand, uses)
 
 
-# -- A readable print of the checked IR, for `--emit ir` ---------------------------------------------------------------
+# -- scenarios ---------------------------------------------------------------------------------------------------------
 
 RULES = {RuleKind.TERMINATE: "end when", RuleKind.ABORT: "abort when", RuleKind.WATCH: "watch"}
 

@@ -8,8 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.acting import behaviours, rules
-from cortex_dsl.semantics.acting.behaviours import actor_behaviour, warn_if_idle
+from cortex_dsl.semantics.acting.behaviours import actor_behaviour, started_monitors, warn_if_idle
 from cortex_dsl.semantics.acting.rules import rules_of_run
 from cortex_dsl.semantics.acting.yielding import everything
 from cortex_dsl.semantics.composition.composing import Composer, run_by, set_up_run
@@ -18,16 +17,16 @@ from cortex_dsl.semantics.errors.problems import Mistake, Rejection
 from cortex_dsl.semantics.evaluation import calls, geometry, objects, operators
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.model.choices import Oracle
-from cortex_dsl.semantics.model.context import Evaluator, Handler, Moment
+from cortex_dsl.semantics.model.context import Evaluator, Handler, Moment, Observer
 from cortex_dsl.semantics.model.state import FileContext, RuleKey, Variant
 from cortex_dsl.semantics.model.values import POISON, Actor, Value
-from cortex_dsl.semantics.things.classes import OFF_ROAD, PROPERTIES
+from cortex_dsl.semantics.names.builtins import OFF_ROAD, PROPERTIES
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 from engine.vocabulary import Column
 
-# -- The evaluator's table: which function gives the value of which kind of expression ---------------------------------
+# -- which function gives the value of which kind of expression --------------------------------------------------------
 
 HANDLERS: Mapping[type, Handler] = {
     nodes.Number: operators.number,
@@ -57,16 +56,11 @@ HANDLERS: Mapping[type, Handler] = {
     nodes.OffsetBy: geometry.offset_by,
     nodes.OffsetAlong: geometry.offset_along,
     nodes.New: objects.new,
-    nodes.Temporal: rules.implication,
+    nodes.Temporal: operators.implication,
 }  # type: ignore[dict-item]
 
 
-def evaluator(run: Variant) -> Evaluator:
-    """An evaluator at the file's top level."""
-    return Evaluator(run, HANDLERS)
-
-
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the variant -------------------------------------------------------------------------------------------------------
 
 
 @frozen
@@ -79,10 +73,12 @@ class Draft:
     """Where it was rejected, or its first object."""
 
 
-def elaborate_variant(module: nodes.Module, file: FileContext, oracle: Oracle) -> Draft | None:
-    """One variant; None when it has errors."""
+def elaborate_variant(
+    module: nodes.Module, file: FileContext, oracle: Oracle, observe: Observer | None = None
+) -> Draft | None:
+    """One variant; None when it has errors. `observe` is called with every value."""
     run = Variant(file, oracle)
-    ev = evaluator(run)
+    ev = Evaluator(run, HANDLERS, observe=observe)
     try:
         run_module(ev, module.statements)
         composer = set_up_run(ev)
@@ -153,7 +149,7 @@ def _rules(ev: Evaluator, statements: Sequence[nodes.Statement], composer: Compo
         root = ev.run.root
         places.append((composer.ev.at_moment(Moment(running=True, scenario=root)), root.rules))
     rules_of_run(places)
-    required = list(behaviours.started(ev))
+    required = list(started_monitors(ev))
     ev.run.monitors[: len(required)] = required
 
 

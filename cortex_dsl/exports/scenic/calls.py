@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 from cortex_dsl.exports.scenic.sheet import NOWHERE, Unsaid, verbatim
 from cortex_dsl.exports.scenic.words import ALIASES, BEHAVIOURS, MATH, SEARCHED, SHARED_FUNCTIONS, STAND_INS
-from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.model.values import BuiltinValue
+from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.syntax import nodes
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind

@@ -10,10 +10,9 @@ from cortex_dsl.exports.scenic.calls import call
 from cortex_dsl.exports.scenic.places import area_of, place_text
 from cortex_dsl.exports.scenic.sheet import NOWHERE, Sheet, Unsaid, verbatim
 from cortex_dsl.exports.scenic.words import CLASSES, OBJECT_ATTRIBUTES, ROAD_ATTRIBUTES, WHEELED
-from cortex_dsl.semantics.builtins import BUILTINS, Kind
 from cortex_dsl.semantics.model.values import Actor, DirectionField, GlobalParameters, Pose, Quantity, Value
+from cortex_dsl.semantics.names.builtins import ACTOR_KINDS, BUILTINS, Kind
 from cortex_dsl.semantics.quantities.units import UNITS
-from cortex_dsl.semantics.things.classes import ACTOR_KINDS
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.unparse_expressions import Level, write

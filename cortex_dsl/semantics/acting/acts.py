@@ -1,26 +1,26 @@
-"""The statements of behaviours as acts of the IR, `do choose` and `do shuffle` among them: one of several behaviours, or
-all of them in random order.
+"""The statements of behaviours as acts of the IR, `do choose` and `do shuffle` among them: one of several behaviours,
+or all of them in random order.
 
 As in Scenic, only options whose guards hold at that moment take part, each as likely as its weight over the sum of all
 that do; where none is left, the run is aborted. Arguments are evaluated once, where the statement starts.
 Source: Scenic 3 reference, "do choose", "do shuffle".
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting import bodies
-from cortex_dsl.semantics.acting.bodies import ACTS, Act, Body, Invocation
+from cortex_dsl.semantics.acting.bodies import Body, Invocation
 from cortex_dsl.semantics.acting.statements import check_called, soft_probability
 from cortex_dsl.semantics.acting.yielding import check_handler, check_loop
-from cortex_dsl.semantics.builtins import Kind, names_of
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.operators import combine, unpack
 from cortex_dsl.semantics.model.values import ActionCall, BuiltinValue, Effect, Value, Weights
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import Kind, names_of
 from cortex_dsl.semantics.names.placement import TOP_LEVEL
 from cortex_dsl.semantics.quantities.algebra import closed_value
 from cortex_dsl.semantics.quantities.units import PURE, TIME
@@ -31,12 +31,7 @@ from engine.config import SimulationConfig
 from engine.frozen import frozen
 from engine.vocabulary import Command, Op
 
-# ----------------------------------------------------------------------------------------------------------------------
-# `do choose` and `do shuffle`: one of several behaviours, or all of them in random order.
-#
-# As in Scenic, only options whose guards hold at that moment take part, each as likely as its weight over the sum of all
-# that do; where none is left, the run is aborted. Arguments are evaluated once, where the statement starts.
-# Source: Scenic 3 reference, "do choose", "do shuffle".
+# -- `do choose` and `do shuffle` --------------------------------------------------------------------------------------
 
 WHAT = "a weight"
 
@@ -107,10 +102,13 @@ def _weight(body: Body, value: Value, node: nodes.Expression) -> ir.Expr:
     return numbers.in_range(body.ev, expr, 0.0, float("inf"), PURE, node.span, WHAT)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the statements ----------------------------------------------------------------------------------------------------
 
 CLOCK_TOLERANCE = 1e-9
 """Slack of `do ... for`: sums of time steps do not hit a duration exactly [s]."""
+
+
+Act = Callable[[Body, nodes.Statement], ir.Block]
 
 
 def _assign(body: Body, node: nodes.Assign) -> ir.Block:
@@ -290,24 +288,23 @@ def _misplaced(_body: Body, _node: nodes.Statement) -> ir.Block:
     raise Mistake
 
 
-ACTS.update(
-    {
-        nodes.Assign: _assign,
-        nodes.AugmentedAssign: _augmented,
-        nodes.ExpressionStatement: _expression,
-        nodes.Do: _do,
-        nodes.Take: _take,
-        nodes.Wait: _wait,
-        nodes.Try: _try,
-        nodes.Abort: _abort,
-        nodes.Terminate: _terminate,
-        nodes.If: _if,
-        nodes.While: _while,
-        nodes.Break: _leave("break"),
-        nodes.Continue: _leave("continue"),
-        nodes.Return: _leave("return"),
-        nodes.Pass: _nothing,
-        nodes.Require: _require,
-        **dict.fromkeys((*TOP_LEVEL, nodes.Override), _misplaced),
-    }  # type: ignore[arg-type]
-)
+ACTS: Mapping[type, Act] = {
+    nodes.Assign: _assign,
+    nodes.AugmentedAssign: _augmented,
+    nodes.ExpressionStatement: _expression,
+    nodes.Do: _do,
+    nodes.Take: _take,
+    nodes.Wait: _wait,
+    nodes.Try: _try,
+    nodes.Abort: _abort,
+    nodes.Terminate: _terminate,
+    nodes.If: _if,
+    nodes.While: _while,
+    nodes.Break: _leave("break"),
+    nodes.Continue: _leave("continue"),
+    nodes.Return: _leave("return"),
+    nodes.Pass: _nothing,
+    nodes.Require: _require,
+    **dict.fromkeys((*TOP_LEVEL, nodes.Override), _misplaced),
+}  # type: ignore[dict-item]
+"""What each statement of a behaviour does."""

@@ -12,10 +12,10 @@ from functools import partial
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting import caution, following
+from cortex_dsl.semantics.acting.acts import ACTS
 from cortex_dsl.semantics.acting.bodies import Body, Invocation, snapshot
-from cortex_dsl.semantics.acting.job import DEFAULT_LATERAL, DEFAULT_SPEED, Inline, Job
+from cortex_dsl.semantics.acting.job import Job
 from cortex_dsl.semantics.acting.yielding import ever_acts, everything
-from cortex_dsl.semantics.builtins import Kind, names_of
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.model.context import Evaluator, Moment
@@ -29,19 +29,13 @@ from cortex_dsl.semantics.model.values import (
     Value,
 )
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import Kind, names_of
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Op
 
-__all__ = ["DEFAULT_LATERAL", "DEFAULT_SPEED", "Inline", "Job", "library_acts"]
-
-# -- The library behaviours as library_acts of the IR: one function each, by theme -------------------------------------
-
-
-def library_acts(job: Job) -> ir.Block:
-    """What a library behaviour does."""
-    return LIBRARY[job.call.name](job)
+# -- the library -------------------------------------------------------------------------------------------------------
 
 
 LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
@@ -60,7 +54,7 @@ LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
     "IdleBehavior": following.idle,
 }
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- objects -----------------------------------------------------------------------------------------------------------
 
 
 def actor_behaviour(ev: Evaluator, actor: Actor) -> ir.Block | None:
@@ -114,6 +108,10 @@ class Inliner:
         body = Body(inner, self.ev.moment)
         return body.inlined(call, call.monitor.node).block(call.span)
 
+    def act(self, body: Body, statement: nodes.Statement) -> ir.Block:
+        """What a statement of a body does."""
+        return ACTS[type(statement)](body, statement)
+
     def invocation(self, value: Value, node: nodes.Expression, moment: Moment) -> Invocation:
         """What `do node` runs.
 
@@ -160,7 +158,8 @@ class Inliner:
     def _library(self, call: BehaviourCall, ev: Evaluator, at_start: bool) -> Invocation:
         assert self.actor is not None
         prologue, fixed = _settled(ev, call)
-        acts = acts(Job(ev, fixed, self.actor, at_start, partial(self._inner, ev.moment, at_start)))
+        job = Job(ev, fixed, self.actor, at_start, partial(self._inner, ev.moment, at_start))
+        acts = LIBRARY[call.name](job)
         if any(isinstance(each, BehaviourValue) and each.node.invariants for each in self.stack):
             # Its turns are not those of the behaviour around it, whose invariants rest meanwhile.
             acts = (ir.Scope(call.span, call.name, ev.run.new_scope(call.span), acts),)
@@ -191,7 +190,7 @@ def warn_if_idle(ev: Evaluator, actor: Actor, block: ir.Block) -> None:
         ev.report(errors.IDLE_BEHAVIOUR.at(call.span, name=call.name))
 
 
-# -- Monitors: behaviours of nobody, which watch the run from its start ------------------------------------------------
+# -- monitors ----------------------------------------------------------------------------------------------------------
 
 
 def monitor_body(ev: Evaluator, call: MonitorCall, moment: Moment) -> ir.Block:

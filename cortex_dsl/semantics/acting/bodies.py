@@ -1,5 +1,5 @@
-"""The statements of one behaviour, monitor or `compose`, with its names: from text to acts; and the conditions that abort
-a run, guards of behaviours and `require` in behaviours and monitors.
+"""The statements of one behaviour, monitor or `compose`, with its names: from text to acts; and the conditions that
+abort a run, guards of behaviours and `require` in behaviours and monitors.
 
 Numbers that a body assigns live in locals; lanes, objects and other things are bound at compile time and cannot change
 during the run.
@@ -39,12 +39,7 @@ from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 from engine.vocabulary import Op, RuleKind
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Conditions that abort a run: guards of behaviours, and `require` in behaviours and monitors.
-#
-# As in Scenic, preconditions are tested_guards when a behaviour starts, and invariants then and in every sample in which the
-# behaviour itself goes on: not while something that it `do`es is running, but again when that has ended.
-# Source: Scenic 3 reference, "Behavior Definition".
+# -- guards ------------------------------------------------------------------------------------------------------------
 
 Condition = Callable[[nodes.Expression], ir.Expr]
 """The truth of a condition at every later moment."""
@@ -85,7 +80,7 @@ def demand(ev: Evaluator, node: nodes.Require, holds: ir.Expr, probability: floa
     return (ir.Demand(node.span, holds, abort_rule(ev, node.span, name)),)
 
 
-# -- Names that a behaviour assigns: which ones need a local, and how a value is kept as it is now ---------------------
+# -- values kept as they are now ---------------------------------------------------------------------------------------
 
 
 def snapshot(ev: Evaluator, value: Value, span: Span, acts: list[ir.Act]) -> Value:
@@ -136,7 +131,7 @@ def assigned_names(statements: Sequence[nodes.Statement], *, repeated: bool) -> 
                     yield from assigned_names(handler.body, repeated=True)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- bodies ------------------------------------------------------------------------------------------------------------
 
 Defined = nodes.BehaviorDefinition | nodes.MonitorDefinition
 
@@ -178,6 +173,10 @@ class Invoker(Protocol):
     @property
     def owner(self) -> str:
         """The name of what is being inlined."""
+        ...
+
+    def act(self, body: "Body", statement: nodes.Statement) -> ir.Block:
+        """What a statement of a body does."""
         ...
 
     def invocation(self, value: Value, node: nodes.Expression, moment: Moment) -> Invocation:
@@ -286,7 +285,7 @@ class Body:
 
     def _acts(self, statement: nodes.Statement) -> ir.Block:
         try:
-            return ACTS[type(statement)](self, statement)
+            return self.inliner.act(self, statement)
         except Mistake as mistake:
             self.ev.report(mistake)
             self._poison(statement)
@@ -360,8 +359,3 @@ class Body:
     def option(self, value: Value, node: nodes.Expression) -> Invocation:
         """What `do choose` runs if it takes this value."""
         return self.inliner.invocation(value, node, self.moment)
-
-
-Act = Callable[[Body, nodes.Statement], ir.Block]
-ACTS: dict[type, Act] = {}
-"""What each statement of a behaviour does; `acts` fills it."""

@@ -32,7 +32,7 @@ from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES, actor_of, closest, together
 from cortex_dsl.semantics.evaluation.geometry import (
-    apart,
+    between,
     current_pose,
     is_present,
     others,
@@ -41,7 +41,6 @@ from cortex_dsl.semantics.evaluation.geometry import (
     size_of,
     state,
 )
-from cortex_dsl.semantics.evaluation.junctions import all_of, any_of
 from cortex_dsl.semantics.evaluation.lanes import Trajectory, index_of, lane_at, looked_up, trajectory
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.model.values import Actor
@@ -89,7 +88,7 @@ def _blocked(job: Job) -> ir.Expr:
     algebra = job.ev.algebra
     stands = algebra.apply(Op.NOT, _moves(job))
     return algebra.apply(
-        Op.AND, stands, any_of(job.ev, [_close_ahead(job, each) for each in others(job.ev, job.actor)])
+        Op.AND, stands, job.ev.algebra.any_of([_close_ahead(job, each) for each in others(job.ev, job.actor)])
     )
 
 
@@ -98,7 +97,7 @@ def _close_ahead(job: Job, other: Actor) -> ir.Expr:
     gap = algebra.apply(Op.BOX_DISTANCE, outline_of(ev, job.actor), outline_of(ev, other))
     near = algebra.apply(Op.LT, gap, algebra.literal(HOLD_GAP))
     here, there = current_pose(ev, job.actor), current_pose(ev, other)
-    return all_of(ev, (is_present(ev, other), near, sees(ev, job.actor, other), together(ev, here, there)))
+    return ev.algebra.all_of((is_present(ev, other), near, sees(ev, job.actor, other), together(ev, here, there)))
 
 
 def _moves(job: Job) -> ir.Expr:
@@ -116,7 +115,7 @@ def _collision_is_close(job: Job) -> ir.Expr:
         least = algebra.apply(Op.TTC, immediates=(job.actor.index, -1))
         close = algebra.apply(Op.LT, least, job.number("threshold"))
     else:
-        close = any_of(job.ev, [_within_reference(job, other) for other in others(job.ev, job.actor)])
+        close = job.ev.algebra.any_of([_within_reference(job, other) for other in others(job.ev, job.actor)])
     return algebra.apply(Op.AND, _moves(job), close)
 
 
@@ -151,13 +150,7 @@ def drive_avoiding(job: Job) -> ir.Block:
     return (ir.TryInterrupt(job.call.span, follow_lane(job), ((near, (brake,)),)),)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Giving way: wait at the entry of an intersection until the gap in conflicting traffic is long enough.
-#
-# Who conflicts is a matter of the road network (`engine.road.yielding`). A vehicle is waited for while it would come into
-# the way within the critical gap at its present speed, or is in the way already. Critical gaps by maneuver are the base
-# values of the Highway Capacity Manual (2000), exhibit 17-5, two-lane major street: the turn across oncoming traffic
-# 4.1 s, the near turn 6.2 s, straight across 6.5 s.
+# -- giving way --------------------------------------------------------------------------------------------------------
 
 FAR_TURN_GAP = 4.1
 NEAR_TURN_GAP = 6.2
@@ -202,7 +195,9 @@ def _must_wait(job: Job, maneuver: Maneuver, room: ir.Expr) -> ir.Expr:
     can_stop = algebra.apply(Op.LE, energy, algebra.mul(size_of(job.actor, "maxBraking"), room))
     places, gap = windows(maneuver), job.number("critical_gap", _base_gap(maneuver))
     vehicles = [each for each in others(job.ev, job.actor) if each.kind not in NOT_VEHICLES]
-    return all_of(job.ev, (can_stop, any_of(job.ev, [_in_the_way(job, each, places, gap) for each in vehicles])))
+    return job.ev.algebra.all_of(
+        (can_stop, job.ev.algebra.any_of([_in_the_way(job, each, places, gap) for each in vehicles]))
+    )
 
 
 def _base_gap(maneuver: Maneuver) -> float:
@@ -225,10 +220,10 @@ def _in_the_way(job: Job, other: Actor, places: tuple[Window, ...], gap: ir.Expr
     to_go = algebra.sub(enter, algebra.add(s, half))
     soon = algebra.apply(Op.LT, to_go, algebra.mul(gap, state(ev, other, State.SPEED)))
     not_past = algebra.apply(Op.LT, algebra.sub(s, half), leave)
-    return all_of(ev, (is_present(ev, other), soon, not_past))
+    return ev.algebra.all_of((is_present(ev, other), soon, not_past))
 
 
-# -- People on foot, and whoever crosses another's way -----------------------------------------------------------------
+# -- people on foot, and whoever crosses another's way -----------------------------------------------------------------
 
 WALKING_SPEED = 0.5
 CROSSING_SPEED = 1.0
@@ -250,7 +245,7 @@ def cross(job: Job) -> ir.Block:
     other = actor_of(Given(job.given("reference_actor"), job.call.spans["reference_actor"]), "`reference_actor`")
     algebra, least = job.ev.algebra, job.number("min_speed", CROSSING_SPEED)
     last = least if job.given("final_speed") is None else job.number("final_speed")
-    apart = apart(job.ev, current_pose(job.ev, job.actor), current_pose(job.ev, other))
+    apart = between(job.ev, current_pose(job.ev, job.actor), current_pose(job.ev, other))
     ahead, across = _seen_from(job, other)
     ratio = algebra.apply(Op.DIV, state(job.ev, other, State.SPEED), ahead)
     speed = algebra.apply(Op.MAX, least, algebra.mul(algebra.apply(Op.ABS, across), ratio))

@@ -1,5 +1,5 @@
-"""Library behaviours that go somewhere: holding speed or pedals, following a lane or trajectory, alone or behind somebody,
-and changing lanes.
+"""Library behaviours that go somewhere: holding speed or pedals, following a lane or trajectory, alone or behind
+somebody, and changing lanes.
 
 Car following is the Intelligent Driver Model of Treiber, Hennecke and Helbing (2000), "Congested traffic states in
 empirical observations and microscopic simulations", Phys. Rev. E 62, 1805, equations 3 and 4:
@@ -130,16 +130,7 @@ def _wanted_gap(job: Job, a: ir.Expr, lead: ir.Expr) -> ir.Expr:
     return algebra.add(job.number("min_gap", MIN_GAP), algebra.apply(Op.MAX, algebra.literal(0.0), moving))
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Changing lanes: the actor's offset from the new lane's centre line is taken away along a smooth curve.
-#
-# The offset e0 at the beginning shrinks as the quintic of least jerk, e(u) = e0 (1 - 10 u^3 + 15 u^4 - 6 u^5) for u from
-# 0 to 1 (Flash and Hogan 1985, J. Neurosci. 5, 1688, equation 6). Its greatest lateral acceleration is 5.77 e0 / T^2:
-# 1.65 m/s^2 for 3.5 m in the default T = 3.5 s, within the 1 to 16.5 s that drivers take (Toledo and Zohar 2007, Transp.
-# Res. Rec. 1999, 71). Slow vehicles cannot turn that sharply, so at least four times the offset is driven meanwhile.
-#
-# Steering is the law of the engine's path follower (`engine.kernels.steering`) around that curve instead of around the
-# centre line, with the curve's own curvature looked ahead to.
+# -- changing lanes ----------------------------------------------------------------------------------------------------
 
 DURATION = 3.5
 """[s]"""
@@ -292,7 +283,7 @@ def _clipped(job: Job, value: ir.Expr, most: ir.Expr) -> ir.Expr:
     return algebra.apply(Op.MIN, most, algebra.apply(Op.MAX, algebra.apply(Op.NEG, most), value))
 
 
-# -- Behaviours that look at nothing -----------------------------------------------------------------------------------
+# -- looking at nothing ------------------------------------------------------------------------------------------------
 
 
 def constant_speed(job: Job) -> ir.Block:

@@ -5,7 +5,6 @@ from collections.abc import Callable
 
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.evaluation import signals
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for
 from cortex_dsl.semantics.evaluation.functions import known_truth
@@ -13,6 +12,7 @@ from cortex_dsl.semantics.evaluation.geometry import size_of, state
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, BehaviourCall, BuiltinValue, Value
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import BUILTINS
 from engine.frozen import frozen
 from engine.vocabulary import ActorKind, Command, Op, RuleKind, State
 

@@ -22,7 +22,7 @@ from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.state import FileContext, RuleKey
 from cortex_dsl.semantics.model.values import Actor, Pose, Quantity, Truth, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.names.tree import always_condition, atoms, everything_in, is_timed, subformulas
+from cortex_dsl.semantics.names.tree import always_condition, atoms, everything_in, is_timed, speaks_of_run, subformulas
 from cortex_dsl.semantics.quantities.algebra import is_dynamic
 from cortex_dsl.semantics.quantities.bounds import interval
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, dimension_name
@@ -31,14 +31,14 @@ from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
 from engine.vocabulary import Op, RuleKind, TemporalOp
 
-# -- `keep_record`: values of the running simulation that are kept, each as a column of numbers ------------------------
+# -- records -----------------------------------------------------------------------------------------------------------
 
 Column = tuple[str, ir.Expr, ir.Dimension]
-"""What follows the keep_record's name, the number, and its dimension."""
+"""What follows the record's name, the number, and its dimension."""
 
 
 def keep_record(ev: Evaluator, node: nodes.Record) -> None:
-    """A keep_record, at a running moment."""
+    """A record, at a running moment."""
     name = node.name or " ".join((node.when + " " + ev.file.source.slice(node.value.span)).split())
     for i, (suffix, value, dimension) in enumerate(_columns(ev.evaluate(node.value), node.value.span)):
         # Rules are known by their places: each column of one value gets a place of its own.
@@ -58,7 +58,7 @@ def _keep_column(ev: Evaluator, node: nodes.Record, made: ir.Record) -> None:
     first, known = ev.file.records.setdefault(made.name, (node.span, made))
     if known.watch != made.watch:
         where = (Label(first, "first here"),)
-        raise errors.DUPLICATE.mistake(node.span, secondary=where, what="the keep_record", name=made.name)
+        raise errors.DUPLICATE.mistake(node.span, secondary=where, what="the record", name=made.name)
     if known.dimension != made.dimension:
         here, there = dimension_name(known.dimension), dimension_name(made.dimension)
         raise errors.RECORD_VARIES.mistake(node.value.span, here=here, there=there)
@@ -75,21 +75,15 @@ def _columns(value: Value, span: Span) -> Iterator[Column]:
         case Pose(x, y, heading):
             yield from ((".x", x, LENGTH), (".y", y, LENGTH), (".heading", heading, ANGLE))
         case Actor():
-            cure = "keep_record one of its numbers: `.position`, `.speed`, `.heading`"
+            cure = "record one of its numbers: `.position`, `.speed`, `.heading`"
             raise errors.UNRECORDABLE.mistake(span, actual=kind_name(value), cure=cure)
         case tuple():
-            raise errors.UNRECORDABLE.mistake(span, actual="a list", cure="write one `keep_record` for each item")
+            raise errors.UNRECORDABLE.mistake(span, actual="a list", cure="write one `record` for each item")
         case _:
-            raise errors.UNRECORDABLE.mistake(
-                span, actual=kind_name(value), cure="keep_record a number that it decides"
-            )
+            raise errors.UNRECORDABLE.mistake(span, actual=kind_name(value), cure="record a number that it decides")
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Temporal requirements: `always`, `eventually`, `next`, `until` and `implies` over the samples of a run.
-#
-# What speaks of one moment becomes an atom, looked at in every sample; the rest is the same formula in all
-# variants. `require_over_run always c` is looked at in every sample itself, so that it ends the run at once.
+# -- temporal requirements ---------------------------------------------------------------------------------------------
 
 OPERATORS: Mapping[str, TemporalOp] = {
     "always": TemporalOp.ALWAYS,
@@ -101,12 +95,6 @@ OPERATORS: Mapping[str, TemporalOp] = {
     "or": TemporalOp.OR,
     "not": TemporalOp.NOT,
 }
-
-
-# -- the shape of conditions ------------------------------------------------------------------------------------------
-
-
-# -- in a variant -----------------------------------------------------------------------------------------------------
 
 
 def require_over_run(ev: Evaluator, node: nodes.Require) -> None:
@@ -253,16 +241,10 @@ def _chained(operator: str, parts: Sequence[ir.Formula | bool]) -> ir.Formula | 
     return reduce(lambda left, right: ir.Formula(OPERATORS[operator], (left, right)), formulas)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- all of them -------------------------------------------------------------------------------------------------------
 
 Place = tuple[Evaluator, Iterable[nodes.Statement]]
 """A running moment, and statements that belong there."""
-
-
-def speaks_of_run(statement: nodes.Statement) -> bool:
-    if isinstance(statement, nodes.Require):
-        return is_timed(statement.condition)
-    return type(statement) in _RULES
 
 
 def rules_of_run(places: Iterable[Place]) -> None:
@@ -278,7 +260,7 @@ def rules_of_run(places: Iterable[Place]) -> None:
 
 
 _RULES: dict[type, Callable[[Evaluator, nodes.Statement], None]] = {
-    nodes.Require: require,
+    nodes.Require: require_over_run,
     nodes.TerminateWhen: terminate_when,
     nodes.Record: keep_record,
 }  # type: ignore[dict-item]

@@ -1,11 +1,10 @@
 """The statements of a file's top level and of a scenario's setup, run in order for one variant."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.acting import rules
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.evaluation import numbers, roads, signals
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
@@ -16,7 +15,6 @@ from cortex_dsl.semantics.evaluation.operators import combine, unpack
 from cortex_dsl.semantics.evaluation.roads import reasons, spelled
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
-    POISON,
     Actor,
     BehaviourCall,
     BehaviourValue,
@@ -28,7 +26,7 @@ from cortex_dsl.semantics.model.values import (
     Value,
 )
 from cortex_dsl.semantics.model.wording import kind_name, spoken_unit
-from cortex_dsl.semantics.names.tree import SYSTEM, bound_name
+from cortex_dsl.semantics.names.tree import SYSTEM, is_timed
 from cortex_dsl.semantics.quantities.algebra import closed_value
 from cortex_dsl.semantics.quantities.bounds import margin_of, weigh
 from cortex_dsl.semantics.quantities.units import PURE, TIME, Dimension
@@ -43,30 +41,6 @@ MAP_PARAMS = frozenset({"map", "carla_map", "lgsvl_map", "use2DMap"})
 IDLE_PARAMS = frozenset({"weather", "time_step", "timestep", "render", "record", "address", "port", "timeout", "time"})
 """Params that Scenic's simulators read and nothing here does."""
 SETTINGS = ("time_step", "max_time", "max_attempts", "stream", "scenario", SYSTEM)
-
-
-def run_statement(ev: Evaluator, statement: nodes.Statement) -> None:
-    """Run one statement; after a mistake its names are poisoned, so that they cause no further complaints."""
-    try:
-        STATEMENTS[type(statement)](ev, statement)
-    except Mistake as mistake:
-        ev.report(mistake)
-        ev.scope.update(dict.fromkeys(_targets(statement), POISON))
-
-
-def _targets(statement: nodes.Statement) -> tuple[str, ...]:
-    match statement:
-        case nodes.Assign(targets=targets):
-            return targets
-        case nodes.AugmentedAssign(target=target):
-            return (target,)
-        case nodes.ClassDefinition(name=name):
-            return (name,)
-        case nodes.Import() if (name := bound_name(statement)) is not None:
-            return (name,)
-        case nodes.ImportFrom(names=names):
-            return tuple(each.alias or each.name for each in names)
-    return ()
 
 
 # -- names ------------------------------------------------------------------------------------------------------------
@@ -209,7 +183,7 @@ def known_number(ev: Evaluator, argument: Given, dimension: Dimension, what: str
 
 
 def _require(ev: Evaluator, node: nodes.Require) -> None:
-    if rules.is_timed(node.condition):
+    if is_timed(node.condition):
         return  # it speaks of the run
     probability = soft_probability(ev, node.probability)
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
@@ -252,13 +226,47 @@ def terminate_when(ev: Evaluator, node: nodes.TerminateWhen) -> None:
         ev.report(errors.NEVER_RUNS.at(node.condition.span))
 
 
+NOTHING_GIVEN: tuple[Given, ...] = ()
+
+
+def required_monitor(ev: Evaluator, node: nodes.RequireMonitor) -> MonitorCall:
+    """The monitor that a `require monitor` names, with its arguments.
+
+    Raises:
+        Mistake: when it names something else.
+    """
+    value = ev.evaluate(node.monitor)
+    match value:
+        case MonitorCall():
+            return value
+        case MonitorValue():
+            return monitor_call(value, NOTHING_GIVEN, node.monitor.span)
+    raise errors.NOT_A_MONITOR.mistake(
+        node.monitor.span, actual=kind_name(value), cure=_instead_of_monitor(ev, value, node.monitor)
+    )
+
+
+def _instead_of_monitor(ev: Evaluator, value: Value, node: nodes.Expression) -> str:
+    monitors = [name for name, known in ev.names.items() if isinstance(known, MonitorValue)]
+    name = node.function if isinstance(node, nodes.Call) else node
+    if isinstance(name, nodes.Name) and (suggestion := did_you_mean(name.id, monitors)):
+        return suggestion
+    if isinstance(value, BehaviourCall | BehaviourValue):
+        return "give a behavior to an object, `with behavior ...`; what only watches is defined by `monitor`"
+    return "define it with `monitor`; a plain condition goes after `require always`"
+
+
+def require_monitor(ev: Evaluator, node: nodes.RequireMonitor) -> None:
+    ev.run.required_monitors.append((node.name, required_monitor(ev, node), node.span))
+
+
 def _nothing(_ev: Evaluator, _node: nodes.Statement) -> None:
     """Behaviours are known from the start, rules wait for the end; what stands in the wrong place was said."""
 
 
 Run = Callable[[Evaluator, nodes.Statement], None]
 
-STATEMENTS: dict[type, Run] = {
+TOP_LEVEL: Mapping[type, Run] = {
     **dict.fromkeys(
         (
             nodes.BehaviorDefinition,
@@ -294,37 +302,4 @@ STATEMENTS: dict[type, Run] = {
     nodes.RequireMonitor: require_monitor,
     nodes.TerminateAfter: _terminate_after,
 }  # type: ignore[dict-item]
-
-
-NOTHING_GIVEN: tuple[Given, ...] = ()
-
-
-def required_monitor(ev: Evaluator, node: nodes.RequireMonitor) -> MonitorCall:
-    """The monitor that a `require monitor` names, with its arguments.
-
-    Raises:
-        Mistake: when it names something else.
-    """
-    value = ev.evaluate(node.monitor)
-    match value:
-        case MonitorCall():
-            return value
-        case MonitorValue():
-            return monitor_call(value, NOTHING_GIVEN, node.monitor.span)
-    raise errors.NOT_A_MONITOR.mistake(
-        node.monitor.span, actual=kind_name(value), cure=_instead_of_monitor(ev, value, node.monitor)
-    )
-
-
-def _instead_of_monitor(ev: Evaluator, value: Value, node: nodes.Expression) -> str:
-    monitors = [name for name, known in ev.names.items() if isinstance(known, MonitorValue)]
-    name = node.function if isinstance(node, nodes.Call) else node
-    if isinstance(name, nodes.Name) and (suggestion := did_you_mean(name.id, monitors)):
-        return suggestion
-    if isinstance(value, BehaviourCall | BehaviourValue):
-        return "give a behavior to an object, `with behavior ...`; what only watches is defined by `monitor`"
-    return "define it with `monitor`; a plain condition goes after `require always`"
-
-
-def require_monitor(ev: Evaluator, node: nodes.RequireMonitor) -> None:
-    ev.run.required_monitors.append((node.name, required_monitor(ev, node), node.span))
+"""What the statements do that no definition and no import is; `setting_up` has those."""

@@ -7,15 +7,14 @@ and what `until` or `for` end, is stopped with the behaviours of its objects.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.acting import behaviours, bodies
-from cortex_dsl.semantics.acting.behaviours import Inliner, stop
+from cortex_dsl.semantics.acting import bodies
+from cortex_dsl.semantics.acting.behaviours import Inliner, monitor_body, stop
 from cortex_dsl.semantics.acting.bodies import Body, Guards, Invocation, assigned_names
-from cortex_dsl.semantics.acting.statements import known_number
+from cortex_dsl.semantics.acting.statements import known_number, required_monitor
 from cortex_dsl.semantics.composition.setting_up import number, place_of, set_up, surely_first
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.evaluation import numbers
@@ -34,11 +33,7 @@ from engine.config import SimulationConfig
 from engine.frozen import frozen
 from engine.vocabulary import Op
 
-if TYPE_CHECKING:
-    pass
-
-# ----------------------------------------------------------------------------------------------------------------------
-# The coroutine of a scenario that another one starts: its objects come in, its rules hold, its `compose` runs.
+# -- the coroutine of a scenario that another one starts ---------------------------------------------------------------
 
 CLOCK_TOLERANCE = 1e-9
 """Slack of `terminate after`: sums of time steps do not hit a duration exactly [s]."""
@@ -106,8 +101,8 @@ class Coroutine:
         for statement in self._rules(nodes.RequireMonitor):
             assert isinstance(statement, nodes.RequireMonitor)
             try:
-                call = behaviours.required(place(body.ev, self.composer.instance), statement)
-                block = behaviours.body(body.ev, call, Moment(running=True, scenario=self.composer.instance))
+                call = required_monitor(place(body.ev, self.composer.instance), statement)
+                block = monitor_body(body.ev, call, Moment(running=True, scenario=self.composer.instance))
             except Mistake as mistake:
                 body.ev.report(mistake)
                 continue
@@ -160,7 +155,7 @@ def place(ev: Evaluator, instance: Instance) -> Evaluator:
     return ev.at_moment(Moment(scenario=instance))
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- what a `compose` does ---------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

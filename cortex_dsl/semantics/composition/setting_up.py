@@ -12,8 +12,7 @@ Source: Scenic 3 reference, "Modular Scenario Definition", and its tutorial "Com
 from collections.abc import Iterator, Mapping, Sequence
 
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.acting.rules import speaks_of_run
-from cortex_dsl.semantics.acting.statements import STATEMENTS, run_statement
+from cortex_dsl.semantics.acting.statements import TOP_LEVEL, Run
 from cortex_dsl.semantics.errors.problems import Findings, Mistake
 from cortex_dsl.semantics.evaluation import making, objects
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
@@ -21,6 +20,7 @@ from cortex_dsl.semantics.evaluation.making import checked
 from cortex_dsl.semantics.model.context import Evaluator, Moment
 from cortex_dsl.semantics.model.state import Variant
 from cortex_dsl.semantics.model.values import (
+    POISON,
     Actor,
     BehaviourValue,
     Instance,
@@ -30,18 +30,14 @@ from cortex_dsl.semantics.model.values import (
     Value,
 )
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import FLAGS, IGNORED, PROPERTIES, all_properties
 from cortex_dsl.semantics.names.linking import ImportedFile
-from cortex_dsl.semantics.names.tree import bound_name, everything_in
-from cortex_dsl.semantics.things.classes import FLAGS, IGNORED, PROPERTIES, all_properties
+from cortex_dsl.semantics.names.tree import bound_name, everything_in, speaks_of_run
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Imported files at work: each runs once in a variant, with variables of its own, and is then shared by name.
-#
-# As in Scenic, an import brings the objects and requirements of a file along with its _definitions. What decides about
-# the run as a whole stays with the file that is run.
+# -- files -------------------------------------------------------------------------------------------------------------
 
 OF_THE_RUN: Mapping[type, tuple[str, str]] = {
     nodes.Map: ("map", "all objects share the road of the file that is run"),
@@ -51,6 +47,30 @@ OF_THE_RUN: Mapping[type, tuple[str, str]] = {
     nodes.TerminateAfter: ("terminate after", "the file that is run says when it ends"),
 }
 """Statements that an imported file cannot have, and why."""
+
+
+def run_statement(ev: Evaluator, statement: nodes.Statement) -> None:
+    """Run one statement; after a mistake its names are poisoned, so that they cause no further complaints."""
+    try:
+        STATEMENTS[type(statement)](ev, statement)
+    except Mistake as mistake:
+        ev.report(mistake)
+        ev.scope.update(dict.fromkeys(_targets(statement), POISON))
+
+
+def _targets(statement: nodes.Statement) -> tuple[str, ...]:
+    match statement:
+        case nodes.Assign(targets=targets):
+            return targets
+        case nodes.AugmentedAssign(target=target):
+            return (target,)
+        case nodes.ClassDefinition(name=name):
+            return (name,)
+        case nodes.Import() if (name := bound_name(statement)) is not None:
+            return (name,)
+        case nodes.ImportFrom(names=names):
+            return tuple(each.alias or each.name for each in names)
+    return ()
 
 
 def run_module(ev: Evaluator, statements: Sequence[nodes.Statement]) -> None:
@@ -120,14 +140,13 @@ def _class(ev: Evaluator, node: nodes.ClassDefinition) -> None:
     ev.scope[node.name] = making.define(ev, node)
 
 
-STATEMENTS.update(
-    {
-        nodes.Import: _import,
-        nodes.ImportFrom: _import_from,
-        nodes.ClassDefinition: _class,
-        nodes.Mutate: objects.mutate,
-    }  # type: ignore[arg-type]
-)
+STATEMENTS: Mapping[type, Run] = {
+    **TOP_LEVEL,
+    nodes.Import: _import,
+    nodes.ImportFrom: _import_from,
+    nodes.ClassDefinition: _class,
+    nodes.Mutate: objects.mutate,
+}  # type: ignore[dict-item]
 
 # -- `override x with property value`: in a scenario, for as long as it runs -------------------------------------------
 
@@ -192,11 +211,9 @@ def _check_can_change(ev: Evaluator, node: nodes.With, instance: Instance) -> No
         )
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- which scenario runs -----------------------------------------------------------------------------------------------
 
 MAIN = "Main"
-
-# -- which one runs ---------------------------------------------------------------------------------------------------
 
 
 def entry(module: nodes.Module, name: str | None, findings: Findings) -> nodes.ScenarioDefinition | None:
@@ -242,7 +259,7 @@ def _without_arguments(node: nodes.ScenarioDefinition, findings: Findings) -> no
     return node
 
 
-# -- setting up -------------------------------------------------------------------------------------------------------
+# -- setting up a scenario ---------------------------------------------------------------------------------------------
 
 
 def place_of(ev: Evaluator, scenario: ScenarioValue, instance: Instance) -> Evaluator:

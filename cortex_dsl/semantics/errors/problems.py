@@ -75,7 +75,7 @@ def hint(code: str, message: str, reason: str = "", cure: str = "", page: Page |
     return Problem(code, message, reason, cure, Severity.HINT, page)
 
 
-# -- What elaboration collects over all variants: diagnostics, each once, and the pool of numeric options --------------
+# -- findings ----------------------------------------------------------------------------------------------------------
 
 
 @dataclass

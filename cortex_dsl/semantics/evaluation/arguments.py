@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.builtins import Builtin, Parameter
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.evaluation.numbers import adopt, in_range
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import POISON, Value
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import Builtin, Parameter
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes

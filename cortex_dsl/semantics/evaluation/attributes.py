@@ -32,8 +32,8 @@ from cortex_dsl.semantics.model.values import (
     Vector,
 )
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import PROPERTIES
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
-from cortex_dsl.semantics.things.classes import PROPERTIES
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from engine.road.network import Intersection, Lane, Maneuver, Network
@@ -270,7 +270,7 @@ def property_value(value: Value, name: str) -> Value:
     return value
 
 
-# -- One sentence about everything that may follow a dot; a name means the same after whatever has it ------------------
+# -- one sentence about each; a name means the same after whatever has it ----------------------------------------------
 
 ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
     {

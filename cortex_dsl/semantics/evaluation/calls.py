@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.builtins import BUILTINS, Builtin, Kind
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.evaluation import driving as _driving  # noqa: F401 - fills the table of functions
 from cortex_dsl.semantics.evaluation import numbers, random_values
@@ -28,13 +27,14 @@ from cortex_dsl.semantics.model.values import (
     Value,
 )
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import BUILTINS, Builtin, Kind
 from cortex_dsl.semantics.quantities.algebra import is_dynamic
 from cortex_dsl.semantics.quantities.units import ANGLE, PURE
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Command, Op
 
-# -- Steering as Scenic's scripts give it: a share of the full angle, positive to the right ----------------------------
+# -- steering as Scenic's scripts give it: a share of the full angle, positive to the right ----------------------------
 
 
 def scenic_steering(ev: Evaluator, steer: Given) -> ir.Expr:
@@ -47,7 +47,7 @@ def scenic_steering(ev: Evaluator, steer: Given) -> ir.Expr:
     return ev.algebra.apply(Op.NEG, ev.algebra.mul(share, size_of(ev.moment.actor, "maxSteer")))
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- calls -------------------------------------------------------------------------------------------------------------
 
 Definition = nodes.BehaviorDefinition | nodes.MonitorDefinition | nodes.ScenarioDefinition
 
@@ -95,7 +95,7 @@ def _action(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -> 
     parameter = row.parameters[0]
     assert row.command is not None
     if row.command is Command.STEER and ev.file.from_scenic:
-        return ActionCall(row.command, of_scenic(ev, bound[parameter.name]), row.name)
+        return ActionCall(row.command, scenic_steering(ev, bound[parameter.name]), row.name)
     return ActionCall(row.command, number_for(ev, parameter, bound[parameter.name]), row.name)
 
 

@@ -8,12 +8,10 @@ import math
 
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.evaluation import signals
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for
 from cortex_dsl.semantics.evaluation.functions import function
-from cortex_dsl.semantics.evaluation.geometry import apart, current_pose, is_present, others, sees, size_of
-from cortex_dsl.semantics.evaluation.junctions import all_of, any_of, gathered
+from cortex_dsl.semantics.evaluation.geometry import between, current_pose, is_present, others, sees, size_of
 from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, looked_up
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.evaluation.signals import (
@@ -29,8 +27,8 @@ from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.state import COLOURS, RED, YELLOW, SignalPlan
 from cortex_dsl.semantics.model.values import Actor, BuiltinValue, Colour, Effect, Pose, Quantity, Signal, Truth, Value
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import ACTOR_KINDS, BUILTINS
 from cortex_dsl.semantics.quantities.units import LENGTH, TIME
-from cortex_dsl.semantics.things.classes import ACTOR_KINDS
 from cortex_dsl.source import Span
 from engine.road.network import Intersection
 from engine.vocabulary import ActorKind, Op
@@ -51,7 +49,7 @@ def while_running(ev: Evaluator, span: Span, name: str) -> None:
 
 
 def _near(ev: Evaluator, one: Pose, other: Pose, limit: ir.Expr) -> ir.Expr:
-    return ev.algebra.apply(Op.LT, apart(ev, one, other), limit)
+    return ev.algebra.apply(Op.LT, between(ev, one, other), limit)
 
 
 def _limit(ev: Evaluator, name: str, distance: Given) -> ir.Expr:
@@ -64,10 +62,9 @@ def any_cars(ev: Evaluator, car: Given, distance: Given, span: Span) -> Value:
     actor, limit = actor_of(car, "`car`"), _limit(ev, "withinDistanceToAnyCars", distance)
     here = current_pose(ev, actor)
     return Truth(
-        any_of(
-            ev,
+        ev.algebra.any_of(
             [
-                all_of(ev, (is_present(ev, each), _near(ev, here, current_pose(ev, each), limit)))
+                ev.algebra.all_of((is_present(ev, each), _near(ev, here, current_pose(ev, each), limit)))
                 for each in others(ev, actor)
                 if each.kind not in NOT_VEHICLES
             ],
@@ -81,11 +78,10 @@ def any_pedestrians(ev: Evaluator, vehicle: Given, distance: Given, span: Span) 
     actor, limit = actor_of(vehicle, "`vehicle`"), _limit(ev, "withinDistanceToAnyPedestrians", distance)
     front = _front(ev, actor)
     return Truth(
-        any_of(
-            ev,
+        ev.algebra.any_of(
             [
-                all_of(
-                    ev, (is_present(ev, each), _near(ev, front, current_pose(ev, each), limit), sees(ev, actor, each))
+                ev.algebra.all_of(
+                    (is_present(ev, each), _near(ev, front, current_pose(ev, each), limit), sees(ev, actor, each))
                 )
                 for each in others(ev, actor)
                 if each.kind is ActorKind.PEDESTRIAN
@@ -108,13 +104,13 @@ def objects_in_lane(ev: Evaluator, vehicle: Given, distance: Given, span: Span) 
     while_running(ev, span, "withinDistanceToObjsInLane")
     actor, limit = actor_of(vehicle, "`vehicle`"), _limit(ev, "withinDistanceToObjsInLane", distance)
     here = current_pose(ev, actor)
-    return Truth(any_of(ev, [_in_lane(ev, actor, here, each, limit) for each in others(ev, actor)]))
+    return Truth(ev.algebra.any_of([_in_lane(ev, actor, here, each, limit) for each in others(ev, actor)]))
 
 
 def _in_lane(ev: Evaluator, actor: Actor, here: Pose, other: Actor, limit: ir.Expr) -> ir.Expr:
     there = current_pose(ev, other)
     near = _near(ev, here, there, limit)
-    return all_of(ev, (is_present(ev, other), near, sees(ev, actor, other), together(ev, here, there)))
+    return ev.algebra.all_of((is_present(ev, other), near, sees(ev, actor, other), together(ev, here, there)))
 
 
 def together(ev: Evaluator, here: Pose, there: Pose) -> ir.Expr:
@@ -145,10 +141,10 @@ def closest(ev: Evaluator, actor: Actor, candidates: list[Actor]) -> ir.Expr:
     """Least distance to one of several objects that take part [m]; infinite without one."""
     algebra, here, far = ev.algebra, current_pose(ev, actor), ev.algebra.literal(math.inf)
     distances = [
-        algebra.apply(Op.SELECT, is_present(ev, each), apart(ev, here, current_pose(ev, each)), far)
+        algebra.apply(Op.SELECT, is_present(ev, each), between(ev, here, current_pose(ev, each)), far)
         for each in candidates
     ]
-    return gathered(ev, Op.MIN, distances, math.inf)
+    return ev.algebra.gathered(Op.MIN, distances, math.inf)
 
 
 def time_to_collision(ev: Evaluator, first: Given, second: Given | None, span: Span) -> Value:
@@ -159,7 +155,7 @@ def time_to_collision(ev: Evaluator, first: Given, second: Given | None, span: S
     return Quantity(ev.algebra.apply(Op.TTC, immediates=(actor.index, other)), TIME)
 
 
-# -- Behaviours and monitors that change the traffic lights: they set a light, or stop the clock of all ----------------
+# -- changing the lights: acts -----------------------------------------------------------------------------------------
 
 
 def named_colour(value: Value, span: Span) -> float:
@@ -218,7 +214,7 @@ def unfreeze(ev: Evaluator, span: Span) -> Effect:
     )
 
 
-# -- Functions of Scenic's driving domain and of its CARLA model: who is near, and the traffic lights ------------------
+# -- the functions -----------------------------------------------------------------------------------------------------
 
 REACH = 100.0
 """How far lights are looked for unless a call says otherwise; Scenic's default [m]."""

@@ -5,12 +5,12 @@ from collections.abc import Callable, Sequence
 
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin, items_of, no_names, number_for
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Closure, Quantity, Truth, Value
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.quantities.algebra import closed_value
 from cortex_dsl.semantics.quantities.units import ANGLE, PURE, dimension_name
 from cortex_dsl.source import Span

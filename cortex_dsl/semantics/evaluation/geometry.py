@@ -32,7 +32,7 @@ from engine.road.sections import LaneSection
 from engine.vehicles import VIEW_DISTANCE
 from engine.vocabulary import Op, State
 
-# -- Where objects are and how they move, at the moment at which an expression is evaluated ----------------------------
+# -- objects now -------------------------------------------------------------------------------------------------------
 
 
 def current_pose(ev: Evaluator, actor: Actor) -> Pose:
@@ -88,10 +88,9 @@ def others(ev: Evaluator, actor: Actor) -> tuple[Actor, ...]:
     return tuple(each for each in ev.run.actors if each is not actor)
 
 
-def apart(ev: Evaluator, one: Pose, other: Pose) -> ir.Expr:
+def between(ev: Evaluator, start: Vector | Pose, end: Vector | Pose) -> ir.Expr:
     """Distance of two places [m]."""
-    algebra = ev.algebra
-    return algebra.apply(Op.HYPOT, algebra.sub(other.x, one.x), algebra.sub(other.y, one.y))
+    return ev.algebra.apply(Op.HYPOT, ev.algebra.sub(end.x, start.x), ev.algebra.sub(end.y, start.y))
 
 
 def outline_of(ev: Evaluator, actor: Actor) -> ir.Expr:
@@ -106,9 +105,6 @@ def sees(ev: Evaluator, viewer: Actor, other: Actor) -> ir.Expr:
     sector = (size_of(viewer, "viewAngle"), size_of(viewer, "visibleDistance"))
     view = ev.algebra.pack(pose.x, pose.y, pose.heading, *sector)
     return ev.algebra.apply(Op.CAN_SEE, view, outline_of(ev, other))
-
-
-# ----------------------------------------------------------------------------------------------------------------------
 
 
 # -- places -----------------------------------------------------------------------------------------------------------
@@ -221,16 +217,9 @@ def bearing(ev: Evaluator, origin: Vector, target: Vector) -> ir.Expr:
 def outline(ev: Evaluator, value: Value, span: Span) -> ir.Expr:
     """Packed x, y, heading, length, width; a place is an outline of no size."""
     if isinstance(value, Actor):
-        pose = current_pose(ev, value)
-        return ev.algebra.pack(pose.x, pose.y, pose.heading, size(value, "length"), size(value, "width"))
+        return outline_of(ev, value)
     point, zero = position(ev, value, span), ev.algebra.literal(0.0)
     return ev.algebra.pack(point.x, point.y, zero, zero, zero)
-
-
-def size(actor: Actor, name: str) -> ir.Expr:
-    value = actor.properties[name]
-    assert isinstance(value, ir.Expr)
-    return value
 
 
 # -- operators --------------------------------------------------------------------------------------------------------
@@ -257,10 +246,6 @@ def distance(ev: Evaluator, node: nodes.Distance) -> Value:
 
 def _is_area(value: Value) -> bool:
     return isinstance(value, Centerline) or region_of(value) is not None
-
-
-def between(ev: Evaluator, start: Vector, end: Vector) -> ir.Expr:
-    return ev.algebra.apply(Op.HYPOT, ev.algebra.sub(end.x, start.x), ev.algebra.sub(end.y, start.y))
 
 
 def _to_region(ev: Evaluator, op: Op, region: Region, point: Vector) -> ir.Expr:
@@ -305,7 +290,7 @@ def can_see(ev: Evaluator, node: nodes.CanSee) -> Value:
     viewer, target = ev.evaluate_all((node.viewer, node.target))
     pose = oriented(ev, viewer, node.viewer.span, "what sees")
     if isinstance(viewer, Actor):
-        angle, reach = size(viewer, "viewAngle"), size(viewer, "visibleDistance")
+        angle, reach = size_of(viewer, "viewAngle"), size_of(viewer, "visibleDistance")
     else:
         angle, reach = ev.algebra.literal(math.tau), ev.algebra.literal(VIEW_DISTANCE)
     view = ev.algebra.pack(pose.x, pose.y, pose.heading, angle, reach)

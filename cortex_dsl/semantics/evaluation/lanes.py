@@ -210,7 +210,7 @@ def all_sections(network: Network) -> tuple[LaneSection, ...]:
     return tuple(map(LaneSection, network.lanes))
 
 
-# -- Trajectories: lists of lanes that follow one another, joined into one path ----------------------------------------
+# -- trajectories ------------------------------------------------------------------------------------------------------
 
 
 @frozen

@@ -16,9 +16,7 @@ from cortex_dsl.semantics.evaluation.specifiers import Placement
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import POISON, ClassValue, Pose, Quantity, Unfinished, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.names.tree import unit_word
-from cortex_dsl.semantics.quantities.units import UNITS
-from cortex_dsl.semantics.things.classes import (
+from cortex_dsl.semantics.names.builtins import (
     ACTOR_KINDS,
     FLAGS,
     IGNORED,
@@ -28,6 +26,8 @@ from cortex_dsl.semantics.things.classes import (
     PROPERTIES,
     all_properties,
 )
+from cortex_dsl.semantics.names.tree import unit_word
+from cortex_dsl.semantics.quantities.units import UNITS
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes

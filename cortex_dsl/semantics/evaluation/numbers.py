@@ -201,11 +201,7 @@ def shown(value: float, dimension: Dimension | None) -> str:
     return f"{value:.6g} {si_word(dimension)}".rstrip()
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Arithmetic on quantities: dimensions are checked, units were left behind at the literals.
-#
-# A bare number (dimension None) adopts the dimension of the other side in sums and comparisons; in products and quotients
-# it is pure. What is computed from bare numbers alone stays bare.
+# -- arithmetic --------------------------------------------------------------------------------------------------------
 
 
 def common(left: Dimension | None, right: Dimension | None, span: Span, joined: str) -> Dimension | None:

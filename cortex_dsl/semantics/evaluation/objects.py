@@ -21,19 +21,14 @@ from cortex_dsl.semantics.evaluation.specifiers import Extent, Placement, place
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Pose, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import ACTOR_KINDS, CLASSES, OFF_ROAD
 from cortex_dsl.semantics.quantities.units import PURE
-from cortex_dsl.semantics.things.classes import ACTOR_KINDS, CLASSES, OFF_ROAD
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Op
 
-# ----------------------------------------------------------------------------------------------------------------------
-# `mutate`: normal noise on the pose of what is made under a name.
-#
-# The statement stands below the objects, but what is placed relative to a mutated object sees the mutated pose. So the
-# statements of a scope are known before its objects are made. (Scenic adds the noise when all has been placed. Here a
-# pose is the same wherever it is read, so that a concrete copy, which writes it down, places all others where they were.)
+# -- noise -------------------------------------------------------------------------------------------------------------
 
 POSITION_DEVIATION = 1.0
 """Standard deviation of x and of y at scale 1, as in Scenic [m]."""
@@ -129,7 +124,7 @@ def is_mutated(ev: Evaluator, value: Value) -> bool:
     return any(ev.scope.get(name) is value for scope, name in ev.run.mutated if scope == id(ev.scope))
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- new ---------------------------------------------------------------------------------------------------------------
 
 
 @dataclass

@@ -319,10 +319,6 @@ def starred(_ev: Evaluator, node: nodes.Starred) -> Value:
     )
 
 
-# -- the shape of conditions ------------------------------------------------------------------------------------------
-
-
-# -- in a variant -----------------------------------------------------------------------------------------------------
 def implication(ev: Evaluator, node: nodes.Temporal) -> Value:
     """`a implies b` of one moment."""
     if node.operator != "implies":

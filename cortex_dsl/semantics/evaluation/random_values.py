@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.errors.problems import Rejection
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin, evaluate_arguments, no_names
@@ -18,6 +17,7 @@ from cortex_dsl.semantics.model.choices import VARIANT_LIMIT
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Quantity, Value, Weights, is_constant
 from cortex_dsl.semantics.model.wording import option_name, source_text
+from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.quantities.algebra import closed_value
 from cortex_dsl.semantics.quantities.units import Unit, dimension_name, si_word
 from cortex_dsl.source import Span
@@ -92,8 +92,7 @@ def plain(argument: Given) -> float | None:
     return closed_value(argument.value.expr) if isinstance(argument.value, Quantity) else None
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Finite choices: numbers stay symbolic as long as nobody needs to know them, anything else makes a variant each.
+# -- options -----------------------------------------------------------------------------------------------------------
 
 
 @frozen
@@ -231,10 +230,7 @@ def _finite_uniform(ev: Evaluator, site: Site) -> ir.Expr:
     return number
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Random values: continuous ones become arithmetic over uniform draws, finite ones choices or tables.
-#
-# In a behaviour the uniform numbers come from the scene's behaviour stream, anew at each evaluation.
+# -- distributions -----------------------------------------------------------------------------------------------------
 
 SMALLEST_UNIFORM = 2.0**-54
 """Stands in for a uniform number of exactly 0, whose normal quantile would be infinite."""

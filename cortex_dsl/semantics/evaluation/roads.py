@@ -8,7 +8,6 @@ from collections.abc import Callable, Container, Iterator, Mapping
 from types import MappingProxyType
 
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.builtins import BUILTINS, Kind
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
 from cortex_dsl.semantics.evaluation.functions import known_truth, whole_number
@@ -23,6 +22,7 @@ from cortex_dsl.semantics.model.values import (
     Region,
     Value,
 )
+from cortex_dsl.semantics.names.builtins import BUILTINS, Kind
 from cortex_dsl.semantics.names.tree import everything_in, param_entries
 from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
@@ -196,7 +196,7 @@ NEIGHBOURS: Mapping[str, Callable[[Lane], Lane | None]] = {
     "slowerLane": slower,
 }
 
-# -- The road of a file without `map`: it suits what the file asks for, and notes say so -------------------------------
+# -- the road of a file without `map` ----------------------------------------------------------------------------------
 
 NEIGHBOURLY = frozenset({"adjacentLanes", *NEIGHBOURS, *(f"_{name}" for name in NEIGHBOURS)})
 """Attributes whose use asks for more than one lane a direction, unless it is a test for None."""

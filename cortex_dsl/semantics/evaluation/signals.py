@@ -14,7 +14,6 @@ from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
 from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of, state
-from cortex_dsl.semantics.evaluation.junctions import chosen
 from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, looked_up
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.model.context import Evaluator
@@ -232,7 +231,7 @@ def _shown(ev: Evaluator, plan: SignalPlan, light: ir.Expr, phase: ir.Expr) -> i
 def _entry(ev: Evaluator, light: ir.Expr, locals_: tuple[int, ...]) -> ir.Expr:
     if isinstance(light, ir.Literal):
         return ev.algebra.local(locals_[int(light.value)])
-    return chosen(ev, light, [ev.algebra.local(each) for each in locals_])
+    return ev.algebra.chosen(light, [ev.algebra.local(each) for each in locals_])
 
 
 def colour_ahead(ev: Evaluator, actor: Actor, reach: ir.Expr, plan: SignalPlan) -> ir.Expr:

@@ -133,7 +133,7 @@ def _beside(ev: Evaluator, node: nodes.Beside, extent: Extent) -> Placement:
     gap = _gap(ev, node, isinstance(reference, Actor))
     half = ev.algebra.mul(own, ev.algebra.literal(0.5))
     if isinstance(reference, Actor):
-        size = geometry.size(reference, "length" if along else "width")
+        size = geometry.size_of(reference, "length" if along else "width")
         half = ev.algebra.add(half, ev.algebra.mul(size, ev.algebra.literal(0.5)))
     reach = ev.algebra.add(half, gap)
     signed = reach if node.side in ("ahead", "right") else ev.algebra.apply(Op.NEG, reach)

@@ -1,4 +1,5 @@
-"""Finite choices: a replayed list of decisions, the enumeration of every way to make them, and the pool of their numbers.
+"""Finite choices: a replayed list of decisions, the enumeration of every way to make them, and the pool of their
+numbers.
 
 The file is elaborated once per way. The oracle answers the first choices as its script says and takes the first option
 of the others; the enumeration then changes the last decision that has options left, and starts again.

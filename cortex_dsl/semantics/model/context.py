@@ -12,10 +12,10 @@ from dataclasses import dataclass, field, replace
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.builtins import BUILTINS
 from cortex_dsl.semantics.errors.problems import Mistake, NeedsExpansion
 from cortex_dsl.semantics.model.state import FileContext, Variant
 from cortex_dsl.semantics.model.values import POISON, Actor, Instance, Poison, Quantity, Value
+from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.quantities.algebra import CLOSED, Algebra, closed_value, leaves
 from cortex_dsl.semantics.quantities.bounds import Interval, interval
 from cortex_dsl.semantics.quantities.units import dimension_name
@@ -58,6 +58,8 @@ class Evaluator:
     moment: Moment = SCENE
     home: dict[str, Value] | None = None
     """Variables of the imported file in which the place lies; None in the main file."""
+    observe: Observer | None = None
+    """Called with every value as it is worked out; an editor looks over the shoulder of the compiler."""
 
     @property
     def algebra(self) -> Algebra:
@@ -117,8 +119,8 @@ class Evaluator:
             value = self.handlers[type(node)](self, node)
         finally:
             algebra.span = before
-        if self.file.observe is not None:
-            self.file.observe(self, node, value)
+        if self.observe is not None:
+            self.observe(self, node, value)
         return value
 
     def evaluate_all(self, expressions: Iterable[nodes.Expression]) -> list[Value]:
@@ -221,8 +223,7 @@ class Evaluator:
             self.run.assigning = before
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# What the compiler found out about a text on its way, also where it found mistakes: the value of every expression.
+# -- observers ---------------------------------------------------------------------------------------------------------
 
 MOST_VALUES = 24
 """Values kept of one expression, which has one for every way of making the choices of the file."""

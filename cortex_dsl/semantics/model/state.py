@@ -1,12 +1,11 @@
-"""What elaboration gathers: of the file as a whole, and of the variant that is being worked out, with the fixed-time plan
-of its traffic lights.
+"""What elaboration gathers: of the file as a whole, and of the variant that is being worked out, with the fixed-time
+plan of its traffic lights.
 """
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from cortex_dsl import ir
 from cortex_dsl.semantics import errors
@@ -23,10 +22,7 @@ from engine.program import RoadSpec, Settings
 from engine.road.network import Network
 from engine.vocabulary import GeneKind, RuleKind
 
-if TYPE_CHECKING:
-    from cortex_dsl.semantics.model.context import Observer
-
-# -- The fixed-time plan of the traffic lights: what `signals(...)` says, and in which phase each arm is ---------------
+# -- the plan of the traffic lights ------------------------------------------------------------------------------------
 
 COLOURS = ("None", "green", "yellow", "red", "off", "unknown")
 """What a light may show, by number; `None` where there is no light. CARLA's names, as Scenic's scripts have them."""
@@ -73,7 +69,7 @@ class Controls:
     """Per light, how often the plan had changed its colour when it was set: the next change takes over again."""
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the file, and a variant of it -------------------------------------------------------------------------------------
 
 EVALUATION_LIMIT = 1_000_000
 """How many expressions a file may evaluate, all variants together."""
@@ -119,8 +115,6 @@ class FileContext:
     """Whether the file has Scenic's `model` line: absolute headings then count from north, as there."""
     weights: dict[Span, Weight] = field(default_factory=dict)
     """What is certain of each `require`, by the place of its condition."""
-    observe: "Observer | None" = None
-    """Told every value as it is worked out; an editor looks over the shoulder of the compiler."""
     temporals: dict[Span, nodes.Require] = field(default_factory=dict)
     """The temporal requirements, in the order of the file."""
     records: dict[str, tuple[Span, ir.Record]] = field(default_factory=dict)

@@ -165,10 +165,7 @@ def is_constant(value: Value) -> bool:
     return isinstance(value, Quantity | Truth) and isinstance(value.expr, ir.Literal)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# What a file makes and defines: objects, behaviours, monitors, classes, scenarios, and calls of them.
-#
-# The `home` of a definition holds the variables of the imported file that has it; None stands for the main file.
+# -- what a file makes and defines -------------------------------------------------------------------------------------
 
 
 @dataclass(eq=False)

@@ -134,7 +134,7 @@ def source_text(value: Value) -> str | None:
     return None
 
 
-# -- In which unit a file speaks of a dimension: messages about its requirements use the same one ----------------------
+# -- units that a file speaks in ---------------------------------------------------------------------------------------
 
 
 def spoken_unit(

@@ -12,9 +12,8 @@ from pathlib import PurePath
 
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.acting.rules import speaks_of_run
-from cortex_dsl.semantics.builtins import BUILTINS, SPECIAL_NAMES, Kind, names_of
 from cortex_dsl.semantics.errors.problems import Findings
+from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES, Kind, names_of
 from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile
 from cortex_dsl.semantics.names.placement import check_placement
 from cortex_dsl.semantics.names.tree import (
@@ -30,13 +29,14 @@ from cortex_dsl.semantics.names.tree import (
     looked_at,
     param_entries,
     parts,
+    speaks_of_run,
 )
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import class_called, did_you_mean, likely_range, nearest
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 
-# -- Looking up the names of one expression ----------------------------------------------------------------------------
+# -- one expression ----------------------------------------------------------------------------------------------------
 
 UNASSIGNABLE: Mapping[str, str] = {
     "self": "it is the object that a behavior drives",
@@ -153,10 +153,7 @@ class Names:
         self.table.findings.add(errors.UNKNOWN_NAME.at(span, name=name, suggestion=suggestion))
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Looking up the names of definitions, statement by statement.
-#
-# They run after the top level, so they see all names of the file. A name that a body assigns anywhere is its own.
+# -- one definition ----------------------------------------------------------------------------------------------------
 
 
 @dataclass
@@ -236,7 +233,7 @@ class BodyNames:
             self.early.discard(name)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- one file ----------------------------------------------------------------------------------------------------------
 
 Imports = Mapping[Span, ImportedFile]
 SEARCHED = ("Range", "TruncatedNormal", "DiscreteRange", "VerifaiRange", "VerifaiDiscreteRange", "VerifaiOptions")

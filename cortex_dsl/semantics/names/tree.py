@@ -42,11 +42,12 @@ def _nodes_in(value: object) -> Iterator[nodes.Node]:
             yield from _nodes_in(item)
 
 
+# -- the shape of conditions -------------------------------------------------------------------------------------------
+
 TIMED = ("always", "eventually", "next", "until")
 """Operators that speak of more than one moment."""
 
 
-# -- the shape of conditions ------------------------------------------------------------------------------------------
 def subformulas(node: nodes.Expression) -> tuple[nodes.Expression, ...]:
     """What a logical operator joins; () for anything else."""
     match node:
@@ -79,6 +80,9 @@ def always_condition(node: nodes.Expression) -> nodes.Expression | None:
     return None
 
 
+# -- what stands in one node -------------------------------------------------------------------------------------------
+
+
 def bound_name(node: nodes.Import) -> str | None:
     """The name that an import gives a value to; None where its path has none to offer."""
     name = node.alias or (PurePath(node.path).stem if node.quoted else node.path)
@@ -109,7 +113,7 @@ def unit_word(node: nodes.Expression) -> str | None:
     return None
 
 
-# -- Which names a statement gives a value to, and what a definition consists of ---------------------------------------
+# -- what statements bind, and what definitions consist of -------------------------------------------------------------
 
 Definition = nodes.BehaviorDefinition | nodes.MonitorDefinition | nodes.ScenarioDefinition
 
@@ -163,6 +167,13 @@ def looked_at(statement: nodes.Statement) -> Iterator[nodes.Expression]:
             yield value
 
 
+def speaks_of_run(statement: nodes.Statement) -> bool:
+    """Whether a statement speaks of the running simulation, so that it is evaluated when all objects are there."""
+    if isinstance(statement, nodes.Require):
+        return is_timed(statement.condition)
+    return isinstance(statement, nodes.TerminateWhen | nodes.Record)
+
+
 def is_class(statement: nodes.Statement) -> TypeGuard[nodes.ClassDefinition]:
     return isinstance(statement, nodes.ClassDefinition)
 
@@ -171,11 +182,9 @@ def duplicate(what: str, name: str, span: Span, first: Span) -> Diagnostic:
     return errors.DUPLICATE.at(span, what=what, name=name, secondary=(Label(first, "first here"),))
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# `simulation(system=[EGO_BRAKE, SAFETY_DIST])`: the params that belong to the system under test.
-#
-# A search that may choose them can win by switching the brakes off; `--freeze` holds them fixed. The list holds names and
-# nothing else, wherever in the file their params stand, so it is read from the tree and never evaluated.
+# -- `simulation(system=[EGO_BRAKE, SAFETY_DIST])`: the params of the system under test --------------------------------
+# A search that may choose them can win by switching the brakes off; `--freeze` holds them fixed. The list holds names
+# and nothing else, wherever in the file their params stand, so it is read from the tree and never evaluated.
 
 SYSTEM = "system"
 

@@ -1,5 +1,5 @@
-"""What is known of a number or a condition before the run knows it: between which numbers it lies, whether it is decided
-whatever a search chooses, and by how much it holds.
+"""What is known of a number or a condition before the run knows it: between which numbers it lies, whether it is
+decided whatever a search chooses, and by how much it holds.
 
 `engine.feasibility` has intervals of its own, and for good reason: there each operation answers for thousands of boxes
 at once, on compiled code, and keeps account of NaN. Here an expression is asked once or twice while a file is compiled,
@@ -99,7 +99,7 @@ _INTERVALS: Mapping[Op, Callable[..., Interval]] = {
                     lambda *_: (0.0, math.inf)),
 }  # fmt: skip
 
-# -- What is certain of a `require`, whatever a search chooses and however scenes are drawn ----------------------------
+# -- what is certain of a `require` ------------------------------------------------------------------------------------
 
 
 @frozen
@@ -150,14 +150,7 @@ def _range(gene: ir.GeneInfo) -> str:
     return f"`{gene.name}` lies between {gene.low:g} and {gene.high:g}{unit}"
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# By how much a condition holds: a number that is positive where it does and negative where it does not.
-#
-# `a <= b` holds by b - a, `a and b` by the lesser of both margins, `a or b` by the greater, `not a` by the opposite;
-# `a == b` fails by |a - b|. This is the robustness of quantitative semantics: Fainekos and Pappas (2009), "Robustness of
-# temporal logic specifications for continuous-time signals", Theoretical Computer Science 410. A bare truth (an object
-# in a region, in sight) has no margin, and neither has what joins conditions of different dimensions: metres and seconds
-# have no lesser.
+# -- margins -----------------------------------------------------------------------------------------------------------
 
 Dimensions = Mapping[int, ir.Dimension | None]
 """Dimension of what each comparison compares, by the identity of its expression; None where all is bare."""

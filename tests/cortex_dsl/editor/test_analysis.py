@@ -14,7 +14,7 @@ from cortex_dsl.editor.place import place_of
 from cortex_dsl.editor.positions import Positions
 from cortex_dsl.semantics.evaluation.attributes import ATTRIBUTE_DOCS, attribute_names
 from cortex_dsl.semantics.model.context import Superseded
-from cortex_dsl.semantics.things.classes import FLAGS, PROPERTIES
+from cortex_dsl.semantics.names.builtins import FLAGS, PROPERTIES
 from cortex_dsl.source import Source, Span
 
 PIECES = [

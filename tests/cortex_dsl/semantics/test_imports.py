@@ -160,7 +160,7 @@ def test_syntax_errors_show_the_imported_file(folder: Path) -> None:
 
 
 def test_there_is_a_limit(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(imports, "FILE_LIMIT", 1)
+    monkeypatch.setattr(linking, "FILE_LIMIT", 1)
     assert [d.code for d in refused(folder, "import cars\nego = new Car on road\n")[1]] == ["SCN232"]
 
 
