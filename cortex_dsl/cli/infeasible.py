@@ -1,7 +1,7 @@
 """A file of which it is proved that nothing can be drawn from it: its own mistake, told like any other."""
 
 from cortex_dsl.diagnostics import Diagnostic, Label
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.chance import INFEASIBLE
 from cortex_dsl.source import Source, Span
 from engine.feasibility import Feasibility
 from engine.program import Program
@@ -12,7 +12,7 @@ def no_scene_at_all(program: Program, source: Source, found: Feasibility) -> Dia
     named = [r for r in found.conflict if program.requirements[r].line] or list(found.conflict)
     spans = [line_span(source, program.requirements[r].line) for r in named if program.requirements[r].line]
     names = [f"`{program.requirements[r].name}`" for r in found.conflict]
-    return errors.INFEASIBLE.at(
+    return INFEASIBLE.at(
         spans[0] if spans else Span(0, 0),
         label="cannot hold" if len(names) == 1 else "cannot hold together with the rest",
         secondary=tuple(Label(span, "and this") for span in spans[1:]),

@@ -9,7 +9,7 @@ import numpy as np
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.pipeline import Compiled
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.chance import OFF_THE_ROAD, ON_TOP
 from engine.feasibility import conflicts
 from engine.feasibility.distances import boundary_distance, region_edges
 from engine.program import Program
@@ -50,7 +50,7 @@ def _at_known_places(compiled: Compiled) -> Iterator[Diagnostic]:
             (distance,), (inside,) = boundary_distance(edges, np.array(place[:1]), np.array(place[1:]))
         if not inside:
             label = f"({place[0]:g}, {place[1]:g}) is {distance:.1f} m off the road"
-            yield errors.OFF_THE_ROAD.at(actor.span, name=actor.name, label=label)
+            yield OFF_THE_ROAD.at(actor.span, name=actor.name, label=label)
 
 
 def _known_place(versions: Sequence[ir.Actor]) -> tuple[float, float] | None:
@@ -66,7 +66,7 @@ def _off_the_road(compiled: Compiled) -> Iterator[Diagnostic]:
     for number, actor in enumerate(_actors(compiled)):
         program = _checking(compiled.program, road=[number], overlap=[])
         if actor.inside_road and conflicts(program, [len(program.requirements) - 2]):
-            yield errors.OFF_THE_ROAD.at(actor.span, name=actor.name, label="part of its outline is off the road")
+            yield OFF_THE_ROAD.at(actor.span, name=actor.name, label="part of its outline is off the road")
 
 
 def _overlapping(compiled: Compiled) -> Iterator[Diagnostic]:
@@ -74,7 +74,7 @@ def _overlapping(compiled: Compiled) -> Iterator[Diagnostic]:
         program = _checking(compiled.program, road=[], overlap=[i, j])
         if one.no_overlap and other.no_overlap and conflicts(program, [len(program.requirements) - 1]):
             secondary = (Label(one.span, f"`{one.name}`"),)
-            yield errors.ON_TOP.at(other.span, name=other.name, other=one.name, secondary=secondary)
+            yield ON_TOP.at(other.span, name=other.name, other=one.name, secondary=secondary)
 
 
 def _checking(program: Program, road: list[int], overlap: list[int]) -> Program:

@@ -14,7 +14,7 @@ from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.lowering.groups import group_variants
 from cortex_dsl.report.numbers import significant
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.chance import UNDEFINED
 from cortex_dsl.semantics.quantities.algebra import Numbers, closed_value, operands, parts
 from cortex_dsl.session import Scenario
 from cortex_dsl.source import Source, Span
@@ -105,7 +105,7 @@ def _drawn(scenario: Scenario, expression: ir.Expr, scenes: Scenes, row: int) ->
 
 
 def _diagnostic(what: str, culprit: _Culprit, drawn: str) -> Diagnostic:
-    return errors.UNDEFINED.at(
+    return UNDEFINED.at(
         culprit.part.span,
         label=culprit.why,
         what=what,

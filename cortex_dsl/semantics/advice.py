@@ -14,7 +14,8 @@ from dataclasses import dataclass, field, fields, is_dataclass
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic, Label, Severity
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.names import DEAD_GENE, SHADOWS, UNUSED_CLASS, UNUSED_NAME, UNUSED_SCENARIO
+from cortex_dsl.semantics.errors.statements import ALWAYS_TRUE
 from cortex_dsl.semantics.idioms import bare_numbers, contacts, windows
 from cortex_dsl.semantics.model.state import FileContext
 from cortex_dsl.semantics.names.builtins import BUILTINS
@@ -171,15 +172,15 @@ def unused_definitions(module: nodes.Module, entry: nodes.ScenarioDefinition | N
     for statement in module.statements:
         match statement:
             case nodes.ClassDefinition(name=name) if name not in read | bases:
-                yield errors.UNUSED_CLASS.at(statement.name_span, name=name)
+                yield UNUSED_CLASS.at(statement.name_span, name=name)
             case nodes.ScenarioDefinition(name=name) if entry is not None and name not in read | {entry.name}:
-                yield errors.UNUSED_SCENARIO.at(statement.name_span, name=name, entry=entry.name)
+                yield UNUSED_SCENARIO.at(statement.name_span, name=name, entry=entry.name)
 
 
 def _unread(bindings: Iterable[Binding], read: set[str]) -> Iterator[Diagnostic]:
     for what, name, span in bindings:
         if name not in read and name != "ego" and not name.startswith("_"):
-            yield errors.UNUSED_NAME.at(span, what=what, name=name)
+            yield UNUSED_NAME.at(span, what=what, name=name)
 
 
 def _names_read(tree: nodes.Node) -> set[str]:
@@ -210,7 +211,7 @@ def shadowing_names(module: nodes.Module) -> Iterator[Diagnostic]:
     """A hint for each name of something built in that the file gives another meaning."""
     for name, span in _top_level(module):
         if name in BUILTINS and name not in MEANT:
-            yield errors.SHADOWS.at(span, name=name, kind=BUILTINS[name].kind.value)
+            yield SHADOWS.at(span, name=name, kind=BUILTINS[name].kind.value)
 
 
 def _top_level(module: nodes.Module) -> Iterator[tuple[str, Span]]:
@@ -263,7 +264,7 @@ def _dead(module: nodes.Module, file: FileContext, scenario: ir.Scenario) -> Ite
             labels = tuple(Label(use, "used here, without effect") for use in uses[:MOST_USES])
             entry = param_entries(module).get(gene.name)
             place = gene.span if entry is None else entry.name_span
-            yield errors.DEAD_GENE.at(place, name=gene.name, secondary=labels)
+            yield DEAD_GENE.at(place, name=gene.name, secondary=labels)
 
 
 def _uses(module: nodes.Module, name: str) -> list[Span]:
@@ -282,4 +283,4 @@ def _is_params(node: nodes.Expression) -> bool:
 def _certain(file: FileContext) -> Iterator[Diagnostic]:
     for span, weight in file.weights.items():
         if weight.certain:
-            yield errors.ALWAYS_TRUE.at(span, secondary=weight.labels(file.genes))
+            yield ALWAYS_TRUE.at(span, secondary=weight.labels(file.genes))

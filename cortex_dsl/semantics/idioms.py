@@ -12,7 +12,8 @@ from types import MappingProxyType
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic, Label
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.statements import CONTACT_UNSEEN, WINDOW
+from cortex_dsl.semantics.errors.values import BARE_BESIDE_UNIT
 from cortex_dsl.semantics.names.tree import everything_in
 from cortex_dsl.semantics.quantities.units import UNITS, Unit, si_word
 from cortex_dsl.source import Source, Span
@@ -78,7 +79,7 @@ def _summands(node: nodes.Expression) -> Iterator[nodes.Expression]:
 
 
 def _in_other_unit(span: Span, value: float, unit: Unit, place: Span) -> Diagnostic:
-    return errors.BARE_BESIDE_UNIT.at(
+    return BARE_BESIDE_UNIT.at(
         span,
         secondary=(Label(place, f"in {unit.word}"),),
         value=value,
@@ -142,7 +143,7 @@ def _unseen_contact(
     if limit >= (FASTEST * step if outlines else LONGEST):
         return
     speed = f"{limit / step * 3.6:.3g} km/h"
-    yield errors.CONTACT_UNSEEN.at(
+    yield CONTACT_UNSEEN.at(
         node.span,
         one=origin.id,
         other=target.id,
@@ -181,7 +182,7 @@ def windows(module: nodes.Module, source: Source) -> Iterator[Diagnostic]:
             if specifier is not None and isinstance(specifier.region, nodes.Attribute):
                 lane = source.slice(specifier.region.value.span)
                 region = source.slice(window.region.span)
-                yield errors.WINDOW.at(
+                yield WINDOW.at(
                     statement.condition.span,
                     secondary=(Label(specifier.span, "drawn anywhere on the lane"),),
                     name=window.name,

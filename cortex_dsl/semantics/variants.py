@@ -7,13 +7,15 @@ and the state of the simulation.
 from collections.abc import Iterator, Mapping, Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting.behaviours import actor_behaviour, started_monitors, warn_if_idle
 from cortex_dsl.semantics.acting.rules import rules_of_run
 from cortex_dsl.semantics.acting.yielding import everything
 from cortex_dsl.semantics.composition.composing import Composer, run_by, set_up_run
 from cortex_dsl.semantics.composition.setting_up import OF_THE_RUN, run_module
+from cortex_dsl.semantics.errors.names import DUPLICATE
+from cortex_dsl.semantics.errors.objects import NO_EGO
 from cortex_dsl.semantics.errors.problems import Mistake, Rejection
+from cortex_dsl.semantics.errors.scenarios import WHICH_SCENARIO
 from cortex_dsl.semantics.evaluation import calls, geometry, objects, operators
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.model.choices import Oracle
@@ -117,7 +119,7 @@ def _rejected(run: Variant, rejection: Rejection) -> ir.Variant:
     )
 
 
-HIDES_THE_EGO = (errors.WHICH_SCENARIO.code, errors.DUPLICATE.code)
+HIDES_THE_EGO = (WHICH_SCENARIO.code, DUPLICATE.code)
 """Mistakes after which nobody knows whether there is an ego."""
 
 
@@ -128,7 +130,7 @@ def _finished_actors(ev: Evaluator) -> list[Actor]:
     taken = ev.run.names.get("ego") is POISON
     if (ego is None or ego.index != 0) and not taken and not undecided:
         end = len(ev.file.source.text.rstrip())
-        ev.report(errors.NO_EGO.at(Span(end, end), label="the file ends without one"))
+        ev.report(NO_EGO.at(Span(end, end), label="the file ends without one"))
     return sorted(ev.run.actors, key=lambda actor: actor.index)
 
 

@@ -9,12 +9,14 @@ Source: Scenic 3 reference, "do choose", "do shuffle".
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting import bodies
 from cortex_dsl.semantics.acting.bodies import Body, Invocation
 from cortex_dsl.semantics.acting.statements import check_called, soft_probability
 from cortex_dsl.semantics.acting.yielding import check_handler, check_loop
+from cortex_dsl.semantics.errors.behaviours import NOT_AN_ACTION, SAME_ACTION
 from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.scenarios import NO_WEIGHT, ONE_OPTION
+from cortex_dsl.semantics.errors.statements import BARE_EXPRESSION
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.operators import combine, unpack
@@ -49,10 +51,10 @@ def pick(body: Body, node: nodes.Do) -> ir.Block:
     """The acts of the statement, without its `until` or `for`."""
     candidates = list(_candidates(body, node.invocations))
     if len(candidates) == 1:
-        body.ev.report(errors.ONE_OPTION.at(node.span, mode=node.mode))
+        body.ev.report(ONE_OPTION.at(node.span, mode=node.mode))
     if all(closed_value(candidate.weight) == 0.0 for candidate in candidates):
         what = "all weights are 0" if candidates else f"`do {node.mode}` has no options"
-        raise errors.NO_WEIGHT.mistake(node.span, what=what, mode=node.mode)
+        raise NO_WEIGHT.mistake(node.span, what=what, mode=node.mode)
     invocations = _invocations(body, candidates)
     rule = bodies.abort_rule(body.ev, node.span, f"do {node.mode} in {body.inliner.owner}: no option may start")
     options = tuple(
@@ -133,7 +135,7 @@ def _expression(body: Body, node: nodes.ExpressionStatement) -> ir.Block:
     if isinstance(value, Effect):
         return value.acts
     if not isinstance(value, str):
-        body.ev.report(errors.BARE_EXPRESSION.at(node.span, cure=_use_of(body, value, node.span)))
+        body.ev.report(BARE_EXPRESSION.at(node.span, cure=_use_of(body, value, node.span)))
     return ()
 
 
@@ -197,7 +199,7 @@ def _take(body: Body, node: nodes.Take) -> ir.Block:
     known = [command for command, _ in commands]
     for command in known:
         if known.count(command) > 1:
-            raise errors.SAME_ACTION.mistake(node.span, command=command.name.lower())
+            raise SAME_ACTION.mistake(node.span, command=command.name.lower())
     return (ir.Take(node.span, tuple(commands)),)
 
 
@@ -208,7 +210,7 @@ def _action(value: Value, node: nodes.Expression) -> tuple[Command, ir.Expr]:
         suggestion = f"give it a value, as in `{value.name}(1)`"
     else:
         suggestion = did_you_mean(kind_name(value).strip("`"), names_of(Kind.ACTION))
-    raise errors.NOT_AN_ACTION.mistake(node.span, actual=kind_name(value), suggestion=suggestion)
+    raise NOT_AN_ACTION.mistake(node.span, actual=kind_name(value), suggestion=suggestion)
 
 
 def _wait(_body: Body, node: nodes.Wait) -> ir.Block:

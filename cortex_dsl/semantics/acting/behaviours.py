@@ -10,13 +10,14 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting import caution, following
 from cortex_dsl.semantics.acting.acts import ACTS
 from cortex_dsl.semantics.acting.bodies import Body, Invocation, snapshot
 from cortex_dsl.semantics.acting.job import Job
 from cortex_dsl.semantics.acting.yielding import ever_acts, everything
+from cortex_dsl.semantics.errors.behaviours import IDLE_BEHAVIOUR, NOT_A_BEHAVIOUR, RECURSIVE
 from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.scenarios import DO_SEVERAL, LOOKS_ONCE
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.model.context import Evaluator, Moment
 from cortex_dsl.semantics.model.values import (
@@ -123,7 +124,7 @@ class Inliner:
         call = as_behaviour(value, node.span)
         if call is None:
             cure = did_you_mean(node.id, names_of(Kind.BEHAVIOUR)) if isinstance(node, nodes.Name) else ""
-            raise errors.NOT_A_BEHAVIOUR.mistake(node.span, actual=kind_name(value), cure=cure)
+            raise NOT_A_BEHAVIOUR.mistake(node.span, actual=kind_name(value), cure=cure)
         return self.invoke(call, moment)
 
     def invoke(self, call: BehaviourCall, moment: Moment, *, at_start: bool = False) -> Invocation:
@@ -145,7 +146,7 @@ class Inliner:
     def together(self, body: "Body", invocations: Sequence[nodes.Expression]) -> ir.Block:
         """What `do a, b` does."""
         del body
-        raise errors.DO_SEVERAL.mistake(invocations[1].span)
+        raise DO_SEVERAL.mistake(invocations[1].span)
 
     def over(self, body: "Body", node: nodes.Terminate) -> ir.Block:
         """What `terminate` does."""
@@ -173,7 +174,7 @@ class Inliner:
         if any(behaviour.node is running.node for running in self.stack):
             names = [running.node.name for running in (*self.stack, behaviour)]
             first = names.index(behaviour.node.name)
-            raise errors.RECURSIVE.mistake(span, name=behaviour.node.name, cycle=" -> ".join(names[first:]))
+            raise RECURSIVE.mistake(span, name=behaviour.node.name, cycle=" -> ".join(names[first:]))
 
 
 def _settled(ev: Evaluator, call: BehaviourCall) -> tuple[ir.Block, BehaviourCall]:
@@ -187,7 +188,7 @@ def warn_if_idle(ev: Evaluator, actor: Actor, block: ir.Block) -> None:
     """A behaviour that does nothing at all is hardly meant."""
     call = actor.properties.get("behavior")
     if isinstance(call, BehaviourCall) and isinstance(call.behaviour, BehaviourValue) and not ever_acts(block):
-        ev.report(errors.IDLE_BEHAVIOUR.at(call.span, name=call.name))
+        ev.report(IDLE_BEHAVIOUR.at(call.span, name=call.name))
 
 
 # -- monitors ----------------------------------------------------------------------------------------------------------
@@ -197,7 +198,7 @@ def monitor_body(ev: Evaluator, call: MonitorCall, moment: Moment) -> ir.Block:
     """What a monitor does; warns of one that looks at the first sample only."""
     block = Inliner(ev.at_moment(moment), None).monitor(call)
     if not any(isinstance(act, ir.Wait | ir.Loop) for act in everything(block)):
-        ev.report(errors.LOOKS_ONCE.at(call.monitor.node.name_span, name=call.name))
+        ev.report(LOOKS_ONCE.at(call.monitor.node.name_span, name=call.name))
     return block
 
 

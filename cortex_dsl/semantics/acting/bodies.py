@@ -15,8 +15,9 @@ from typing import Protocol
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.behaviours import DIMENSION_CHANGES, OBJECT_CHANGES
 from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.scenarios import GUARD_NEVER
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.model.context import Evaluator, Moment
 from cortex_dsl.semantics.model.values import (
@@ -55,7 +56,7 @@ def tested_guards(
         rule = abort_rule(ev, guard.condition.span, f"{kind} of {name}: {source_of(ev, guard.condition)}")
         if closed_value(holds) == 0.0:
             where = (Label(call, "started here"),)
-            ev.report(errors.GUARD_NEVER.at(guard.condition.span, secondary=where, guard=kind, name=name))
+            ev.report(GUARD_NEVER.at(guard.condition.span, secondary=where, guard=kind, name=name))
         found.append((holds, rule))
     return tuple(found)
 
@@ -321,7 +322,7 @@ class Body:
             if needs_local or (known is not None and known.local is not None):
                 return self._set_local(name, value, span)
         elif known is not None and self.depth > known.depth:
-            raise errors.OBJECT_CHANGES.mistake(span, name=name, kind=kind_name(value).split(" ", 1)[-1])
+            raise OBJECT_CHANGES.mistake(span, name=name, kind=kind_name(value).split(" ", 1)[-1])
         acts: list[ir.Act] = []
         self.names[name] = snapshot(self.ev, value, span, acts)
         self.variables[name] = Variable(None, self.depth)
@@ -347,10 +348,8 @@ class Body:
             if before.dimension == value.dimension:
                 return value
             actual = dimension_name(value.dimension)
-            raise errors.DIMENSION_CHANGES.mistake(
-                span, name=name, before=dimension_name(before.dimension), after=actual
-            )
-        raise errors.DIMENSION_CHANGES.mistake(span, name=name, before=kind_name(before), after=kind_name(value))
+            raise DIMENSION_CHANGES.mistake(span, name=name, before=dimension_name(before.dimension), after=actual)
+        raise DIMENSION_CHANGES.mistake(span, name=name, before=kind_name(before), after=kind_name(value))
 
     def invocation(self, node: nodes.Expression) -> Invocation:
         """What `do node` runs."""

@@ -25,9 +25,10 @@ import math
 from itertools import accumulate
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting.following import follow_lane
 from cortex_dsl.semantics.acting.job import Job
+from cortex_dsl.semantics.errors.behaviours import NO_INTERSECTION
+from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES, actor_of, closest, together
@@ -69,7 +70,7 @@ def emergency_brake(job: Job) -> ir.Block:
     call = as_behaviour(job.given("behavior"), span)
     if call is None:
         actual = kind_name(job.given("behavior"))
-        raise errors.WRONG_KIND.mistake(
+        raise WRONG_KIND.mistake(
             span, what="`behavior`", expected="a behavior", actual=actual, cure="as in `FollowLaneBehavior(10 m/s)`"
         )
     close = _collision_is_close(job)
@@ -162,7 +163,7 @@ def accept_gap(job: Job) -> ir.Block:
     way = trajectory(job.call.arguments["trajectory"], job.call.spans["trajectory"])
     entries = _entries(way)
     if not entries:
-        raise errors.NO_INTERSECTION.mistake(job.call.spans["trajectory"])
+        raise NO_INTERSECTION.mistake(job.call.spans["trajectory"])
     path, speed = job.ev.algebra.literal(float(way.path)), job.target_speed()
     for entry, maneuver in entries:
         room = _room(job, path, entry)

@@ -20,8 +20,8 @@ curve's own curvature looked ahead to.
 """
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting.job import SPEED_GAIN, Job
+from cortex_dsl.semantics.errors.behaviours import WALKS_IN_LANE
 from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of
 from cortex_dsl.semantics.evaluation.lanes import lane_at, looked_up, some_lane, trajectory
 from cortex_dsl.semantics.evaluation.roads import network_of
@@ -55,7 +55,7 @@ def follow_lane(job: Job) -> ir.Block:
 
 def _warn_walker(job: Job) -> None:
     if job.actor.kind is ActorKind.PEDESTRIAN:
-        job.ev.report(errors.WALKS_IN_LANE.at(job.call.span, behaviour=job.call.name))
+        job.ev.report(WALKS_IN_LANE.at(job.call.span, behaviour=job.call.name))
 
 
 def lane_route(job: Job, argument: str, *, against: bool = False) -> tuple[ir.Block, ir.Expr]:

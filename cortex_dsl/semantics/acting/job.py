@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.behaviours import NOT_A_DRIVER
 from cortex_dsl.semantics.evaluation import signals
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for
 from cortex_dsl.semantics.evaluation.functions import known_truth
@@ -77,7 +77,7 @@ class Job:
         """Refuse actors without wheels."""
         if self.actor.kind in (ActorKind.PEDESTRIAN, ActorKind.OBSTACLE):
             actual = kind_name(self.actor)
-            raise errors.NOT_A_DRIVER.mistake(self.call.span, behaviour=self.call.name, actual=actual)
+            raise NOT_A_DRIVER.mistake(self.call.span, behaviour=self.call.name, actual=actual)
 
     # -- the actor now -----------------------------------------------------------------------------------------------
 

@@ -13,9 +13,18 @@ from functools import reduce
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting.statements import terminate_when
+from cortex_dsl.semantics.errors.names import DUPLICATE
 from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.statements import (
+    ALWAYS_FALSE,
+    NEVER_CHANGES,
+    NO_END,
+    RECORD_VARIES,
+    SOFT_TEMPORAL,
+    TEMPORAL_HOLDS,
+    UNRECORDABLE,
+)
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.random_values import DISTRIBUTIONS
 from cortex_dsl.semantics.model.context import Evaluator
@@ -58,10 +67,10 @@ def _keep_column(ev: Evaluator, node: nodes.Record, made: ir.Record) -> None:
     first, known = ev.file.records.setdefault(made.name, (node.span, made))
     if known.watch != made.watch:
         where = (Label(first, "first here"),)
-        raise errors.DUPLICATE.mistake(node.span, secondary=where, what="the record", name=made.name)
+        raise DUPLICATE.mistake(node.span, secondary=where, what="the record", name=made.name)
     if known.dimension != made.dimension:
         here, there = dimension_name(known.dimension), dimension_name(made.dimension)
-        raise errors.RECORD_VARIES.mistake(node.value.span, here=here, there=there)
+        raise RECORD_VARIES.mistake(node.value.span, here=here, there=there)
 
 
 def _columns(value: Value, span: Span) -> Iterator[Column]:
@@ -76,11 +85,11 @@ def _columns(value: Value, span: Span) -> Iterator[Column]:
             yield from ((".x", x, LENGTH), (".y", y, LENGTH), (".heading", heading, ANGLE))
         case Actor():
             cure = "record one of its numbers: `.position`, `.speed`, `.heading`"
-            raise errors.UNRECORDABLE.mistake(span, actual=kind_name(value), cure=cure)
+            raise UNRECORDABLE.mistake(span, actual=kind_name(value), cure=cure)
         case tuple():
-            raise errors.UNRECORDABLE.mistake(span, actual="a list", cure="write one `record` for each item")
+            raise UNRECORDABLE.mistake(span, actual="a list", cure="write one `record` for each item")
         case _:
-            raise errors.UNRECORDABLE.mistake(span, actual=kind_name(value), cure="record a number that it decides")
+            raise UNRECORDABLE.mistake(span, actual=kind_name(value), cure="record a number that it decides")
 
 
 # -- temporal requirements ---------------------------------------------------------------------------------------------
@@ -100,7 +109,7 @@ OPERATORS: Mapping[str, TemporalOp] = {
 def require_over_run(ev: Evaluator, node: nodes.Require) -> None:
     """A temporal requirement, at a running moment: the conditions of its atoms."""
     if node.probability is not None:
-        raise errors.SOFT_TEMPORAL.mistake(node.probability.span)
+        raise SOFT_TEMPORAL.mistake(node.probability.span)
     conditions = ev.run.rule_conditions
     for atom in atoms(node.condition):
         conditions[atom.span, RuleKind.WATCH] = numbers.truth(ev, ev.evaluate(atom), atom.span)
@@ -145,15 +154,15 @@ def _report(
 ) -> None:
     span = node.condition.span
     if formula is False:
-        file.findings.add(errors.ALWAYS_FALSE.at(span))
+        file.findings.add(ALWAYS_FALSE.at(span))
     elif file.overrides or file.settings.stream is not None:
         return  # what is pinned from outside is nobody's slip
     elif formula is True:
-        file.findings.add(errors.TEMPORAL_HOLDS.at(span))
+        file.findings.add(TEMPORAL_HOLDS.at(span))
     elif not any(is_dynamic(each) for each in _seen(node, conditions)):
-        file.findings.add(errors.NEVER_CHANGES.at(span))
+        file.findings.add(NEVER_CHANGES.at(span))
     elif not has_end and (waiting := _waiting(node.condition)) is not None:
-        file.findings.add(errors.NO_END.at(waiting.span, limit=SimulationConfig().max_time))
+        file.findings.add(NO_END.at(waiting.span, limit=SimulationConfig().max_time))
 
 
 def _seen(node: nodes.Require, conditions: Conditions) -> Iterator[ir.Expr]:

@@ -4,8 +4,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.behaviours import CALLED_BEHAVIOUR
+from cortex_dsl.semantics.errors.names import SECOND_EGO, UNKNOWN_ARGUMENT
+from cortex_dsl.semantics.errors.objects import EGO_NOT_OBJECT
 from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.roads import SCENIC_MAP, SCENIC_MODEL
+from cortex_dsl.semantics.errors.scenarios import MONITOR_USED, NOT_A_MONITOR, SCENARIO_USED
+from cortex_dsl.semantics.errors.statements import (
+    BAD_SETTING,
+    BARE_EXPRESSION,
+    NEVER_RUNS,
+    NO_EFFECT,
+    PROBABILITY_RANGE,
+)
 from cortex_dsl.semantics.evaluation import numbers, roads, signals
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
 from cortex_dsl.semantics.evaluation.calls import monitor_call
@@ -55,9 +66,9 @@ def _assign(ev: Evaluator, node: nodes.Assign) -> None:
 
 def _bind(ev: Evaluator, name: str, value: Value, span: Span) -> None:
     if name == "ego" and not isinstance(value, Actor):
-        raise errors.EGO_NOT_OBJECT.mistake(span, actual=kind_name(value))
+        raise EGO_NOT_OBJECT.mistake(span, actual=kind_name(value))
     if name == "ego" and ev.scope.get("ego", value) is not value and isinstance(ev.scope["ego"], Actor):
-        ev.report(errors.SECOND_EGO.at(span))
+        ev.report(SECOND_EGO.at(span))
     ev.scope[name] = value
 
 
@@ -73,20 +84,20 @@ def _expression(ev: Evaluator, node: nodes.ExpressionStatement) -> None:
     check_called(value, node.span)
     if not isinstance(value, Actor | str):
         cure = "write `require` in front of it, assign it, or remove the line"
-        ev.report(errors.BARE_EXPRESSION.at(node.span, cure=cure))
+        ev.report(BARE_EXPRESSION.at(node.span, cure=cure))
 
 
 def check_called(value: Value, span: Span) -> None:
     """What only runs by `do` or `require monitor` does nothing when it is called."""
     if isinstance(value, BehaviourCall | BehaviourValue):
         name = value.name if isinstance(value, BehaviourCall) else value.node.name
-        raise errors.CALLED_BEHAVIOUR.mistake(span, name=name)
+        raise CALLED_BEHAVIOUR.mistake(span, name=name)
     if isinstance(value, MonitorCall | MonitorValue):
         name = value.name if isinstance(value, MonitorCall) else value.node.name
-        raise errors.MONITOR_USED.mistake(span, name=name)
+        raise MONITOR_USED.mistake(span, name=name)
     if isinstance(value, ScenarioCall | ScenarioValue):
         name = value.name if isinstance(value, ScenarioCall) else value.node.name
-        raise errors.SCENARIO_USED.mistake(span, name=name)
+        raise SCENARIO_USED.mistake(span, name=name)
 
 
 def _param(ev: Evaluator, node: nodes.Param) -> None:
@@ -102,14 +113,14 @@ def _param(ev: Evaluator, node: nodes.Param) -> None:
 def _note_idle_param(ev: Evaluator, entry: nodes.ParamEntry) -> None:
     if entry.name == "map":
         road = ev.file.default_road
-        ev.report(errors.SCENIC_MAP.at(entry.span, reason=reasons(road), road=spelled(road)))
+        ev.report(SCENIC_MAP.at(entry.span, reason=reasons(road), road=spelled(road)))
     elif entry.name in MAP_PARAMS and "map" in ev.run.params:
         return  # said of the map itself
     elif entry.name in MAP_PARAMS or entry.name in IDLE_PARAMS:
         reason = (
             "the map is a grid of intersections" if entry.name in MAP_PARAMS else "no part of the simulation reads it"
         )
-        ev.report(errors.NO_EFFECT.at(entry.name_span, name=entry.name, reason=reason))
+        ev.report(NO_EFFECT.at(entry.name_span, name=entry.name, reason=reason))
 
 
 # -- the run ----------------------------------------------------------------------------------------------------------
@@ -120,7 +131,7 @@ def _map(ev: Evaluator, node: nodes.Map) -> None:
 
 
 def _model(ev: Evaluator, node: nodes.Model) -> None:
-    ev.report(errors.SCENIC_MODEL.at(node.span))
+    ev.report(SCENIC_MODEL.at(node.span))
 
 
 def _simulation(ev: Evaluator, node: nodes.Simulation) -> None:
@@ -136,7 +147,7 @@ def _set(ev: Evaluator, argument: Given) -> None:
     name = argument.name or ""
     if name not in SETTINGS:
         suggestion = did_you_mean(name, SETTINGS)
-        raise errors.UNKNOWN_ARGUMENT.mistake(argument.place, function="simulation", name=name, suggestion=suggestion)
+        raise UNKNOWN_ARGUMENT.mistake(argument.place, function="simulation", name=name, suggestion=suggestion)
     if name == "scenario":
         _check_text(name, argument)
         return
@@ -159,7 +170,7 @@ def _check_text(name: str, argument: Given) -> str:
     """The text of a setting; the scenario to run was read before anything else."""
     if not isinstance(argument.value, str):
         actual = kind_name(argument.value)
-        raise errors.BAD_SETTING.mistake(argument.span, name=name, expected="text", actual=actual, reason="")
+        raise BAD_SETTING.mistake(argument.span, name=name, expected="text", actual=actual, reason="")
     return argument.value
 
 
@@ -168,7 +179,7 @@ def _stream(text: str, span: Span) -> str:
     try:
         parse_key(text)
     except ValueError as error:
-        raise errors.BAD_SETTING.mistake(
+        raise BAD_SETTING.mistake(
             span, name="stream", expected="a stream key", actual=f"`{text[:40]}`", reason=str(error)
         ) from None
     return text
@@ -202,7 +213,7 @@ def soft_probability(ev: Evaluator, node: nodes.Expression | None) -> float:
     expr = numbers.adopt(ev, ev.evaluate(node), PURE, node.span, "a probability")
     value = ev.constant(Quantity(expr, PURE), node.span, "a probability")
     if not 0.0 < value <= 1.0:
-        raise errors.PROBABILITY_RANGE.mistake(node.span, actual=f"{value:g}")
+        raise PROBABILITY_RANGE.mistake(node.span, actual=f"{value:g}")
     return value
 
 
@@ -223,7 +234,7 @@ def terminate_when(ev: Evaluator, node: nodes.TerminateWhen) -> None:
     ev.run.rule_conditions[node.span, RuleKind.TERMINATE] = condition
     ev.file.rule(node.span, node.name or " ".join(ev.file.source.slice(node.condition.span).split()))
     if closed_value(condition) not in (None, 0.0):
-        ev.report(errors.NEVER_RUNS.at(node.condition.span))
+        ev.report(NEVER_RUNS.at(node.condition.span))
 
 
 NOTHING_GIVEN: tuple[Given, ...] = ()
@@ -241,7 +252,7 @@ def required_monitor(ev: Evaluator, node: nodes.RequireMonitor) -> MonitorCall:
             return value
         case MonitorValue():
             return monitor_call(value, NOTHING_GIVEN, node.monitor.span)
-    raise errors.NOT_A_MONITOR.mistake(
+    raise NOT_A_MONITOR.mistake(
         node.monitor.span, actual=kind_name(value), cure=_instead_of_monitor(ev, value, node.monitor)
     )
 

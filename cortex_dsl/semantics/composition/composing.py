@@ -10,13 +10,19 @@ from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting import bodies
 from cortex_dsl.semantics.acting.behaviours import Inliner, monitor_body, stop
 from cortex_dsl.semantics.acting.bodies import Body, Guards, Invocation, assigned_names
 from cortex_dsl.semantics.acting.statements import known_number, required_monitor
 from cortex_dsl.semantics.composition.setting_up import number, place_of, set_up, surely_first
 from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.scenarios import (
+    LATER_TEMPORAL,
+    MADE_AGAIN,
+    NOT_A_SCENARIO,
+    SCENARIO_CYCLE,
+    STARTED_TWICE,
+)
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.calls import as_scenario
@@ -91,7 +97,7 @@ class Coroutine:
             yield holds, bodies.abort_rule(body.ev, statement.span, name)
 
     def _refuse(self, body: Body, statement: nodes.Statement, word: str, reason: str, cure: str) -> None:
-        body.ev.report(errors.LATER_TEMPORAL.at(statement.span, statement=word, reason=reason, cure=cure))
+        body.ev.report(LATER_TEMPORAL.at(statement.span, statement=word, reason=reason, cure=cure))
 
     def _watchers(self, body: Body) -> Iterator[int]:
         """The monitors that the scenario requires; they start with it."""
@@ -235,10 +241,10 @@ class Composer(Inliner):
             known = [name for name, each in self.ev.names.items() if isinstance(each, ScenarioValue)]
             cure = did_you_mean(node.id, known) if isinstance(node, nodes.Name) else ""
             cure = cure or "behaviors belong to objects; what a `compose` runs is defined by `scenario`"
-            raise errors.NOT_A_SCENARIO.mistake(node.span, actual=kind_name(value), cure=cure)
+            raise NOT_A_SCENARIO.mistake(node.span, actual=kind_name(value), cure=cure)
         self._check_started(call, node.span)
         if call.instance is not None:
-            raise errors.STARTED_TWICE.mistake(node.span, name=call.name)
+            raise STARTED_TWICE.mistake(node.span, name=call.name)
         call.instance = self._instance(call, node, moment)
         before = len(self.ev.run.actors)
         set_up(self.ev, call.scenario, call.instance, dict(call.arguments))
@@ -258,7 +264,7 @@ class Composer(Inliner):
         """What makes objects can start once: refused in a loop, and in a handler the run is aborted the second time."""
         if moment.looping:
             here = Label(made[0].span, "made here")
-            raise errors.MADE_AGAIN.mistake(call.span, name=call.name, secondary=(here,))
+            raise MADE_AGAIN.mistake(call.span, name=call.name, secondary=(here,))
         fresh = self.ev.algebra.apply(Op.NOT, is_present(self.ev, made[0]))
         rule = bodies.abort_rule(self.ev, call.span, f"{call.name} starts a second time")
         return replace(child, preconditions=((fresh, rule), *child.preconditions))
@@ -274,7 +280,7 @@ class Composer(Inliner):
         running = [each.node.name for each in self.scenarios]
         if any(call.scenario.node is each.node for each in self.scenarios):
             cycle = " -> ".join([*running[running.index(call.name) :], call.name])
-            raise errors.SCENARIO_CYCLE.mistake(span, name=call.name, cycle=cycle)
+            raise SCENARIO_CYCLE.mistake(span, name=call.name, cycle=cycle)
 
 
 @frozen

@@ -11,9 +11,11 @@ Source: Scenic 3 reference, "Modular Scenario Definition", and its tutorial "Com
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.acting.statements import TOP_LEVEL, Run
+from cortex_dsl.semantics.errors.names import NOT_IN_FILE, NOT_IN_IMPORT, UNKNOWN_PROPERTY
 from cortex_dsl.semantics.errors.problems import Findings, Mistake
+from cortex_dsl.semantics.errors.scenarios import CANNOT_OVERRIDE, NEEDS_ARGUMENTS, UNKNOWN_SCENARIO, WHICH_SCENARIO
+from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import making, objects
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.evaluation.making import checked
@@ -114,7 +116,7 @@ def _belongs(ev: Evaluator, statement: nodes.Statement) -> bool:
     if isinstance(statement, nodes.Assign) and "ego" in statement.targets:
         word, reason = "ego = ...", "the file that is run says which object is the ego"
     if word:
-        ev.report(errors.NOT_IN_IMPORT.at(statement.span, statement=word, reason=reason))
+        ev.report(NOT_IN_IMPORT.at(statement.span, statement=word, reason=reason))
     return not word
 
 
@@ -130,7 +132,7 @@ def _import_from(ev: Evaluator, node: nodes.ImportFrom) -> None:
     for each in node.names:
         if each.name not in names:
             suggestion = did_you_mean(each.name, names)
-            raise errors.NOT_IN_FILE.mistake(each.span, file=file.name, name=each.name, suggestion=suggestion)
+            raise NOT_IN_FILE.mistake(each.span, file=file.name, name=each.name, suggestion=suggestion)
         ev.scope[each.alias or each.name] = names[each.name]
     if not node.names:
         ev.scope.update(names)
@@ -162,12 +164,12 @@ def override(ev: Evaluator, node: nodes.Override, instance: Instance) -> None:
     """
     target = ev.evaluate(node.target)
     if not isinstance(target, Actor):
-        raise errors.WRONG_KIND.mistake(
+        raise WRONG_KIND.mistake(
             node.target.span, what="what is overridden", expected="an object", actual=kind_name(target), cure=""
         )
     for specifier in node.specifiers:
         if not isinstance(specifier, nodes.With):
-            raise errors.CANNOT_OVERRIDE.mistake(
+            raise CANNOT_OVERRIDE.mistake(
                 specifier.span,
                 name="the place of an object",
                 here="",
@@ -181,9 +183,7 @@ def _property(ev: Evaluator, target: Actor, node: nodes.With, instance: Instance
     name = node.property
     if name not in (*PROPERTIES, *FLAGS, *IGNORED) and name not in target.properties:
         suggestion = did_you_mean(name, {*all_properties(), *target.properties})
-        raise errors.UNKNOWN_PROPERTY.mistake(
-            node.property_span, kind=f"`{target.name}`", name=name, suggestion=suggestion
-        )
+        raise UNKNOWN_PROPERTY.mistake(node.property_span, kind=f"`{target.name}`", name=name, suggestion=suggestion)
     _check_can_change(ev, node, instance)
     value = checked(ev, target.kind, name, ev.evaluate(node.value), node.value.span)
     if name == "behavior" and instance is not ev.run.root:
@@ -197,12 +197,12 @@ def _check_can_change(ev: Evaluator, node: nodes.With, instance: Instance) -> No
     name = node.property
     if name == "speed":
         reason, cure = "how fast it is follows from what it does", "override its behavior"
-        raise errors.CANNOT_OVERRIDE.mistake(node.property_span, name=name, here="", reason=reason, cure=cure)
+        raise CANNOT_OVERRIDE.mistake(node.property_span, name=name, here="", reason=reason, cure=cure)
     if name in SETTLED:
         reason, cure = "it is used before the run only", "give it where the object is made"
-        raise errors.CANNOT_OVERRIDE.mistake(node.property_span, name=name, here="", reason=reason, cure=cure)
+        raise CANNOT_OVERRIDE.mistake(node.property_span, name=name, here="", reason=reason, cure=cure)
     if name not in ("behavior", *IGNORED) and instance is not ev.run.root:
-        raise errors.CANNOT_OVERRIDE.mistake(
+        raise CANNOT_OVERRIDE.mistake(
             node.property_span,
             name=name,
             here="by a scenario that another one starts",
@@ -223,14 +223,14 @@ def entry(module: nodes.Module, name: str | None, findings: Findings) -> nodes.S
     if wanted is not None:
         if wanted not in known:
             suggestion = did_you_mean(wanted, known) or "this file defines no scenarios"
-            findings.add(errors.UNKNOWN_SCENARIO.at(Span(0, 0), name=wanted, suggestion=suggestion))
+            findings.add(UNKNOWN_SCENARIO.at(Span(0, 0), name=wanted, suggestion=suggestion))
             return None
         return _without_arguments(known[wanted], findings)
     started = set(_started(module))
     free = [s for s in known.values() if s.name not in started and not any(p.default is None for p in s.parameters)]
     if len(free) > 1:
         names = ", ".join(f"`{each.name}`" for each in free)
-        findings.add(errors.WHICH_SCENARIO.at(free[0].name_span, names=names))
+        findings.add(WHICH_SCENARIO.at(free[0].name_span, names=names))
         return None
     return free[0] if free else None
 
@@ -254,7 +254,7 @@ def _started(module: nodes.Module) -> Iterator[str]:
 def _without_arguments(node: nodes.ScenarioDefinition, findings: Findings) -> nodes.ScenarioDefinition | None:
     for parameter in node.parameters:
         if parameter.default is None:
-            findings.add(errors.NEEDS_ARGUMENTS.at(parameter.span, name=node.name, parameter=parameter.name))
+            findings.add(NEEDS_ARGUMENTS.at(parameter.span, name=node.name, parameter=parameter.name))
             return None
     return node
 

@@ -8,7 +8,11 @@ from types import MappingProxyType
 from typing import TypeVar
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
+from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE, UNKNOWN_PARAM
+from cortex_dsl.semantics.errors.roads import NOT_ON_GRID
+from cortex_dsl.semantics.errors.scenarios import NOT_STARTED
+from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import driving, lanes, signals
 from cortex_dsl.semantics.evaluation.geometry import as_written, check_settled, current_pose, state
 from cortex_dsl.semantics.evaluation.roads import ROAD
@@ -189,7 +193,7 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
         return _of(name, span, "`ManeuverType`", {member.name: member for member in ManeuverType})
     if isinstance(value, GlobalParameters):
         if name not in ev.run.params:
-            raise errors.UNKNOWN_PARAM.mistake(span, name=name, suggestion=did_you_mean(name, ev.run.params))
+            raise UNKNOWN_PARAM.mistake(span, name=name, suggestion=did_you_mean(name, ev.run.params))
         return ev.usable(ev.run.params[name])
     if isinstance(value, LaneNow):
         return lanes.of_lane_now(ev, value, name, span)
@@ -200,7 +204,7 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
             getter: Callable[..., Value] = _of(name, span, kind_name(value), table)
             return getter(ev, value)
     cure = _of_an_item(value, name) if isinstance(value, tuple) else ""
-    raise errors.UNKNOWN_ATTRIBUTE.mistake(span, kind=kind_name(value), name=name, suggestion=cure)
+    raise UNKNOWN_ATTRIBUTE.mistake(span, kind=kind_name(value), name=name, suggestion=cure)
 
 
 def _of_an_item(items: tuple[Value, ...], name: str) -> str:
@@ -213,9 +217,9 @@ def _of_an_item(items: tuple[Value, ...], name: str) -> str:
 
 def _of(name: str, span: Span, kind: str, table: Mapping[str, Entry]) -> Entry:
     if name not in table and name.removeprefix("_") in _NOT_ON_A_GRID:
-        raise errors.NOT_ON_GRID.mistake(span, name=name)
+        raise NOT_ON_GRID.mistake(span, name=name)
     if name not in table:
-        raise errors.UNKNOWN_ATTRIBUTE.mistake(span, kind=kind, name=name, suggestion=did_you_mean(name, table))
+        raise UNKNOWN_ATTRIBUTE.mistake(span, kind=kind, name=name, suggestion=did_you_mean(name, table))
     return table[name]
 
 
@@ -227,7 +231,7 @@ def _lane_at(ev: Evaluator, place: Value) -> Value:
         return lanes.lane_at(ev, place)
     if isinstance(place, Vector):
         return lanes.lane_at(ev, Pose(place.x, place.y, ev.algebra.literal(math.nan)))
-    raise errors.WRONG_KIND.mistake(
+    raise WRONG_KIND.mistake(
         ev.algebra.span, what="what is asked for its lane", expected="a place", actual=kind_name(place), cure=""
     )
 
@@ -235,7 +239,7 @@ def _lane_at(ev: Evaluator, place: Value) -> Value:
 def _of_scenario(ev: Evaluator, call: ScenarioCall, name: str, span: Span) -> Value:
     """A variable of a scenario that another one has started."""
     if call.instance is None:
-        raise errors.NOT_STARTED.mistake(span, name=call.name)
+        raise NOT_STARTED.mistake(span, name=call.name)
     return ev.usable(_of(name, span, f"the scenario `{call.name}`", call.instance.names))
 
 
@@ -246,7 +250,7 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
         column, dimension = _STATES[name]
         return Quantity(state(ev, actor, column), dimension)
     if name in _STATES and name != "speed":
-        raise errors.ONLY_WHILE_RUNNING.mistake(span, what=f"`{name}` of an object")
+        raise ONLY_WHILE_RUNNING.mistake(span, what=f"`{name}` of an object")
     if name == "speed":
         check_settled(ev, actor)
     if name in actor.properties:
@@ -255,7 +259,7 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
         return of_lane(_lane_at(ev, actor))
     if name == "distanceToClosest":
         return Closure(("type",), lambda kind: driving.distance_to_closest(ev, actor, kind, span))
-    raise errors.UNKNOWN_ATTRIBUTE.mistake(
+    raise UNKNOWN_ATTRIBUTE.mistake(
         span,
         kind=kind_name(actor),
         name=name,

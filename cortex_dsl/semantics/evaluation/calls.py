@@ -3,8 +3,10 @@
 from collections.abc import Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.scenarios import MONITOR_USED, SCENARIO_USED, SETTLED_ARGUMENT
+from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.values import NOT_CALLABLE
 from cortex_dsl.semantics.evaluation import driving as _driving  # noqa: F401 - fills the table of functions
 from cortex_dsl.semantics.evaluation import numbers, random_values
 from cortex_dsl.semantics.evaluation.arguments import Given, Slot, bind, bind_builtin, evaluate_arguments, number_for
@@ -71,7 +73,7 @@ def call(ev: Evaluator, node: nodes.Call) -> Value:
             signature = f"lambda {', '.join(callee.parameters)}"
             bound = bind("lambda", signature, slots, given, node.span)
             return callee.apply(*(bound[name].value for name in callee.parameters))
-    raise errors.NOT_CALLABLE.mistake(node.function.span, kind=kind_name(callee))
+    raise NOT_CALLABLE.mistake(node.function.span, kind=kind_name(callee))
 
 
 def _builtin(ev: Evaluator, row: Builtin, given: Sequence[Given], node: nodes.Call) -> Value:
@@ -85,7 +87,7 @@ def _builtin(ev: Evaluator, row: Builtin, given: Sequence[Given], node: nodes.Ca
         case Kind.BEHAVIOUR:
             bound = bind_builtin(row, given, node.span)
             return _behaviour(BuiltinValue(row.name), bound, node.span)
-    raise errors.NOT_SUPPORTED.mistake(
+    raise NOT_SUPPORTED.mistake(
         node.span, what=f"`{row.name}` cannot be called", reason="", cure=f"objects are made with `new {row.name} ...`"
     )
 
@@ -115,7 +117,7 @@ def scenario_call(ev: Evaluator, scenario: ScenarioValue, node: nodes.Call) -> S
     bound = bind_parameters(scenario.node, evaluate_arguments(scene, node.arguments), node.span)
     for name, argument in bound.items():
         if isinstance(argument.value, Quantity | Truth) and is_dynamic(argument.value.expr):
-            raise errors.SETTLED_ARGUMENT.mistake(argument.span, name=name)
+            raise SETTLED_ARGUMENT.mistake(argument.span, name=name)
     values, spans = {name: g.value for name, g in bound.items()}, {name: g.span for name, g in bound.items()}
     return ScenarioCall(scenario, values, spans, node.span)
 
@@ -153,7 +155,7 @@ def as_behaviour(value: Value, span: Span) -> BehaviourCall | None:
         case BuiltinValue(name) if BUILTINS[name].kind is Kind.BEHAVIOUR:
             return _behaviour(value, bind_builtin(BUILTINS[name], [], span), span)
         case MonitorValue(node=nodes.MonitorDefinition(name=name)) | MonitorCall(name=name):
-            raise errors.MONITOR_USED.mistake(span, name=name)
+            raise MONITOR_USED.mistake(span, name=name)
         case ScenarioValue(node=nodes.ScenarioDefinition(name=name)) | ScenarioCall(name=name):
-            raise errors.SCENARIO_USED.mistake(span, name=name)
+            raise SCENARIO_USED.mistake(span, name=name)
     return None

@@ -7,7 +7,8 @@ Names and meaning are those of Scenic's driving domain: distances are from centr
 import math
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
+from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import signals
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for
 from cortex_dsl.semantics.evaluation.functions import function
@@ -40,12 +41,12 @@ def actor_of(argument: Given, what: str) -> Actor:
     if isinstance(argument.value, Actor):
         return argument.value
     actual = kind_name(argument.value)
-    raise errors.WRONG_KIND.mistake(argument.span, what=what, expected="an object", actual=actual, cure="write `self`")
+    raise WRONG_KIND.mistake(argument.span, what=what, expected="an object", actual=actual, cure="write `self`")
 
 
 def while_running(ev: Evaluator, span: Span, name: str) -> None:
     if not ev.moment.running:
-        raise errors.ONLY_WHILE_RUNNING.mistake(span, what=f"`{name}`")
+        raise ONLY_WHILE_RUNNING.mistake(span, what=f"`{name}`")
 
 
 def _near(ev: Evaluator, one: Pose, other: Pose, limit: ir.Expr) -> ir.Expr:
@@ -129,7 +130,7 @@ def together(ev: Evaluator, here: Pose, there: Pose) -> ir.Expr:
 def distance_to_closest(ev: Evaluator, actor: Actor, kind: Value, span: Span) -> Value:
     """Distance to the nearest other object of a class; infinite without one."""
     if not isinstance(kind, BuiltinValue) or kind.name not in ACTOR_KINDS:
-        raise errors.WRONG_KIND.mistake(
+        raise WRONG_KIND.mistake(
             span, what="`distanceToClosest`", expected="a class", actual=kind_name(kind), cure="as in `Car`"
         )
     while_running(ev, span, "distanceToClosest")
@@ -274,7 +275,7 @@ def _light(given: Given) -> Signal:
         return given.value
     actual = kind_name(given.value)
     cure = "as in `lane.signal`, or one of `intersection.signals`"
-    raise errors.WRONG_KIND.mistake(given.span, what="`signal`", expected="a traffic light", actual=actual, cure=cure)
+    raise WRONG_KIND.mistake(given.span, what="`signal`", expected="a traffic light", actual=actual, cure=cure)
 
 
 # -- changing them ----------------------------------------------------------------------------------------------------
@@ -301,7 +302,7 @@ def _set_all(ev: Evaluator, intersection: Given, color: Given, span: Span) -> Va
     plan = signals.needed(ev, span, "`setAllIntersectionTrafficLightsStatus`")
     if not isinstance(intersection.value, Intersection):
         actual = kind_name(intersection.value)
-        raise errors.WRONG_KIND.mistake(
+        raise WRONG_KIND.mistake(
             intersection.span, what="`intersection`", expected="an intersection", actual=actual, cure=""
         )
     colour = named_colour(color.value, color.span)

@@ -5,8 +5,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.chance import GENE_BOUNDS, GENE_VARIES, NOT_CONSTANT, NUISANCE_PARAM
 from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.statements import OVERRIDE_OUTSIDE
+from cortex_dsl.semantics.errors.values import UNKNOWN_UNIT, WRONG_KIND
 from cortex_dsl.semantics.evaluation import numbers, random_values
 from cortex_dsl.semantics.evaluation import random_values as finite
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
@@ -39,7 +41,7 @@ def param_value(ev: Evaluator, entry: nodes.ParamEntry) -> Value:
     if name in ("Normal", "Fixed"):
         if name == "Normal":
             reason = "a normal distribution has no bounds that a search could keep to"
-            ev.report(errors.NUISANCE_PARAM.at(entry.value.span, name=entry.name, reason=reason))
+            ev.report(NUISANCE_PARAM.at(entry.value.span, name=entry.name, reason=reason))
         return ev.evaluate(entry.value)
     given = evaluate_arguments(ev, call.arguments)
     request = _Request(ev, entry.name, name, given, Site(entry.value.span, unit_behind(entry.value)))
@@ -55,7 +57,7 @@ def unit_behind(node: nodes.Expression) -> Unit | None:
     match node:
         case nodes.WithUnit(unit=word):
             if word not in UNITS:
-                raise errors.UNKNOWN_UNIT.mistake(node.span, unit=word, suggestion=did_you_mean(word, UNITS))
+                raise UNKNOWN_UNIT.mistake(node.span, unit=word, suggestion=did_you_mean(word, UNITS))
             return UNITS[word]
         case nodes.Degrees():
             return UNITS["deg"]
@@ -107,7 +109,7 @@ class _Request:
         find = finite.weighted_options if self.distribution == "Discrete" else finite.uniform_options
         options = find(self.ev, self.distribution, self.given, self.site)
         if not finite.all_constant(options):
-            raise errors.GENE_BOUNDS.mistake(self.site.span, name=self.param)
+            raise GENE_BOUNDS.mistake(self.site.span, name=self.param)
         if len(options) < 2:
             return finite.pick(self.ev, options, self.site)
         weighted = len({option.weight for option in options}) > 1
@@ -150,7 +152,7 @@ class _Request:
     def _register(self, gene: ir.GeneInfo) -> int:
         known = self.ev.file.genes.setdefault(gene.name, gene)
         if known != gene:
-            raise errors.GENE_VARIES.mistake(self.site.span, name=self.param)
+            raise GENE_VARIES.mistake(self.site.span, name=self.param)
         return self.ev.file.gene_index(gene.name)
 
     def _written(self, arguments: Sequence[Given]) -> tuple[str, list[float]]:
@@ -162,7 +164,7 @@ class _Request:
         known = [closed_value(numbers.quantity(argument.value, argument.span).expr) for argument in arguments]
         values = [value for value in known if value is not None and math.isfinite(value)]
         if len(values) < len(arguments):
-            raise errors.GENE_BOUNDS.mistake(self.site.span, name=self.param)
+            raise GENE_BOUNDS.mistake(self.site.span, name=self.param)
         if self.site.unit is not None:
             return self.site.unit.word, values
         literals = [_literal(argument.node) for argument in arguments]
@@ -194,7 +196,7 @@ def _overridden(ev: Evaluator, entry: nodes.ParamEntry, node: nodes.Expression) 
         return _overriding_option(ev, entry, node, options)
     value = ev.evaluate(node)
     if isinstance(value, Quantity) and closed_value(value.expr) is None:
-        raise errors.NOT_CONSTANT.mistake(entry.value.span, purpose=f"`-p {entry.name}`")
+        raise NOT_CONSTANT.mistake(entry.value.span, purpose=f"`-p {entry.name}`")
     unit = UNITS.get(unit_word(entry.value) or "")
     if isinstance(value, Quantity) and unit is not None:
         if value.dimension is None:
@@ -231,7 +233,7 @@ def _warn_if_outside(ev: Evaluator, entry: nodes.ParamEntry, value: Quantity) ->
             f"{number / (UNITS[word].factor if word else 1.0):g} {word}".rstrip() for number in (known, low, high)
         )
         span = entry.value.span
-        ev.report(errors.OVERRIDE_OUTSIDE.at(span, name=entry.name, value=shown, low=ends[0], high=ends[1]))
+        ev.report(OVERRIDE_OUTSIDE.at(span, name=entry.name, value=shown, low=ends[0], high=ends[1]))
 
 
 def _from_command_line(mistake: Mistake, name: str) -> Mistake:
@@ -266,7 +268,7 @@ def _overriding_option(
 ) -> Value:
     written = node.id if isinstance(node, nodes.Name) else option_name(ev.evaluate(node))
     if written not in options:
-        raise errors.WRONG_KIND.mistake(
+        raise WRONG_KIND.mistake(
             entry.value.span,
             what=f"`-p {entry.name}`",
             expected="one of its options",

@@ -8,8 +8,11 @@ import math
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.objects import EGO_NEEDED
 from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.scenarios import LATER_PLACE
+from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.numbers import adopt
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
@@ -51,7 +54,7 @@ def check_settled(ev: Evaluator, actor: Actor) -> None:
         return
     if ev.moment.later or (scenario is not None and not scenario.present):
         started = () if scenario is None or scenario.span is None else (Label(scenario.span, "started here"),)
-        raise errors.LATER_PLACE.mistake(ev.algebra.span, name=actor.name, secondary=started)
+        raise LATER_PLACE.mistake(ev.algebra.span, name=actor.name, secondary=started)
 
 
 NORTH = math.pi / 2
@@ -110,7 +113,7 @@ def sees(ev: Evaluator, viewer: Actor, other: Actor) -> ir.Expr:
 # -- places -----------------------------------------------------------------------------------------------------------
 def vector(ev: Evaluator, items: tuple[Value, ...], span: Span) -> Vector:
     if len(items) != 2:
-        raise errors.WRONG_KIND.mistake(
+        raise WRONG_KIND.mistake(
             span,
             what="this",
             expected="a place",
@@ -135,7 +138,7 @@ def position(ev: Evaluator, value: Value, span: Span, what: str = "this") -> Vec
         case Intersection():
             return Vector(*map(ev.algebra.literal, value.center))
     cure = _AN_OFFSET if what == "an offset" else "a place is an object, a point, or `(x, y)`"
-    raise errors.WRONG_KIND.mistake(span, what=what, expected="a place", actual=kind_name(value), cure=cure)
+    raise WRONG_KIND.mistake(span, what=what, expected="a place", actual=kind_name(value), cure=cure)
 
 
 def pose_of(ev: Evaluator, value: Value) -> Pose | None:
@@ -147,7 +150,7 @@ def pose_of(ev: Evaluator, value: Value) -> Pose | None:
 
 def oriented(ev: Evaluator, value: Value, span: Span, what: str = "this") -> Pose:
     if (pose := pose_of(ev, value)) is None:
-        raise errors.WRONG_KIND.mistake(
+        raise WRONG_KIND.mistake(
             span,
             what=what,
             expected="an object or an oriented point",
@@ -169,7 +172,7 @@ def ego_of(ev: Evaluator, span: Span, what: str) -> Actor:
         return ev.ego
     if ev.has("ego") or ev.moment.running:
         raise Mistake
-    raise errors.EGO_NEEDED.mistake(span, what=what)
+    raise EGO_NEEDED.mistake(span, what=what)
 
 
 def ends(ev: Evaluator, line: Centerline) -> tuple[Value, ...]:
@@ -262,7 +265,7 @@ def _gap_to_region(ev: Evaluator, item: Value, area: Value, span: Span, what: st
     """Distance between the outline of an object, or a point, and a region; 0 where they overlap."""
     region = region_of(area)
     if region is None or _is_area(item):
-        raise errors.NOT_SUPPORTED.mistake(
+        raise NOT_SUPPORTED.mistake(
             span,
             what=f"{what} is between two objects, or an object and a region",
             reason="a centerline is a line and no region" if region is None else "",
@@ -312,7 +315,7 @@ def inside(ev: Evaluator, item: Value, container: Value, span: Span) -> ir.Expr:
     """`x in region`: the whole outline of an object, or a point."""
     region = region_of(container)
     if region is None:
-        raise errors.WRONG_KIND.mistake(
+        raise WRONG_KIND.mistake(
             span, what="what follows `in`", expected="a list or a region", actual=kind_name(container), cure=""
         )
     if isinstance(item, Actor):

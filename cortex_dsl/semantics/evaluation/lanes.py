@@ -8,8 +8,10 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.behaviours import LANE_OF_THE_RUN
+from cortex_dsl.semantics.errors.objects import EMPTY_TRAJECTORY, NOT_CONNECTED
 from cortex_dsl.semantics.errors.problems import Rejection
+from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.roads import NEIGHBOURS, network_of
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Centerline, Closure, LaneNow, Pose, Quantity, Truth, Value
@@ -160,7 +162,7 @@ def of_lane_now(ev: Evaluator, lane: LaneNow, name: str, span: Span) -> Value:
         return Truth(looked_up(ev, lane.id, [float(is_forward(each)) for each in network.lanes]))
     known = ("lane", "sections", "sectionAt", "isForward", *_NUMBERS, *(NEIGHBOURS if lane.section else ()))
     suggestion = LIGHT_OF_THE_RUN if name == "signal" else did_you_mean(name, known)
-    raise errors.LANE_OF_THE_RUN.mistake(span, name=name, suggestion=suggestion)
+    raise LANE_OF_THE_RUN.mistake(span, name=name, suggestion=suggestion)
 
 
 LIGHT_OF_THE_RUN = "ask with `getClosestTrafficLightStatus(car)` what the light shows at the end of the lane of a car"
@@ -202,7 +204,7 @@ def some_lane(ev: Evaluator, value: Value, span: Span, what: str) -> ir.Expr:
     index = index_of(ev, value)
     if index is None:
         cure = "check it with `is not None` first" if value is None else ""
-        raise errors.WRONG_KIND.mistake(span, what=what, expected="a lane", actual=kind_name(value), cure=cure)
+        raise WRONG_KIND.mistake(span, what=what, expected="a lane", actual=kind_name(value), cure=cure)
     return index
 
 
@@ -250,14 +252,12 @@ def trajectory(value: Value, span: Span) -> Trajectory:
     """
     lanes = _lanes(value, span)
     if not lanes:
-        raise errors.EMPTY_TRAJECTORY.mistake(span)
+        raise EMPTY_TRAJECTORY.mistake(span)
     paths = lanes[0].network.paths
     for number, (before, after) in enumerate(pairwise(lanes), 2):
         if not paths.continues(before.path, after.path):
             follows = ", ".join(f"`{lane.name}`" for lane in before.successors) or "no lane"
-            raise errors.NOT_CONNECTED.mistake(
-                span, number=number, before=before.name, after=after.name, follows=follows
-            )
+            raise NOT_CONNECTED.mistake(span, number=number, before=before.name, after=after.name, follows=follows)
     return Trajectory(lanes, paths.join([lane.path for lane in lanes]))
 
 
@@ -275,7 +275,7 @@ def _lanes(value: Value, span: Span) -> tuple[Lane, ...]:
             return value.lanes
         case tuple():
             return tuple(lane for item in value for lane in _lanes(item, span))
-    raise errors.WRONG_KIND.mistake(
+    raise WRONG_KIND.mistake(
         span,
         what="a trajectory",
         expected="a list of lanes",

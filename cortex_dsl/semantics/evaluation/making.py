@@ -6,8 +6,12 @@ from dataclasses import dataclass, field
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.behaviours import OBSTACLE_BEHAVIOUR
+from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE, UNKNOWN_CLASS, UNKNOWN_PROPERTY
+from cortex_dsl.semantics.errors.objects import NEARLY_A_PROPERTY, PROPERTY_CYCLE, PROPERTY_TWICE
 from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.values import CANNOT_ASSIGN, WRONG_KIND
 from cortex_dsl.semantics.evaluation import attributes, geometry, numbers
 from cortex_dsl.semantics.evaluation.attributes import property_value
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
@@ -49,11 +53,11 @@ def define(ev: Evaluator, node: nodes.ClassDefinition) -> ClassValue:
     for default in node.properties:
         if default.name in seen:
             first = Label(seen[default.name], "first here")
-            raise errors.PROPERTY_TWICE.mistake(default.name_span, name=default.name, secondary=(first,))
+            raise PROPERTY_TWICE.mistake(default.name_span, name=default.name, secondary=(first,))
         seen[default.name] = default.name_span
         if default.name in attributes.RUNNING_ATTRIBUTES:
             reason = "the run sets it, step by step"
-            raise errors.CANNOT_ASSIGN.mistake(default.name_span, name=default.name, reason=reason)
+            raise CANNOT_ASSIGN.mistake(default.name_span, name=default.name, reason=reason)
     bases = _bases(ev, node)
     kind = bases[0].kind if bases else ACTOR_KINDS[node.base or "Object"]
     made = ClassValue(node, kind, bases, ev.scopes, ev.home)
@@ -69,10 +73,10 @@ def _bases(ev: Evaluator, node: nodes.ClassDefinition) -> tuple[ClassValue, ...]
     span = node.base_span or node.span
     if node.base in PLACES:
         what = f"a class cannot be made from `{node.base}`"
-        raise errors.NOT_SUPPORTED.mistake(span, what=what, reason="places have no properties", cure="use `Object`")
+        raise NOT_SUPPORTED.mistake(span, what=what, reason="places have no properties", cure="use `Object`")
     if node.base not in ACTOR_KINDS:
         known = {*ACTOR_KINDS, *(name for name in ev.known_names() if own_class(ev, name) is not None)}
-        raise errors.UNKNOWN_CLASS.mistake(span, name=node.base, suggestion=did_you_mean(node.base, known))
+        raise UNKNOWN_CLASS.mistake(span, name=node.base, suggestion=did_you_mean(node.base, known))
     return ()
 
 
@@ -82,7 +86,7 @@ def _warn_of_slips(ev: Evaluator, made: ClassValue) -> None:
         if default.name in (*all_properties(), *PLACED) or default.name in inherited:
             continue
         if match := difflib.get_close_matches(default.name, (*PROPERTIES, *FLAGS, *inherited), 1, SLIP):
-            ev.report(errors.NEARLY_A_PROPERTY.at(default.name_span, name=default.name, match=match[0]))
+            ev.report(NEARLY_A_PROPERTY.at(default.name_span, name=default.name, match=match[0]))
 
 
 @dataclass
@@ -125,7 +129,7 @@ class Making:
         for with_ in self.given:
             if with_.property in seen:
                 first = Label(seen[with_.property], "first here")
-                raise errors.PROPERTY_TWICE.mistake(with_.property_span, name=with_.property, secondary=(first,))
+                raise PROPERTY_TWICE.mistake(with_.property_span, name=with_.property, secondary=(first,))
             seen[with_.property] = with_.property_span
 
     def _names(self) -> Iterator[str]:
@@ -151,7 +155,7 @@ class Making:
             chain = [*list(self.pending)[list(self.pending).index(name) :], name]
             default = self.defaults[name][1] if name in self.defaults else None
             place = span or (default.span if default else next(iter(self.pending.values())))
-            raise errors.PROPERTY_CYCLE.mistake(place, name=name, cycle=" -> ".join(chain))
+            raise PROPERTY_CYCLE.mistake(place, name=name, cycle=" -> ".join(chain))
         return _Asking(self.pending, name, span or Span(0, 0))
 
     # -- where it is -------------------------------------------------------------------------------------------------
@@ -184,7 +188,7 @@ class Making:
     def _given(self, node: nodes.With) -> Value:
         name = node.property
         if name not in PROPERTIES and name not in FLAGS and name not in IGNORED and name not in self.defaults:
-            raise errors.UNKNOWN_PROPERTY.mistake(
+            raise UNKNOWN_PROPERTY.mistake(
                 node.property_span,
                 kind=f"a {self.own.node.name if self.own else self.kind.name.capitalize()}",
                 name=name,
@@ -219,7 +223,7 @@ class Making:
             return attributes.get(self.ev, self.pose(span), name, span)
         known = {*PROPERTIES, *FLAGS, *self.defaults}
         if name not in known:
-            raise errors.UNKNOWN_ATTRIBUTE.mistake(
+            raise UNKNOWN_ATTRIBUTE.mistake(
                 span,
                 kind=f"a {self.own.node.name if self.own else ''}",
                 name=name,
@@ -275,7 +279,7 @@ def _flag(ev: Evaluator, kind: ActorKind, name: str, value: Value, span: Span) -
     if name == "allowCollisions":
         return known_truth(ev, value, span, "`allowCollisions`")
     if name == "name" and not isinstance(value, str):
-        raise errors.WRONG_KIND.mistake(span, what="`name`", expected="text", actual=kind_name(value), cure="")
+        raise WRONG_KIND.mistake(span, what="`name`", expected="text", actual=kind_name(value), cure="")
     return value
 
 
@@ -284,9 +288,9 @@ def _behaviour(kind: ActorKind, value: Value, span: Span) -> Value:
         return None
     behaviour = as_behaviour(value, span)
     if behaviour is None:
-        raise errors.WRONG_KIND.mistake(
+        raise WRONG_KIND.mistake(
             span, what="`behavior`", expected="a behavior", actual=kind_name(value), cure="as in `FollowLaneBehavior()`"
         )
     if kind == ActorKind.OBSTACLE:
-        raise errors.OBSTACLE_BEHAVIOUR.mistake(span)
+        raise OBSTACLE_BEHAVIOUR.mistake(span)
     return behaviour

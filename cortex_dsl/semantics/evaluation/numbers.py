@@ -12,8 +12,21 @@ from dataclasses import replace
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.values import (
+    DIMENSION_MISMATCH,
+    MAY_LEAVE_RANGE,
+    NOT_FINITE,
+    OUT_OF_RANGE,
+    POWER_NOT_CONSTANT,
+    SUSPICIOUS_ACCELERATION,
+    SUSPICIOUS_ANGLE,
+    SUSPICIOUS_LENGTH,
+    SUSPICIOUS_SPEED,
+    SUSPICIOUS_TIME,
+    UNLIKE_OPERANDS,
+    WRONG_KIND,
+)
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import BehaviourCall, BuiltinValue, Quantity, Truth, Value
 from cortex_dsl.semantics.model.wording import kind_name
@@ -39,13 +52,13 @@ from cortex_dsl.source import Span
 from engine.vocabulary import Op
 
 Dimension = ir.Dimension
-SUSPICIOUS_SPEED = 40.0
+MOST_BARE_SPEED = 40.0
 """A bare speed above this [m/s] was probably meant in km/h."""
-SUSPICIOUS_LENGTH = 500.0
+MOST_BARE_LENGTH = 500.0
 """A bare length above this [m] was probably meant in centimetres: no road of a usual map is that long."""
-SUSPICIOUS_TIME = 600.0
+MOST_BARE_TIME = 600.0
 """A bare time above this [s] was probably meant in milliseconds."""
-SUSPICIOUS_ACCELERATION = 20.0
+MOST_BARE_ACCELERATION = 20.0
 """A bare acceleration above this [m/s^2] is no car's: tyres on a dry road give 10."""
 ROUNDING = 1e-9
 """Relative slack of an interval's ends: `low + u (high - low)` may round past `high`."""
@@ -61,7 +74,7 @@ def quantity(value: Value, span: Span, what: str = "this") -> Quantity:
         return value
     quoted = isinstance(value, str) and value.strip()[:1].isdigit()
     cure = f"write it without quotes: `{value}`" if quoted else ""
-    raise errors.WRONG_KIND.mistake(span, what=what, expected="a number", actual=kind_name(value), cure=cure)
+    raise WRONG_KIND.mistake(span, what=what, expected="a number", actual=kind_name(value), cure=cure)
 
 
 def _as_condition(value: Value) -> str:
@@ -79,7 +92,7 @@ def truth(ev: Evaluator, value: Value, span: Span) -> ir.Expr:
             return ev.algebra.apply(Op.NE, expr, ev.algebra.literal(0.0))
         case None | str() | tuple():
             return ev.algebra.truth(bool(value))
-    raise errors.WRONG_KIND.mistake(
+    raise WRONG_KIND.mistake(
         span, what="a condition", expected="a truth value", actual=kind_name(value), cure=_as_condition(value)
     )
 
@@ -91,7 +104,7 @@ def literal(ev: Evaluator, value: float, dimension: Dimension | None, span: Span
 def finite(result: Quantity, span: Span, reason: str = "") -> Quantity:
     """The result, unless it is a constant that is no number."""
     if isinstance(result.expr, ir.Literal) and not math.isfinite(result.expr.value):
-        raise errors.NOT_FINITE.mistake(span, reason=reason or f"it is {result.expr.value}")
+        raise NOT_FINITE.mistake(span, reason=reason or f"it is {result.expr.value}")
     return result
 
 
@@ -107,7 +120,7 @@ def adopt(ev: Evaluator, value: Value, dimension: Dimension, span: Span, what: s
         if isinstance(number.expr, ir.Gene):
             ev.file.taken_for.setdefault(number.expr.index, set()).add(dimension)
     elif number.dimension != dimension:
-        raise errors.DIMENSION_MISMATCH.mistake(
+        raise DIMENSION_MISMATCH.mistake(
             span,
             what=what,
             expected=dimension_name(dimension),
@@ -130,16 +143,16 @@ def warn_of_slip(ev: Evaluator, number: Quantity, dimension: Dimension, span: Sp
         return
     size, (place, uses) = abs(value), _where(ev, number, dimension, span)
     if dimension == ANGLE and size > math.tau + 1e-6:
-        ev.report(errors.SUSPICIOUS_ANGLE.at(place, secondary=uses, value=value, turns=size / math.tau))
-    elif dimension == SPEED and value > SUSPICIOUS_SPEED:
-        ev.report(errors.SUSPICIOUS_SPEED.at(place, secondary=uses, value=value, kmh=value * 3.6))
-    elif dimension == LENGTH and size > SUSPICIOUS_LENGTH:
-        ev.report(errors.SUSPICIOUS_LENGTH.at(place, secondary=uses, value=value, kilometres=value / 1000.0))
-    elif dimension == TIME and size > SUSPICIOUS_TIME:
-        ev.report(errors.SUSPICIOUS_TIME.at(place, secondary=uses, value=value, minutes=value / 60.0))
-    elif dimension == ACCELERATION and size > SUSPICIOUS_ACCELERATION:
+        ev.report(SUSPICIOUS_ANGLE.at(place, secondary=uses, value=value, turns=size / math.tau))
+    elif dimension == SPEED and value > MOST_BARE_SPEED:
+        ev.report(SUSPICIOUS_SPEED.at(place, secondary=uses, value=value, kmh=value * 3.6))
+    elif dimension == LENGTH and size > MOST_BARE_LENGTH:
+        ev.report(SUSPICIOUS_LENGTH.at(place, secondary=uses, value=value, kilometres=value / 1000.0))
+    elif dimension == TIME and size > MOST_BARE_TIME:
+        ev.report(SUSPICIOUS_TIME.at(place, secondary=uses, value=value, minutes=value / 60.0))
+    elif dimension == ACCELERATION and size > MOST_BARE_ACCELERATION:
         gravities = value / UNITS["g"].factor
-        ev.report(errors.SUSPICIOUS_ACCELERATION.at(place, secondary=uses, value=value, gravities=gravities))
+        ev.report(SUSPICIOUS_ACCELERATION.at(place, secondary=uses, value=value, gravities=gravities))
 
 
 def _where(ev: Evaluator, number: Quantity, dimension: Dimension, span: Span) -> tuple[Span, tuple[Label, ...]]:
@@ -162,7 +175,7 @@ def in_range(
     least, greatest = ev.interval(expr)
     value = closed_value(expr)
     if value is not None and math.isnan(value):
-        raise errors.NOT_FINITE.mistake(span, reason=f"{what} is not a number")
+        raise NOT_FINITE.mistake(span, reason=f"{what} is not a number")
     if value is not None:
         least = greatest = value
     elif math.inf in (abs(least), abs(greatest)):
@@ -171,7 +184,7 @@ def in_range(
     too_low = least + slack <= low if above else least + slack < low
     if not too_low and greatest - slack <= high:
         return expr
-    problem = errors.MAY_LEAVE_RANGE if value is None else errors.OUT_OF_RANGE
+    problem = MAY_LEAVE_RANGE if value is None else OUT_OF_RANGE
     raise problem.mistake(
         span,
         what=what,
@@ -210,7 +223,7 @@ def common(left: Dimension | None, right: Dimension | None, span: Span, joined: 
         return right if left is None else left
     if left != right:
         units = [f"{dimension_name(d)} in {unit_examples(d)}" for d in (left, right) if unit_examples(d)]
-        raise errors.UNLIKE_OPERANDS.mistake(
+        raise UNLIKE_OPERANDS.mistake(
             span,
             left=dimension_name(left),
             right=dimension_name(right),
@@ -226,7 +239,7 @@ def sides(left: tuple[Span, Value], right: tuple[Span, Value]) -> Iterator[None]
     try:
         yield
     except Mistake as mistake:
-        if mistake.diagnostic is None or mistake.diagnostic.code != errors.UNLIKE_OPERANDS.code:
+        if mistake.diagnostic is None or mistake.diagnostic.code != UNLIKE_OPERANDS.code:
             raise
         first, second = (Label(span, kind_name(value)) for span, value in (left, right))
         raise Mistake(replace(mistake.diagnostic, label=second, secondary=(first,))) from None
@@ -277,32 +290,32 @@ def modulo(ev: Evaluator, left: Quantity, right: Quantity, span: Span) -> Quanti
 
 def _not_zero(divisor: Quantity, span: Span) -> None:
     if closed_value(divisor.expr) == 0.0:
-        raise errors.NOT_FINITE.mistake(span, reason="it divides by zero")
+        raise NOT_FINITE.mistake(span, reason="it divides by zero")
 
 
 def raised(ev: Evaluator, base: Quantity, exponent: Quantity, span: Span) -> Quantity:
     if exponent.dimension not in (None, PURE):
-        raise errors.DIMENSION_MISMATCH.mistake(
+        raise DIMENSION_MISMATCH.mistake(
             span, what="an exponent", expected="a pure number", actual=dimension_name(exponent.dimension), cure=""
         )
     dimension = base.dimension
     if dimension not in (None, PURE):
         known = closed_value(exponent.expr)
         if known is None or known != math.floor(known) or abs(known) > 16:
-            raise errors.POWER_NOT_CONSTANT.mistake(span, what=dimension_name(dimension))
+            raise POWER_NOT_CONSTANT.mistake(span, what=dimension_name(dimension))
         dimension = power(dimension, int(known))
     result = ev.algebra.apply(Op.POW, base.expr, exponent.expr)
     value = closed_value(result)
     if value is not None and not math.isfinite(value):
         reason = "its power is not a real number" if math.isnan(value) else "it is too large"
-        raise errors.NOT_FINITE.mistake(span, reason=reason)
+        raise NOT_FINITE.mistake(span, reason=reason)
     return Quantity(result, dimension)
 
 
 def square_root(ev: Evaluator, base: Quantity, span: Span) -> Quantity:
     dimension = base.dimension if base.dimension is None else root(base.dimension)
     if dimension is None and base.dimension is not None:
-        raise errors.DIMENSION_MISMATCH.mistake(
+        raise DIMENSION_MISMATCH.mistake(
             span,
             what="under a square root there",
             expected="a square",
@@ -311,7 +324,7 @@ def square_root(ev: Evaluator, base: Quantity, span: Span) -> Quantity:
         )
     value = closed_value(base.expr)
     if value is not None and value < 0.0:
-        raise errors.NOT_FINITE.mistake(span, reason=f"it is the square root of {value:g}")
+        raise NOT_FINITE.mistake(span, reason=f"it is the square root of {value:g}")
     return Quantity(ev.algebra.apply(Op.SQRT, base.expr), dimension)
 
 

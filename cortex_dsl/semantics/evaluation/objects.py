@@ -12,8 +12,10 @@ from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.names import UNKNOWN_CLASS, UNKNOWN_PROPERTY
+from cortex_dsl.semantics.errors.objects import CANNOT_MUTATE, MUTATED_ALIAS, NO_PLACE, TWO_HEADINGS, TWO_PLACES
 from cortex_dsl.semantics.errors.problems import Problem
+from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.evaluation import geometry, numbers
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
 from cortex_dsl.semantics.evaluation.making import Making, own_class
@@ -110,9 +112,9 @@ def mutate(ev: Evaluator, node: nodes.Mutate) -> None:
         value = ev.lookup(name, node.span)
         if not isinstance(value, Actor | Pose):
             cure = did_you_mean(name, _objects(ev))
-            raise errors.CANNOT_MUTATE.mistake(node.span, name=name, actual=kind_name(value), cure=cure)
+            raise CANNOT_MUTATE.mistake(node.span, name=name, actual=kind_name(value), cure=cure)
         if (id(ev.scope), name) not in ev.run.mutated:
-            raise errors.MUTATED_ALIAS.mistake(node.span, name=name)
+            raise MUTATED_ALIAS.mistake(node.span, name=name)
 
 
 def _objects(ev: Evaluator) -> list[str]:
@@ -140,14 +142,14 @@ def new(ev: Evaluator, node: nodes.New) -> Value:
     own = own_class(ev, node.class_name)
     if own is None and node.class_name not in CLASSES:
         known = {*CLASSES, *(name for name in ev.known_names() if own_class(ev, name) is not None)}
-        raise errors.UNKNOWN_CLASS.mistake(
+        raise UNKNOWN_CLASS.mistake(
             node.class_span,
             name=node.class_name,
             suggestion=did_you_mean(node.class_name, known)
             or "as in `new Car`; for what stands still and is no vehicle, `new Obstacle`",
         )
     if ev.moment.running or ev.moment.later:
-        raise errors.NOT_SUPPORTED.mistake(
+        raise NOT_SUPPORTED.mistake(
             node.span,
             what="objects cannot be made during the run",
             reason="",
@@ -171,8 +173,8 @@ def _sorted(node: nodes.New) -> Sorted:
             result.facings.append(specifier)
         else:
             result.places.append(specifier)
-    _at_most_one(errors.TWO_PLACES, node, result.places)
-    _at_most_one(errors.TWO_HEADINGS, node, result.facings)
+    _at_most_one(TWO_PLACES, node, result.places)
+    _at_most_one(TWO_HEADINGS, node, result.facings)
     return result
 
 
@@ -186,16 +188,16 @@ def _at_most_one(problem: Problem, node: nodes.New, found: Sequence[nodes.Specif
 
 def _new_place(ev: Evaluator, node: nodes.New, found: Sorted) -> Value:
     for with_ in found.properties:
-        raise errors.UNKNOWN_PROPERTY.mistake(
+        raise UNKNOWN_PROPERTY.mistake(
             with_.property_span, kind=f"a place (`{node.class_name}`)", name=with_.property, suggestion=""
         )
     if not found.places:
-        raise errors.NO_PLACE.mistake(node.span, name=node.class_name)
+        raise NO_PLACE.mistake(node.span, name=node.class_name)
     zero = ev.algebra.literal(0.0)
     placement = place(ev, found.places[0], Extent(zero, zero))
     if node.class_name == "Point":
         if found.facings:
-            raise errors.NOT_SUPPORTED.mistake(
+            raise NOT_SUPPORTED.mistake(
                 found.facings[0].span, what="a Point has no heading", reason="", cure="make it an `OrientedPoint`"
             )
         pose = Pose(placement.point.x, placement.point.y, zero)
@@ -249,7 +251,7 @@ def _faced(ev: Evaluator, node: nodes.Facing, point: Vector) -> ir.Expr:
 def _new_actor(ev: Evaluator, node: nodes.New, found: Sorted, making: Making) -> Value:
     own_name, kind = ev.run.assigning, making.kind
     if not found.places and not making.declares("position"):
-        raise errors.NO_PLACE.mistake(node.span, name=node.class_name)
+        raise NO_PLACE.mistake(node.span, name=node.class_name)
     making.posed = lambda: _actor_pose(making, node, found, own_name)
     with ev.naming(""):
         properties, pose = making.properties(), making.pose(node.span)

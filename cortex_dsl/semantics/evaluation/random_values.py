@@ -8,8 +8,19 @@ import math
 from collections.abc import Callable, Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.chance import (
+    BAD_DEVIATION,
+    BAD_WEIGHTS,
+    EMPTY_RANGE,
+    FIXED_EXHAUSTED,
+    LIST_AS_OPTION,
+    MIXED_OPTIONS,
+    RANDOM_WHILE_RUNNING,
+    REVERSED_RANGE,
+    TOO_MANY_VARIANTS,
+)
 from cortex_dsl.semantics.errors.problems import Rejection
+from cortex_dsl.semantics.errors.values import NOT_FINITE, TWO_UNITS
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin, evaluate_arguments, no_names
 from cortex_dsl.semantics.evaluation.functions import whole_number
@@ -46,7 +57,7 @@ def scaled(ev: Evaluator, argument: Given, unit: Unit | None) -> Quantity:
     if unit is None:
         return number
     if number.dimension is not None:
-        raise errors.TWO_UNITS.mistake(argument.span, kind=dimension_name(number.dimension))
+        raise TWO_UNITS.mistake(argument.span, kind=dimension_name(number.dimension))
     return Quantity(ev.algebra.mul(number.expr, ev.algebra.literal(unit.factor)), unit.dimension)
 
 
@@ -75,16 +86,16 @@ def check_order(name: str, low: float | None, high: float | None, span: Span) ->
     if low is None or high is None:
         return
     if low > high:
-        raise errors.REVERSED_RANGE.mistake(span, name=name, low=f"{low:g}", high=f"{high:g}")
+        raise REVERSED_RANGE.mistake(span, name=name, low=f"{low:g}", high=f"{high:g}")
     if low == high:
-        raise errors.EMPTY_RANGE.mistake(span, low=f"{low:g}")
+        raise EMPTY_RANGE.mistake(span, low=f"{low:g}")
     if not math.isfinite(high - low):
-        raise errors.NOT_FINITE.mistake(span, reason="its width is more than 1.8e308")
+        raise NOT_FINITE.mistake(span, reason="its width is more than 1.8e308")
 
 
 def check_deviation(value: float | None, span: Span) -> None:
     if value is not None and not value > 0.0:
-        raise errors.BAD_DEVIATION.mistake(span, actual=f"{value:g}")
+        raise BAD_DEVIATION.mistake(span, actual=f"{value:g}")
 
 
 def plain(argument: Given) -> float | None:
@@ -108,22 +119,22 @@ class Option:
 def uniform_options(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> list[Option]:
     no_names(name, given)
     if len(given) == 1 and given[0].node is not None and isinstance(given[0].value, tuple):
-        raise errors.LIST_AS_OPTION.mistake(given[0].span, text=shortened(ev, given[0].span))
+        raise LIST_AS_OPTION.mistake(given[0].span, text=shortened(ev, given[0].span))
     return [_option(ev, g.value, g.span, 1.0, site, starred=g.node is None) for g in given]
 
 
 def weighted_options(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> list[Option]:
     (argument,) = bound_arguments(name, given, site.span)
     if not isinstance(argument.value, Weights):
-        raise errors.BAD_WEIGHTS.mistake(argument.span, message="`Discrete` needs a dictionary of weights")
+        raise BAD_WEIGHTS.mistake(argument.span, message="`Discrete` needs a dictionary of weights")
     options = []
     for (value, weight), span in zip(argument.value.entries, argument.value.spans, strict=True):
         number = ev.constant(numbers.quantity(weight, span, "a weight"), span, "a weight")
         if not 0.0 <= number < math.inf:
-            raise errors.BAD_WEIGHTS.mistake(span, message=f"a weight is {number:g}")
+            raise BAD_WEIGHTS.mistake(span, message=f"a weight is {number:g}")
         options.append(_option(ev, value, span, number, site, starred=False))
     if options and not any(option.weight for option in options):
-        raise errors.BAD_WEIGHTS.mistake(argument.span, message="all weights are 0")
+        raise BAD_WEIGHTS.mistake(argument.span, message="all weights are 0")
     return [option for option in options if option.weight]
 
 
@@ -156,9 +167,7 @@ def option_numbers(options: Sequence[Option], span: Span) -> tuple[list[Quantity
     dimension = None
     for value in values:
         if None not in (dimension, value.dimension) and dimension != value.dimension:
-            raise errors.MIXED_OPTIONS.mistake(
-                span, left=dimension_name(dimension), right=dimension_name(value.dimension)
-            )
+            raise MIXED_OPTIONS.mistake(span, left=dimension_name(dimension), right=dimension_name(value.dimension))
         dimension = dimension or value.dimension
     return values, dimension
 
@@ -188,7 +197,7 @@ def _by_threshold(ev: Evaluator, number: ir.Expr, options: Sequence[Option]) -> 
 def check_count(count: int, site: Site) -> None:
     """Refuse early what would be more variants than there may be."""
     if count > VARIANT_LIMIT:
-        raise errors.TOO_MANY_VARIANTS.mistake(site.span, limit=VARIANT_LIMIT, sizes=f"this one has {count} options")
+        raise TOO_MANY_VARIANTS.mistake(site.span, limit=VARIANT_LIMIT, sizes=f"this one has {count} options")
 
 
 def probabilities(options: Sequence[Option]) -> tuple[float, ...]:
@@ -199,7 +208,7 @@ def probabilities(options: Sequence[Option]) -> tuple[float, ...]:
 def choose(ev: Evaluator, options: Sequence[Option], site: Site, gene: int | None = None) -> Value:
     """One option as a decision of this variant: at random, or as a gene says."""
     if ev.moment.running and ev.moment.repeated:
-        raise errors.RANDOM_WHILE_RUNNING.mistake(site.span)
+        raise RANDOM_WHILE_RUNNING.mistake(site.span)
     name = ev.run.assigning or shortened(ev, site.span)
     shares = probabilities(options) if gene is None else (1.0,) * len(options)
     option = options[ev.run.oracle.choose(name, site.span, shares, gene)]
@@ -324,7 +333,7 @@ def _fixed(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Valu
     visit = ev.run.visits[site.span]
     ev.run.visits[site.span] += 1
     if visit >= len(given):
-        raise errors.FIXED_EXHAUSTED.mistake(site.span, count=visit + 1, given=len(given))
+        raise FIXED_EXHAUSTED.mistake(site.span, count=visit + 1, given=len(given))
     return given[visit].value if site.unit is None else scaled(ev, given[visit], site.unit)
 
 

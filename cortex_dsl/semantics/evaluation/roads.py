@@ -7,8 +7,11 @@ import math
 from collections.abc import Callable, Container, Iterator, Mapping
 from types import MappingProxyType
 
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
 from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.roads import BAD_MAP, MAP_TOO_LATE, MAP_VARIES, NO_SINGLE_INTERSECTION, UNKNOWN_MAP
+from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.values import NOT_FINITE
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
 from cortex_dsl.semantics.evaluation.functions import known_truth, whole_number
 from cortex_dsl.semantics.evaluation.numbers import adopt
@@ -49,9 +52,9 @@ MAP_ARGUMENTS = (*_WHOLE, *_LENGTHS, "left_hand")
 def lay_out(ev: Evaluator, node: nodes.Map) -> None:
     """`map intersection(...)`: build the network of this variant."""
     if node.kind != "intersection":
-        raise errors.UNKNOWN_MAP.mistake(node.span, kind=node.kind)
+        raise UNKNOWN_MAP.mistake(node.span, kind=node.kind)
     if ev.run.network is not None:
-        raise errors.MAP_TOO_LATE.mistake(node.span)
+        raise MAP_TOO_LATE.mistake(node.span)
     ev.run.network = _network(ev, _spec(ev, node), node.span)
 
 
@@ -75,7 +78,7 @@ def _spec(ev: Evaluator, node: nodes.Map) -> RoadSpec:
     spec = RoadSpec(**values)  # type: ignore[arg-type]
     wrong = list(wrong_alone(spec)) or ([] if mistaken else list(wrong_together(spec)))
     for error in wrong:
-        ev.report(errors.BAD_MAP.at(spans.get(error.argument, node.span), message=error.message, cure=error.cure))
+        ev.report(BAD_MAP.at(spans.get(error.argument, node.span), message=error.message, cure=error.cure))
     if mistaken or wrong:
         good = {name: value for name, value in values.items() if name not in [error.argument for error in wrong]}
         _go_on(ev, node, {**({} if _knows_lengths(node, good) else _ROOMY), **good})
@@ -102,21 +105,21 @@ def _go_on(ev: Evaluator, node: nodes.Map, values: Mapping[str, float | bool]) -
 
 def _map_argument(argument: Given, known: Container[str]) -> str:
     if argument.name is None:
-        raise errors.NOT_SUPPORTED.mistake(
+        raise NOT_SUPPORTED.mistake(
             argument.span,
             what="`map` takes its arguments by name",
             reason="",
             cure="as in `ways=4, lane_width=3.5 m`, with a point for decimals",
         )
     if argument.name not in MAP_ARGUMENTS:
-        raise errors.UNKNOWN_ARGUMENT.mistake(
+        raise UNKNOWN_ARGUMENT.mistake(
             argument.place,
             function="map intersection",
             name=argument.name,
             suggestion=did_you_mean(argument.name, MAP_ARGUMENTS),
         )
     if argument.name in known:
-        raise errors.DUPLICATE.mistake(argument.place, what="the argument", name=argument.name)
+        raise DUPLICATE.mistake(argument.place, what="the argument", name=argument.name)
     return argument.name
 
 
@@ -128,7 +131,7 @@ def _map_value(ev: Evaluator, argument: Given, name: str) -> float | bool:
         expr = adopt(ev, argument.value, LENGTH, argument.span, what)
         value = ev.constant(Quantity(expr, LENGTH), argument.span, what)
         if not math.isfinite(value):
-            raise errors.NOT_FINITE.mistake(argument.span, reason=f"{what} is {value}")
+            raise NOT_FINITE.mistake(argument.span, reason=f"{what} is {value}")
         return value
     return known_truth(ev, argument.value, argument.span, what)
 
@@ -136,7 +139,7 @@ def _map_value(ev: Evaluator, argument: Given, name: str) -> float | bool:
 def _network(ev: Evaluator, spec: RoadSpec, span: Span) -> Network:
     networks = ev.file.networks
     if networks and spec not in networks:
-        raise errors.MAP_VARIES.mistake(span)
+        raise MAP_VARIES.mistake(span)
     if spec not in networks:
         networks[spec] = build_network(spec)
     return networks[spec]
@@ -166,7 +169,7 @@ def named_constant(ev: Evaluator, name: str, span: Span) -> Named | None:
 def _single_intersection(ev: Evaluator, span: Span) -> Value:
     intersections = network_of(ev).intersections
     if len(intersections) != 1:
-        raise errors.NO_SINGLE_INTERSECTION.mistake(span, count=len(intersections))
+        raise NO_SINGLE_INTERSECTION.mistake(span, count=len(intersections))
     return intersections[0]
 
 

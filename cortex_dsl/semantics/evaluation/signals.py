@@ -9,8 +9,10 @@ import re
 from dataclasses import replace
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
 from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.roads import NO_SIGNALS, SCENIC_SIGNALS, SIGNALS_TWICE, SIGNALS_UNUSED, UNKNOWN_COLOUR
+from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
 from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of, state
@@ -55,9 +57,9 @@ LOOKS = re.compile(r"obey_signals|TrafficLight|\bisSignalized\b|\.signals?\b")
 def set_up(ev: Evaluator, node: nodes.Signals) -> None:
     """`signals(...)`: all intersections have lights of one plan."""
     if ev.run.signals is not None:
-        raise errors.SIGNALS_TWICE.mistake(node.span)
+        raise SIGNALS_TWICE.mistake(node.span)
     if not LOOKS.search(_code(ev)):
-        ev.report(errors.SIGNALS_UNUSED.at(node.span))
+        ev.report(SIGNALS_UNUSED.at(node.span))
     try:
         ev.run.signals = _plan(ev, _arguments(ev, node))
     except Mistake:
@@ -76,14 +78,14 @@ def _arguments(ev: Evaluator, node: nodes.Signals) -> dict[str, Given]:
 def _check_name(argument: Given, seen: dict[str, Given]) -> None:
     name = argument.name
     if name is None:
-        raise errors.NOT_SUPPORTED.mistake(
+        raise NOT_SUPPORTED.mistake(
             argument.span, what="`signals` takes its arguments by name", reason="", cure="as in `green=10 s`"
         )
     if name not in ARGUMENTS:
         suggestion = did_you_mean(name, ARGUMENTS)
-        raise errors.UNKNOWN_ARGUMENT.mistake(argument.place, function="signals", name=name, suggestion=suggestion)
+        raise UNKNOWN_ARGUMENT.mistake(argument.place, function="signals", name=name, suggestion=suggestion)
     if name in seen:
-        raise errors.DUPLICATE.mistake(argument.place, what="the argument", name=name)
+        raise DUPLICATE.mistake(argument.place, what="the argument", name=name)
 
 
 def _plan(ev: Evaluator, given: dict[str, Given]) -> SignalPlan:
@@ -113,7 +115,7 @@ def _code(ev: Evaluator) -> str:
 def plan_of(ev: Evaluator) -> SignalPlan | None:
     """The plan of the lights; Scenic's maps have lights, so a script that names one and asks for them gets a plan."""
     if ev.run.signals is None and ev.file.default_signals is not None:
-        ev.report(errors.SCENIC_SIGNALS.at(ev.file.default_signals))
+        ev.report(SCENIC_SIGNALS.at(ev.file.default_signals))
         ev.run.signals = _plan(ev, {})
     return ev.run.signals
 
@@ -121,7 +123,7 @@ def plan_of(ev: Evaluator) -> SignalPlan | None:
 def needed(ev: Evaluator, span: Span, what: str) -> SignalPlan:
     plan = plan_of(ev)
     if plan is None:
-        raise errors.NO_SIGNALS.mistake(span, what=what)
+        raise NO_SIGNALS.mistake(span, what=what)
     return plan
 
 
@@ -271,7 +273,7 @@ def unknown_colour(value: Value, span: Span) -> Exception:
     actual = f'"{value}"' if isinstance(value, str) else kind_name(value)
     near = did_you_mean(value, COLOURS[1:]) if isinstance(value, str) else ""
     choices = ", ".join(f'"{name}"' for name in COLOURS[1:])
-    return errors.UNKNOWN_COLOUR.mistake(span, actual=actual, suggestion=near or f"one of {choices}")
+    return UNKNOWN_COLOUR.mistake(span, actual=actual, suggestion=near or f"one of {choices}")
 
 
 # -- driving by them --------------------------------------------------------------------------------------------------

@@ -3,7 +3,15 @@
 from collections.abc import Callable
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.objects import (
+    EVERYTHING_TOO_FAR,
+    NEVER_LEAVES,
+    NO_TRAJECTORY,
+    NOT_ON_TRAJECTORY,
+    OTHER_SIDE,
+    TOO_FAR,
+)
+from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import geometry
 from cortex_dsl.semantics.evaluation.lanes import Trajectory, trajectory
 from cortex_dsl.semantics.evaluation.numbers import ROUNDING, adopt, in_range, shown
@@ -70,7 +78,7 @@ def _in_region(ev: Evaluator, node: nodes.InRegion, _extent: Extent) -> Placemen
         return on_centerline(ev, value.lane)
     if (region := geometry.region_of(value)) is not None:
         return within(ev, region, value if isinstance(value, Lane) else None)
-    raise errors.WRONG_KIND.mistake(
+    raise WRONG_KIND.mistake(
         node.region.span,
         what=f"what follows `{node.keyword}`",
         expected="a region or a centre line",
@@ -151,7 +159,7 @@ def _gap(ev: Evaluator, node: nodes.Beside, between_objects: bool) -> ir.Expr:
 def _following(ev: Evaluator, node: nodes.Following, _extent: Extent) -> Placement:
     direction = ev.evaluate(node.direction)
     if not isinstance(direction, DirectionField):
-        raise errors.WRONG_KIND.mistake(
+        raise WRONG_KIND.mistake(
             node.direction.span,
             what="what follows `following`",
             expected="a direction field",
@@ -170,7 +178,7 @@ def _before(ev: Evaluator, node: nodes.Before, _extent: Extent) -> Placement:
     """The place on a trajectory from which it is so far to the intersection."""
     way, region, trajectory_span = _way_through(ev, node)
     if (entry := way.entry(region)) is None:
-        raise errors.NOT_ON_TRAJECTORY.mistake(trajectory_span, region=option_name(region))
+        raise NOT_ON_TRAJECTORY.mistake(trajectory_span, region=option_name(region))
     by = _along(ev, node, entry)
     lane = way.lanes[0] if entry <= way.lanes[0].length else None
     return _on_path(ev, way.path, ev.algebra.sub(ev.algebra.literal(entry), by), lane)
@@ -180,7 +188,7 @@ def _after(ev: Evaluator, node: nodes.After, _extent: Extent) -> Placement:
     """The place on a trajectory that lies so far beyond the intersection."""
     way, region, trajectory_span = _way_through(ev, node)
     if (leaving := way.leaving(region)) is None:
-        raise errors.NEVER_LEAVES.mistake(trajectory_span, region=option_name(region))
+        raise NEVER_LEAVES.mistake(trajectory_span, region=option_name(region))
     rest = way.length - leaving
     by = _along(ev, node, rest)
     lane = way.lanes[-1] if rest <= way.lanes[-1].length + ROUNDING else None
@@ -190,10 +198,10 @@ def _after(ev: Evaluator, node: nodes.After, _extent: Extent) -> Placement:
 def _way_through(ev: Evaluator, node: nodes.Before) -> tuple[Trajectory, Intersection, Span]:
     """The trajectory, the intersection, and where the former is written."""
     if node.trajectory is None:
-        raise errors.NO_TRAJECTORY.mistake(node.span, word=_word(node))
+        raise NO_TRAJECTORY.mistake(node.span, word=_word(node))
     region, along = ev.evaluate_all((node.region, node.trajectory))
     if not isinstance(region, Intersection):
-        raise errors.WRONG_KIND.mistake(
+        raise WRONG_KIND.mistake(
             node.region.span,
             what=f"what follows `{_word(node)}`",
             expected="an intersection",
@@ -213,7 +221,7 @@ def _along(ev: Evaluator, node: nodes.Before, available: float) -> ir.Expr:
     span = node.distance.span
     by = adopt(ev, ev.evaluate(node.distance), LENGTH, span, what)
     if ev.interval(by)[1] < 0.0:
-        raise errors.OTHER_SIDE.mistake(
+        raise OTHER_SIDE.mistake(
             span, word=_word(node), other="before" if _word(node) == "after" else "after",
             region=ev.file.source.slice(node.region.span), distance=shown(-ev.interval(by)[1], LENGTH),
         )  # fmt: skip
@@ -229,7 +237,7 @@ def _keep_on_way(ev: Evaluator, node: nodes.Before, by: ir.Expr, available: floa
     greatest, value = ev.interval(by)[1], closed_value(by)
     if value is not None and value > available:
         actual = shown(value, LENGTH)
-        raise errors.TOO_FAR.mistake(
+        raise TOO_FAR.mistake(
             node.distance.span, actual=actual, word=word, region=region, bounds=bounds, available=limit
         )
     if value is not None or greatest <= available:
@@ -237,7 +245,7 @@ def _keep_on_way(ev: Evaluator, node: nodes.Before, by: ir.Expr, available: floa
     if greatest < float("inf"):
         actual = shown(greatest, LENGTH)
         ev.report(
-            errors.EVERYTHING_TOO_FAR.at(
+            EVERYTHING_TOO_FAR.at(
                 node.distance.span, actual=actual, word=word, region=region, bounds=bounds, available=limit
             )
         )

@@ -11,7 +11,8 @@ from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.chance import NOT_CONSTANT
+from cortex_dsl.semantics.errors.names import UNKNOWN_NAME
 from cortex_dsl.semantics.errors.problems import Mistake, NeedsExpansion
 from cortex_dsl.semantics.model.state import FileContext, Variant
 from cortex_dsl.semantics.model.values import POISON, Actor, Instance, Poison, Quantity, Value
@@ -150,7 +151,7 @@ class Evaluator:
                 return self.usable(scope[name])
         if name == "ego" and self.ego is not None:
             return self.ego
-        raise errors.UNKNOWN_NAME.mistake(span, name=name, suggestion=did_you_mean(name, self.known_names()))
+        raise UNKNOWN_NAME.mistake(span, name=name, suggestion=did_you_mean(name, self.known_names()))
 
     def usable(self, value: Value) -> Value:
         """The value, unless it is what a mistake left behind."""
@@ -178,7 +179,7 @@ class Evaluator:
             return value
         sites = self._finite_sites(quantity.expr)
         if not sites:
-            raise errors.NOT_CONSTANT.mistake(span, purpose=purpose, what=dimension_name(quantity.dimension))
+            raise NOT_CONSTANT.mistake(span, purpose=purpose, what=dimension_name(quantity.dimension))
         raise NeedsExpansion(sites)
 
     def _operations(self) -> Mapping[Op, Callable[..., float]]:

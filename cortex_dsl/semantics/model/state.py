@@ -8,8 +8,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.behaviours import DEEP_BY_BRANCHES, DEEP_BY_RUNNING, TOO_DEEP_BODIES, TOO_MANY_BODIES
 from cortex_dsl.semantics.errors.problems import Findings, Mistake
+from cortex_dsl.semantics.errors.values import TOO_MUCH_WORK
 from cortex_dsl.semantics.model.choices import Oracle, Pool
 from cortex_dsl.semantics.model.values import Actor, Instance, MonitorCall, Value
 from cortex_dsl.semantics.names.linking import ImportedFile
@@ -149,7 +150,7 @@ class FileContext:
         if told:
             raise Mistake
         if self.evaluations >= EVALUATION_LIMIT:
-            raise errors.TOO_MUCH_WORK.mistake(span, limit=EVALUATION_LIMIT)
+            raise TOO_MUCH_WORK.mistake(span, limit=EVALUATION_LIMIT)
 
     def line(self, span: Span) -> int:
         """Counted through all files."""
@@ -224,7 +225,7 @@ class Variant:
         self.file.spend(span, BODY_COST)
         self.scope_count += 1
         if self.scope_count == BODY_LIMIT:
-            raise errors.TOO_MANY_BODIES.mistake(span, limit=BODY_LIMIT)
+            raise TOO_MANY_BODIES.mistake(span, limit=BODY_LIMIT)
         if self.scope_count > BODY_LIMIT:
             raise Mistake
         return self.scope_count - 1
@@ -248,9 +249,9 @@ class Variant:
 
     def _too_deep(self, span: Span) -> Mistake:
         mostly_branches = 2 * self.branches > NESTING_LIMIT
-        why = errors.DEEP_BY_BRANCHES if mostly_branches else errors.DEEP_BY_RUNNING
+        why = DEEP_BY_BRANCHES if mostly_branches else DEEP_BY_RUNNING
         counted, reason, cure = why
-        return errors.TOO_DEEP_BODIES.mistake(span, limit=NESTING_LIMIT, counted=counted, reason=reason, cure=cure)
+        return TOO_DEEP_BODIES.mistake(span, limit=NESTING_LIMIT, counted=counted, reason=reason, cure=cure)
 
     @property
     def ego(self) -> Actor | None:

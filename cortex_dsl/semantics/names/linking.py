@@ -9,7 +9,14 @@ from typing import TypeVar, cast
 
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Label
 from cortex_dsl.files import SUFFIXES, Files
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.names import (
+    BAD_OVERRIDE,
+    IMPORT_CYCLE,
+    MISSING_IMPORT,
+    TOO_MANY_IMPORTS,
+    UNKNOWN_OVERRIDE,
+    UNREADABLE_IMPORT,
+)
 from cortex_dsl.semantics.names.tree import param_entries, unit_word
 from cortex_dsl.source import Source, Span
 from cortex_dsl.spelling import did_you_mean
@@ -87,11 +94,11 @@ class _Linker:
         running = [self.files.identity(each) for each in stack]
         if identity in running:
             cycle = " -> ".join((*stack[running.index(identity) :], name))
-            self.diagnostics.append(errors.IMPORT_CYCLE.at(node.path_span, cycle=cycle))
+            self.diagnostics.append(IMPORT_CYCLE.at(node.path_span, cycle=cycle))
             return None
         if identity not in self.read:
             if len(self.read) == FILE_LIMIT:
-                self.diagnostics.append(errors.TOO_MANY_IMPORTS.at(node.path_span, limit=FILE_LIMIT))
+                self.diagnostics.append(TOO_MANY_IMPORTS.at(node.path_span, limit=FILE_LIMIT))
                 return None
             self.read[identity] = None
             self._read(identity, name, node, stack)
@@ -115,7 +122,7 @@ class _Linker:
             return
         except OSError as error:
             reason = (error.strerror or str(error)).lower()
-            self.diagnostics.append(errors.UNREADABLE_IMPORT.at(node.path_span, name=name, reason=reason))
+            self.diagnostics.append(UNREADABLE_IMPORT.at(node.path_span, name=name, reason=reason))
             return
         self.source = self.source.with_import(name, text.text)
         file = self.read[identity] = ImportedFile(name, shifted(module, start))
@@ -141,7 +148,7 @@ def _missing(node: nodes.Import | nodes.ImportFrom, there: list[str]) -> Diagnos
     suggestion = did_you_mean(node.path, spelled) or "there is no other scenario file in that folder"
     if not node.quoted and node.path.split(".")[0] in PYTHON:
         suggestion = INSTEAD_OF_PYTHON
-    return errors.MISSING_IMPORT.at(
+    return MISSING_IMPORT.at(
         node.path_span, path=" or ".join(f"`{path}`" for path in _candidates(node)), suggestion=suggestion
     )
 
@@ -186,9 +193,7 @@ def read_overrides(module: nodes.Module, overrides: Mapping[str, str]) -> dict[s
         option = Source("-p", f"{name} = {text}")
         if name not in entries:
             suggestion = did_you_mean(name, entries) or "this file has no params"
-            raise CompileError(
-                option, [errors.UNKNOWN_OVERRIDE.at(Span(0, len(name)), name=name, suggestion=suggestion)]
-            )
+            raise CompileError(option, [UNKNOWN_OVERRIDE.at(Span(0, len(name)), name=name, suggestion=suggestion)])
         result[name] = moved(_expression(option, name), entries[name].value.span)
     return result
 
@@ -196,7 +201,7 @@ def read_overrides(module: nodes.Module, overrides: Mapping[str, str]) -> dict[s
 def _expression(option: Source, name: str) -> nodes.Expression:
     statements = parse(option).statements
     if len(statements) != 1 or not isinstance(statements[0], nodes.Assign):
-        raise CompileError(option, [errors.BAD_OVERRIDE.at(Span(0, len(option.text)), name=name)])
+        raise CompileError(option, [BAD_OVERRIDE.at(Span(0, len(option.text)), name=name)])
     return statements[0].value
 
 

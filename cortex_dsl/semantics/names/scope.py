@@ -11,8 +11,21 @@ from dataclasses import dataclass, field, replace
 from pathlib import PurePath
 
 from cortex_dsl.diagnostics import Diagnostic, Label
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.names import (
+    NAMELESS_IMPORT,
+    SELF_AS_PARAMETER,
+    UNKNOWN_NAME,
+    UNKNOWN_PARAM,
+    UNUSED_BEHAVIOUR,
+    UNUSED_GENE,
+    USED_BEFORE,
+)
+from cortex_dsl.semantics.errors.objects import SELF_OUTSIDE
 from cortex_dsl.semantics.errors.problems import Findings
+from cortex_dsl.semantics.errors.roads import MAP_TWICE
+from cortex_dsl.semantics.errors.scenarios import UNUSED_MONITOR
+from cortex_dsl.semantics.errors.statements import TEMPORAL_PLACE
+from cortex_dsl.semantics.errors.values import CANNOT_ASSIGN
 from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES, Kind, names_of
 from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile
 from cortex_dsl.semantics.names.placement import check_placement
@@ -58,7 +71,7 @@ class NameTable:
 
     def check_assignable(self, name: str, span: Span) -> None:
         if name in UNASSIGNABLE:
-            self.findings.add(errors.CANNOT_ASSIGN.at(span, name=name, reason=UNASSIGNABLE[name]))
+            self.findings.add(CANNOT_ASSIGN.at(span, name=name, reason=UNASSIGNABLE[name]))
 
 
 @frozen
@@ -93,7 +106,7 @@ class Names:
             case nodes.Temporal(operator=operator) if operator in TIMED:
                 cure = "write a plain `require`: it looks at each moment at which it runs" if self.running else ""
                 cure = cure or "join it by `and`, `or` and `not` alone, in a `require`"
-                self.table.findings.add(errors.TEMPORAL_PLACE.at(node.span, operator=operator, cure=cure))
+                self.table.findings.add(TEMPORAL_PLACE.at(node.span, operator=operator, cure=cure))
             case _:
                 for part in parts(node):
                     self.visit(part)
@@ -115,14 +128,14 @@ class Names:
         self.table.used.add(name)
         if name not in self.table.params:
             suggestion = did_you_mean(name, self.table.params) or "this file has no params"
-            self.table.findings.add(errors.UNKNOWN_PARAM.at(span, name=name, suggestion=suggestion))
+            self.table.findings.add(UNKNOWN_PARAM.at(span, name=name, suggestion=suggestion))
 
     def use(self, name: str, span: Span) -> None:
         self.table.used.add(name)
         if name in self.early:
-            self.table.findings.add(errors.USED_BEFORE.at(span, name=name))
+            self.table.findings.add(USED_BEFORE.at(span, name=name))
         elif name == "self" and not self.in_behaviour:
-            self.table.findings.add(errors.SELF_OUTSIDE.at(span))
+            self.table.findings.add(SELF_OUTSIDE.at(span))
         elif not self._is_known(name):
             self._report(name, span)
 
@@ -141,7 +154,7 @@ class Names:
 
     def _report(self, name: str, span: Span) -> None:
         if name in self.table.all_names:
-            self.table.findings.add(errors.USED_BEFORE.at(span, name=name))
+            self.table.findings.add(USED_BEFORE.at(span, name=name))
             return
         candidates = {*self.inner, *self.visible, *BUILTINS, *SPECIAL_NAMES} - ({"self"} - {*self.inner})
         suggestion = self._kind_of_thing(name, candidates) or did_you_mean(name, candidates)
@@ -150,7 +163,7 @@ class Names:
             suggestion = "library behaviors: " + ", ".join(f"`{n}`" for n in names_of(Kind.BEHAVIOUR))
         elif not suggestion and name.isupper():
             suggestion = f"declare it: `param {name} = {likely_range(name)}`"
-        self.table.findings.add(errors.UNKNOWN_NAME.at(span, name=name, suggestion=suggestion))
+        self.table.findings.add(UNKNOWN_NAME.at(span, name=name, suggestion=suggestion))
 
 
 # -- one definition ----------------------------------------------------------------------------------------------------
@@ -195,7 +208,7 @@ class BodyNames:
     def _self_named(self, span: Span) -> Diagnostic:
         kinds = {nodes.BehaviorDefinition: "behavior", nodes.MonitorDefinition: "monitor"}
         reason = "it is there anyway" if self.in_behaviour else "it drives no object"
-        return errors.SELF_AS_PARAMETER.at(span, kind=kinds.get(type(self.definition), "scenario"), reason=reason)
+        return SELF_AS_PARAMETER.at(span, kind=kinds.get(type(self.definition), "scenario"), reason=reason)
 
     def _names(self) -> Names:
         inner, early = self.parameters | self.locals, frozenset(self.early)
@@ -318,7 +331,7 @@ class _Resolver:
     def _report_doubles(self) -> None:
         maps = [s for s in self.module.statements if isinstance(s, nodes.Map)]
         for second in maps[1:]:
-            self.findings.add(errors.MAP_TWICE.at(second.span, secondary=(Label(maps[0].span, "first here"),)))
+            self.findings.add(MAP_TWICE.at(second.span, secondary=(Label(maps[0].span, "first here"),)))
         seen: dict[tuple[str, str], Span] = {}
         entries = [e for s in self.module.statements if isinstance(s, nodes.Param) for e in s.entries]
         named = [("the param", e.name, e.name_span) for e in entries]
@@ -337,19 +350,19 @@ class _Resolver:
     def report_unused(self) -> None:
         for behaviour in self.behaviours:
             if behaviour.name not in self.table.used:
-                self.findings.add(errors.UNUSED_BEHAVIOUR.at(behaviour.name_span, name=behaviour.name))
+                self.findings.add(UNUSED_BEHAVIOUR.at(behaviour.name_span, name=behaviour.name))
         for monitor in self.monitors:
             if monitor.name not in self.table.used:
-                self.findings.add(errors.UNUSED_MONITOR.at(monitor.name_span, name=monitor.name))
+                self.findings.add(UNUSED_MONITOR.at(monitor.name_span, name=monitor.name))
         for entry in param_entries(self.module).values():
             if entry.name not in self.table.used and _is_searched(entry.value):
-                self.findings.add(errors.UNUSED_GENE.at(entry.name_span, name=entry.name))
+                self.findings.add(UNUSED_GENE.at(entry.name_span, name=entry.name))
 
 
 def _nameless(node: nodes.Import) -> Diagnostic:
     path = f'"{node.path}"' if node.quoted else node.path
     name = re.sub(r"\W", "_", PurePath(node.path).stem) if node.quoted else node.path.rpartition(".")[2]
-    return errors.NAMELESS_IMPORT.at(node.path_span, path=node.path, statement=f"import {path}", name=name)
+    return NAMELESS_IMPORT.at(node.path_span, path=node.path, statement=f"import {path}", name=name)
 
 
 def _is_searched(value: nodes.Expression) -> bool:

@@ -9,8 +9,9 @@ from pathlib import PurePath
 from typing import TypeGuard
 
 from cortex_dsl.diagnostics import Diagnostic, Label
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.names import DUPLICATE
 from cortex_dsl.semantics.errors.problems import Findings
+from cortex_dsl.semantics.errors.statements import NO_SYSTEM_PARAM
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -179,7 +180,7 @@ def is_class(statement: nodes.Statement) -> TypeGuard[nodes.ClassDefinition]:
 
 
 def duplicate(what: str, name: str, span: Span, first: Span) -> Diagnostic:
-    return errors.DUPLICATE.at(span, what=what, name=name, secondary=(Label(first, "first here"),))
+    return DUPLICATE.at(span, what=what, name=name, secondary=(Label(first, "first here"),))
 
 
 # -- `simulation(system=[EGO_BRAKE, SAFETY_DIST])`: the params of the system under test --------------------------------
@@ -196,7 +197,7 @@ def system_params(module: nodes.Module, params: Mapping[str, nodes.ParamEntry], 
         if not isinstance(node, nodes.Name) or node.id not in params:
             actual = node.id if isinstance(node, nodes.Name) else "this"
             suggestion = did_you_mean(actual, params) or "list names of params, as in `system=[EGO_BRAKE]`"
-            findings.add(errors.NO_SYSTEM_PARAM.at(node.span, actual=actual, suggestion=suggestion))
+            findings.add(NO_SYSTEM_PARAM.at(node.span, actual=actual, suggestion=suggestion))
         elif node.id not in names:
             names.append(node.id)
     return tuple(names)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.values import TOO_DEEP
 from cortex_dsl.source import Span
 from engine.vocabulary import Op
 
@@ -134,7 +134,7 @@ class Algebra:
         depth = 1 + max((self._depths.get(id(argument), 0) for argument in arguments), default=0)
         self._depths[id(expression)] = depth
         if depth > DEPTH_LIMIT:
-            raise errors.TOO_DEEP.mistake(self.span, limit=DEPTH_LIMIT)
+            raise TOO_DEEP.mistake(self.span, limit=DEPTH_LIMIT)
 
     def add(self, a: ir.Expr, b: ir.Expr) -> ir.Expr:
         return self.apply(Op.ADD, a, b)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from cortex_dsl import catalogue
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.chance import STUCK, UNDEFINED
 from cortex_dsl.semantics.errors.problems import Problem
 
 Command = Callable[..., Any]
@@ -67,7 +67,7 @@ def test_help_names_the_command(cortexc: Command) -> None:
     assert "such as SCN203" in cortexc("explain", "--help").out
 
 
-@pytest.mark.parametrize("problem", [errors.STUCK, errors.UNDEFINED], ids=lambda problem: problem.code)
+@pytest.mark.parametrize("problem", [STUCK, UNDEFINED], ids=lambda problem: problem.code)
 def test_what_only_a_run_shows(problem: Problem, cortexc: Command, tmp_path: Path) -> None:
     """The examples of these pages are run: one is told, the other ends well."""
     assert problem.page

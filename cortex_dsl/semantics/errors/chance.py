@@ -1,4 +1,6 @@
-"""SCN5xx: what is random."""
+"""SCN5xx: what is random. SCN53x: what is proved of a file before anything is drawn. SCN69x: what only shows while a
+scene is drawn or runs.
+"""
 
 from cortex_dsl.diagnostics import Page
 from cortex_dsl.semantics.errors.problems import Problem, note
@@ -192,5 +194,83 @@ NUISANCE_PARAM = note(
         "A search needs bounds. A param without them is drawn anew for every scene, as any other random value.",
         "param V = Normal(9, 1)\nego = new Car on road\nrequire ego.speed < V\n",
         "param V = TruncatedNormal(9, 1, 5, 12)\nego = new Car on road\nrequire ego.speed < V\n",
+    ),
+)
+
+# -- SCN53x: what is proved of a file before anything is drawn ---------------------------------------------------------
+
+INFEASIBLE = Problem(
+    "SCN530",
+    "no scene can meet every requirement",
+    "{reason}",
+    "{cure}",
+    page=Page(
+        "file without a valid scene",
+        "Interval reasoning over the ranges of all params and draws proves that no attempt can pass: every one of them "
+        "would be thrown away. The requirements named are a smallest set for which this is proved.",
+        "param D = Range(5, 20) m\nego = new Car on road\nrequire D >= 15 m\nrequire D * 2 <= 25 m\n",
+        "param D = Range(5, 20) m\nego = new Car on road\nrequire D >= 10 m\nrequire D * 2 <= 25 m\n",
+        shown="by `--check`",
+    ),
+)
+OFF_THE_ROAD = Problem(
+    "SCN531",
+    "`{name}` does not stand on the road",
+    "at the start all of its outline must lie on the road, so every scene would be thrown away",
+    "put it into a lane, as in `in lane.centerline`, or turn it, as in `facing roadDirection`; if it is to stand "
+    "beside the road write `with regionContainedIn None`, and after `at` also `facing 90 deg`",
+    page=Page(
+        "object off the road",
+        "Vehicles begin on the road, with all of their outline. x counts to the east and y to the north, in metres "
+        "from the centre of the map.",
+        "ego = new Car on road\nnew Truck at (20, -30)\n",
+        "ego = new Car on road\nnew Truck at (20, -30), facing 90 deg, with regionContainedIn None\n",
+        shown="by `--check`, and where no scene was found",
+    ),
+)
+ON_TOP = Problem(
+    "SCN532",
+    "`{name}` stands on top of `{other}`",
+    "at the start no two outlines may overlap, so every scene would be thrown away",
+    "move one of them, as in `ahead of {other} by 5 m`; or say `with allowCollisions True` if it is meant",
+    page=Page(
+        "object on top of another",
+        "A scene begins without contact: the outlines of no two objects overlap.",
+        "ego = new Car at (1.75, -30), facing 90 deg\nnew Car at (1.75, -29), facing 90 deg\n",
+        "ego = new Car at (1.75, -30), facing 90 deg\nnew Car at (1.75, -20), facing 90 deg\n",
+        shown="by `--check`, and where no scene was found",
+    ),
+)
+
+# -- SCN69x: what only shows while a scene is drawn or runs ------------------------------------------------------------
+
+STUCK = Problem(
+    "SCN690",
+    "this behavior never acts",
+    "a behavior's turn ends with an action; until then the simulated time stands still",
+    "`take` an action or `wait` in every loop",
+    page=Page(
+        "behavior that got stuck",
+        "A loop went round and round within one step. Where that is certain the compiler says SCN602; here it depended "
+        "on the run.",
+        "behavior Count():\n    n = 0\n    while True:\n        n = n + 1\n        if n < 0:\n            wait\n\n"
+        "ego = new Car on road, with behavior Count()\n",
+        "behavior Count():\n    n = 0\n    while True:\n        n = n + 1\n        wait\n\n"
+        "ego = new Car on road, with behavior Count()\n",
+        shown="while the scene runs",
+    ),
+)
+UNDEFINED = Problem(
+    "SCN691",
+    "{what} is not a finite number in this scene",
+    "{reason}",
+    "narrow the ranges, or keep it legal with `max`, `min` or `... if ... else ...`",
+    page=Page(
+        "value that is not a number",
+        "A root, quotient or logarithm has no finite value for some of the numbers that can be drawn, and one of them "
+        "was drawn.",
+        "x = Range(-9, -1)\nego = new Car at (sqrt(x), -30)\n",
+        "x = Range(1, 9)\nego = new Car at (sqrt(x), -30)\n",
+        shown="while the scene is drawn",
     ),
 )

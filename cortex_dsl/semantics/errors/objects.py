@@ -1,4 +1,4 @@
-"""SCN4xx: the ego, the places of objects and their trajectories."""
+"""SCN4xx: the ego, the places of objects and their trajectories. SCN237 to SCN240: classes and mutations."""
 
 from cortex_dsl.diagnostics import Page
 from cortex_dsl.semantics.errors.problems import Problem, warning
@@ -199,5 +199,63 @@ OTHER_SIDE = Problem(
         "`before` counts back from where a trajectory enters the intersection, `after` on from where it leaves.",
         "m = intersection.incomingLanes[0].maneuvers[0]\nego = new Car before intersection by -5 m along m\n",
         "m = intersection.incomingLanes[0].maneuvers[0]\nego = new Car after intersection by 5 m along m\n",
+    ),
+)
+
+# -- SCN23x, SCN240: imports, classes and mutations --------------------------------------------------------------------
+
+_EGO = "ego = new Car on road, with speed 5 m/s\n"
+
+# -- imports ----------------------------------------------------------------------------------------------------------
+
+
+# -- classes and mutations --------------------------------------------------------------------------------------------
+
+NEARLY_A_PROPERTY = warning(
+    "SCN237",
+    "`{name}` is a property of the class alone",
+    "nothing reads it but the file itself",
+    "did you mean `{match}`?",
+    page=Page(
+        "property that may be misspelt",
+        "A class may have properties of its own. One that is spelled almost like a built-in one is probably meant to "
+        "be that.",
+        f"class Taxi(Car):\n    widht: 1.7 m\n\n{_EGO}cab = new Taxi ahead of ego by 9 m\n",
+        f"class Taxi(Car):\n    width: 1.7 m\n\n{_EGO}cab = new Taxi ahead of ego by 9 m\n",
+    ),
+)
+PROPERTY_CYCLE = Problem(
+    "SCN238",
+    "the default of `{name}` needs itself: {cycle}",
+    cure="give one of them a value of its own",
+    page=Page(
+        "property defaults in a circle",
+        "A default may use other properties through `self`, as long as one of them comes first.",
+        f"class Box:\n    width: self.length\n    length: self.width\n\n{_EGO}box = new Box ahead of ego by 9 m\n",
+        f"class Box:\n    width: self.length\n    length: 2 m\n\n{_EGO}box = new Box ahead of ego by 9 m\n",
+    ),
+)
+CANNOT_MUTATE = Problem(
+    "SCN239",
+    "`mutate` needs an object, but `{name}` is {actual}",
+    cure="{cure}",
+    page=Page(
+        "mutation of no object",
+        "`mutate` puts noise on the place and heading of objects.",
+        f"D = 5 m\n{_EGO}mutate D\n",
+        f"{_EGO}mutate ego\n",
+    ),
+)
+MUTATED_ALIAS = Problem(
+    "SCN240",
+    "`{name}` was not made under this name",
+    "`mutate` is told the name to which `new` was assigned",
+    "name the object as where it was made",
+    page=Page(
+        "mutation by another name",
+        "What is placed relative to a mutated object sees its mutated place, so the name must be that under which it "
+        "is made.",
+        f"{_EGO}other = ego\nmutate other\n",
+        f"{_EGO}mutate ego\n",
     ),
 )
