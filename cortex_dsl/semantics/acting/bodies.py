@@ -9,7 +9,7 @@ behaviour itself goes on: not while something that it `do`es is running, but aga
 Source: Scenic 3 reference, "Behavior Definition".
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -33,6 +33,7 @@ from cortex_dsl.semantics.model.values import (
     Vector,
 )
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.tree import assigned_names
 from cortex_dsl.semantics.quantities.algebra import closed_value, is_dynamic
 from cortex_dsl.semantics.quantities.units import dimension_name
 from cortex_dsl.source import Span
@@ -110,26 +111,6 @@ def snapshot(ev: Evaluator, value: Value, span: Span, acts: list[ir.Act]) -> Val
         case tuple():
             return tuple(snapshot(ev, item, span, acts) for item in value)
     return value
-
-
-def assigned_names(statements: Sequence[nodes.Statement], *, repeated: bool) -> Iterator[str]:
-    """Every assignment's names; twice where it may run again."""
-    for statement in statements:
-        match statement:
-            case nodes.Assign(targets=targets):
-                yield from targets * (2 if repeated else 1)
-            case nodes.AugmentedAssign(target=target):
-                yield from (target, target)
-            case nodes.If(branches=branches, otherwise=otherwise):
-                for _, body in branches:
-                    yield from assigned_names(body, repeated=True)
-                yield from assigned_names(otherwise, repeated=True)
-            case nodes.While(body=body):
-                yield from assigned_names(body, repeated=True)
-            case nodes.Try(body=body, handlers=handlers):
-                yield from assigned_names(body, repeated=True)
-                for handler in handlers:
-                    yield from assigned_names(handler.body, repeated=True)
 
 
 # -- bodies ------------------------------------------------------------------------------------------------------------
@@ -247,7 +228,7 @@ class Body:
             return (), ()
 
         def tested(written: Sequence[nodes.Guard], kind: str) -> Guards:
-            return tested(self.ev, written, kind, node.name, self._later, call)
+            return tested_guards(self.ev, written, kind, node.name, self._later, call)
 
         return tested(node.preconditions, "precondition"), tested(node.invariants, "invariant")
 

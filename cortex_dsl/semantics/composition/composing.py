@@ -12,7 +12,7 @@ from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.acting import bodies
 from cortex_dsl.semantics.acting.behaviours import Inliner, monitor_body, stop
-from cortex_dsl.semantics.acting.bodies import Body, Guards, Invocation, assigned_names
+from cortex_dsl.semantics.acting.bodies import Body, Guards, Invocation
 from cortex_dsl.semantics.acting.statements import known_number, required_monitor
 from cortex_dsl.semantics.composition.setting_up import number, place_of, set_up, surely_first
 from cortex_dsl.semantics.errors.problems import Mistake
@@ -30,7 +30,7 @@ from cortex_dsl.semantics.evaluation.geometry import is_present
 from cortex_dsl.semantics.model.context import Evaluator, Moment
 from cortex_dsl.semantics.model.values import Actor, Instance, ScenarioCall, ScenarioValue, Value
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.names.tree import always_condition
+from cortex_dsl.semantics.names.tree import always_condition, assigned_names
 from cortex_dsl.semantics.quantities.units import TIME
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -197,8 +197,8 @@ class Composer(Inliner):
             return body.condition(node, repeated=True)
 
         node = self.node
-        before = bodies.tested(body.ev, node.preconditions, "precondition", node.name, condition, call)
-        during = bodies.tested(body.ev, node.invariants, "invariant", node.name, condition, call)
+        before = bodies.tested_guards(body.ev, node.preconditions, "precondition", node.name, condition, call)
+        during = bodies.tested_guards(body.ev, node.invariants, "invariant", node.name, condition, call)
         return before, during
 
     # -- what it starts ----------------------------------------------------------------------------------------------

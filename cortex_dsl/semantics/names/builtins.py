@@ -237,6 +237,13 @@ SPECIAL_NAMES = {
 }
 """Names with a meaning of their own; `ego` is assigned by the file."""
 
+UNASSIGNABLE: Mapping[str, str] = {
+    "self": "it is the object that a behavior drives",
+    "none": "it stands for no value",
+    "globalParameters": "it holds the params",
+}
+"""Names that a file cannot give a value to, and why."""
+
 
 def names_of(kind: Kind) -> tuple[str, ...]:
     return tuple(row.name for row in _ROWS if row.kind is kind)

@@ -2,6 +2,7 @@
 texts in one space of offsets; and `-p NAME=VALUE`, an expression of the language put in the place of the param's own.
 """
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import PurePath
@@ -13,6 +14,7 @@ from cortex_dsl.semantics.errors.names import (
     BAD_OVERRIDE,
     IMPORT_CYCLE,
     MISSING_IMPORT,
+    NAMELESS_IMPORT,
     TOO_MANY_IMPORTS,
     UNKNOWN_OVERRIDE,
     UNREADABLE_IMPORT,
@@ -151,6 +153,13 @@ def _missing(node: nodes.Import | nodes.ImportFrom, there: list[str]) -> Diagnos
     return MISSING_IMPORT.at(
         node.path_span, path=" or ".join(f"`{path}`" for path in _candidates(node)), suggestion=suggestion
     )
+
+
+def nameless(node: nodes.Import) -> Diagnostic:
+    """What is said of an import whose path has no name to offer."""
+    path = f'"{node.path}"' if node.quoted else node.path
+    name = re.sub(r"\W", "_", PurePath(node.path).stem) if node.quoted else node.path.rpartition(".")[2]
+    return NAMELESS_IMPORT.at(node.path_span, path=node.path, statement=f"import {path}", name=name)
 
 
 def _dotted(path: str) -> str:

@@ -4,15 +4,12 @@ The top level is read in order, so a name must be assigned above its use. Defini
 of the file, because they run after it. In a definition, a name that is assigned anywhere in it is its own.
 """
 
-import re
 from collections.abc import Mapping
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
-from pathlib import PurePath
 
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.semantics.errors.names import (
-    NAMELESS_IMPORT,
     SELF_AS_PARAMETER,
     UNKNOWN_NAME,
     UNKNOWN_PARAM,
@@ -26,8 +23,8 @@ from cortex_dsl.semantics.errors.roads import MAP_TWICE
 from cortex_dsl.semantics.errors.scenarios import UNUSED_MONITOR
 from cortex_dsl.semantics.errors.statements import TEMPORAL_PLACE
 from cortex_dsl.semantics.errors.values import CANNOT_ASSIGN
-from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES, Kind, names_of
-from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile
+from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES, UNASSIGNABLE, Kind, names_of
+from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile, nameless
 from cortex_dsl.semantics.names.placement import check_placement
 from cortex_dsl.semantics.names.tree import (
     TIMED,
@@ -38,6 +35,7 @@ from cortex_dsl.semantics.names.tree import (
     bound_name,
     duplicate,
     is_class,
+    is_searched,
     lists_names,
     looked_at,
     param_entries,
@@ -50,12 +48,6 @@ from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 
 # -- one expression ----------------------------------------------------------------------------------------------------
-
-UNASSIGNABLE: Mapping[str, str] = {
-    "self": "it is the object that a behavior drives",
-    "none": "it stands for no value",
-    "globalParameters": "it holds the params",
-}
 
 
 @frozen
@@ -249,8 +241,6 @@ class BodyNames:
 # -- one file ----------------------------------------------------------------------------------------------------------
 
 Imports = Mapping[Span, ImportedFile]
-SEARCHED = ("Range", "TruncatedNormal", "DiscreteRange", "VerifaiRange", "VerifaiDiscreteRange", "VerifaiOptions")
-"""Distributions that make a param a gene whatever their arguments are."""
 
 
 def check_names(module: nodes.Module, findings: Findings, imports: Imports = NO_FILES) -> None:
@@ -312,7 +302,7 @@ class _Resolver:
             return
         names = Names(self.table, self.known, frozenset(), in_behaviour=isinstance(statement, nodes.ClassDefinition))
         if isinstance(statement, nodes.Import) and bound_name(statement) is None:
-            self.findings.add(_nameless(statement))
+            self.findings.add(nameless(statement))
         if isinstance(statement, nodes.AugmentedAssign):
             names.use(statement.target, statement.span)
         for part in parts(statement):
@@ -355,17 +345,5 @@ class _Resolver:
             if monitor.name not in self.table.used:
                 self.findings.add(UNUSED_MONITOR.at(monitor.name_span, name=monitor.name))
         for entry in param_entries(self.module).values():
-            if entry.name not in self.table.used and _is_searched(entry.value):
+            if entry.name not in self.table.used and is_searched(entry.value):
                 self.findings.add(UNUSED_GENE.at(entry.name_span, name=entry.name))
-
-
-def _nameless(node: nodes.Import) -> Diagnostic:
-    path = f'"{node.path}"' if node.quoted else node.path
-    name = re.sub(r"\W", "_", PurePath(node.path).stem) if node.quoted else node.path.rpartition(".")[2]
-    return NAMELESS_IMPORT.at(node.path_span, path=node.path, statement=f"import {path}", name=name)
-
-
-def _is_searched(value: nodes.Expression) -> bool:
-    if isinstance(value, nodes.WithUnit | nodes.Degrees):
-        value = value.value
-    return isinstance(value, nodes.Call) and isinstance(value.function, nodes.Name) and value.function.id in SEARCHED

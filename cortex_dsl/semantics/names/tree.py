@@ -2,7 +2,7 @@
 which params belong to the system under test.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from functools import cache
 from pathlib import PurePath
@@ -114,6 +114,17 @@ def unit_word(node: nodes.Expression) -> str | None:
     return None
 
 
+SEARCHED = ("Range", "TruncatedNormal", "DiscreteRange", "VerifaiRange", "VerifaiDiscreteRange", "VerifaiOptions")
+"""Distributions that make a param a gene whatever their arguments are."""
+
+
+def is_searched(value: nodes.Expression) -> bool:
+    """Whether the value of a param makes it a gene."""
+    if isinstance(value, nodes.WithUnit | nodes.Degrees):
+        value = value.value
+    return isinstance(value, nodes.Call) and isinstance(value.function, nodes.Name) and value.function.id in SEARCHED
+
+
 # -- what statements bind, and what definitions consist of -------------------------------------------------------------
 
 Definition = nodes.BehaviorDefinition | nodes.MonitorDefinition | nodes.ScenarioDefinition
@@ -148,6 +159,26 @@ def assigned(statements: tuple[nodes.Statement, ...]) -> Iterator[str]:
                 yield from assigned((part,))
             elif isinstance(part, nodes.Handler):
                 yield from assigned(part.body)
+
+
+def assigned_names(statements: Sequence[nodes.Statement], *, repeated: bool) -> Iterator[str]:
+    """Every assignment's names; twice where it may run again."""
+    for statement in statements:
+        match statement:
+            case nodes.Assign(targets=targets):
+                yield from targets * (2 if repeated else 1)
+            case nodes.AugmentedAssign(target=target):
+                yield from (target, target)
+            case nodes.If(branches=branches, otherwise=otherwise):
+                for _, body in branches:
+                    yield from assigned_names(body, repeated=True)
+                yield from assigned_names(otherwise, repeated=True)
+            case nodes.While(body=body):
+                yield from assigned_names(body, repeated=True)
+            case nodes.Try(body=body, handlers=handlers):
+                yield from assigned_names(body, repeated=True)
+                for handler in handlers:
+                    yield from assigned_names(handler.body, repeated=True)
 
 
 def body_of(definition: Definition) -> tuple[nodes.Statement, ...]:
