@@ -2,7 +2,6 @@
 
 import re
 import sys
-from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -10,14 +9,13 @@ import pytest
 from benchmarks.validation.environments import REQUIREMENTS
 from benchmarks.validation.table import BEGIN, END
 from cortex_dsl.cli import main
-from cortex_dsl.exports.formats import FORMATS
-from engine.interchange.kinds import KINDS
-from engine.interchange.osi import VEHICLE, Code, kind_of
+from cortex_dsl.interchange.formats import FORMATS
+from engine.interchange.kinds import KINDS, VEHICLE, Code, kind_of
 from engine.vocabulary import ActorKind
 from tests.test_tutorial import FENCE, commands, pattern
 
 ROOT = Path(__file__).parents[1]
-PAGE = (files("grammar") / "EXPORTS.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[1] / "docs" / "how-to" / "cases-elsewhere.md").read_text(encoding="utf-8")
 
 
 def consoles() -> list[tuple[int, str]]:

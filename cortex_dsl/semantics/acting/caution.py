@@ -15,7 +15,7 @@ Graham 1997, in Noy, "Ergonomics and Safety of Intelligent Driver Interfaces"). 
 close ahead in the lane or intersection.
 
 Giving way waits at the entry of an intersection until the gap in conflicting traffic is long enough. Who conflicts is a
-matter of the road network (`engine.road.yielding`). A vehicle is waited for while it would come into the way within the
+matter of the road network (`engine.road.linking`). A vehicle is waited for while it would come into the way within the
 critical gap at its present speed, or is in the way already. Critical gaps by maneuver are the base values of the
 Highway Capacity Manual (2000), exhibit 17-5, two-lane major street: the turn across oncoming traffic 4.1 s, the near
 turn 6.2 s, straight across 6.5 s.
@@ -46,9 +46,9 @@ from cortex_dsl.semantics.evaluation.lanes import Trajectory, index_of, lane_at,
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.model.wording import kind_name
+from engine.road.linking import Window, windows
 from engine.road.network import LaneRole, Maneuver
 from engine.road.sections import maneuver_of
-from engine.road.yielding import Window, windows
 from engine.vocabulary import Command, ManeuverType, Op, State
 
 REFERENCE_DECELERATION = 6.0

@@ -34,7 +34,6 @@ from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 from engine.program import RoadSpec
 from engine.road.build import build_network
-from engine.road.errors import wrong_alone, wrong_together
 from engine.road.network import Lane, Network
 from engine.road.sections import (
     faster,
@@ -42,6 +41,7 @@ from engine.road.sections import (
     to_left,
     to_right,
 )
+from engine.road.specification import wrong_alone, wrong_together
 from engine.tables import ROAD_REGION
 
 _WHOLE = ("ways", "lanes", "rows", "cols")

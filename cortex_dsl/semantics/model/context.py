@@ -23,6 +23,7 @@ from cortex_dsl.semantics.quantities.units import dimension_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
+from engine.errors import Signal
 from engine.frozen import frozen
 from engine.vocabulary import GeneKind, Op
 
@@ -230,7 +231,7 @@ MOST_VALUES = 24
 """Values kept of one expression, which has one for every way of making the choices of the file."""
 
 
-class Superseded(Exception):  # noqa: N818 - no error: a newer text has come
+class Superseded(Signal):
     """Stops a compilation whose result nobody waits for any more."""
 
 

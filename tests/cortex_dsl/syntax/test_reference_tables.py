@@ -18,12 +18,12 @@ from cortex_dsl.semantics.evaluation.roads import MAP_ARGUMENTS
 from cortex_dsl.semantics.model.state import DEFAULT_ALL_RED, DEFAULT_GREEN, DEFAULT_YELLOW
 from cortex_dsl.semantics.names.builtins import BUILTINS, FLAGS, IGNORED, PROPERTIES, Builtin, Kind, Parameter, Property
 from cortex_dsl.semantics.quantities.units import ANGLE, dimension_name, si_word
-from cortex_dsl.syntax import later
+from cortex_dsl.syntax import words
 from engine.config import SimulationConfig
 from engine.program import RoadSpec
-from engine.road.errors import LENGTHS, MAX_INTERSECTIONS, MAX_LANES
+from engine.road.specification import LENGTHS, MAX_INTERSECTIONS, MAX_LANES
 
-PAGE = Path(__file__).parents[3] / "grammar" / "REFERENCE.md"
+PAGE = Path(__file__).parents[3] / "docs" / "reference" / "language.md"
 TABLE = re.compile(r"<!-- table: (?P<name>\w+) -->\n(?P<rows>.*?)<!-- end -->", re.DOTALL)
 INFINITY = float("inf")
 Rows = Iterable[tuple[str, ...]]
@@ -173,11 +173,15 @@ def property_range(prop: Property) -> str:
 
 
 def missing() -> Rows:
-    tables = {"statement": later.STATEMENTS, "operator": later.OPERATORS, "specifier": later.SPECIFIERS}
-    for kind, words in tables.items():
-        cured = {word: text for word, text in words.items() if word in later.INSTEAD}
+    tables = {
+        "statement": words.LATER_STATEMENTS,
+        "operator": words.LATER_OPERATORS,
+        "specifier": words.LATER_SPECIFIERS,
+    }
+    for kind, later in tables.items():
+        cured = {word: text for word, text in words.items() if word in words.INSTEAD}
         rest = [text for word, text in words.items() if word not in cured]
-        yield from ((text, kind, plain(later.INSTEAD[word])) for word, text in cured.items())
+        yield from ((text, kind, plain(words.INSTEAD[word])) for word, text in cured.items())
         yield ", ".join(rest), kind, ""
 
 
