@@ -8,7 +8,6 @@ from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from cortex_dsl import ir
-from cortex_dsl.interchange.scenic.expressions import call
 from cortex_dsl.interchange.scenic.words import (
     ALIASES,
     BEHAVIOURS,

@@ -179,8 +179,8 @@ def missing() -> Rows:
         "specifier": words.LATER_SPECIFIERS,
     }
     for kind, later in tables.items():
-        cured = {word: text for word, text in words.items() if word in words.INSTEAD}
-        rest = [text for word, text in words.items() if word not in cured]
+        cured = {word: text for word, text in later.items() if word in words.INSTEAD}
+        rest = [text for word, text in later.items() if word not in cured]
         yield from ((text, kind, plain(words.INSTEAD[word])) for word, text in cured.items())
         yield ", ".join(rest), kind, ""
 
