@@ -11,7 +11,6 @@ from typing import Any
 
 import pytest
 
-from engine.search import plugins
 from tests.test_tutorial import FENCE, pattern
 
 ROOT = Path(__file__).parents[1]
@@ -42,7 +41,7 @@ def test_the_page_can_be_followed(
     shutil.copy(ROOT / "examples" / "left_turn.scn", tmp_path / "examples")
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(plugins, "entry_points", entry_points)
+    monkeypatch.setattr("engine.search.searchers.entry_points", entry_points)
     space: dict[str, Any] = {"__name__": "page"}
     for line, words, text, shown in blocks():
         if words:

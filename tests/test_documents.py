@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.catalogue import find
-from cortex_dsl.cli.commands import SUBCOMMANDS
-from cortex_dsl.cli.parser import build_parser
+from cortex_dsl.api.codes import find
+from cortex_dsl.cli.command_table import SUBCOMMANDS
+from cortex_dsl.cli.file_options import build_parser
 from docs.builder.pages import GENERATED, anchor
 
 ROOT = Path(__file__).parents[1]

@@ -3,9 +3,8 @@
 import argparse
 from collections.abc import Sequence
 
-from cortex_dsl.cli.exits import Exit, UsageError
-from cortex_dsl.cli.parser import Parser
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.command import Parser
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from engine.extras import installing
 
 

@@ -6,13 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import cortex_dsl
-from cortex_dsl.cli.arguments import GENERATION_LIMIT, SEED_LIMIT, aggregate, whole_number
-from cortex_dsl.cli.common_options import add_common, add_dask, add_jobs, command_parser
-from cortex_dsl.cli.compiling import compile_request
-from cortex_dsl.cli.exits import Exit, UsageError
-from cortex_dsl.cli.parser import Parser
-from cortex_dsl.cli.request import Mode, Request
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.command import Parser, add_common, add_dask, add_jobs, command_parser
+from cortex_dsl.console.compiling import compile_request
+from cortex_dsl.console.request import GENERATION_LIMIT, SEED_LIMIT, Mode, Request, aggregate, whole_number
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
@@ -100,7 +97,7 @@ def study_plan(options: argparse.Namespace, arguments: Sequence[str], terminal: 
     """
     from engine.errors import CortexError
     from engine.extras import MissingExtraError
-    from engine.search.plugins import PluginError
+    from engine.search.searchers import PluginError
     from engine.study.plan import Plan, check, with_own_seeds
 
     methods = tuple(dict.fromkeys(_methods(options.methods)))
@@ -164,7 +161,7 @@ def _unfolded(paths: Sequence[Path]) -> list[Path]:
 
 def _the_six(terminal: Terminal) -> list[Path]:
     """The paper's scenarios, as they lie beside this program; say so."""
-    from engine.paper.numbers import FILES
+    from engine.paper import FILES
 
     files = [EXAMPLES / f"{name}.scn" for name in FILES]
     if not all(file.is_file() for file in files):
@@ -193,8 +190,8 @@ def _subject(request: Request, name: str, terminal: Terminal) -> "Subject | Exit
         return compiled
     if not len(compiled.program.space):
         raise UsageError(f"`{request.file}` has no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
-    from cortex_dsl.cli.simulation import open_scenario
-    from cortex_dsl.runs import origin_of
+    from cortex_dsl.api.run_folder import origin_of
+    from cortex_dsl.console.simulating import open_scenario
     from engine.study.plan import Subject
 
     scenario = open_scenario(request, compiled)

@@ -2,6 +2,7 @@
 
 from shlex import quote
 
+from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.page.element import Element, element
 from cortex_dsl.page.understanding import part, table
 from cortex_dsl.report.numbers import percent
@@ -15,9 +16,7 @@ from cortex_dsl.report.probability_view import (
     interval_text,
     probability_text,
 )
-from cortex_dsl.runs import OpenedRun
-from engine.search.estimated import Probability
-from engine.search.kept_probability import kept
+from engine.search.probability.estimates import Probability, kept
 
 NOTE = (
     "Given a valid run, when every param is drawn as the file says. What a search found tells nothing "

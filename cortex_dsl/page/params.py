@@ -9,9 +9,9 @@ from cortex_dsl.page.understanding import part, share_style, table
 from cortex_dsl.report.analysis_view import varying
 from cortex_dsl.report.numbers import fixed, percent
 from engine.program import ParamSpace
-from engine.search.analysis import Analysis
 from engine.search.evaluations import Evaluations
-from engine.search.sensitivity import Indices, Sensitivity, Share
+from engine.search.insight.analysis import Analysis
+from engine.search.insight.sensitivity import Indices, Sensitivity, Share
 from engine.tables import Floats
 from engine.vocabulary import GeneKind
 

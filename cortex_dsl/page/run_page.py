@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from cortex_dsl.api.runs import WORST, OpenedRun, first_cases
 from cortex_dsl.page import case_card, endings, likely, params, run_charts, summary, understanding, where
 from cortex_dsl.page.case import ToldCase, tell_case
 from cortex_dsl.page.document import page
@@ -12,15 +13,14 @@ from cortex_dsl.page.player import player_data
 from cortex_dsl.page.understanding import part
 from cortex_dsl.report.numbers import counted, fixed
 from cortex_dsl.report.titles import first_line
-from cortex_dsl.runs import WORST, OpenedRun, first_cases
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
-from engine.search.analysis import BUDGET, Analysis, analyse
-from engine.search.exports import collisions_by_partner
-from engine.search.figures import distinct_collisions
+from engine.search.evaluations import distinct_collisions
+from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.journal import finite
 from engine.search.journal_reader import Record
 from engine.search.ranking import Case
+from engine.search.result_files import collisions_by_partner
 
 CASES = 10
 """Cases that a page replays."""

@@ -10,10 +10,9 @@ from cortex_dsl.page.figures import new_figure, save_all
 from cortex_dsl.page.run_charts import METRICS, PaperMetric
 from cortex_dsl.page.study_page import SHOWN, measure_called
 from cortex_dsl.page.summary import method_name
-from engine.study.comparisons import Comparison, compare_all, sample
-from engine.study.curves import curve_of, smoothed
-from engine.study.measures import Measure
-from engine.study.reading import Study
+from engine.study.comparisons import Comparison, Measure, compare_all, sample
+from engine.study.database import Study
+from engine.study.run_records import curve_of, smoothed
 
 ACROSS = 3
 """Panels beside one another, at most."""

@@ -15,12 +15,11 @@ from cortex_dsl.page.run_page import top_bar
 from cortex_dsl.page.summary import method_name
 from cortex_dsl.page.understanding import part
 from engine.search.journal import finite
-from engine.study.comparisons import sample
-from engine.study.curves import curve_of, smoothed
-from engine.study.exports import test_row
-from engine.study.findings import FAMILIES, RULE, Findings, findings
-from engine.study.measures import MEASURES, Measure
-from engine.study.reading import Study
+from engine.study.comparisons import MEASURES, Measure, sample
+from engine.study.database import Study
+from engine.study.run_records import curve_of, smoothed
+from engine.study.study_files import test_row
+from engine.study.verdict import FAMILIES, RULE, Findings, findings
 
 SHOWN = ("colliding genomes", "distinct failures", "failing cells", "RL", "MDG", "MDEC", "NIS")
 """Measures with box plots of their own."""

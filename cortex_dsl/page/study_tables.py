@@ -7,11 +7,9 @@ from cortex_dsl.report.numbers import counted, fixed, percent
 from cortex_dsl.report.study_numbers import p_text, quartiles, told
 from cortex_dsl.report.study_paper_view import differences
 from engine.search.statistics import Interval
-from engine.study.against_paper import Beside
-from engine.study.comparisons import Comparison, Spread
-from engine.study.findings import Findings
-from engine.study.measures import DISTINCT_FAILURES, PRIMARY
-from engine.study.reading import Study
+from engine.study.comparisons import DISTINCT_FAILURES, PRIMARY, Comparison, Spread
+from engine.study.database import Study
+from engine.study.verdict import Beside, Findings
 
 
 def primary(study: Study, found: Findings) -> Node:

@@ -9,9 +9,8 @@ from cortex_dsl.report.ends import partners_text
 from cortex_dsl.report.numbers import counted, duration, fixed, percent, ratio
 from cortex_dsl.report.search_view import METHOD_NAMES
 from engine.risk import HIGHEST_RISK
-from engine.search.figures import Figures, distinct_collisions, figures
+from engine.search.evaluations import Figures, distinct_collisions, figures, partners
 from engine.search.journal_reader import Record
-from engine.search.partners import partners
 from engine.search.ranking import worst_cases
 from engine.search.statistics import clopper_pearson
 from engine.vocabulary import Verdict

@@ -19,8 +19,8 @@ from cortex_dsl.report.layout import shortened
 from cortex_dsl.report.numbers import counted, fixed, percent
 from engine.avoidability import Avoidability, Avoidance
 from engine.program import ParamSpace
-from engine.search.analysis import Analysis
-from engine.search.diversity import Grid
+from engine.search.insight.analysis import Analysis
+from engine.search.insight.diversity import Grid
 
 AVOIDANCE_STYLES = {Avoidance.AVOIDABLE: "hit", Avoidance.BRAKED_AS_HARD: "warn", Avoidance.UNSEEN: "warn"}
 """What speaks against the ego stands out."""

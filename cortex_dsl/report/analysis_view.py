@@ -12,10 +12,10 @@ from cortex_dsl.report.layout import columns, heading, indented, left, right, se
 from cortex_dsl.report.numbers import ABSENT, column_decimals, counted, fixed, percent, whole
 from cortex_dsl.report.params import format_gene
 from engine.program import ParamSpace, Program
-from engine.search.analysis import Analysis
-from engine.search.clusters import Cluster, Condition
-from engine.search.diversity import Grid
-from engine.search.sensitivity import Indices, Sensitivity, Share
+from engine.search.insight.analysis import Analysis
+from engine.search.insight.clusters import Cluster, Condition
+from engine.search.insight.diversity import Grid
+from engine.search.insight.sensitivity import Indices, Sensitivity, Share
 from engine.search.statistics import Interval
 from engine.vocabulary import GeneKind
 

@@ -9,7 +9,7 @@ from rich.text import Text
 from cortex_dsl.report.layout import columns, left, right
 from cortex_dsl.report.numbers import ABSENT, counted, fixed, percent, ratio, whole
 from engine.avoidability import Avoidability, Avoidance
-from engine.search.analysis import Analysis, Avoided
+from engine.search.insight.analysis import Analysis, Avoided
 
 AVOIDANCES = {
     Avoidance.AVOIDABLE: ("avoidable", "good", "the reference driver would have stopped or passed in time"),

@@ -7,8 +7,7 @@ import numpy as np
 
 from cortex_dsl.report.story import END_TEXTS, end_text
 from engine.program import Program
-from engine.search.evaluations import Evaluations
-from engine.search.partners import NOBODY, Partners, partner_of, partners
+from engine.search.evaluations import NOBODY, Evaluations, Partners, partner_of, partners
 from engine.vocabulary import EndReason, Verdict
 
 

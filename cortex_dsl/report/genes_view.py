@@ -12,9 +12,9 @@ from cortex_dsl.report.numbers import ABSENT, column_decimals, fixed, significan
 from cortex_dsl.report.params import format_gene
 from cortex_dsl.report.sparkline import bar, sparkline
 from engine.program import ParamSpace
-from engine.search.campaign import Campaign
-from engine.search.genes import GeneEffect
+from engine.search.insight.genes import GeneEffect
 from engine.search.ranking import order_of_risk
+from engine.search.run import Campaign
 from engine.tables import Floats
 from engine.vocabulary import GeneKind
 

@@ -6,7 +6,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from cortex_dsl.report.layout import columns, left, section
-from engine.paper.check import Claim, by_assumption, said
+from engine.paper import Claim, by_assumption, said
 
 
 def paper_view(claims: Sequence[Claim], everything: bool) -> RenderableType:

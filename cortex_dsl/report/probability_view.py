@@ -10,8 +10,8 @@ from cortex_dsl.report.ends import partners_text
 from cortex_dsl.report.layout import heading
 from cortex_dsl.report.numbers import counted, percent, significant, whole
 from engine.program import Program
-from engine.search.estimated import JOINT, PARAMS, Probability
-from engine.search.partners import Partners
+from engine.search.evaluations import Partners
+from engine.search.probability.estimates import JOINT, PARAMS, Probability
 from engine.search.statistics import Interval
 
 HOW = {

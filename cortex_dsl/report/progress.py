@@ -14,7 +14,7 @@ from cortex_dsl.report.numbers import duration, fixed, whole
 from cortex_dsl.report.risk_view import HIGHEST
 from cortex_dsl.report.sparkline import sparkline
 from cortex_dsl.report.theme import method_style
-from engine.search.figures import Figures
+from engine.search.evaluations import Figures
 
 BAR = 20
 CURVE = 36

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from engine.search.campaign import Campaign
+from engine.search.run import Campaign
 
 
 @dataclass(frozen=True)

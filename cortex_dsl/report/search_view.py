@@ -22,9 +22,8 @@ from cortex_dsl.report.theme import method_style
 from cortex_dsl.report.titles import title_of
 from cortex_dsl.report.worst_table import common_line, worst_files, worst_table
 from engine.program import Program
-from engine.search.diversity import distinct_failures
-from engine.search.figures import Figures
-from engine.search.partners import partners
+from engine.search.evaluations import Figures, partners
+from engine.search.insight.diversity import distinct_failures
 from engine.search.protocol import Box
 from engine.vocabulary import EndReason, Verdict
 

@@ -3,8 +3,7 @@
 import math
 
 from cortex_dsl.report.numbers import fixed, whole
-from engine.study.comparisons import Comparison, Spread
-from engine.study.measures import FIRST
+from engine.study.comparisons import FIRST, Comparison, Spread
 
 
 def told(value: float, row: Comparison) -> str:

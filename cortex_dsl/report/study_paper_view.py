@@ -8,10 +8,8 @@ from rich.text import Text
 
 from cortex_dsl.report.layout import columns, left, right, section
 from cortex_dsl.report.numbers import fixed, percent, ratio
-from engine.paper.numbers import Study as StudyRow
-from engine.study.against_paper import Beside
-from engine.study.findings import Findings
-from engine.study.rates import RandomRates
+from engine.paper import Study as StudyRow
+from engine.study.verdict import Beside, Findings, RandomRates
 
 
 def paper_sections(findings: Findings, width: int) -> Iterator[RenderableType]:

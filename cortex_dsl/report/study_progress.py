@@ -15,7 +15,7 @@ from rich.text import Text
 from cortex_dsl.report.layout import columns, left
 from cortex_dsl.report.numbers import duration, whole
 from engine.study.plan import Plan
-from engine.study.records import RunRecord
+from engine.study.run_records import RunRecord
 
 WIDEST = 14
 """Characters of a bar."""

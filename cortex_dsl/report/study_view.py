@@ -10,9 +10,9 @@ from cortex_dsl.report.numbers import counted, duration, fixed
 from cortex_dsl.report.study_numbers import missing_lines, p_text, quartiles, told
 from cortex_dsl.report.study_paper_view import paper_sections
 from engine.study.comparisons import Comparison, Spread
-from engine.study.findings import FAMILIES, RULE, Findings
+from engine.study.database import Study
 from engine.study.plan import Plan
-from engine.study.reading import Study
+from engine.study.verdict import FAMILIES, RULE, Findings
 
 SHOWN = (
     "colliding genomes",

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from cortex_dsl.cli import main
-from cortex_dsl.cli.commands import SUBCOMMANDS
+from cortex_dsl.cli.command_table import SUBCOMMANDS
 
 Pages = dict[str, str]
 """Text of pages by their place in the site."""

@@ -2,11 +2,15 @@
 
 The unit of work is a batch of scenes, and a batch is a pure function of program, settings, genomes and stream keys: a
 result is the same wherever it was worked out, and a batch that was lost with its worker is simply done again. Workers
-return rows; nobody but the process that started the search writes.
+return rows; nobody but the process that started the search writes. Ctrl-C is for whoever started the workers, and they
+do not outlive that one.
 """
 
 import logging
 import multiprocessing
+import os
+import signal
+import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -14,15 +18,46 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
+from multiprocessing import resource_tracker
 from typing import Any, Literal
 
 from engine.config import Config
 from engine.errors import CortexError
+from engine.extras import needed
+from engine.outcomes import Assessment
 from engine.program import Program
-from engine.search.assessment import Assessment, Evaluate, concatenate
-from engine.search.methods.extras import needed
-from engine.search.processes import serve_parent, unheard_by_children
+from engine.search.assessment import Evaluate, concatenate
 from engine.tables import Floats, Ints
+
+# -- Ctrl-C ------------------------------------------------------------------------------------------------------------
+
+
+def serve_parent() -> None:
+    """First call in a worker: Ctrl-C is for the parent; and where that is gone, there is nobody to work for."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
+
+
+@contextmanager
+def unheard_by_children() -> Iterator[None]:
+    """Hold Ctrl-C back for a moment: processes that are started meanwhile never hear it, this one does afterwards.
+
+    The helper of multiprocessing that comes with the first process is started before: it would let Ctrl-C in again.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+# -- workers -----------------------------------------------------------------------------------------------------------
 
 Kind = Literal["threads", "processes", "dask"]
 

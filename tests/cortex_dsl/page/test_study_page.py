@@ -9,8 +9,8 @@ import pytest
 from cortex_dsl.cli import main
 from cortex_dsl.page.run_charts import METRICS
 from cortex_dsl.page.study_page import SHOWN
-from engine.study.findings import findings
-from engine.study.reading import Study, read_study
+from engine.study.database import Study, read_study
+from engine.study.verdict import findings
 
 from .conftest import HOSTILE, SCENARIO, Reader
 

@@ -9,6 +9,7 @@ import pytest
 
 from cortex_dsl.report.search_report import SearchReport
 from engine.config import SearchConfig
+from engine.outcomes import Assessment, Outcomes
 from engine.program import (
     ChoiceLabel,
     ParamSpace,
@@ -19,14 +20,13 @@ from engine.program import (
     Settings,
     VariantLabel,
 )
-from engine.scenes import Outcomes, Scenes, Trajectory
-from engine.search.assessment import Assessment, take
-from engine.search.campaign import Campaign
-from engine.search.evaluations import Evaluations, judge
-from engine.search.figures import distinct_collisions, figures, generation_figures
-from engine.search.genes import Probes, gene_effects
+from engine.scenes import Scenes, Trajectory
+from engine.search.assessment import take
+from engine.search.evaluations import Evaluations, distinct_collisions, figures, generation_figures, judge
+from engine.search.insight.genes import Probes, gene_effects
 from engine.search.protocol import Box
 from engine.search.ranking import worst_cases
+from engine.search.run import Campaign
 from engine.tables import CodeTables, RoadTables
 from engine.vocabulary import Distribution, EndReason, GeneKind, Method, State, Verdict
 

@@ -12,8 +12,8 @@ from cortex_dsl.report.analysis_view import condition_text
 from cortex_dsl.report.avoidance_view import lost_text, margin_text, system_lines
 from engine.avoidability import Avoidability, Avoidance
 from engine.program import ParamSpace
-from engine.search.analysis import Avoided, SystemShare, _system_shares
-from engine.search.clusters import Condition
+from engine.search.insight.analysis import Avoided, SystemShare, _system_shares
+from engine.search.insight.clusters import Condition
 from engine.vocabulary import GeneKind
 
 

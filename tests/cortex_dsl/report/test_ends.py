@@ -9,8 +9,7 @@ from cortex_dsl.report.ends import ends_of, partners_text
 from cortex_dsl.report.search_report import SearchReport
 from cortex_dsl.report.search_view import headline
 from engine.program import Program
-from engine.search.evaluations import Evaluations
-from engine.search.partners import Partners
+from engine.search.evaluations import Evaluations, Partners
 from engine.vocabulary import EndReason
 
 

@@ -13,20 +13,15 @@ from engine.config import Config, SearchConfig
 from engine.extras import MissingExtraError
 from engine.program import ParamSpace
 from engine.search.assessment import Evaluate
-from engine.search.campaign import Campaign, run_campaign
-from engine.search.methods.annealing import Annealing, reflected
-from engine.search.methods.cma import CovarianceAdaptation
-from engine.search.methods.cross_entropy import CrossEntropy, truncated_normal
-from engine.search.methods.cube import Cube
-from engine.search.methods.differential_evolution import DifferentialEvolution
+from engine.search.methods.cube import Cube, reflected
+from engine.search.methods.external import CovarianceAdaptation, Illumination, NonDominatedSorting, objectives
 from engine.search.methods.ga import GeneticAlgorithm
-from engine.search.methods.illumination import Illumination
 from engine.search.methods.niching import NichingSearch, gene_weights
-from engine.search.methods.nsga2 import NonDominatedSorting, objectives
-from engine.search.methods.quasi_random import QuasiRandom
-from engine.search.methods.random_search import RandomSearch
+from engine.search.methods.optimizers import Annealing, CrossEntropy, DifferentialEvolution, truncated_normal
+from engine.search.methods.space_filling import QuasiRandom, RandomSearch
 from engine.search.methods.table import SEARCHERS
 from engine.search.protocol import Box, Result, Searcher, Status, StreamAt
+from engine.search.run import Campaign, run_campaign
 from engine.search.searchers import UnknownMethodError, build_searcher, canonical
 from engine.streams import FIELD_BITS, operator_generator
 from engine.vocabulary import GeneKind, Method, Verdict
