@@ -5,6 +5,8 @@ from dataclasses import replace
 from math import isnan
 from pathlib import Path
 
+from cortex_dsl.api.runs import OpenedRun, open_run
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.search_output import checked_run, usage_errors
 from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_jobs, add_run
 from cortex_dsl.console.compiling import compile_request
@@ -14,8 +16,6 @@ from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.report.analysis_view import analysis_view, condition_text
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.probability_view import probability_view
-from cortex_dsl.runs import OpenedRun, open_run
-from cortex_dsl.session import Scenario
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.probability.estimates import keep
 from engine.search.probability.monte_carlo import CONDITIONS, JOINT, PARAMS, REPETITIONS, Probability, estimate

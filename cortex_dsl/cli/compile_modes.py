@@ -55,7 +55,7 @@ def _sizes(compiled: "Compiled") -> str:
 
 def _requirements(compiled: "Compiled") -> int:
     """How many are written: on scenes and on the run, not those that the compiler adds."""
-    from cortex_dsl.semantics.tree import everything_in
+    from cortex_dsl.semantics.names.tree import everything_in
     from cortex_dsl.syntax import nodes
 
     modules = (compiled.module, *dict.fromkeys(file.module for file in compiled.imports.values()))
@@ -108,7 +108,7 @@ def _later_stage(request: CompileRequest, stage: str, terminal: Terminal) -> str
     if isinstance(compiled, Exit):
         return compiled
     if stage == "ir":
-        from cortex_dsl.semantics.printing.listing import format_ir
+        from cortex_dsl.semantics.printing import format_ir
 
         return format_ir(compiled.scenario)
     from cortex_dsl.lowering.program_listing import format_program

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.file_options import build_parser, to_request
 from cortex_dsl.console.compiling import compile_request, show
 from cortex_dsl.console.request import CompileRequest, RunRequest
@@ -22,7 +23,6 @@ from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.run_document import requirements_content
 from cortex_dsl.report.sample_view import most_to_blame, sample_view
 from cortex_dsl.report.tally import Tally
-from cortex_dsl.session import Scenario
 from engine.config import SimulationConfig
 from engine.feasibility import explain
 from engine.program import Program
@@ -30,7 +30,7 @@ from engine.scenes import Scenes
 from engine.vocabulary import Method, Verdict
 
 if TYPE_CHECKING:
-    from engine.blame import Account
+    from engine.acceptance import Account
 
 
 def run_once(request: CompileRequest, run: RunRequest, terminal: Terminal) -> int:
@@ -133,7 +133,7 @@ def _warm_up(program: Program, config: SimulationConfig) -> None:
 
 def _account(program: Program, run: RunRequest) -> "Account":
     """Who is to blame for what was thrown away."""
-    from engine.blame import account, weigh
+    from engine.acceptance import account, weigh
 
     return account(weigh(program, seed=run.seed or 0), run.target)
 

@@ -10,14 +10,13 @@ from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, with_exampl
 from cortex_dsl.console.request import SEED_LIMIT, assignment, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import place_files
-from cortex_dsl.exports.formats import FORMATS, checked_of, missing_extra
+from cortex_dsl.interchange.formats import FORMATS, checked_of, missing_extra
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
-    from cortex_dsl.exports.cases import ExportCase
-    from cortex_dsl.exports.findings import Finding
-    from cortex_dsl.exports.gathering import Gathered
-    from engine.interchange.export import ExportOptions
+    from cortex_dsl.interchange.cases import ExportCase
+    from cortex_dsl.interchange.writing import Gathered
+    from engine.interchange.contract import ExportOptions, Finding
 
 FOLDER = "exports"
 """Where files go unless --out says otherwise: inside the run's folder, or here."""
@@ -104,9 +103,9 @@ def _home(path: Path) -> Path:
 
 def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
     """Case K of a run, or its first N."""
+    from cortex_dsl.api.runs import every_case
     from cortex_dsl.cli.search_output import opened_run
-    from cortex_dsl.exports.cases import case_of_run
-    from cortex_dsl.runs import every_case
+    from cortex_dsl.interchange.cases import case_of_run
 
     for flag, value in (("--seed", options.seed), ("-p", options.param), ("--scenario", options.scenario)):
         if value is not None:
@@ -128,7 +127,7 @@ def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
 def _of_file(options: argparse.Namespace, terminal: Terminal) -> "list[ExportCase] | int":
     """The scene that `cortexc FILE.scn` shows, which may be invalid or fail."""
     from cortex_dsl.cli.draw_modes import drawn_scene
-    from cortex_dsl.exports.cases import case_of_scene
+    from cortex_dsl.interchange.cases import case_of_scene
     from engine.vocabulary import Verdict
 
     for flag, value in (("--case", options.case), ("--top", options.top)):
@@ -170,10 +169,9 @@ def _write(
     options: argparse.Namespace,
     terminal: Terminal,
 ) -> int:
-    from cortex_dsl.exports.gathering import gather
+    from cortex_dsl.interchange.writing import gather
     from cortex_dsl.report.export_view import Written, export_document, export_view
-    from engine.interchange.errors import InterchangeError
-    from engine.interchange.export import ExportOptions
+    from engine.interchange.contract import ExportOptions, InterchangeError
 
     how = ExportOptions(options.osc or "1.2", options.mode or "trajectory")
     try:
@@ -197,7 +195,7 @@ def _write(
 def _findings(
     cases: "Sequence[ExportCase]", gathered: "Gathered", formats: Sequence[str], folder: Path, how: "ExportOptions"
 ) -> "list[Finding]":
-    from cortex_dsl.exports.formats import checker_of
+    from cortex_dsl.interchange.formats import checker_of
 
     findings: dict[Finding, None] = {}
     for case, names in zip(cases, gathered.names, strict=True):

@@ -16,14 +16,13 @@ from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.request import seconds
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import place_files, reason
-from cortex_dsl.exports.formats import FORMATS
+from cortex_dsl.interchange.formats import FORMATS
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
     from cortex_dsl.report.measured_view import MeasuredReport
-    from engine.interchange.errors import InterchangeError
-    from engine.interchange.export import Export
-    from engine.interchange.reading import Imported
+    from engine.interchange.contract import Export, InterchangeError
+    from engine.interchange.openscenario.read import Imported
 
 TABLES = (".csv", ".parquet")
 SCENARIO = ".xosc"
@@ -44,7 +43,7 @@ IMPORTED = Reader("import", (SCENARIO,), "cortexc import case.xosc")
 
 def _perform(reader: Reader, options: argparse.Namespace, terminal: Terminal) -> int:
     """Read, measure, show."""
-    from engine.interchange.errors import InterchangeError
+    from engine.interchange.contract import InterchangeError
 
     _check(reader, options)
     try:
@@ -123,7 +122,7 @@ def _report(reader: Reader, options: argparse.Namespace, terminal: Terminal) -> 
 
 def _read(options: argparse.Namespace) -> "Imported":
     if options.file.suffix.lower() == SCENARIO:
-        from engine.interchange.reading import read_openscenario
+        from engine.interchange.openscenario.read import read_openscenario
 
         return read_openscenario(options.file, ego=options.ego, step=options.step)
     from engine.interchange.tables import read_table
@@ -231,7 +230,7 @@ def _converted(report: "MeasuredReport", options: argparse.Namespace) -> "Measur
 
 
 def _exports(report: "MeasuredReport", options: argparse.Namespace) -> "Iterator[Export]":
-    from cortex_dsl.exports.formats import recording_writer_of
+    from cortex_dsl.interchange.formats import recording_writer_of
 
     for name in options.to:
         if FORMATS[name].of_recording:
@@ -242,7 +241,7 @@ def _exports(report: "MeasuredReport", options: argparse.Namespace) -> "Iterator
 
 def _openscenario(report: "MeasuredReport", stem: str, osc: str | None) -> "Export":
     """The `.xosc`, and beside it a copy of the road that was read."""
-    from engine.interchange.export import Export, ExportOptions
+    from engine.interchange.contract import Export, ExportOptions
     from engine.interchange.openscenario import write_trajectories
 
     road = None if report.road is None else Path(report.road.path)

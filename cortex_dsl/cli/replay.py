@@ -48,9 +48,9 @@ def _check_target(path: Path | None) -> None:
 
 def _of_run(folder: Path, rank: int) -> Found:
     """Case `rank` of a run, 1 the worst."""
+    from cortex_dsl.api.runs import every_case
     from cortex_dsl.cli.search_output import opened_run
     from cortex_dsl.page.run_page import told_case
-    from cortex_dsl.runs import every_case
 
     run = opened_run(folder)
     cases = every_case(run.record)

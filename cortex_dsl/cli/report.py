@@ -12,7 +12,7 @@ from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import reason, write_output
 
 if TYPE_CHECKING:
-    from cortex_dsl.runs import OpenedRun
+    from cortex_dsl.api.runs import OpenedRun
     from engine.study.database import Study
 
 PAGE = "report.html"

@@ -5,6 +5,9 @@ import textwrap
 from importlib.util import find_spec
 from pathlib import Path
 
+from cortex_dsl.api.run_folder import Found, search_and_keep
+from cortex_dsl.api.runs import OpenedRun, go_on, open_run
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.search_output import chosen_workers, removed, show_found, usage_errors, watched
 from cortex_dsl.cli.study import resume_study, study_workers
 from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_dask, add_jobs, add_run
@@ -12,9 +15,6 @@ from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.request import GENERATION_LIMIT, CompileRequest, RunRequest, SearchRequest, whole_number
 from cortex_dsl.console.simulating import compile_kernels, open_scenario
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
-from cortex_dsl.hunting import Found, go_on, hunt
-from cortex_dsl.runs import OpenedRun, open_run
-from cortex_dsl.session import Scenario
 from cortex_dsl.spelling import nearest
 from engine.extras import installing
 from engine.program import Program
@@ -60,7 +60,7 @@ def _search(method: str, scenario: Scenario, run: RunRequest, asked: SearchReque
     """One whole search with its run directory."""
     folder = _folder(method, asked, scenario.program)
     with watched(terminal, method, asked.generations) as on_generation:
-        return hunt(
+        return search_and_keep(
             scenario,
             method,
             folder,

@@ -11,17 +11,17 @@ from dataclasses import replace
 from math import nan
 from pathlib import Path
 
+from cortex_dsl.api.run_folder import Found, OnRemoved
+from cortex_dsl.api.runs import OpenedRun, check_journal, open_run
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.compiling import show
 from cortex_dsl.console.request import CompileRequest
 from cortex_dsl.console.simulating import mistake_of
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
-from cortex_dsl.hunting import Found, OnRemoved
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.progress import SearchProgress
 from cortex_dsl.report.search_report import SearchReport
 from cortex_dsl.report.search_view import comparison_view, failures_line, search_view
-from cortex_dsl.runs import OpenedRun, check_journal, open_run
-from cortex_dsl.session import Scenario
 from engine.extras import MissingExtraError
 from engine.program import Program
 from engine.search.journal_reader import Record

@@ -187,8 +187,8 @@ def _subject(file: Path, name: str, options: argparse.Namespace, terminal: Termi
         return compiled
     if not len(compiled.program.space):
         raise UsageError(f"`{file}` has no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
+    from cortex_dsl.api.run_folder import origin_of
     from cortex_dsl.console.simulating import open_scenario
-    from cortex_dsl.runs import origin_of
     from engine.study.plan import Subject
 
     sizes = {each: getattr(options, each) for each in ("generations", "population", "preset", "rollouts", "aggregate")}

@@ -9,7 +9,7 @@ from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from cortex_dsl.catalogue import Entry
+    from cortex_dsl.api.codes import Entry
     from cortex_dsl.diagnostics import Diagnostic, Page
     from cortex_dsl.source import Source
 
@@ -28,11 +28,11 @@ def _explain(options: argparse.Namespace, terminal: Terminal) -> Exit:
 
 
 def _found(text: str) -> "Entry":
-    from cortex_dsl import catalogue
+    from cortex_dsl.api import codes
 
-    entry = catalogue.find(text)
+    entry = codes.find(text)
     if entry is None:
-        near = ", ".join(f"{each.code} ({each.title})" for each in catalogue.near(text))
+        near = ", ".join(f"{each.code} ({each.title})" for each in codes.near(text))
         raise UsageError(
             f"there is no code `{text}`", f"near it: {near}" if near else "`cortexc explain` lists all codes"
         )
@@ -43,15 +43,15 @@ def _found(text: str) -> "Entry":
 
 
 def _list(as_json: bool, terminal: Terminal) -> None:
-    from cortex_dsl import catalogue
+    from cortex_dsl.api import codes
 
-    entries = catalogue.entries()
+    entries = codes.entries()
     if as_json:
         from cortex_dsl.report.json_documents import document
 
         terminal.write(document("codes", {"codes": [_summary(entry) for entry in entries]}))
         return
-    for number, family in catalogue.FAMILIES.items():
+    for number, family in codes.FAMILIES.items():
         terminal.out.print(f"{'' if number == '1' else chr(10)}SCN{number}xx  {family}", style="title")
         for entry in (entry for entry in entries if entry.code[3] == number):
             kind = "" if entry.severity.value == "error" else f" ({entry.severity.value})"
@@ -115,7 +115,7 @@ def _program(out: "Console", heading: str, text: str, option: str) -> None:
 
 def _said(code: str, page: "Page") -> tuple["Source", list["Diagnostic"]]:
     """What the compiler itself says about the wrong example, of this code."""
-    from cortex_dsl.catalogue import judged
+    from cortex_dsl.api.codes import judged
     from cortex_dsl.source import Source
 
     if page.shown:

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cortex_dsl.api.arguments import held_params
+from cortex_dsl.api.scenario import Scenario, in_file
 from cortex_dsl.console.compiling import show
 from cortex_dsl.console.request import CompileRequest, RunRequest, SearchRequest
 from cortex_dsl.console.scenario_mistakes import never_acts, undefined_value
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.holding import held_params
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.aftermath import aftermath
 from cortex_dsl.report.exhausted_view import exhausted_view
@@ -21,16 +22,15 @@ from cortex_dsl.report.run_document import run_content
 from cortex_dsl.report.run_view import RunReport, run_view
 from cortex_dsl.report.story import Moment, end_of
 from cortex_dsl.report.tally import Tally
-from cortex_dsl.session import Scenario, in_file
-from cortex_dsl.single import attempts
 from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
+from engine.metrics import recorded
+from engine.outcomes import Outcomes
 from engine.program import Program, Settings
-from engine.records import recorded
-from engine.scenes import Outcomes, Scenes, Trajectory, actor_columns
+from engine.scenes import Scenes, Trajectory, actor_columns
 from engine.vocabulary import Column, EndReason, Verdict
 
 if TYPE_CHECKING:
-    from engine.blame import Account
+    from engine.acceptance import Account
     from engine.metrics import Metric
     from engine.search.run import Campaign
     from engine.world.impacts import Impact
@@ -62,7 +62,7 @@ def open_scenario(
 
 
 def _simulation_config(run: RunRequest, settings: Settings) -> SimulationConfig:
-    from engine.runs import MAX_SAMPLES, samples_of
+    from engine.host import MAX_SAMPLES, samples_of
 
     flags = {"time_step": run.time_step, "max_attempts": run.max_attempts}
     config = in_file(SimulationConfig(), settings)
@@ -134,7 +134,7 @@ def perform_run(
 
 def draw(scenario: Scenario, seed: int | None) -> tuple[Scenes, Tally]:
     """The first genome of the seed that allows a scene, or the last one tried; and the counts of all that were."""
-    tried, tally = list(attempts(scenario.program, scenario.config.simulation, seed)), Tally()
+    tried, tally = list(scenario.attempts(seed)), Tally()
     for scenes in tried:
         tally = tally.plus(scenes)
     return tried[-1], tally
@@ -213,7 +213,7 @@ def _no_scene(
     verdict = Verdict(int(scenes.verdict[0]))
     if verdict == Verdict.ERROR:
         return _undefined(request, scenario, scenes, terminal, "a scene held a value that is not a number")
-    from engine.blame import account, weigh
+    from engine.acceptance import account, weigh
 
     genome = scenes.genomes[0] if tally.scenes == 1 else None
     told = account(weigh(scenario.program, seed=run.seed or 0, genome=genome), run.target)

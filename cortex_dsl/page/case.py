@@ -6,19 +6,20 @@ from functools import cached_property
 
 import numpy as np
 
-from cortex_dsl.holding import Held, held_params
+from cortex_dsl.api.arguments import Held, held_params
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.page.drawing import Frame, Shape, shapes, way_of
 from cortex_dsl.page.replay import Approach, approach
 from cortex_dsl.report.aftermath import aftermath
 from cortex_dsl.report.motion import speeds
 from cortex_dsl.report.speeds import SpeedUnit, speed_unit
 from cortex_dsl.report.story import Moment, in_order, tell
-from cortex_dsl.session import Scenario
 from engine.metrics import Metric, measure_impacts, measure_trajectory, scored_samples
+from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.road import build_network, outline
 from engine.road.outline import Outline
-from engine.scenes import Outcomes, Scenes, Trajectory, actor_columns
+from engine.scenes import Scenes, Trajectory, actor_columns
 from engine.tables import Floats
 from engine.vocabulary import Column, Verdict
 from engine.world.impacts import Impact

@@ -6,10 +6,9 @@ from itertools import combinations
 
 import numpy as np
 
-from engine.scenes import Bools
 from engine.search.evaluations import Evaluations
 from engine.search.manifest import Parameter
-from engine.tables import Floats, Ints
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import GeneKind
 
 CELLS = 14

@@ -2,6 +2,7 @@
 
 from shlex import quote
 
+from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.page.element import Element, element
 from cortex_dsl.page.understanding import part, table
 from cortex_dsl.report.numbers import percent
@@ -15,7 +16,6 @@ from cortex_dsl.report.probability_view import (
     interval_text,
     probability_text,
 )
-from cortex_dsl.runs import OpenedRun
 from engine.search.probability.estimates import Probability, kept
 
 NOTE = (

@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.asking import row_of
+from cortex_dsl.api.arguments import row_of
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.page import drawing
 from cortex_dsl.page.document import picture
 from cortex_dsl.page.element import Element, element, render
-from cortex_dsl.session import Scenario
 from engine.program import Program
 from engine.road import build_network, outline
 from engine.scenes import Scenes, actor_columns

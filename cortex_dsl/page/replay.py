@@ -49,7 +49,7 @@ def approach(trajectory: Trajectory, other: int, rear_to_center: Sequence[float]
 
 
 def _closing_speed(now: Snapshot) -> float:
-    """As `engine.kernels.measure` defines it."""
+    """As `engine.kernels.pair` defines it."""
     x, y = now.other.x - now.ego.x, now.other.y - now.ego.y
     vx, vy = now.other_rate.x - now.ego_rate.x, now.other_rate.y - now.ego_rate.y
     apart = math.hypot(x, y)

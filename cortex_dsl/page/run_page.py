@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from cortex_dsl.api.runs import WORST, OpenedRun, first_cases
 from cortex_dsl.page import case_card, endings, likely, params, run_charts, summary, understanding, where
 from cortex_dsl.page.case import ToldCase, tell_case
 from cortex_dsl.page.document import page
@@ -12,7 +13,6 @@ from cortex_dsl.page.player import player_data
 from cortex_dsl.page.understanding import part
 from cortex_dsl.report.numbers import counted, fixed
 from cortex_dsl.report.titles import first_line
-from cortex_dsl.runs import WORST, OpenedRun, first_cases
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
 from engine.search.evaluations import distinct_collisions

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, share
 from cortex_dsl.console.scenario_mistakes import undefined_value
 from cortex_dsl.console.simulating import mistake_of
@@ -15,13 +16,13 @@ from cortex_dsl.repl.commands import whole_number
 from cortex_dsl.repl.entering import refuse
 from cortex_dsl.repl.state import Desk
 from cortex_dsl.report.tally import Tally
-from cortex_dsl.session import Scenario
 from cortex_dsl.spelling import did_you_mean
 from engine.search.run import Campaign, Progress
 from engine.vocabulary import Verdict
 
 if TYPE_CHECKING:
-    from engine.blame import Weighing
+    from cortex_dsl.api.scenario import Scenario
+    from engine.acceptance import Weighing
     from engine.scenes import Scenes
 
 
@@ -55,7 +56,7 @@ def do_sample(desk: Desk, argument: str) -> None:
 
 def _show_tally(desk: Desk, scenario: "Scenario", tally: Tally, seconds: float, interrupted_before: int) -> None:
     from cortex_dsl.report.sample_view import sample_view
-    from engine.blame import account
+    from engine.acceptance import account
 
     told = None if tally.always else account(desk.weighing(scenario.program))
     note = f"seed {desk.seed}"
@@ -152,7 +153,7 @@ def _plenty(desk: Desk, weighing: "Weighing") -> "Weighing":
     accepted = int(weighing.accepted.sum())
     if accepted >= ENOUGH:
         return weighing
-    from engine.blame import weigh
+    from engine.acceptance import weigh
 
     wanted = len(weighing) * ENOUGH // max(accepted, 1)
     return weigh(weighing.program, min(MOST_DRAWS, wanted), desk.seed)
@@ -171,7 +172,7 @@ def do_relax(desk: Desk, argument: str) -> None:
     desk.kernels.wait(desk.terminal)
     from cortex_dsl.report.blame_view import blame_note, blame_view
     from cortex_dsl.report.layout import section
-    from engine.blame import account
+    from engine.acceptance import account
 
     told = account(desk.weighing(program), target)
     desk.terminal.out.print(section("Who is to blame", blame_view(told), blame_note(told)))

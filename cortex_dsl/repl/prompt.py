@@ -122,7 +122,7 @@ class DeskCompleter(Completer):
             names = () if program is None else program.space.names
             yield from ((name, "param") for name in names)
         elif kind == "code":
-            from cortex_dsl.catalogue import entries
+            from cortex_dsl.api.codes import entries
 
             yield from ((entry.code, entry.title) for entry in entries())
         elif kind == "command":

@@ -14,7 +14,7 @@ from engine.feasibility import genes_read
 from engine.program import Program
 
 if TYPE_CHECKING:
-    from engine.blame import Account, Blame, Relaxation
+    from engine.acceptance import Account, Blame, Relaxation
 
 MOST_CURES = 3
 """Requirements that are named as cures at most."""

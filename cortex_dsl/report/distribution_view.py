@@ -13,7 +13,7 @@ from cortex_dsl.report.sparkline import EIGHTHS, LEVELS, bar
 from engine.vocabulary import GeneKind
 
 if TYPE_CHECKING:
-    from engine.blame import Weighing
+    from engine.acceptance import Weighing
     from engine.tables import Floats
 
 ROWS = 8

@@ -16,7 +16,7 @@ from engine.program import Program
 from engine.vocabulary import Verdict
 
 if TYPE_CHECKING:
-    from engine.blame import Account
+    from engine.acceptance import Account
 
 REASONS = {
     Verdict.INFEASIBLE: "the requirements contradict each other for these params",

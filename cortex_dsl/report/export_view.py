@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.exports.findings import Finding
-from cortex_dsl.exports.formats import FORMATS
+from cortex_dsl.interchange.formats import FORMATS
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.layout import columns, heading, indented, left, right, section
 from cortex_dsl.report.numbers import counted
+from engine.interchange.contract import Finding
 
 if TYPE_CHECKING:
-    from cortex_dsl.exports.cases import ExportCase
-    from cortex_dsl.exports.gathering import Gathered
-    from engine.interchange.export import ExportOptions
+    from cortex_dsl.interchange.cases import ExportCase
+    from cortex_dsl.interchange.writing import Gathered
+    from engine.interchange.contract import ExportOptions
 
 MOST_FILES = 40
 """Of a long list, so many are shown."""

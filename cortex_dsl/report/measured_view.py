@@ -27,7 +27,7 @@ from engine.tables import Ints
 from engine.vocabulary import EndReason
 
 if TYPE_CHECKING:
-    from engine.interchange.reading import OdrNetwork
+    from engine.interchange.opendrive.read import OdrNetwork
 
 DEFINITIONS = (
     ("TTC", "time until the outlines touch if both keep their velocities at that instant"),

@@ -10,7 +10,7 @@ from cortex_dsl.report.layout import columns, left, right, section
 from cortex_dsl.report.numbers import fixed
 from cortex_dsl.report.speeds import SpeedUnit
 from cortex_dsl.report.theme import actor_style
-from engine.scenes import Outcomes
+from engine.outcomes import Outcomes
 
 MOST = 12
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from rich.console import RenderableType
 from rich.text import Text
 
-from cortex_dsl.holding import Held
+from cortex_dsl.api.arguments import Held
 from cortex_dsl.report.layout import columns, left, right
 from cortex_dsl.report.numbers import column_decimals, fixed, significant
 from engine.program import ParamSpace

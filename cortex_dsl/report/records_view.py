@@ -9,7 +9,7 @@ from rich.text import Text
 from cortex_dsl.report.layout import columns, left, quantity, right
 from cortex_dsl.report.numbers import ABSENT, significant
 from cortex_dsl.report.sparkline import sparkline
-from engine.records import Recorded
+from engine.metrics import Recorded
 
 WHEN = {"initial": "at the start", "final": "at the end"}
 LONGEST_CURVE = 40

@@ -8,8 +8,8 @@ from rich.text import Text
 from cortex_dsl.report.layout import columns, left, quantity, right
 from cortex_dsl.report.numbers import fixed
 from cortex_dsl.report.speeds import KM_H, SpeedUnit
+from engine.outcomes import Outcomes
 from engine.risk import BANDS, Edges, RiskProfile
-from engine.scenes import Outcomes
 
 PARTS: Sequence[tuple[str, int, str]] = (
     ("C", 10, ""),

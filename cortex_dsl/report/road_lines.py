@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from engine.interchange.reading import OdrNetwork, OdrRoad
+from engine.interchange.opendrive.read import OdrNetwork, OdrRoad
 from engine.road.outline import Outline
 from engine.tables import Floats
 

@@ -8,8 +8,9 @@ import numpy as np
 from cortex_dsl.report.run_view import RunReport
 from cortex_dsl.report.story import RULE_TEXTS
 from cortex_dsl.report.tally import Tally, first_culprit
+from engine.outcomes import PAIRS, Outcomes
 from engine.program import ParamSpace, Program
-from engine.scenes import Outcomes, StreamKey
+from engine.scenes import StreamKey
 from engine.streams import format_key
 from engine.vocabulary import EndReason, GeneKind, Verdict
 
@@ -113,15 +114,10 @@ def _place(program: Program, line: int) -> dict[str, Any]:
 
 def pairs_content(actors: Sequence[str], outcomes: Outcomes) -> list[dict[str, Any]]:
     """The metrics of each pair (ego, other) that decide the risk."""
-    fields = (
-        "min_distance",
-        "min_distance_time",
-        "max_closing_speed",
-        "max_closing_time",
-        "distance_at_ms",
-        "ttc_at_ms",
-    )
     return [
-        {"actors": [actors[0], other], **{name: getattr(outcomes, name)[0, pair] for name in fields}}
+        {
+            "actors": [actors[0], other],
+            **{row.name: getattr(outcomes, row.name)[0, pair] for row in PAIRS if row.in_document},
+        }
         for pair, other in enumerate(actors[1:])
     ]

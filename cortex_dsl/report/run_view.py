@@ -7,7 +7,7 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.holding import Held
+from cortex_dsl.api.arguments import Held
 from cortex_dsl.report.layout import columns, left, section
 from cortex_dsl.report.measures_view import measures_view
 from cortex_dsl.report.numbers import counted
@@ -20,12 +20,12 @@ from cortex_dsl.report.speeds import SpeedUnit, speed_unit
 from cortex_dsl.report.story import Moment, end_of, in_order, tell
 from cortex_dsl.report.timeline import curves, timeline
 from cortex_dsl.report.titles import title_of
-from engine.metrics import Metric
+from engine.metrics import Metric, Recorded
+from engine.outcomes import Outcomes
 from engine.program import Program
-from engine.records import Recorded
 from engine.risk import PROFILES
 from engine.road.outline import Outline
-from engine.scenes import Outcomes, Scenes, Trajectory
+from engine.scenes import Scenes, Trajectory
 from engine.vocabulary import State, Verdict
 
 

@@ -17,7 +17,7 @@ from engine.program import Program
 from engine.vocabulary import Verdict
 
 if TYPE_CHECKING:
-    from engine.blame import Account
+    from engine.acceptance import Account
 
 VERDICTS: Sequence[tuple[Verdict, str, str]] = (
     (Verdict.VALID, "good", "a scene was found"),

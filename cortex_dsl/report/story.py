@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from cortex_dsl.report.numbers import fixed, percent
 from cortex_dsl.report.speeds import KM_H, SpeedUnit
+from engine.outcomes import Outcomes
 from engine.program import Rule
-from engine.scenes import Outcomes, Trajectory
+from engine.scenes import Trajectory
 from engine.tables import Ints
 from engine.vocabulary import EndReason, State
 

@@ -13,7 +13,7 @@ from cortex_dsl.report.sparkline import bar
 from engine.vocabulary import GeneKind
 
 if TYPE_CHECKING:
-    from engine.blame import Account, Blame, Weighing
+    from engine.acceptance import Account, Blame, Weighing
     from engine.tables import Floats
 
 BAR = 16

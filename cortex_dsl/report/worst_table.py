@@ -11,8 +11,8 @@ from cortex_dsl.report.numbers import ABSENT
 from cortex_dsl.report.params import format_gene
 from cortex_dsl.report.risk_view import PARTS
 from cortex_dsl.report.search_report import SearchReport
+from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
-from engine.search.assessment import Assessment
 from engine.search.ranking import Case
 from engine.search.run import Campaign
 

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from cortex_dsl.api.runs import OpenedRun, every_case
 from cortex_dsl.cli import main
 from cortex_dsl.page import terminal_replay
 from cortex_dsl.page.run_page import told_case
 from cortex_dsl.page.terminal_replay import Film
 from cortex_dsl.report.theme import THEME
-from cortex_dsl.runs import OpenedRun, every_case
 
 LEFT_TURN = Path(__file__).parents[3] / "examples" / "left_turn.scn"
 

@@ -5,12 +5,12 @@ import io
 import pytest
 from rich.console import Console, RenderableType
 
+from cortex_dsl.api.scenario import compile_text
 from cortex_dsl.report.blame_view import blame_content, blame_note, blame_view, cure_of_conflict
 from cortex_dsl.report.feasibility_view import feasibility_view
 from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.theme import THEME
-from cortex_dsl.session import compile_text
-from engine.blame import Account, account, weigh
+from engine.acceptance import Account, account, weigh
 from engine.feasibility import explain
 from engine.program import Program
 

@@ -13,18 +13,17 @@ from typing import Any
 import pytest
 from rich.console import Console, RenderableType
 
-from cortex_dsl.exports.findings import Finding
-from cortex_dsl.exports.formats import checked_of
-from cortex_dsl.exports.gathering import Gathered
+from cortex_dsl.interchange.formats import checked_of
+from cortex_dsl.interchange.writing import Gathered
 from cortex_dsl.report.export_view import Written, export_view
 from cortex_dsl.report.measured_view import MeasuredReport, measured_view
 from cortex_dsl.report.road_lines import road_outline
 from cortex_dsl.report.theme import THEME
 from engine.interchange import Recording
-from engine.interchange.export import ExportOptions
+from engine.interchange.contract import ExportOptions, Finding
 from engine.interchange.measuring import measure
 from engine.interchange.opendrive import write_opendrive
-from engine.interchange.reading import OdrNetwork, read_opendrive
+from engine.interchange.opendrive.read import OdrNetwork, read_opendrive
 from engine.program import RoadSpec
 from engine.tables import Floats
 from tests.engine.interchange.commonroad.recordings import ORIGIN, ROAD, crash

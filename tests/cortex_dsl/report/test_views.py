@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rich.console import Console, Group, RenderableType
 
-from cortex_dsl.holding import Held
+from cortex_dsl.api.arguments import Held
 from cortex_dsl.report.exhausted_view import exhausted_view
 from cortex_dsl.report.pairs_view import further_pairs
 from cortex_dsl.report.progress import SearchProgress, progress_view
@@ -22,11 +22,11 @@ from cortex_dsl.report.story import end_of
 from cortex_dsl.report.tally import Tally
 from cortex_dsl.report.theme import THEME
 from cortex_dsl.report.titles import name_of, title_of
-from engine.metrics import Metric
+from engine.metrics import Metric, Recorded
+from engine.outcomes import Outcomes
 from engine.program import Program, RoadSpec, Rule
-from engine.records import Recorded
 from engine.road import build_network, outline
-from engine.scenes import Outcomes, Scenes, Trajectory
+from engine.scenes import Scenes, Trajectory
 from engine.vocabulary import EndReason, Method, RuleKind, State, Verdict
 
 WIDTHS = (60, 80, 100, 120)
