@@ -175,7 +175,8 @@ def _export(
     terminal: Terminal,
 ) -> int:
     from cortex_dsl.exports.gathering import gather
-    from cortex_dsl.report.export_view import Written, export_document, export_view
+    from cortex_dsl.report.export_view import export_view
+    from cortex_dsl.report.road_lines import Written, export_document
     from engine.interchange.errors import InterchangeError
     from engine.interchange.export import ExportOptions
 

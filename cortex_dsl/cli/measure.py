@@ -17,7 +17,7 @@ from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
-    from cortex_dsl.report.measured_view import MeasuredReport
+    from cortex_dsl.report.road_lines import MeasuredReport
     from engine.interchange.errors import InterchangeError
     from engine.interchange.reading import Imported
 
@@ -122,8 +122,7 @@ def _similar(path: Path, command: Command) -> str:
 
 def _report(command: Command, options: argparse.Namespace, terminal: Terminal) -> "MeasuredReport":
     from cortex_dsl.cli.simulation import announce_compilation
-    from cortex_dsl.report.measured_view import MeasuredReport
-    from cortex_dsl.report.road_lines import road_outline
+    from cortex_dsl.report.road_lines import MeasuredReport, road_outline
     from engine.interchange.measuring import measure
     from engine.road import build_network, outline
 
@@ -174,7 +173,8 @@ def _refused(error: "InterchangeError", options: argparse.Namespace, terminal: T
 
 
 def _show(report: "MeasuredReport", options: argparse.Namespace, terminal: Terminal) -> None:
-    from cortex_dsl.report.measured_view import measured_content, measured_view
+    from cortex_dsl.report.measured_view import measured_view
+    from cortex_dsl.report.road_lines import measured_content
 
     if options.json:
         from cortex_dsl.report.json_documents import document

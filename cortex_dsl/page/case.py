@@ -1,5 +1,6 @@
 """One case of a search, run again from its genome and stream key: what a page, a film or a terminal shows of it."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,21 +8,129 @@ from functools import cached_property
 import numpy as np
 
 from cortex_dsl.holding import Held, held_params
-from cortex_dsl.page.drawing import Frame, Shape, shapes, way_of
-from cortex_dsl.page.replay import Approach, approach
 from cortex_dsl.report.aftermath import aftermath
 from cortex_dsl.report.motion import speeds
 from cortex_dsl.report.speeds import SpeedUnit, speed_unit
 from cortex_dsl.report.story import Moment, in_order, tell
 from cortex_dsl.session import Scenario
-from engine.metrics import Metric, measure_impacts, measure_trajectory, scored_samples
+from engine.kernels.conflict import Snapshot, snapshot
+from engine.kernels.geometry import box_distance
+from engine.metrics import Metric, measure_impacts, measure_trajectory, scored_samples, span_together, time_step
 from engine.program import Program
 from engine.road import build_network, outline
 from engine.road.outline import Outline
 from engine.scenes import Outcomes, Scenes, Trajectory, actor_columns
 from engine.tables import Floats
-from engine.vocabulary import Column, Verdict
+from engine.vocabulary import ActorKind, Column, State, Verdict
 from engine.world.impacts import Impact
+
+MARGIN = 9.0
+"""World shown around what happens [m]."""
+
+
+SHAPE = 1.5
+"""Width of a drawing over its height."""
+
+
+LEAST_HEIGHT = 24.0
+"""[m]"""
+
+
+COLOURS = 6
+"""Actors that have a colour of their own."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The part of the world that a drawing shows [m]; y points up."""
+
+    left: float
+    bottom: float
+    width: float
+    height: float
+
+    @staticmethod
+    def around(points: Floats, shape: float = SHAPE) -> "Frame":
+        """The frame of the given shape that shows all points (n, 2) and a margin."""
+        low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
+        middle, size = (low + high) / 2.0, high - low
+        height = max(LEAST_HEIGHT, float(size[1]), float(size[0]) / shape)
+        return Frame(float(middle[0]) - shape * height / 2.0, float(middle[1]) - height / 2.0, shape * height, height)
+
+
+
+@dataclass(frozen=True)
+class Shape:
+    """How an actor is drawn."""
+
+    name: str
+    kind: ActorKind
+    length: float
+    width: float
+    """[m]"""
+
+
+def shapes(program: Program, trajectory: Trajectory) -> list[Shape]:
+    """One an actor."""
+    rows = zip(program.actors, program.code.actor_kind.tolist(), trajectory.outlines.tolist(), strict=True)
+    return [Shape(name, ActorKind(kind), length, width) for name, kind, (length, width) in rows]
+
+
+def way_of(trajectory: Trajectory, actor: int) -> Floats:
+    """(n, 2) where an actor's centre was while it took part and its poses were numbers."""
+    states = trajectory.states[:, actor]
+    there = (states[:, State.PRESENT] > 0.5) & np.isfinite(states[:, : State.HEADING + 1]).all(axis=1)
+    return states[there][:, [State.X, State.Y]]
+
+
+def colour(actor: int) -> int:
+    """Which of the colours an actor has: the ego always the first, many actors share the rest."""
+    return actor if actor == 0 else 1 + (actor - 1) % (COLOURS - 1)
+
+
+def outline_corners(x: float, y: float, heading: float, length: float, width: float) -> list[tuple[float, float]]:
+    """Corners of an oriented rectangle, anticlockwise [m]."""
+    cos, sin = math.cos(heading), math.sin(heading)
+    half = ((length / 2, width / 2), (-length / 2, width / 2), (-length / 2, -width / 2), (length / 2, -width / 2))
+    return [(x + u * cos - v * sin, y + u * sin + v * cos) for u, v in half]
+
+
+# -- how the deciding pair came near --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Approach:
+    """How the deciding pair came near, at every sample of the run; NaN where the two are not both scored."""
+
+    distance: Floats
+    """(samples,) between the outlines [m]"""
+    closing_speed: Floats
+    """(samples,) of the centres [m/s], positive while they approach"""
+
+
+def approach(trajectory: Trajectory, other: int, rear_to_center: Sequence[float]) -> Approach:
+    """Of the ego and one other, by the kernels that measure them."""
+    samples = len(trajectory.time)
+    distance, closing = np.full(samples, np.nan), np.full(samples, np.nan)
+    if 0 < other < trajectory.states.shape[1]:
+        first, together = span_together(trajectory, other)
+        outlines = np.column_stack([trajectory.outlines[:, :2], np.asarray(rear_to_center, dtype=np.float64)])
+        states = np.ascontiguousarray(trajectory.states[first:])
+        for k in range(together):
+            now = snapshot(states, together, k, 0.0, time_step(trajectory), other, outlines)
+            distance[first + k], closing[first + k] = box_distance(now.ego, now.other), _closing_speed(now)
+    return Approach(distance, closing)
+
+
+def _closing_speed(now: Snapshot) -> float:
+    """As `engine.kernels.measure` defines it."""
+    x, y = now.other.x - now.ego.x, now.other.y - now.ego.y
+    vx, vy = now.other_rate.x - now.ego_rate.x, now.other_rate.y - now.ego_rate.y
+    apart = math.hypot(x, y)
+    return -(x * vx + y * vy) / apart if apart else math.nan
+
+
+# -- the case ---------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from shlex import quote
 from cortex_dsl.page import drawing
 from cortex_dsl.page.case import ToldCase
 from cortex_dsl.page.case_tables import pairs_table, params_table, risk_table
+from cortex_dsl.page.document import figure
 from cortex_dsl.page.element import Element, Node, element, prose
 from cortex_dsl.page.player import player
-from cortex_dsl.page.summary import figure
 from cortex_dsl.page.understanding import avoidance_badge
 from cortex_dsl.report.numbers import fixed
 from cortex_dsl.report.story import Moment

@@ -7,7 +7,7 @@ from cortex_dsl.page.case import ToldCase
 from cortex_dsl.page.document import page
 from cortex_dsl.page.element import element
 from cortex_dsl.page.player import player_data
-from cortex_dsl.report.titles import first_line
+from cortex_dsl.report.run_document import first_line
 from engine.scenes import StreamKey
 from engine.search.ranking import Case
 

@@ -4,9 +4,8 @@ from math import isfinite
 
 from cortex_dsl.page.case import ToldCase
 from cortex_dsl.page.element import Element, Node, element
-from cortex_dsl.report.numbers import fixed, significant
-from cortex_dsl.report.params import format_gene
-from cortex_dsl.report.risk_view import PARTS
+from cortex_dsl.report.numbers import fixed, format_gene, significant
+from cortex_dsl.report.run_document import PARTS
 from engine.vocabulary import GeneKind
 
 PART_MEANINGS = {

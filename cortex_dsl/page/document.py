@@ -6,7 +6,7 @@ from importlib.resources import files
 from string import Template
 from typing import Any
 
-from cortex_dsl.page.element import Element, Node, data_block, element, render, script, style
+from cortex_dsl.page.element import Element, Node, data_block, element, prose, render, script, style
 
 
 def page(title: str, body: Node, data: Mapping[str, Any] | None = None, scripts: Sequence[str] = ()) -> str:
@@ -48,3 +48,48 @@ def picture(drawing: Element) -> str:
 def text(name: str) -> str:
     """One of the files beside this module."""
     return files("cortex_dsl.page").joinpath(name).read_text(encoding="utf-8")
+
+
+def part(name: str, title: str, note: Node, *content: Node) -> Element:
+    """A section of a page."""
+    return element(
+        "section",
+        element("h2", title),
+        element("p", prose(note) if isinstance(note, str) else note, class_="note"),
+        content,
+        id=name,
+        class_="part",
+    )
+
+
+def table(head: Sequence[str], rows: Sequence[Element], name: str) -> Element:
+    """A table with a head, which scrolls by itself where the screen is narrow."""
+    cells = rows[0].children if rows and len(rows[0].children) == len(head) else (None,) * len(head)
+    top = element("thead", element("tr", [_head(text, cell) for text, cell in zip(head, cells, strict=True)]))
+    return element("div", element("table", top, element("tbody", rows), class_=name), class_="wide", tabindex=0)
+
+
+def _head(text: str, below: Node) -> Element:
+    """Over numbers, to the right like them."""
+    numbers = isinstance(below, Element) and "number" in str(below.attributes.get("class_")).split()
+    return element("th", text, scope="col", class_="number" if numbers else None)
+
+
+def top_bar(links: Sequence[tuple[str, str]]) -> Element:
+    """The line at the top of a page, with places in it."""
+    return element(
+        "nav",
+        element(
+            "div",
+            element("span", "cortexc", class_="brand"),
+            [element("a", name, href=place) for place, name in links],
+            element("button", "dark", type="button", class_="theme", title="light or dark"),
+            class_="top",
+        ),
+        class_="bar-top",
+    )
+
+
+def figure(name: str, value: float, text: str) -> Node:
+    """A number as people read it, with its exact value for programs; `name` says where the journal has it."""
+    return element("data", text, value=repr(value), data_figure=name)

@@ -4,65 +4,14 @@ Units inside the drawing are metres, so that a script can move an actor by its p
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from cortex_dsl.page.case import Frame, Shape, colour
 from cortex_dsl.page.element import Element, Node, element
-from engine.program import Program
 from engine.road.outline import Outline
-from engine.scenes import Trajectory
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, State
-
-MARGIN = 9.0
-"""World shown around what happens [m]."""
-SHAPE = 1.5
-"""Width of a drawing over its height."""
-LEAST_HEIGHT = 24.0
-"""[m]"""
-COLOURS = 6
-"""Actors that have a colour of their own."""
-
-
-@dataclass(frozen=True)
-class Frame:
-    """The part of the world that a drawing shows [m]; y points up."""
-
-    left: float
-    bottom: float
-    width: float
-    height: float
-
-    @staticmethod
-    def around(points: Floats, shape: float = SHAPE) -> "Frame":
-        """The frame of the given shape that shows all points (n, 2) and a margin."""
-        low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
-        middle, size = (low + high) / 2.0, high - low
-        height = max(LEAST_HEIGHT, float(size[1]), float(size[0]) / shape)
-        return Frame(float(middle[0]) - shape * height / 2.0, float(middle[1]) - height / 2.0, shape * height, height)
-
-    @property
-    def view_box(self) -> str:
-        """As SVG has it: y down, turned by the group `world`."""
-        return " ".join(map(number, (self.left, -self.bottom - self.height, self.width, self.height)))
-
-
-@dataclass(frozen=True)
-class Shape:
-    """How an actor is drawn."""
-
-    name: str
-    kind: ActorKind
-    length: float
-    width: float
-    """[m]"""
-
-
-def shapes(program: Program, trajectory: Trajectory) -> list[Shape]:
-    """One an actor."""
-    rows = zip(program.actors, program.code.actor_kind.tolist(), trajectory.outlines.tolist(), strict=True)
-    return [Shape(name, ActorKind(kind), length, width) for name, kind, (length, width) in rows]
 
 
 def number(value: float, decimals: int = 2) -> str:
@@ -83,13 +32,18 @@ def scene(frame: Frame, title: str, *layers: Node, **attributes: str) -> Element
         "svg",
         element("title", title),
         element("g", *layers, transform="scale(1,-1)", class_="world"),
-        viewBox=frame.view_box,
+        viewBox=_view_box(frame),
         class_="scene",
         role="img",
         preserveAspectRatio="xMidYMid meet",
         xmlns="http://www.w3.org/2000/svg",
         **attributes,
     )
+
+
+def _view_box(frame: Frame) -> str:
+    """As SVG has it: y down, turned by the group `world`."""
+    return " ".join(map(number, (frame.left, -frame.bottom - frame.height, frame.width, frame.height)))
 
 
 def road_layer(road: Outline, lane_width: float) -> Element:
@@ -106,22 +60,10 @@ def road_layer(road: Outline, lane_width: float) -> Element:
     )
 
 
-def way_of(trajectory: Trajectory, actor: int) -> Floats:
-    """(n, 2) where an actor's centre was while it took part and its poses were numbers."""
-    states = trajectory.states[:, actor]
-    there = (states[:, State.PRESENT] > 0.5) & np.isfinite(states[:, : State.HEADING + 1]).all(axis=1)
-    return states[there][:, [State.X, State.Y]]
-
-
 def way_layer(ways: Sequence[Floats]) -> Element:
     """The ways of all actors; the ego's lies on top."""
     lines = [_line(way, f"way actor-{colour(actor)}") for actor, way in enumerate(ways) if len(way)]
     return element("g", reversed(lines), class_="ways")
-
-
-def colour(actor: int) -> int:
-    """Which of the colours an actor has: the ego always the first, many actors share the rest."""
-    return actor if actor == 0 else 1 + (actor - 1) % (COLOURS - 1)
 
 
 def actor_layer(drawn: Sequence[Shape], states: Floats, name: str = "actor") -> list[Element]:

@@ -3,8 +3,8 @@
 from shlex import quote
 
 from cortex_dsl.page import commands, run_charts
+from cortex_dsl.page.document import part
 from cortex_dsl.page.element import Element, element
-from cortex_dsl.page.understanding import part
 from cortex_dsl.report.ends import End, ends_of
 from cortex_dsl.runs import OpenedRun
 from engine.vocabulary import EndReason, Verdict

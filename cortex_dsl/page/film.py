@@ -7,10 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.page.case import ToldCase
-from cortex_dsl.page.drawing import Frame, colour
+from cortex_dsl.page.case import Frame, ToldCase, colour, outline_corners
 from cortex_dsl.page.extras import needed
-from cortex_dsl.report.scene_view import outline_corners
 from engine.tables import Floats
 from engine.vocabulary import State
 

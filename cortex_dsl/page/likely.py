@@ -2,19 +2,19 @@
 
 from shlex import quote
 
+from cortex_dsl.page.document import part, table
 from cortex_dsl.page.element import Element, element
-from cortex_dsl.page.understanding import part, table
-from cortex_dsl.report.numbers import percent
-from cortex_dsl.report.probability_view import (
+from cortex_dsl.report.failures import (
     EXPOSURE,
     HOW,
     avoidable_interval_text,
     avoidable_text,
-    condition_text,
     counts_text,
+    how_drawn,
     interval_text,
     probability_text,
 )
+from cortex_dsl.report.numbers import percent
 from cortex_dsl.runs import OpenedRun
 from engine.search.estimated import Probability
 from engine.search.kept_probability import kept
@@ -46,7 +46,7 @@ def _row(found: Probability) -> Element:
         "tr",
         _number("th", probability_text(found), f"{level}: {interval_text(found)}"),
         _number("td", avoidable_text(found), f"{level}: {avoidable_interval_text(found)}"),
-        element("td", condition_text(found), element("br"), element("small", HOW[found.method], class_="quiet")),
+        element("td", how_drawn(found), element("br"), element("small", HOW[found.method], class_="quiet")),
         element("td", counts_text(found)),
         element("td", percent(found.valid_share), class_="number quiet"),
     )

@@ -3,10 +3,11 @@
 import math
 from collections.abc import Iterator, Sequence
 
+from cortex_dsl.page.document import part, table
 from cortex_dsl.page.element import Element, Node, element
 from cortex_dsl.page.run_charts import strip
-from cortex_dsl.page.understanding import part, share_style, table
-from cortex_dsl.report.analysis_view import varying
+from cortex_dsl.page.understanding import share_style
+from cortex_dsl.report.failures import varying
 from cortex_dsl.report.numbers import fixed, percent
 from engine.program import ParamSpace
 from engine.search.analysis import Analysis

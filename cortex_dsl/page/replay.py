@@ -6,15 +6,12 @@ take some 300 bytes. Positions in centimetres, headings in milliradians, speeds 
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from cortex_dsl.page.drawing import Shape
-from engine.kernels.conflict import Snapshot, snapshot
-from engine.kernels.geometry import box_distance
-from engine.metrics import scored_samples, span_together, time_step
+from cortex_dsl.page.case import Approach, Shape
+from engine.metrics import scored_samples, time_step
 from engine.scenes import Trajectory
 from engine.tables import Floats
 from engine.vocabulary import State
@@ -22,38 +19,6 @@ from engine.vocabulary import State
 PER_METRE = 100.0
 PER_RADIAN = 1000.0
 PER_SPEED = 1000.0
-
-
-@dataclass(frozen=True)
-class Approach:
-    """How the deciding pair came near, at every sample of the run; NaN where the two are not both scored."""
-
-    distance: Floats
-    """(samples,) between the outlines [m]"""
-    closing_speed: Floats
-    """(samples,) of the centres [m/s], positive while they approach"""
-
-
-def approach(trajectory: Trajectory, other: int, rear_to_center: Sequence[float]) -> Approach:
-    """Of the ego and one other, by the kernels that measure them."""
-    samples = len(trajectory.time)
-    distance, closing = np.full(samples, np.nan), np.full(samples, np.nan)
-    if 0 < other < trajectory.states.shape[1]:
-        first, together = span_together(trajectory, other)
-        outlines = np.column_stack([trajectory.outlines[:, :2], np.asarray(rear_to_center, dtype=np.float64)])
-        states = np.ascontiguousarray(trajectory.states[first:])
-        for k in range(together):
-            now = snapshot(states, together, k, 0.0, time_step(trajectory), other, outlines)
-            distance[first + k], closing[first + k] = box_distance(now.ego, now.other), _closing_speed(now)
-    return Approach(distance, closing)
-
-
-def _closing_speed(now: Snapshot) -> float:
-    """As `engine.kernels.measure` defines it."""
-    x, y = now.other.x - now.ego.x, now.other.y - now.ego.y
-    vx, vy = now.other_rate.x - now.ego_rate.x, now.other_rate.y - now.ego_rate.y
-    apart = math.hypot(x, y)
-    return -(x * vx + y * vy) / apart if apart else math.nan
 
 
 def replay_data(

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from cortex_dsl.page.charts import Course, line_chart
+from cortex_dsl.page.document import figure
 from cortex_dsl.page.drawing import number
 from cortex_dsl.page.element import Element, Node, element, prose
 from cortex_dsl.page.heat import HeatMap, Sides
-from cortex_dsl.page.summary import figure, whole_run
+from cortex_dsl.page.summary import whole_run
 from cortex_dsl.report.numbers import fixed, percent, significant
 from engine.search.journal_reader import Record
 from engine.tables import Floats

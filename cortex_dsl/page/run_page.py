@@ -6,12 +6,11 @@ from typing import Any
 
 from cortex_dsl.page import case_card, endings, likely, params, run_charts, summary, understanding, where
 from cortex_dsl.page.case import ToldCase, tell_case
-from cortex_dsl.page.document import page
+from cortex_dsl.page.document import page, part, top_bar
 from cortex_dsl.page.element import Element, Node, element
 from cortex_dsl.page.player import player_data
-from cortex_dsl.page.understanding import part
 from cortex_dsl.report.numbers import counted, fixed
-from cortex_dsl.report.titles import first_line
+from cortex_dsl.report.run_document import first_line
 from cortex_dsl.runs import WORST, OpenedRun, first_cases
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
@@ -104,21 +103,6 @@ def numbers(record: Record, worst: Sequence[Case]) -> dict[str, Any]:
         "generations": [asdict(row) for row in record.generations],
         "cases": [{**asdict(case), "key": list(case.key)} for case in worst],
     }
-
-
-def top_bar(links: Sequence[tuple[str, str]]) -> Element:
-    """The line at the top of a page, with places in it."""
-    return element(
-        "nav",
-        element(
-            "div",
-            element("span", "cortexc", class_="brand"),
-            [element("a", name, href=place) for place, name in links],
-            element("button", "dark", type="button", class_="theme", title="light or dark"),
-            class_="top",
-        ),
-        class_="bar-top",
-    )
 
 
 def _hero(found: RunPage) -> Element:

@@ -8,8 +8,8 @@ import numpy as np
 
 from cortex_dsl.page.figures import new_figure, save_all
 from cortex_dsl.page.run_charts import METRICS, PaperMetric
-from cortex_dsl.page.study_page import SHOWN, measure_called
 from cortex_dsl.page.summary import method_name
+from cortex_dsl.report.study_numbers import BOXED, measure_called
 from engine.study.comparisons import Comparison, compare_all, sample
 from engine.study.curves import curve_of, smoothed
 from engine.study.measures import Measure
@@ -37,7 +37,7 @@ def _figures(study: Study) -> Iterator[tuple[str, Any]]:
     rows = compare_all(study.plan, study.records)
     for metric in METRICS:
         yield f"curves-{metric.name.lower()}", _panels(study, lambda axes, k, m=metric: _curves(axes, study, k, m))
-    for name in SHOWN:
+    for name in BOXED:
         measure = measure_called(name)
         stem = f"boxes-{name.lower().replace(' ', '-')}"
         yield stem, _panels(study, lambda axes, k, m=measure: _boxes(axes, study, rows, k, m))

@@ -8,22 +8,19 @@ import numpy as np
 
 from cortex_dsl.page import commands, study_tables
 from cortex_dsl.page.charts import Box, Course, box_chart, line_chart
-from cortex_dsl.page.document import page
+from cortex_dsl.page.document import page, part, top_bar
 from cortex_dsl.page.element import Element, Node, element
 from cortex_dsl.page.run_charts import METRICS, PaperMetric
-from cortex_dsl.page.run_page import top_bar
 from cortex_dsl.page.summary import method_name
-from cortex_dsl.page.understanding import part
+from cortex_dsl.report.study_numbers import BOXED, measure_called
 from engine.search.journal import finite
 from engine.study.comparisons import sample
 from engine.study.curves import curve_of, smoothed
 from engine.study.exports import test_row
 from engine.study.findings import FAMILIES, RULE, Findings, findings
-from engine.study.measures import MEASURES, Measure
+from engine.study.measures import Measure
 from engine.study.reading import Study
 
-SHOWN = ("colliding genomes", "distinct failures", "failing cells", "RL", "MDG", "MDEC", "NIS")
-"""Measures with box plots of their own."""
 LINKS = (
     ("#verdict", "Verdict"),
     ("#primary", "Who finds more"),
@@ -138,16 +135,11 @@ def _boxes(study: Study, found: Findings) -> Node:
     blocks = [
         [
             element("h3", subject.name, class_="sub"),
-            element("div", [_box(study, found, number, name) for name in SHOWN], class_="panels"),
+            element("div", [_box(study, found, number, name) for name in BOXED], class_="panels"),
         ]
         for number, subject in enumerate(study.plan.subjects)
     ]
     return part("boxes", "Run by run", note, _key(study), _consolidated(study), blocks)
-
-
-def measure_called(name: str) -> Measure:
-    """The measure of a name in `SHOWN`."""
-    return next(measure for measure in MEASURES if measure.name == name)
 
 
 def _box(study: Study, found: Findings, scenario: int, name: str) -> Element:
@@ -166,7 +158,7 @@ def _consolidated(study: Study) -> Node:
     if len(plan.subjects) < 2:
         return None
     panels = []
-    for name in SHOWN:
+    for name in BOXED:
         measure = measure_called(name)
         boxes = [
             Box(

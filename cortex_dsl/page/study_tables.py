@@ -1,11 +1,10 @@
 """The tables of a study on its page: the primary outcome, every test, random sampling, and the paper beside it."""
 
+from cortex_dsl.page.document import figure, part, table
 from cortex_dsl.page.element import Element, Node, element
-from cortex_dsl.page.summary import figure, method_name
-from cortex_dsl.page.understanding import part, table
+from cortex_dsl.page.summary import method_name
 from cortex_dsl.report.numbers import counted, fixed, percent
-from cortex_dsl.report.study_numbers import p_text, quartiles, told
-from cortex_dsl.report.study_paper_view import differences
+from cortex_dsl.report.study_numbers import differences, p_text, quartiles, told
 from engine.search.statistics import Interval
 from engine.study.against_paper import Beside
 from engine.study.comparisons import Comparison, Spread

@@ -4,10 +4,11 @@ from collections.abc import Iterator, Sequence
 from math import isfinite
 from typing import Any
 
+from cortex_dsl.page.document import figure
 from cortex_dsl.page.element import Node, element, prose
 from cortex_dsl.report.ends import partners_text
 from cortex_dsl.report.numbers import counted, duration, fixed, percent, ratio
-from cortex_dsl.report.search_view import METHOD_NAMES
+from cortex_dsl.report.search_report import METHOD_NAMES
 from engine.risk import HIGHEST_RISK
 from engine.search.figures import Figures, distinct_collisions, figures
 from engine.search.journal_reader import Record
@@ -18,11 +19,6 @@ from engine.vocabulary import Verdict
 
 RANDOM = "random"
 """The one method whose simulations are independent of one another, so that an interval can be given for their share."""
-
-
-def figure(name: str, value: float, text: str) -> Node:
-    """A number as people read it, with its exact value for programs; `name` says where the journal has it."""
-    return element("data", text, value=repr(value), data_figure=name)
 
 
 def method_name(method: str) -> str:

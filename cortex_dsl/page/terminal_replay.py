@@ -10,10 +10,10 @@ from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.text import Text
 
-from cortex_dsl.page.case import ToldCase
+from cortex_dsl.page.case import ToldCase, outline_corners
 from cortex_dsl.report.canvas import Canvas
 from cortex_dsl.report.numbers import fixed
-from cortex_dsl.report.scene_view import DRAWING_COLUMNS, draw_scene, outline_corners
+from cortex_dsl.report.scene_view import DRAWING_COLUMNS, draw_scene
 from cortex_dsl.report.theme import actor_style
 from engine.vocabulary import State
 

@@ -2,17 +2,19 @@
 
 from collections.abc import Sequence
 
+from cortex_dsl.page.document import figure, part, table
 from cortex_dsl.page.drawing import number
-from cortex_dsl.page.element import Element, Node, element, prose
+from cortex_dsl.page.element import Element, Node, element
 from cortex_dsl.page.run_charts import bars
-from cortex_dsl.page.summary import figure
-from cortex_dsl.report.analysis_view import condition_text, grid_text, shuffled_text
-from cortex_dsl.report.avoidance_view import (
+from cortex_dsl.report.failures import (
     AVOIDANCES,
     DRIVER,
+    condition_text,
     fastest_text,
+    grid_text,
     lost_text,
     margin_text,
+    shuffled_text,
     system_lines,
 )
 from cortex_dsl.report.layout import shortened
@@ -24,31 +26,6 @@ from engine.search.diversity import Grid
 
 AVOIDANCE_STYLES = {Avoidance.AVOIDABLE: "hit", Avoidance.BRAKED_AS_HARD: "warn", Avoidance.UNSEEN: "warn"}
 """What speaks against the ego stands out."""
-
-
-def part(name: str, title: str, note: Node, *content: Node) -> Element:
-    """A section of a page."""
-    return element(
-        "section",
-        element("h2", title),
-        element("p", prose(note) if isinstance(note, str) else note, class_="note"),
-        content,
-        id=name,
-        class_="part",
-    )
-
-
-def table(head: Sequence[str], rows: Sequence[Element], name: str) -> Element:
-    """A table with a head, which scrolls by itself where the screen is narrow."""
-    cells = rows[0].children if rows and len(rows[0].children) == len(head) else (None,) * len(head)
-    top = element("thead", element("tr", [_head(text, cell) for text, cell in zip(head, cells, strict=True)]))
-    return element("div", element("table", top, element("tbody", rows), class_=name), class_="wide", tabindex=0)
-
-
-def _head(text: str, below: Node) -> Element:
-    """Over numbers, to the right like them."""
-    numbers = isinstance(below, Element) and "number" in str(below.attributes.get("class_")).split()
-    return element("th", text, scope="col", class_="number" if numbers else None)
 
 
 # -- kinds of failures -------------------------------------------------------------------------------------------------

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from cortex_dsl.page import run_charts
+from cortex_dsl.page.document import part
 from cortex_dsl.page.element import Element, Node, element
 from cortex_dsl.page.heat import HeatMap, heat_maps
-from cortex_dsl.page.understanding import part
 from cortex_dsl.report.numbers import fixed
 from engine.search.evaluations import Evaluations
 from engine.search.journal_reader import Record

@@ -165,8 +165,9 @@ def do_relax(desk: Desk, argument: str) -> None:
     except ArgumentTypeError as error:
         raise UsageError(f"the share {error}", "as in `:relax 50%`") from None
     desk.kernels.wait(desk.terminal)
-    from cortex_dsl.report.blame_view import blame_note, blame_view
+    from cortex_dsl.report.blame_view import blame_view
     from cortex_dsl.report.layout import section
+    from cortex_dsl.report.tally import blame_note
     from engine.blame import account
 
     told = account(desk.weighing(program), target)

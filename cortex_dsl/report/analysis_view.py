@@ -8,16 +8,14 @@ from rich.text import Text
 
 from cortex_dsl.report.avoidance_view import avoidance_view
 from cortex_dsl.report.ends import partners_text
+from cortex_dsl.report.failures import condition_text, grid_text, held_out_text, shuffled_text, varying
 from cortex_dsl.report.layout import columns, heading, indented, left, right, section, shortened
-from cortex_dsl.report.numbers import ABSENT, column_decimals, counted, fixed, percent, whole
-from cortex_dsl.report.params import format_gene
+from cortex_dsl.report.numbers import ABSENT, counted, fixed, percent, whole
 from engine.program import ParamSpace, Program
 from engine.search.analysis import Analysis
-from engine.search.clusters import Cluster, Condition
 from engine.search.diversity import Grid
-from engine.search.sensitivity import Indices, Sensitivity, Share
+from engine.search.sensitivity import Sensitivity, Share
 from engine.search.statistics import Interval
-from engine.vocabulary import GeneKind
 
 SHADES = " ·░▒▓█"
 """Of a cell: nothing ran there, no collision, then ever more collisions."""
@@ -89,14 +87,6 @@ def _partners(program: Program, analysis: Analysis) -> list[RenderableType]:
     return [Text(f"collisions {text}")] if text else []
 
 
-def shuffled_text(analysis: Analysis) -> str:
-    """`; 72 to 82 when counted in other orders`; empty where no order matters."""
-    low, high = analysis.distinct_range
-    if low == high == len(analysis.distinct):
-        return ""
-    return f"; {low:,} to {high:,} when counted in other orders"
-
-
 # -- kinds ------------------------------------------------------------------------------------------------------------
 
 
@@ -121,46 +111,11 @@ FITTED = (
 )
 
 
-def held_out_text(cluster: Cluster) -> str:
-    """`71 %, 64 %`: precision and coverage on runs that the rule was not grown from."""
-    return f"{percent(cluster.held_out.precision, 0)}, {percent(cluster.held_out.coverage, 0)}"
-
-
-def condition_text(space: ParamSpace, cluster: Cluster) -> str:
-    """`ADV_SPEED > 41.0 km/h and EGO_BRAKE < 0.300`."""
-    return " and ".join(_condition(space, each) for each in cluster.conditions) or "no condition sets it apart"
-
-
-def _condition(space: ParamSpace, condition: Condition) -> str:
-    gene = condition.gene
-    name, unit = space.names[gene], f" {space.units[gene]}" if space.units[gene] else ""
-    if space.kinds[gene] == GeneKind.INDEX:
-        return f"{name} is {format_gene(space, gene, condition.low)}"
-    low = format_gene(space, gene, _outward(space, gene, condition.low, -1.0)) if math.isfinite(condition.low) else ""
-    high = format_gene(space, gene, _outward(space, gene, condition.high, 1.0)) if math.isfinite(condition.high) else ""
-    if low and high:
-        return f"{name} {low} .. {high}{unit}"
-    return f"{name} ≥ {low}{unit}" if low else f"{name} ≤ {high}{unit}"
-
-
-def _outward(space: ParamSpace, gene: int, value: float, sign: float) -> float:
-    """The next value that is printed as it is: a bound as printed leaves out nothing that the bound lets in."""
-    if space.kinds[gene] == GeneKind.INTEGER:
-        return value
-    scale = 10.0 ** column_decimals(float(space.low[gene]), float(space.high[gene]))
-    return sign * math.ceil(sign * value * scale - 1e-6) / scale
-
-
 # -- grids ------------------------------------------------------------------------------------------------------------
 
 
 def _grid_note(grid: Grid) -> str:
     return f"{grid_text(grid)}, QD score {fixed(grid.qd_score, 0)}"
-
-
-def grid_text(grid: Grid) -> str:
-    """Of the cells that were reached: many of the others cannot be."""
-    return f"collisions in {grid.failing} of the {counted(grid.covered, 'cell')} reached"
 
 
 def _grid(grid: Grid, width: int) -> RenderableType:
@@ -209,12 +164,6 @@ def _sensitivity(found: Sensitivity) -> RenderableType:
         for head, rows in (("total", totals), ("alone", alone))
     ]
     return Group(tables[0], Text(), tables[1], Text(), Text(INDICES, "quiet"))
-
-
-def varying(found: Sensitivity) -> list[tuple[str, Indices]]:
-    """What the params may matter for, with its title; what never varies is left out."""
-    outputs = (("a valid run", found.validity), ("risk", found.risk), ("collision", found.collision))
-    return [(title, indices) for title, indices in outputs if math.isfinite(indices.chance.value)]
 
 
 def _shares(name: str, shares: Sequence[Share], style: str = "") -> Sequence[Text]:

@@ -1,63 +1,15 @@
 """The one renderer of diagnostics: for a terminal, as plain text, and as data for other programs."""
 
 import textwrap
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from cortex_dsl.diagnostics import Diagnostic, Label, Severity
+from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.report.snippet import DrawnLine, gutter_width, snippet, visible
 from cortex_dsl.source import Source
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
-_COLOURS = {
-    Severity.ERROR: "bold red",
-    Severity.WARNING: "bold yellow",
-    Severity.NOTE: "bold cyan",
-    Severity.HINT: "bold blue",
-}
-_STYLES = {
-    "plain": "",
-    "source": "",
-    "place": "",
-    "message": "bold",
-    "gutter": "bright_blue",
-    "secondary": "bright_blue",
-    "reason": "",
-    "help": "bold green",
-}
-
-
-MOST_DRAWN = 100
-"""Diagnostics that are drawn; whoever wants thousands reads them from a document."""
-
-
-def render(source: Source, diagnostics: Sequence[Diagnostic], console: "Console") -> None:
-    """Print diagnostics in colour, a blank line between them.
-
-    A headline is one line for programs that read it, and at a terminal no wider than that.
-    """
-    from rich.text import Text
-
-    drawn = _drawn(diagnostics)
-    for index, diagnostic in enumerate(drawn):
-        if index:
-            console.print()
-        styles = _STYLES | {"primary": _COLOURS[diagnostic.severity], "severity": _COLOURS[diagnostic.severity]}
-        for number, line in enumerate(draw(source, diagnostic, console.width)):
-            text = Text.assemble(*((piece, styles[style]) for piece, style in line))
-            console.print(text, soft_wrap=number > 0 or not console.is_terminal)
-    if left := len(diagnostics) - len(drawn):
-        console.print(f"\nand {left:,} more; --format json tells all", soft_wrap=True)
-
-
-def _drawn(diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
-    """As many as one would read, errors before all others, in the order of the file."""
-    if len(diagnostics) <= MOST_DRAWN:
-        return diagnostics
-    grave = sorted(range(len(diagnostics)), key=lambda index: diagnostics[index].severity is not Severity.ERROR)
-    return [diagnostics[index] for index in sorted(grave[:MOST_DRAWN])]
+    pass
 
 
 def render_text(source: Source, diagnostics: Iterable[Diagnostic], width: int = 100) -> str:

@@ -7,8 +7,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from cortex_dsl.report.layout import columns, left, right, section
-from cortex_dsl.report.numbers import counted, percent
-from cortex_dsl.report.params import format_gene
+from cortex_dsl.report.numbers import counted, format_gene, percent
 from cortex_dsl.report.sparkline import EIGHTHS, LEVELS, bar
 from engine.vocabulary import GeneKind
 

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.report.blame_view import blame_note, blame_view, cure_of_conflict
+from cortex_dsl.report.blame_view import blame_view
 from cortex_dsl.report.layout import section
 from cortex_dsl.report.numbers import counted
 from cortex_dsl.report.params import params_view
 from cortex_dsl.report.requirements import requirements_view
-from cortex_dsl.report.tally import Tally
+from cortex_dsl.report.tally import Tally, blame_note, cure_of_conflict
 from engine.program import Program
 from engine.vocabulary import Verdict
 

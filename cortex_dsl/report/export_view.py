@@ -3,8 +3,6 @@
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
-from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
 
@@ -13,9 +11,9 @@ from rich.text import Text
 
 from cortex_dsl.exports.findings import Finding
 from cortex_dsl.exports.formats import FORMATS
-from cortex_dsl.report.json_documents import document
 from cortex_dsl.report.layout import columns, heading, indented, left, right, section
 from cortex_dsl.report.numbers import counted
+from cortex_dsl.report.road_lines import Written, size_text
 
 if TYPE_CHECKING:
     from cortex_dsl.exports.cases import ExportCase
@@ -24,21 +22,6 @@ if TYPE_CHECKING:
 
 MOST_FILES = 40
 """Of a long list, so many are shown."""
-
-
-@dataclass(frozen=True)
-class Written:
-    """Everything that the view shows."""
-
-    cases: "Sequence[ExportCase]"
-    gathered: "Gathered"
-    folder: Path
-    same: frozenset[str]
-    """Names of files that were there already with the same contents."""
-    findings: Sequence[Finding] | None
-    """None: not asked for."""
-    checked: Mapping[str, str] = field(default_factory=dict)
-    """By format, what a check has looked at."""
 
 
 def export_view(written: Written, how: "ExportOptions") -> RenderableType:
@@ -86,13 +69,6 @@ def _files(written: Written) -> RenderableType:
     if len(files) > MOST_FILES:
         rows.append((Text(f"and {len(files) - MOST_FILES:,} more", "quiet"), Text(), Text()))
     return columns(left(wrap=True), right(), left(), rows=rows)
-
-
-def size_text(size: int) -> str:
-    """`812 B`, `12.3 kB`, `4.5 MB`."""
-    if size < 1_000:
-        return f"{size} B"
-    return f"{size / 1e3:.1f} kB" if size < 1e6 else f"{size / 1e6:.1f} MB"
 
 
 def _openings(written: Written) -> Iterator[Text]:
@@ -150,36 +126,3 @@ def _findings(findings: Sequence[Finding]) -> Iterator[Text]:
         yield Text.assemble((finding.place, "title"), ": ", (finding.reason, "bad"))
         if finding.cure:
             yield Text(f"  help: {finding.cure}", "quiet")
-
-
-def export_document(written: Written, how: "ExportOptions") -> str:
-    """All of it as the one document of --json."""
-    gathered = written.gathered
-    content = {
-        "folder": written.folder,
-        **asdict(how),
-        "files": [
-            {
-                "path": written.folder / name,
-                "format": gathered.formats[name],
-                "bytes": len(data),
-                "new": name not in written.same,
-            }
-            for name, data in gathered.files.items()
-        ],
-        "cases": [
-            {"rank": case.rank, "name": case.recording.name, "files": names, **asdict(case.recording.provenance)}
-            for case, names in zip(written.cases, gathered.names, strict=True)
-        ],
-        "remarks": [
-            {"format": name, "remark": sentence, "cases": [written.cases[number].recording.name for number in numbers]}
-            for (name, sentence), numbers in gathered.remarks.items()
-        ],
-        "refused": [
-            {"format": name, "message": error.message, "help": error.cure or None}
-            for name, error in gathered.refused.items()
-        ],
-        "checked": written.checked,
-        "findings": None if written.findings is None else [asdict(finding) for finding in written.findings],
-    }
-    return document("export", content)

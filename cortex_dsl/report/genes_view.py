@@ -8,8 +8,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from cortex_dsl.report.layout import columns, left, right
-from cortex_dsl.report.numbers import ABSENT, column_decimals, fixed, significant
-from cortex_dsl.report.params import format_gene
+from cortex_dsl.report.numbers import ABSENT, column_decimals, fixed, format_gene, significant
 from cortex_dsl.report.sparkline import bar, sparkline
 from engine.program import ParamSpace
 from engine.search.campaign import Campaign

@@ -1,8 +1,7 @@
 """A recording from elsewhere, judged and told as a run of ours is."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Group, RenderableType
@@ -12,22 +11,16 @@ from cortex_dsl.report.layout import columns, heading, left, right, section
 from cortex_dsl.report.measures_view import measures_view
 from cortex_dsl.report.numbers import counted, fixed
 from cortex_dsl.report.risk_view import metrics_view, risk_view
-from cortex_dsl.report.run_document import pairs_content
+from cortex_dsl.report.road_lines import LONGEST_TITLE, MeasuredReport, _end, shortened, story
 from cortex_dsl.report.run_view import moment_of
 from cortex_dsl.report.scene_view import scene_view
-from cortex_dsl.report.story import Moment, end_of, tell
 from cortex_dsl.report.theme import actor_style
 from cortex_dsl.report.timeline import curves, timeline
-from engine.interchange.measuring import Measured
 from engine.interchange.recording import Recording
-from engine.program import Rule
 from engine.risk import PROFILES
-from engine.road.outline import Outline
-from engine.tables import Ints
-from engine.vocabulary import EndReason
 
 if TYPE_CHECKING:
-    from engine.interchange.reading import OdrNetwork
+    pass
 
 DEFINITIONS = (
     ("TTC", "time until the outlines touch if both keep their velocities at that instant"),
@@ -38,55 +31,6 @@ DEFINITIONS = (
 """Metrics that other tools give the same names and other definitions."""
 OTHERS = "other tools take centres, lanes or the worst braking instead, and come to other numbers"
 MOST_REMARKS = 12
-LONGEST_TITLE = 100
-LONGEST_NAME = 40
-"""Letters; files of other tools may say anything of themselves."""
-
-
-@dataclass(frozen=True)
-class MeasuredReport:
-    """Everything there is to say."""
-
-    file: str
-    recording: Recording
-    measured: Measured
-    profile: str
-    remarks: Sequence[str]
-    road: "OdrNetwork | None"
-    lines: Outline
-    """Of that road."""
-    again: str
-    """The command that shows this again."""
-    written: Sequence[str] = ()
-    """Files that it was turned into."""
-
-    @property
-    def cast(self) -> "Cast":
-        return Cast(tuple(shortened(actor.name, LONGEST_NAME) for actor in self.recording.actors))
-
-    @property
-    def pair(self) -> int:
-        """The pair (ego, pair + 1) that decides the risk; 0 where there is none."""
-        return max(0, int(self.measured.risk.pair[0]))
-
-    @property
-    def paired(self) -> bool:
-        return len(self.recording.actors) > 1
-
-
-@dataclass(frozen=True)
-class Cast:
-    """Those who take part; a recording tells no rules."""
-
-    actors: tuple[str, ...]
-    rules: tuple[Rule, ...] = ()
-
-    @property
-    def step_lines(self) -> Ints:
-        return np.zeros(0, dtype=np.int32)
-
-    def place(self, line: int) -> str:
-        return str(line)
 
 
 def measured_view(report: MeasuredReport, width: int, *, ascii_only: bool = False) -> RenderableType:
@@ -120,25 +64,6 @@ def measured_view(report: MeasuredReport, width: int, *, ascii_only: bool = Fals
     if report.written:
         parts.append(section("Written", Text("\n").join(map(Text, report.written))))
     return Group(*parts, section("Again", Text(report.again)))
-
-
-def shortened(text: str, most: int = LONGEST_TITLE) -> str:
-    """A stranger's text on one line."""
-    line = " ".join("".join(mark if mark.isprintable() else " " for mark in text).split())
-    return line if len(line) <= most else line[: most - 1] + "…"
-
-
-def story(report: MeasuredReport) -> list[Moment]:
-    """What happened, up to contact or the recording's end."""
-    told = tell(report.cast, report.measured.outcomes, report.measured.trajectory, pair=report.pair)
-    return [replace(moment, text=_end(report)) if moment.kind == "end" else moment for moment in told]
-
-
-def _end(report: MeasuredReport) -> str:
-    """Why it is over: a recording does not know of time limits."""
-    if report.measured.outcomes.end_reason[0] in (EndReason.COLLISION, EndReason.OTHER_COLLISION):
-        return end_of(report.cast, report.measured.outcomes, 0).text
-    return "the recording ends"
 
 
 def _headline(report: MeasuredReport) -> Text:
@@ -198,36 +123,3 @@ def _remarks(remarks: Sequence[str]) -> RenderableType:
     if len(remarks) > MOST_REMARKS:
         lines.append(Text(f"and {len(remarks) - MOST_REMARKS:,} more", "quiet"))
     return columns(left(wrap=True), rows=[(line,) for line in lines])
-
-
-def measured_content(report: MeasuredReport) -> dict[str, Any]:
-    """The same as the content of a JSON document, SI units."""
-    recording, measured, actors = report.recording, report.measured, report.cast.actors
-    outcomes, risk = measured.outcomes, measured.risk
-    return {
-        "file": report.file,
-        "actors": [
-            {"name": name, "kind": a.kind, "length": a.length, "width": a.width, "rear_to_center": a.rear_to_center}
-            for name, a in zip(actors, recording.actors, strict=True)
-        ],
-        "samples": len(recording),
-        "step": recording.step,
-        "end": {"reason": EndReason(int(outcomes.end_reason[0])), "time": outcomes.end_time[0]},
-        "collided": outcomes.collided[0],
-        "contact": [actors[actor] for actor in outcomes.contact_actors[0].tolist() if actor >= 0],
-        "pairs": pairs_content(actors, outcomes),
-        "risk": {
-            "profile": report.profile,
-            "score": risk.score[0] if report.paired else None,
-            "parts": dict(zip(("C", "MD", "D_MS", "TTC_MS"), risk.parts[0].tolist(), strict=True)),
-        },
-        "events": [
-            {**vars(moment), "actor": actors[moment.actor] if moment.actor >= 0 else None} for moment in story(report)
-        ],
-        "metrics": [{**vars(m), "actors": [actors[actor] for actor in m.actors]} for m in measured.metrics],
-        "road": None if report.road is None else {"file": report.road.file, "summary": report.road.summary()},
-        "provenance": recording.provenance,
-        "remarks": report.remarks,
-        "written": report.written,
-        "reproduce": report.again,
-    }

@@ -3,6 +3,9 @@
 import math
 import re
 
+from engine.program import ParamSpace
+from engine.vocabulary import GeneKind
+
 ABSENT = "–"
 
 
@@ -67,3 +70,14 @@ def duration(seconds: float) -> str:
 def counted(count: int, noun: str, plural: str | None = None) -> str:
     """`1 scene`, `2 scenes`, `1,000 scenes`."""
     return f"{count:,} {noun if count == 1 else plural or noun + 's'}"
+
+
+def format_gene(space: ParamSpace, gene: int, value: float) -> str:
+    """A gene's value without its unit, with the decimals that its range deserves."""
+    kind = space.kinds[gene]
+    if kind == GeneKind.INDEX:
+        options = space.options[gene]
+        return options[int(value)] if 0 <= int(value) < len(options) else str(int(value))
+    if kind == GeneKind.INTEGER:
+        return fixed(value, 0)
+    return fixed(value, column_decimals(float(space.low[gene]), float(space.high[gene])))

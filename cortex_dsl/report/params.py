@@ -7,23 +7,12 @@ from rich.text import Text
 
 from cortex_dsl.holding import Held
 from cortex_dsl.report.layout import columns, left, right
-from cortex_dsl.report.numbers import column_decimals, fixed, significant
+from cortex_dsl.report.numbers import format_gene, significant
 from engine.program import ParamSpace
 from engine.vocabulary import GeneKind
 
 GAUGE = 21
 """Characters of the gauge that shows where in its range a param lies; odd, so that it has a middle."""
-
-
-def format_gene(space: ParamSpace, gene: int, value: float) -> str:
-    """A gene's value without its unit, with the decimals that its range deserves."""
-    kind = space.kinds[gene]
-    if kind == GeneKind.INDEX:
-        options = space.options[gene]
-        return options[int(value)] if 0 <= int(value) < len(options) else str(int(value))
-    if kind == GeneKind.INTEGER:
-        return fixed(value, 0)
-    return fixed(value, column_decimals(float(space.low[gene]), float(space.high[gene])))
 
 
 def params_view(space: ParamSpace, genome: Sequence[float], held: Sequence[Held] = ()) -> RenderableType:

@@ -7,20 +7,22 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from cortex_dsl.report.ends import partners_text
+from cortex_dsl.report.failures import (
+    EXPOSURE,
+    HOW,
+    avoidable_interval_text,
+    avoidable_text,
+    counts_text,
+    how_drawn,
+    interval_text,
+    probability_text,
+)
 from cortex_dsl.report.layout import heading
-from cortex_dsl.report.numbers import counted, percent, significant, whole
+from cortex_dsl.report.numbers import counted, percent
 from engine.program import Program
 from engine.search.estimated import JOINT, PARAMS, Probability
 from engine.search.partners import Partners
-from engine.search.statistics import Interval
 
-HOW = {
-    "mc": "plain Monte Carlo; exact interval of Clopper and Pearson",
-    "subset": "subset simulation (Au and Beck 2001); Student's interval over ten independent repetitions",
-}
-
-EXPOSURE = "a range is drawn evenly, which is no model of how often a road brings such values"
-"""What such a probability is not."""
 HINT = "--condition joint draws the params anew, too, until the requirements hold"
 TOO_RARE = "valid runs are too rare for subset simulation to begin with; `--method mc` takes those that it finds"
 
@@ -70,7 +72,7 @@ def _given(found: Probability) -> str:
 
 def _conditions(found: Probability) -> Iterator[Text]:
     """What the probability is of, and what it leaves out."""
-    yield Text(condition_text(found), "quiet")
+    yield Text(how_drawn(found), "quiet")
     if found.condition == PARAMS and found.method == "mc":
         yield Text(HINT, "quiet")
     share = percent(found.valid_share)
@@ -82,59 +84,5 @@ def _conditions(found: Probability) -> Iterator[Text]:
     yield Text(f"{broken} broke a requirement on the run and ended there: what they came to is not counted", "warn")
 
 
-def condition_text(found: Probability) -> str:
-    """Which probability it is: the two differ where some params allow a scene more often than others."""
-    if found.condition == JOINT:
-        return "params and scene are drawn anew together until the requirements hold"
-    often = f" in up to {counted(found.max_attempts, 'attempt')}" if found.max_attempts else ""
-    return f"params are drawn once, a scene for them is then sought{often}"
-
-
 def _draws(found: Probability) -> str:
     return "draws" if found.condition == JOINT else "draws of the params"
-
-
-def probability_text(found: Probability) -> str:
-    """The estimate: in percent where that reads well."""
-    return _text(found.value)
-
-
-def interval_text(found: Probability) -> str:
-    """`1.20 % .. 1.90 %`."""
-    if not math.isfinite(found.interval.low):
-        return "none, as no chain reached contact" if found.valid else "none"
-    return _range(found.interval)
-
-
-def avoidable_text(found: Probability) -> str:
-    """The same of a collision that a competent driver avoids."""
-    return _text(found.avoidable)
-
-
-def avoidable_interval_text(found: Probability) -> str:
-    if not math.isfinite(found.avoidable_interval.low):
-        return "none, as none of those driven again was one" if found.driven else "not known"
-    return _range(found.avoidable_interval)
-
-
-def _text(value: float) -> str:
-    if math.isnan(value):
-        return "not known"
-    if value >= 0.001:
-        return percent(value, 2)
-    return "none seen" if value == 0.0 else significant(value, 3)
-
-
-def _range(interval: Interval) -> str:
-    """Both ends alike: in percent where the higher one reads well so."""
-    low, high = (percent(end, 2) if interval.high >= 0.001 else significant(end, 3) for end in interval)
-    return f"{low} .. {high}"
-
-
-def counts_text(found: Probability) -> str:
-    """What the estimate was made from: numbers whose quotient it is, or the word that they are none."""
-    tried = "draw" if found.condition == JOINT else "simulation"
-    runs = f"{whole(found.valid)} valid of {counted(found.simulations, tried)}"
-    if found.method == "subset":
-        return f"{runs}; those of chains depend on one another, so their share is no estimate"
-    return f"{counted(found.collisions, 'collision')} among {runs}"

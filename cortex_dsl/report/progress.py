@@ -11,7 +11,7 @@ from rich.text import Text
 
 from cortex_dsl.report.layout import columns, left, right
 from cortex_dsl.report.numbers import duration, fixed, whole
-from cortex_dsl.report.risk_view import HIGHEST
+from cortex_dsl.report.run_document import HIGHEST
 from cortex_dsl.report.sparkline import sparkline
 from cortex_dsl.report.theme import method_style
 from engine.search.figures import Figures

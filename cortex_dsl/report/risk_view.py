@@ -7,18 +7,10 @@ from rich.text import Text
 
 from cortex_dsl.report.layout import columns, left, quantity, right
 from cortex_dsl.report.numbers import fixed
+from cortex_dsl.report.run_document import HIGHEST, PARTS
 from cortex_dsl.report.speeds import KM_H, SpeedUnit
 from engine.risk import BANDS, Edges, RiskProfile
 from engine.scenes import Outcomes
-
-PARTS: Sequence[tuple[str, int, str]] = (
-    ("C", 10, ""),
-    ("MD", 4, "m"),
-    ("D_MS", 4, "m"),
-    ("TTC_MS", 4, "s"),
-)
-"""Parts of the score in their order: name, most points, unit of its bands."""
-HIGHEST = sum(most for _, most, _ in PARTS)
 
 
 def risk_bar(parts: Sequence[float], *, ascii_only: bool = False) -> Text:

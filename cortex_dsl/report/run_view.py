@@ -1,13 +1,9 @@
 """One run, told: the drawing, the timeline, the metrics, the risk, what was drawn, and how to see it again."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
 import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.holding import Held
 from cortex_dsl.report.layout import columns, left, section
 from cortex_dsl.report.measures_view import measures_view
 from cortex_dsl.report.numbers import counted
@@ -15,59 +11,15 @@ from cortex_dsl.report.pairs_view import further_pairs
 from cortex_dsl.report.params import params_view
 from cortex_dsl.report.records_view import records_view
 from cortex_dsl.report.risk_view import metrics_view, risk_view
+from cortex_dsl.report.run_document import RunReport
 from cortex_dsl.report.scene_view import KeyMoment, scene_view
-from cortex_dsl.report.speeds import SpeedUnit, speed_unit
-from cortex_dsl.report.story import Moment, end_of, in_order, tell
+from cortex_dsl.report.story import end_of
 from cortex_dsl.report.timeline import curves, timeline
 from cortex_dsl.report.titles import title_of
-from engine.metrics import Metric
 from engine.program import Program
-from engine.records import Recorded
 from engine.risk import PROFILES
-from engine.road.outline import Outline
 from engine.scenes import Outcomes, Scenes, Trajectory
-from engine.vocabulary import State, Verdict
-
-
-@dataclass(frozen=True)
-class RunReport:
-    """Everything there is to say about row 0 of a single run."""
-
-    program: Program
-    scenes: Scenes
-    outcomes: Outcomes
-    trajectory: Trajectory
-    aftermath: Sequence[Moment]
-    """What the world shows after contact."""
-    metrics: Sequence[Metric]
-    """Of a valid run."""
-    records: Sequence[Recorded]
-    score: int
-    parts: Sequence[float]
-    pair: int
-    profile: str
-    engine: str
-    road: Outline
-    reproduce: str
-    """The command that shows this run again."""
-    held: Sequence[Held] = ()
-    """Params that the command line holds fixed."""
-
-    @property
-    def unit(self) -> SpeedUnit:
-        """Of speeds, as people read them."""
-        return speed_unit(self.program)
-
-    @property
-    def story(self) -> list[Moment]:
-        """What happened, in the order of time."""
-        told = tell(self.program, self.outcomes, self.trajectory, pair=self.pair, unit=self.unit)
-        return in_order([*told, *self.aftermath])
-
-    @property
-    def valid(self) -> bool:
-        """Whether the run counts; one that a requirement on it broke has no metrics and no risk."""
-        return int(self.outcomes.verdict[0]) == Verdict.VALID
+from engine.vocabulary import State
 
 
 def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> RenderableType:

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.report.blame_view import blame_note, blame_view
+from cortex_dsl.report.blame_view import blame_view
 from cortex_dsl.report.layout import columns, left, right, section
 from cortex_dsl.report.numbers import counted, percent, ratio, whole
 from cortex_dsl.report.requirements import requirements_view
 from cortex_dsl.report.sparkline import bar
-from cortex_dsl.report.tally import Tally, first_culprit
+from cortex_dsl.report.tally import Tally, blame_note, most_to_blame
 from cortex_dsl.report.titles import title_of
 from engine.program import Program
 from engine.vocabulary import Verdict
@@ -58,15 +58,6 @@ def _params_kept(program: Program, tally: Tally) -> list[Text]:
     if hopeless:
         told.append(Text(f"{hopeless:,} of {counted(tally.scenes, 'draw')} of the params can have no scene", "warn"))
     return told
-
-
-def most_to_blame(program: Program, tally: Tally, account: "Account | None") -> int | None:
-    """The requirement without which most would be accepted, or the tally's culprit where nothing was weighed.
-
-    In the tally, a draw of the params counts once where it is proved hopeless, else as often as it was tried.
-    """
-    failing = [] if account is None else [b for b in account.blames if b.alone < 1.0 and tally.failed[b.requirement]]
-    return max(failing, key=lambda blame: blame.without).requirement if failing else first_culprit(program, tally)
 
 
 def verdicts_table(tally: Tally) -> RenderableType:

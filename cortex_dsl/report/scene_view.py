@@ -1,6 +1,5 @@
 """The junction and the ways of its actors, drawn in the terminal."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,6 +8,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from cortex_dsl.page.case import outline_corners
 from cortex_dsl.report.canvas import Canvas, Point, Window
 from cortex_dsl.report.layout import columns, left
 from cortex_dsl.report.theme import actor_style
@@ -85,13 +85,6 @@ def draw_scene(
 
 def _points(line: Floats) -> list[Point]:
     return [(float(x), float(y)) for x, y in line]
-
-
-def outline_corners(x: float, y: float, heading: float, length: float, width: float) -> list[Point]:
-    """Corners of an oriented rectangle, anticlockwise [m]."""
-    cos, sin = math.cos(heading), math.sin(heading)
-    half = ((length / 2, width / 2), (-length / 2, width / 2), (-length / 2, -width / 2), (length / 2, -width / 2))
-    return [(x + u * cos - v * sin, y + u * sin + v * cos) for u, v in half]
 
 
 def _draw_outline(canvas: Canvas, trajectory: Trajectory, actor: int, sample: int) -> None:

@@ -22,3 +22,34 @@ class SearchReport:
     @property
     def method(self) -> str:
         return self.name or self.campaign.method.name.lower()
+
+
+METRICS: Sequence[tuple[str, str, str, int, str]] = (
+    ("RL", "mean risk, valid runs", "rl", 2, ""),
+    ("NC", "collisions", "nc", 0, ""),
+    ("MDG", "mean least distance", "mdg", 2, "m"),
+    ("MDEC", "same, no collisions", "mdec", 2, "m"),
+    ("NIS", "invalid runs", "nis", 0, ""),
+)
+"""Name, meaning, field of `Figures`, decimals, unit."""
+
+
+METHOD_NAMES = {
+    "ga": "genetic algorithm",
+    "niching": "niching genetic algorithm",
+    "sobol": "Sobol points",
+    "halton": "Halton points",
+    "lhs": "Latin hypercubes",
+    "cross_entropy": "cross-entropy method",
+    "annealing": "simulated annealing",
+    "differential_evolution": "differential evolution",
+    "cmaes": "CMA-ES",
+    "nsga2": "NSGA-II",
+    "map_elites": "MAP-Elites",
+    "cma_me": "CMA-ME",
+}
+
+
+def method_name(method: str) -> str:
+    """A method as a person calls it."""
+    return METHOD_NAMES.get(method, method)

@@ -14,7 +14,7 @@ from cortex_dsl.report.genes_view import effect_note, genes_view
 from cortex_dsl.report.layout import columns, left, right, section
 from cortex_dsl.report.numbers import counted, duration, fixed, percent, ratio, whole
 from cortex_dsl.report.requirements import requirements_view
-from cortex_dsl.report.search_report import SearchReport
+from cortex_dsl.report.search_report import METRICS, SearchReport, method_name
 from cortex_dsl.report.sparkline import bar, sparkline
 from cortex_dsl.report.story import end_text
 from cortex_dsl.report.tally import Tally
@@ -28,14 +28,6 @@ from engine.search.partners import partners
 from engine.search.protocol import Box
 from engine.vocabulary import EndReason, Verdict
 
-METRICS: Sequence[tuple[str, str, str, int, str]] = (
-    ("RL", "mean risk, valid runs", "rl", 2, ""),
-    ("NC", "collisions", "nc", 0, ""),
-    ("MDG", "mean least distance", "mdg", 2, "m"),
-    ("MDEC", "same, no collisions", "mdec", 2, "m"),
-    ("NIS", "invalid runs", "nis", 0, ""),
-)
-"""Name, meaning, field of `Figures`, decimals, unit."""
 APART = "worst first, but each differs in a third of its params by a tenth of their range, where there are so many"
 """How the worst are chosen; see `engine.search.ranking`."""
 CURVE = 30
@@ -77,27 +69,6 @@ def _loneliness(program: Program) -> list[RenderableType]:
     if len(program.actors) > 1:
         return []
     return [Text("  no actor but the ego: there is nothing to come near, and every risk is 0", "warn")]
-
-
-METHOD_NAMES = {
-    "ga": "genetic algorithm",
-    "niching": "niching genetic algorithm",
-    "sobol": "Sobol points",
-    "halton": "Halton points",
-    "lhs": "Latin hypercubes",
-    "cross_entropy": "cross-entropy method",
-    "annealing": "simulated annealing",
-    "differential_evolution": "differential evolution",
-    "cmaes": "CMA-ES",
-    "nsga2": "NSGA-II",
-    "map_elites": "MAP-Elites",
-    "cma_me": "CMA-ME",
-}
-
-
-def method_name(method: str) -> str:
-    """A method as a person calls it."""
-    return METHOD_NAMES.get(method, method)
 
 
 def headline(program: Program, report: SearchReport) -> Text:

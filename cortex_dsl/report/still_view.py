@@ -7,12 +7,13 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from cortex_dsl.page.case import outline_corners
 from cortex_dsl.report.canvas import Canvas
 from cortex_dsl.report.layout import columns, left, right, section
 from cortex_dsl.report.numbers import ABSENT, counted
 from cortex_dsl.report.params import params_view
 from cortex_dsl.report.run_view import choices_view
-from cortex_dsl.report.scene_view import BESIDE, DRAWING_COLUMNS, draw_scene, outline_corners
+from cortex_dsl.report.scene_view import BESIDE, DRAWING_COLUMNS, draw_scene
 from cortex_dsl.report.speeds import speed_unit
 from cortex_dsl.report.theme import actor_style
 from engine.program import Program

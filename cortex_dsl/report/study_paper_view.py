@@ -8,6 +8,7 @@ from rich.text import Text
 
 from cortex_dsl.report.layout import columns, left, right, section
 from cortex_dsl.report.numbers import fixed, percent, ratio
+from cortex_dsl.report.study_numbers import differences
 from engine.paper.numbers import Study as StudyRow
 from engine.study.against_paper import Beside
 from engine.study.findings import Findings
@@ -65,32 +66,6 @@ def _beside_table(rows: Sequence[Beside], width: int) -> RenderableType:
 def _lines(rows: Sequence[Beside]) -> Iterator[Text]:
     for number, line in enumerate(differences(rows)):
         yield Text(line, "quiet" if number else "")
-
-
-def differences(rows: Sequence[Beside]) -> list[str]:
-    """Where ours differ from the paper's, in words; the first line is the sum of it."""
-    against = [row for row in rows if not row.same_direction]
-    windows = [row for row in rows if row.measure.name.startswith("NIS")]
-    others = [row for row in rows if row not in windows]
-    same = sum(row.same_direction for row in others)
-    alike = sum(row.same_direction for row in windows)
-    lines = [
-        f"{same} of {len(others)} comparisons of risk, collisions and distances point the same way as in the paper",
-        f"{alike} of {len(windows)} of NIS do, one observation told over again: all share the windows that decide it",
-        *(f"the other way in {row.letter}: {row.measure.name}" for row in against),
-    ]
-    for name in dict.fromkeys(row.measure.name for row in rows):
-        ours, paper = (_range([getattr(r, field) for r in rows if r.measure.name == name]) for field in _RATIOS)
-        lines.append(f"{name}: ga / random is {ours} here, {paper} in the paper")
-    return [*lines, "another simulator and one run each: sizes are not expected to agree"]
-
-
-_RATIOS = ("ratio", "paper_ratio")
-
-
-def _range(values: Sequence[float]) -> str:
-    low, high = fixed(min(values), 2), fixed(max(values), 2)
-    return low if low == high else f"{low} to {high}"
 
 
 def _rates_table(rows: Sequence[RandomRates], width: int) -> RenderableType:

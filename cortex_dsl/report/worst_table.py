@@ -7,9 +7,8 @@ from rich.table import Column
 from rich.text import Text
 
 from cortex_dsl.report.layout import columns, right
-from cortex_dsl.report.numbers import ABSENT
-from cortex_dsl.report.params import format_gene
-from cortex_dsl.report.risk_view import PARTS
+from cortex_dsl.report.numbers import ABSENT, format_gene
+from cortex_dsl.report.run_document import PARTS
 from cortex_dsl.report.search_report import SearchReport
 from engine.program import ParamSpace, Program
 from engine.search.assessment import Assessment

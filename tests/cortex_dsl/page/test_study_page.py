@@ -8,7 +8,7 @@ import pytest
 
 from cortex_dsl.cli import main
 from cortex_dsl.page.run_charts import METRICS
-from cortex_dsl.page.study_page import SHOWN
+from cortex_dsl.report.study_numbers import BOXED
 from engine.study.findings import findings
 from engine.study.reading import Study, read_study
 
@@ -60,7 +60,7 @@ def test_figures_of_a_study(study_folder: Path, study: Study, tmp_path: Path) ->
     assert main(["report", str(study_folder), "--figures", str(tmp_path)]) == 0
     names = {path.name for path in tmp_path.iterdir()}
     assert {"curves-rl.svg", "curves-nis.pdf", "boxes-colliding-genomes.png", "boxes-rl.svg"} <= names
-    assert len(names) == 3 * (len(METRICS) + len(SHOWN))
+    assert len(names) == 3 * (len(METRICS) + len(BOXED))
     assert all(path.stat().st_size > 1000 for path in tmp_path.iterdir())
     assert "colliding genomes" in (tmp_path / "boxes-colliding-genomes.svg").read_text(encoding="utf-8")
 

@@ -5,9 +5,10 @@ import io
 import pytest
 from rich.console import Console, RenderableType
 
-from cortex_dsl.report.blame_view import blame_content, blame_note, blame_view, cure_of_conflict
+from cortex_dsl.report.blame_view import blame_view
 from cortex_dsl.report.feasibility_view import feasibility_view
 from cortex_dsl.report.json_documents import document
+from cortex_dsl.report.tally import blame_content, blame_note, cure_of_conflict
 from cortex_dsl.report.theme import THEME
 from cortex_dsl.session import compile_text
 from engine.blame import Account, account, weigh

@@ -12,8 +12,8 @@ from cortex_dsl.holding import Held
 from cortex_dsl.report.exhausted_view import exhausted_view
 from cortex_dsl.report.pairs_view import further_pairs
 from cortex_dsl.report.progress import SearchProgress, progress_view
-from cortex_dsl.report.run_document import run_content
-from cortex_dsl.report.run_view import RunReport, run_view
+from cortex_dsl.report.run_document import RunReport, name_of, run_content
+from cortex_dsl.report.run_view import run_view
 from cortex_dsl.report.sample_view import sample_view
 from cortex_dsl.report.search_report import SearchReport
 from cortex_dsl.report.search_view import comparison_view, search_view
@@ -21,7 +21,7 @@ from cortex_dsl.report.speeds import KM_H
 from cortex_dsl.report.story import end_of
 from cortex_dsl.report.tally import Tally
 from cortex_dsl.report.theme import THEME
-from cortex_dsl.report.titles import name_of, title_of
+from cortex_dsl.report.titles import title_of
 from engine.metrics import Metric
 from engine.program import Program, RoadSpec, Rule
 from engine.records import Recorded
