@@ -11,9 +11,9 @@ from cortex_dsl.cli.journals import told_run
 from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.simulation import compile_kernels
 from cortex_dsl.cli.terminal import Terminal
-from cortex_dsl.report.analysis_view import analysis_view
-from cortex_dsl.report.failures import condition_text
-from cortex_dsl.report.json_documents import document
+from cortex_dsl.report.documents import document
+from cortex_dsl.report.findings.analysis_report import condition_text
+from cortex_dsl.report.terminal.analysis_view import analysis_view
 from cortex_dsl.runs import OpenedRun
 from engine.search.analysis import BUDGET, Analysis, analyse
 from engine.search.store import example_run

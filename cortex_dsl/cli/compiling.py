@@ -9,7 +9,7 @@ from cortex_dsl.cli.files import read_source
 from cortex_dsl.cli.request import Mode, Request
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
-from cortex_dsl.report import diagnostics as report
+from cortex_dsl.report.findings import snippet as report
 from cortex_dsl.source import Source
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def diagnostics_document(
     source: Source, diagnostics: Sequence[Diagnostic], feasibility: Mapping[str, Any] | None = None
 ) -> str:
     """What a compilation said, as the one document of --json; `feasibility`: what was proved beyond that."""
-    from cortex_dsl.report.json_documents import document
+    from cortex_dsl.report.documents import document
 
     errors = sum(d.severity is Severity.ERROR for d in diagnostics)
     content = {"file": source.name, "errors": errors, "diagnostics": report.as_json(source, diagnostics)}

@@ -10,7 +10,7 @@ from cortex_dsl.exports.formats import FORMATS
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
-    from cortex_dsl.report.road_lines import MeasuredReport
+    from cortex_dsl.report.findings.interchange_report import MeasuredReport
     from engine.interchange.export import Export
 
 CONVERTIBLE = tuple(name for name, entry in FORMATS.items() if not entry.needs)

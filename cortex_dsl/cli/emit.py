@@ -16,7 +16,7 @@ def execute(request: Request, terminal: Terminal) -> int:
     if isinstance(text, Exit):
         return text
     if request.json:
-        from cortex_dsl.report.json_documents import document
+        from cortex_dsl.report.documents import document
 
         text = document("stage", {"file": str(request.file), "stage": request.stage, "text": text})
     terminal.write(text)
@@ -39,10 +39,10 @@ def _tree(source: Source) -> str:
 
 
 def _ast(source: Source) -> str:
-    from cortex_dsl.report.outline import outline
+    from cortex_dsl.report.dump import dump
     from cortex_dsl.syntax import parse
 
-    return outline(parse(source))
+    return dump(parse(source))
 
 
 _SYNTAX: dict[str, Callable[[Source], str]] = {"tree": _tree, "ast": _ast}

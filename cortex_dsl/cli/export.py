@@ -64,7 +64,7 @@ def format_list() -> str:
 
 def _formats_document() -> str:
     """The same as the one document of --json."""
-    from cortex_dsl.report.json_documents import document
+    from cortex_dsl.report.documents import document
 
     told = [
         {"name": name, "suffixes": entry.suffixes, "summary": entry.summary, "readers": entry.readers}
@@ -175,8 +175,8 @@ def _export(
     terminal: Terminal,
 ) -> int:
     from cortex_dsl.exports.gathering import gather
-    from cortex_dsl.report.export_view import export_view
-    from cortex_dsl.report.road_lines import Written, export_document
+    from cortex_dsl.report.findings.interchange_report import Written, export_document
+    from cortex_dsl.report.terminal.interchange_view import export_view
     from engine.interchange.errors import InterchangeError
     from engine.interchange.export import ExportOptions
 

@@ -14,7 +14,7 @@ from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.cli.writing import write_bytes
 from cortex_dsl.diagnostics import CompileError
-from cortex_dsl.report.numbers import counted
+from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.syntax.formatting import format_source
 from cortex_dsl.syntax.limits import MAX_BYTES
 from cortex_dsl.syntax.reading import decode_text
@@ -171,7 +171,7 @@ def _summary(changed: int, unchanged: int, checked: bool, terminal: Terminal) ->
 
 
 def _show(error: CompileError, terminal: Terminal) -> None:
-    from cortex_dsl.report import diagnostics as report
+    from cortex_dsl.report.findings import snippet as report
 
     report.render(error.source, error.diagnostics, terminal.err)
     sys.stderr.flush()

@@ -12,10 +12,10 @@ from cortex_dsl.cli.failed_runs import mistake_of
 from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.hunting import Found, OnRemoved
-from cortex_dsl.report.json_documents import document
-from cortex_dsl.report.progress import SearchProgress
-from cortex_dsl.report.search_report import SearchReport
-from cortex_dsl.report.search_view import comparison_view, failures_line, search_view
+from cortex_dsl.report.documents import document
+from cortex_dsl.report.findings.search_report import SearchReport
+from cortex_dsl.report.terminal.progress import SearchProgress
+from cortex_dsl.report.terminal.search_view import comparison_view, failures_line, search_view
 from cortex_dsl.session import Scenario
 from engine.program import Program
 from engine.search.campaign import Campaign, OnGeneration, Progress

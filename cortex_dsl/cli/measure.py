@@ -17,7 +17,7 @@ from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
-    from cortex_dsl.report.road_lines import MeasuredReport
+    from cortex_dsl.report.findings.interchange_report import MeasuredReport
     from engine.interchange.errors import InterchangeError
     from engine.interchange.reading import Imported
 
@@ -122,7 +122,7 @@ def _similar(path: Path, command: Command) -> str:
 
 def _report(command: Command, options: argparse.Namespace, terminal: Terminal) -> "MeasuredReport":
     from cortex_dsl.cli.simulation import announce_compilation
-    from cortex_dsl.report.road_lines import MeasuredReport, road_outline
+    from cortex_dsl.report.findings.interchange_report import MeasuredReport, road_outline
     from engine.interchange.measuring import measure
     from engine.road import build_network, outline
 
@@ -165,7 +165,7 @@ def _refused(error: "InterchangeError", options: argparse.Namespace, terminal: T
     message = f"{error.place}: {error.message}" if error.place else error.message
     terminal.complain(message, error.cure)
     if options.json:
-        from cortex_dsl.report.json_documents import document
+        from cortex_dsl.report.documents import document
 
         content = {"message": message, "help": error.cure or None, "exit_code": int(Exit.DIAGNOSTICS)}
         terminal.write(document("error", content))
@@ -173,11 +173,11 @@ def _refused(error: "InterchangeError", options: argparse.Namespace, terminal: T
 
 
 def _show(report: "MeasuredReport", options: argparse.Namespace, terminal: Terminal) -> None:
-    from cortex_dsl.report.measured_view import measured_view
-    from cortex_dsl.report.road_lines import measured_content
+    from cortex_dsl.report.findings.interchange_report import measured_content
+    from cortex_dsl.report.terminal.interchange_view import measured_view
 
     if options.json:
-        from cortex_dsl.report.json_documents import document
+        from cortex_dsl.report.documents import document
 
         terminal.write(document("measure", measured_content(report)))
     else:

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from cortex_dsl.cli.exits import Exit
 from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.terminal import Terminal
-from cortex_dsl.report.json_documents import document
-from cortex_dsl.report.paper_view import paper_view
+from cortex_dsl.report.documents import document
+from cortex_dsl.report.terminal.study_view import paper_view
 from engine.paper.check import claims
 
 

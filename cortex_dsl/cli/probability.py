@@ -15,8 +15,8 @@ from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.request import Mode, Request
 from cortex_dsl.cli.simulation import compile_kernels, open_scenario
 from cortex_dsl.cli.terminal import Terminal
-from cortex_dsl.report.json_documents import document
-from cortex_dsl.report.probability_view import probability_view
+from cortex_dsl.report.documents import document
+from cortex_dsl.report.terminal.analysis_view import probability_view
 from cortex_dsl.runs import open_run
 from cortex_dsl.session import Scenario
 from engine.search.kept_probability import keep

@@ -59,7 +59,7 @@ def _is_study(folder: Path) -> bool:
 
 def _study(options: argparse.Namespace, terminal: Terminal) -> int:
     """The page of a whole study."""
-    from cortex_dsl.page.study_page import study_page
+    from cortex_dsl.report.page.study_page import study_page
     from engine.search.store import StoreError
     from engine.study.reading import read_study
 
@@ -111,7 +111,7 @@ def write(path: Path, content: str | bytes) -> None:
 
 def _page(run: "OpenedRun", cases: int) -> str:
     from cortex_dsl.cli.hunting import usage_errors
-    from cortex_dsl.page.run_page import run_page
+    from cortex_dsl.report.page.run_page import run_page
 
     with usage_errors():
         return run_page(run, cases)
@@ -119,7 +119,7 @@ def _page(run: "OpenedRun", cases: int) -> str:
 
 def _figures(folder: Path, written: Callable[[Path], Sequence[Path]]) -> Sequence[Path]:
     """What a function writes into a folder, which is made where there is none."""
-    from cortex_dsl.page.extras import MissingExtra
+    from cortex_dsl.report.page.extras import MissingExtra
 
     try:
         folder.mkdir(parents=True, exist_ok=True)

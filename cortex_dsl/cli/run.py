@@ -13,13 +13,12 @@ from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.cli.undefined import undefined_value
 from cortex_dsl.holding import held_params
 from cortex_dsl.pipeline import Compiled
-from cortex_dsl.report.aftermath import aftermath
-from cortex_dsl.report.exhausted_view import exhausted_view
-from cortex_dsl.report.json_documents import document
-from cortex_dsl.report.run_document import RunReport, run_content
-from cortex_dsl.report.run_view import run_view
-from cortex_dsl.report.story import Moment, end_of
-from cortex_dsl.report.tally import Tally
+from cortex_dsl.report.documents import document
+from cortex_dsl.report.findings.run_report import RunReport, run_content
+from cortex_dsl.report.findings.story import Moment, aftermath, end_of
+from cortex_dsl.report.findings.tally import Tally
+from cortex_dsl.report.terminal.requirements_view import exhausted_view
+from cortex_dsl.report.terminal.run_view import run_view
 from cortex_dsl.session import Scenario
 from cortex_dsl.single import attempts
 from engine.records import recorded
@@ -148,8 +147,8 @@ def _no_scene(request: Request, scenario: Scenario, scenes: Scenes, tally: Tally
     genome = scenes.genomes[0] if tally.scenes == 1 else None
     told = account(weigh(scenario.program, seed=request.seed or 0, genome=genome), request.target)
     if request.json:
-        from cortex_dsl.report.run_document import no_scene_content
-        from cortex_dsl.report.tally import blame_content
+        from cortex_dsl.report.findings.run_report import no_scene_content
+        from cortex_dsl.report.findings.tally import blame_content
 
         content = no_scene_content(scenario.program, tally, verdict, str(request.file))
         terminal.write(document("run", {**content, "blame": blame_content(told)}))

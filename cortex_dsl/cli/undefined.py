@@ -13,7 +13,7 @@ import numpy as np
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.lowering.groups import group_variants
-from cortex_dsl.report.numbers import significant
+from cortex_dsl.report.findings.readable import significant
 from cortex_dsl.semantics import errors
 from cortex_dsl.semantics.quantities.algebra import Numbers, closed_value, operands, parts
 from cortex_dsl.session import Scenario

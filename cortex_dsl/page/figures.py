@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.page.case import ToldCase, colour, outline_corners
-from cortex_dsl.page.extras import needed
-from cortex_dsl.page.film import ACTORS, ASPHALT, HOT, KERB
-from cortex_dsl.page.heat import HeatMap, heat_maps
-from cortex_dsl.page.run_charts import METRICS
-from cortex_dsl.page.run_page import told_case
+from cortex_dsl.report.findings.case_replay import ToldCase, colour, outline_corners
+from cortex_dsl.report.findings.heat_maps import HeatMap, heat_maps
+from cortex_dsl.report.page.extras import needed
+from cortex_dsl.report.page.film import ACTORS, ASPHALT, HOT, KERB
+from cortex_dsl.report.page.run_charts import METRICS
+from cortex_dsl.report.page.run_page import told_case
 from cortex_dsl.runs import OpenedRun, first_cases
 from engine.search.journal_reader import Record
 from engine.vocabulary import State

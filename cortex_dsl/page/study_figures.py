@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from cortex_dsl.page.figures import new_figure, save_all
-from cortex_dsl.page.run_charts import METRICS, PaperMetric
-from cortex_dsl.page.summary import method_name
-from cortex_dsl.report.study_numbers import BOXED, measure_called
+from cortex_dsl.report.findings.study_report import BOXED, measure_called
+from cortex_dsl.report.page.run_charts import METRICS, PaperMetric
+from cortex_dsl.report.page.summary import method_name
 from engine.study.comparisons import Comparison, compare_all, sample
 from engine.study.curves import curve_of, smoothed
 from engine.study.measures import Measure

@@ -12,7 +12,7 @@ from cortex_dsl.cli.undefined import undefined_value
 from cortex_dsl.repl.commands import whole_number
 from cortex_dsl.repl.desk import Desk
 from cortex_dsl.repl.entering import refuse
-from cortex_dsl.report.tally import Tally
+from cortex_dsl.report.findings.tally import Tally
 from cortex_dsl.spelling import did_you_mean
 from engine.vocabulary import Verdict
 
@@ -50,7 +50,7 @@ def do_sample(desk: Desk, argument: str) -> None:
 
 
 def _show_tally(desk: Desk, scenario: "Scenario", tally: Tally, seconds: float, interrupted_before: int) -> None:
-    from cortex_dsl.report.sample_view import sample_view
+    from cortex_dsl.report.terminal.sample_view import sample_view
     from engine.blame import account
 
     told = None if tally.always else account(desk.weighing(scenario.program))
@@ -86,7 +86,7 @@ def do_scene(desk: Desk, _argument: str) -> None:
     scenes = _next_scene(desk, scenario)
     if scenes is None:
         return
-    from cortex_dsl.report.still_view import still_view
+    from cortex_dsl.report.terminal.sample_view import still_view
     from engine import batch
     from engine.road import build_network, outline
 
@@ -126,7 +126,7 @@ def do_plot(desk: Desk, argument: str) -> None:
     if argument not in names:
         raise _unknown_param(argument, names)
     desk.kernels.wait(desk.terminal)
-    from cortex_dsl.report.distribution_view import distribution_view
+    from cortex_dsl.report.terminal.sample_view import distribution_view
 
     weighing = _plenty(desk, desk.weighing(program))
     console = desk.terminal.out
@@ -165,9 +165,9 @@ def do_relax(desk: Desk, argument: str) -> None:
     except ArgumentTypeError as error:
         raise UsageError(f"the share {error}", "as in `:relax 50%`") from None
     desk.kernels.wait(desk.terminal)
-    from cortex_dsl.report.blame_view import blame_view
-    from cortex_dsl.report.layout import section
-    from cortex_dsl.report.tally import blame_note
+    from cortex_dsl.report.findings.tally import blame_note
+    from cortex_dsl.report.terminal.requirements_view import blame_view
+    from cortex_dsl.report.terminal.theme import section
     from engine.blame import account
 
     told = account(desk.weighing(program), target)

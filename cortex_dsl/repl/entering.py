@@ -10,7 +10,7 @@ from cortex_dsl.repl.draft import Draft
 from cortex_dsl.repl.placing import Placed, place, place_last, place_new
 from cortex_dsl.repl.splitting import keys, split
 from cortex_dsl.repl.values import show_value
-from cortex_dsl.report import diagnostics as report
+from cortex_dsl.report.findings import snippet as report
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes, parse
 

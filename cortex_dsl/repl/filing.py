@@ -12,7 +12,7 @@ from cortex_dsl.repl.desk import Desk
 from cortex_dsl.repl.draft import Draft, History
 from cortex_dsl.repl.entering import refuse
 from cortex_dsl.repl.splitting import split
-from cortex_dsl.report.numbers import counted
+from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.formatting import format_source

@@ -22,7 +22,7 @@ from cortex_dsl.repl.desk import Desk
 from cortex_dsl.repl.past import past_entries
 from cortex_dsl.repl.plain import MORE, PROMPT
 from cortex_dsl.repl.reading import is_command, is_whole
-from cortex_dsl.report.numbers import counted, percent
+from cortex_dsl.report.findings.readable import counted, percent
 
 NO_TEXT = re.compile("[\ud800-\udfff]")
 """What a terminal makes of bytes that are not UTF-8."""

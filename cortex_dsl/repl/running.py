@@ -59,8 +59,8 @@ def _search(desk: Desk, method: str, argument: str) -> None:
         refuse(desk, scenario.compiled.source, [mistake])
         return
     desk.no_scene = not campaign.by_individual.valid
-    from cortex_dsl.report.search_report import SearchReport
-    from cortex_dsl.report.search_view import search_view
+    from cortex_dsl.report.findings.search_report import SearchReport
+    from cortex_dsl.report.terminal.search_view import search_view
 
     console, population = desk.terminal.out, scenario.config.search.population
     settings = f"{generations} x {population}, seed {desk.seed}"
@@ -69,7 +69,7 @@ def _search(desk: Desk, method: str, argument: str) -> None:
 
 def _campaign(desk: Desk, scenario: Scenario, method: str, generations: int) -> Campaign:
     """The search; Ctrl-C ends it, and what was found until then stays."""
-    from cortex_dsl.report.progress import SearchProgress
+    from cortex_dsl.report.terminal.progress import SearchProgress
 
     with SearchProgress(desk.terminal.err, method, generations) as progress:
 

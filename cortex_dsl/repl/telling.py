@@ -9,9 +9,9 @@ from cortex_dsl.cli.exits import UsageError
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.repl.checking import check, new_errors
 from cortex_dsl.repl.desk import LIKE, Desk
-from cortex_dsl.report import diagnostics as report
-from cortex_dsl.report.layout import columns, left
-from cortex_dsl.report.numbers import counted
+from cortex_dsl.report.findings import snippet as report
+from cortex_dsl.report.findings.readable import counted
+from cortex_dsl.report.terminal.theme import columns, left
 from cortex_dsl.spelling import did_you_mean
 
 ENTERING = """\
@@ -56,7 +56,7 @@ def do_check(desk: Desk, _argument: str) -> None:
         out.print(Text.assemble(("still to come: ", "warn"), f"an ego, {LIKE}"))
     if checked.compiled is None:
         return
-    from cortex_dsl.report.feasibility_view import feasibility_view
+    from cortex_dsl.report.terminal.check_view import feasibility_view
     from engine.feasibility import explain
 
     program = checked.compiled.program

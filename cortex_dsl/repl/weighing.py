@@ -28,7 +28,7 @@ def tell_change(desk: Desk, before: Checked, after: Checked) -> None:
     new = desk.weighing(after.weighable)
     if not fresh and (old is None or new.acceptance >= NOTABLE * old.acceptance):
         return
-    from cortex_dsl.report.weighing_view import weighing_view
+    from cortex_dsl.report.terminal.requirements_view import weighing_view
 
     console = desk.terminal.out
     view = weighing_view(old, account(new), fresh, ascii_only=console.options.ascii_only)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from cortex_dsl.cli import main
-from cortex_dsl.page.run_page import run_page
+from cortex_dsl.report.page.run_page import run_page
 from cortex_dsl.runs import OpenedRun, open_run
 
 HOSTILE = "<img src=x onerror=alert(1)>"

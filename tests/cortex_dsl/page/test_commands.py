@@ -1,8 +1,8 @@
-"""The command on a page can be typed again."""
+"""The command on a page can be typed command_again."""
 
 import pytest
 
-from cortex_dsl.page.commands import again
+from cortex_dsl.report.page.markup import command_again
 
 
 @pytest.mark.parametrize(
@@ -16,4 +16,4 @@ from cortex_dsl.page.commands import again
 )
 def test_without_the_folder_that_is_there_by_now(words: tuple[str, ...], line: str) -> None:
     """All but `--out DIR`, quoted for a shell."""
-    assert again(words) == line
+    assert command_again(words) == line

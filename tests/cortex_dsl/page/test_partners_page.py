@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from cortex_dsl.cli import main
-from cortex_dsl.page.endings import how_runs_ended
-from cortex_dsl.page.run_page import run_page
+from cortex_dsl.report.page.run_page import run_page
+from cortex_dsl.report.page.run_sections import how_runs_ended
 from cortex_dsl.runs import OpenedRun, open_run
 from tests.cortex_dsl.page.conftest import Reader
 

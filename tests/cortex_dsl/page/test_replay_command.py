@@ -7,10 +7,10 @@ import pytest
 from rich.console import Console
 
 from cortex_dsl.cli import main
-from cortex_dsl.page import terminal_replay
-from cortex_dsl.page.run_page import told_case
-from cortex_dsl.page.terminal_replay import Film
-from cortex_dsl.report.theme import THEME
+from cortex_dsl.report.page.run_page import told_case
+from cortex_dsl.report.terminal import replay_view
+from cortex_dsl.report.terminal.replay_view import Film
+from cortex_dsl.report.terminal.theme import THEME
 from cortex_dsl.runs import OpenedRun, every_case
 
 LEFT_TURN = Path(__file__).parents[3] / "examples" / "left_turn.scn"
@@ -51,10 +51,10 @@ def test_it_plays_in_a_terminal(opened: OpenedRun, monkeypatch: pytest.MonkeyPat
         now[0] = 0.0
         out = io.StringIO()
         console = Console(file=out, width=80, force_terminal=True, theme=THEME, _environ={"TERM": "xterm"})
-        terminal_replay.play(told, console, speed)
+        replay_view.play(told, console, speed)
         assert out.getvalue().count(" km/h") > 8
         taken.append(now[0])
-    assert taken[0] == pytest.approx(told.trajectory.time[-1] + terminal_replay.PAUSE, abs=0.15)
+    assert taken[0] == pytest.approx(told.trajectory.time[-1] + replay_view.PAUSE, abs=0.15)
     assert taken[1] < taken[0]
 
 

@@ -16,10 +16,9 @@ from rich.console import Console, RenderableType
 from cortex_dsl.exports.findings import Finding
 from cortex_dsl.exports.formats import checked_of
 from cortex_dsl.exports.gathering import Gathered
-from cortex_dsl.report.export_view import export_view
-from cortex_dsl.report.measured_view import measured_view
-from cortex_dsl.report.road_lines import MeasuredReport, Written, road_outline
-from cortex_dsl.report.theme import THEME
+from cortex_dsl.report.findings.interchange_report import MeasuredReport, Written, road_outline
+from cortex_dsl.report.terminal.interchange_view import export_view, measured_view
+from cortex_dsl.report.terminal.theme import THEME
 from engine.interchange import Recording
 from engine.interchange.export import ExportOptions
 from engine.interchange.measuring import measure

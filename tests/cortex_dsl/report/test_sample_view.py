@@ -3,8 +3,8 @@
 import pytest
 
 from cortex_dsl.cli.terminal import Terminal
-from cortex_dsl.report.sample_view import sample_view
-from cortex_dsl.report.tally import Tally
+from cortex_dsl.report.findings.tally import Tally
+from cortex_dsl.report.terminal.sample_view import sample_view
 from cortex_dsl.session import compile_text
 
 START = "map intersection()\n"

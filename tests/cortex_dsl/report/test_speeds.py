@@ -2,7 +2,7 @@
 
 import pytest
 
-from cortex_dsl.report.speeds import UNITS, speed_unit
+from cortex_dsl.report.findings.readable import UNITS, speed_unit
 from cortex_dsl.session import compile_text
 
 FILE = "{param}ego = new Car on road, with speed {speed}{comment}\n"
