@@ -42,7 +42,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
     write(path, _page(run, options.cases))
     terminal.write(str(path))
     if options.figures is not None:
-        from cortex_dsl.page.figures import write_figures
+        from cortex_dsl.report.page.paper_figures import write_figures
 
         for figure in _figures(options.figures, partial(write_figures, run)):
             terminal.write(str(figure))
@@ -71,7 +71,7 @@ def _study(options: argparse.Namespace, terminal: Terminal) -> int:
     write(path, study_page(study))
     terminal.write(str(path))
     if options.figures is not None:
-        from cortex_dsl.page.study_figures import write_study_figures
+        from cortex_dsl.report.page.paper_figures import write_study_figures
 
         for figure in _figures(options.figures, partial(write_study_figures, study)):
             terminal.write(str(figure))

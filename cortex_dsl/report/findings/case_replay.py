@@ -4,36 +4,34 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
 from cortex_dsl.holding import Held, held_params
 from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
 from cortex_dsl.report.findings.story import Moment, aftermath, in_order, speeds, tell
-from cortex_dsl.session import Scenario
+from cortex_dsl.syntax import nodes
 from engine.kernels.conflict import Snapshot, snapshot
 from engine.kernels.geometry import box_distance
 from engine.metrics import Metric, measure_impacts, measure_trajectory, scored_samples, span_together, time_step
 from engine.program import Program
+from engine.risk import Risk
 from engine.road import build_network, outline
 from engine.road.outline import Outline
 from engine.scenes import Outcomes, Scenes, Trajectory, actor_columns
+from engine.search.ranking import Case
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, Column, State, Verdict
+from engine.world import WorldRun
 from engine.world.impacts import Impact
 
 MARGIN = 9.0
 """World shown around what happens [m]."""
-
-
 SHAPE = 1.5
 """Width of a drawing over its height."""
-
-
 LEAST_HEIGHT = 24.0
 """[m]"""
-
-
 COLOURS = 6
 """Actors that have a colour of their own."""
 
@@ -228,8 +226,32 @@ class ToldCase:
         return Frame.around(np.concatenate(points) if points else np.zeros((1, 2)))
 
 
+class Compiled(Protocol):
+    """A scenario's syntax tree."""
+
+    @property
+    def module(self) -> nodes.Module: ...
+
+
+class Runnable(Protocol):
+    """A compiled scenario that can be run and written down: what a replay asks of `cortex_dsl.session.Scenario`."""
+
+    @property
+    def program(self) -> Program: ...
+    @property
+    def compiled(self) -> Compiled: ...
+    @property
+    def overrides(self) -> Mapping[str, str]: ...
+    def watch(self, scenes: Scenes, row: int = 0) -> WorldRun: ...
+    def assess(self, outcomes: Outcomes, profile: str = "paper") -> Risk: ...
+    def scene(self, case: Case) -> Scenes: ...
+    def concrete_files(
+        self, scenes: Scenes, row: int = 0, remark: str = "", name: str = "copy.scn"
+    ) -> Mapping[str, str]: ...
+
+
 def tell_case(
-    scenario: Scenario, scenes: Scenes, profile: str = "paper", remark: str = "", name: str = "case.scn"
+    scenario: Runnable, scenes: Scenes, profile: str = "paper", remark: str = "", name: str = "case.scn"
 ) -> ToldCase:
     """Run row 0 of the scenes, which must be valid, and keep what was seen."""
     run = scenario.watch(scenes)

@@ -6,9 +6,12 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from textwrap import shorten
+from typing import TYPE_CHECKING
 
-from engine.program import ParamSpace, Program
 from engine.vocabulary import GeneKind
+
+if TYPE_CHECKING:
+    from engine.program import ParamSpace, Program
 
 ABSENT = "–"
 
@@ -76,7 +79,7 @@ def counted(count: int, noun: str, plural: str | None = None) -> str:
     return f"{count:,} {noun if count == 1 else plural or noun + 's'}"
 
 
-def format_gene(space: ParamSpace, gene: int, value: float) -> str:
+def format_gene(space: "ParamSpace", gene: int, value: float) -> str:
     """A gene's value without its unit, with the decimals that its range deserves."""
     kind = space.kinds[gene]
     if kind == GeneKind.INDEX:
@@ -120,12 +123,12 @@ M_S = SpeedUnit("m/s", 1.0)
 UNITS = {unit.name: unit for unit in (KM_H, M_S, SpeedUnit("mph", 1.0 / 0.44704))}
 
 
-def speed_unit(program: Program) -> SpeedUnit:
+def speed_unit(program: "Program") -> SpeedUnit:
     """That of most of the file's params, else the one that its text names most; m/s, as bare numbers are, if none."""
     named = Counter(unit for unit in program.space.units if unit in UNITS) or Counter(_written(program))
     return UNITS[max(named, key=lambda unit: (named[unit], unit == KM_H.name))] if named else M_S
 
 
-def _written(program: Program) -> Iterator[str]:
+def _written(program: "Program") -> Iterator[str]:
     for text in (program.source_text, *(file.text for file in program.imported)):
         yield from WORD.findall(COMMENT.sub("", text))

@@ -1,4 +1,4 @@
-"""A single run as the content of a JSON document."""
+"""A single run: what there is to say of it, what its scenario is called, and all of it as the content of a document."""
 
 import re
 from collections.abc import Sequence
@@ -19,6 +19,58 @@ from engine.road.outline import Outline
 from engine.scenes import Outcomes, Scenes, StreamKey, Trajectory
 from engine.streams import format_key
 from engine.vocabulary import EndReason, GeneKind, Verdict
+
+PARTS: Sequence[tuple[str, int, str]] = (
+    ("C", 10, ""),
+    ("MD", 4, "m"),
+    ("D_MS", 4, "m"),
+    ("TTC_MS", 4, "s"),
+)
+"""Parts of the score in their order: name, most points, unit of its bands."""
+HIGHEST = sum(most for _, most, _ in PARTS)
+CASE_REMARK = re.compile(r"# case (\d+) of a search in (.+): risk ")
+"""The first line of a case that a search has written; its file is called by its number alone."""
+
+
+@dataclass(frozen=True)
+class RunReport:
+    """Everything there is to say about row 0 of a single run."""
+
+    program: Program
+    scenes: Scenes
+    outcomes: Outcomes
+    trajectory: Trajectory
+    aftermath: Sequence[Moment]
+    """What the world shows after contact."""
+    metrics: Sequence[Metric]
+    """Of a valid run."""
+    records: Sequence[Recorded]
+    score: int
+    parts: Sequence[float]
+    pair: int
+    profile: str
+    engine: str
+    road: Outline
+    reproduce: str
+    """The command that shows this run again."""
+    held: Sequence[Held] = ()
+    """Params that the command line holds fixed."""
+
+    @property
+    def unit(self) -> SpeedUnit:
+        """Of speeds, as people read them."""
+        return speed_unit(self.program)
+
+    @property
+    def story(self) -> list[Moment]:
+        """What happened, in the order of time."""
+        told = tell(self.program, self.outcomes, self.trajectory, pair=self.pair, unit=self.unit)
+        return in_order([*told, *self.aftermath])
+
+    @property
+    def valid(self) -> bool:
+        """Whether the run counts; one that a requirement on it broke has no metrics and no risk."""
+        return int(self.outcomes.verdict[0]) == Verdict.VALID
 
 
 def run_content(report: RunReport, file: str) -> dict[str, Any]:
@@ -132,63 +184,6 @@ def pairs_content(actors: Sequence[str], outcomes: Outcomes) -> list[dict[str, A
         {"actors": [actors[0], other], **{name: getattr(outcomes, name)[0, pair] for name in fields}}
         for pair, other in enumerate(actors[1:])
     ]
-
-
-@dataclass(frozen=True)
-class RunReport:
-    """Everything there is to say about row 0 of a single run."""
-
-    program: Program
-    scenes: Scenes
-    outcomes: Outcomes
-    trajectory: Trajectory
-    aftermath: Sequence[Moment]
-    """What the world shows after contact."""
-    metrics: Sequence[Metric]
-    """Of a valid run."""
-    records: Sequence[Recorded]
-    score: int
-    parts: Sequence[float]
-    pair: int
-    profile: str
-    engine: str
-    road: Outline
-    reproduce: str
-    """The command that shows this run again."""
-    held: Sequence[Held] = ()
-    """Params that the command line holds fixed."""
-
-    @property
-    def unit(self) -> SpeedUnit:
-        """Of speeds, as people read them."""
-        return speed_unit(self.program)
-
-    @property
-    def story(self) -> list[Moment]:
-        """What happened, in the order of time."""
-        told = tell(self.program, self.outcomes, self.trajectory, pair=self.pair, unit=self.unit)
-        return in_order([*told, *self.aftermath])
-
-    @property
-    def valid(self) -> bool:
-        """Whether the run counts; one that a requirement on it broke has no metrics and no risk."""
-        return int(self.outcomes.verdict[0]) == Verdict.VALID
-
-
-PARTS: Sequence[tuple[str, int, str]] = (
-    ("C", 10, ""),
-    ("MD", 4, "m"),
-    ("D_MS", 4, "m"),
-    ("TTC_MS", 4, "s"),
-)
-"""Parts of the score in their order: name, most points, unit of its bands."""
-
-
-HIGHEST = sum(most for _, most, _ in PARTS)
-
-
-CASE_REMARK = re.compile(r"# case (\d+) of a search in (.+): risk ")
-"""The first line of a case that a search has written; its file is called by its number alone."""
 
 
 def name_of(program: Program) -> str:

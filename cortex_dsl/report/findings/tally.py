@@ -1,4 +1,8 @@
-"""Counts over sampled scenes: verdicts, attempts, and how often each requirement was tested and failed."""
+"""Counts over sampled scenes: verdicts, attempts, and how often each requirement was tested and failed.
+
+And what follows from them: the first culprit, what each requirement does alone and by how much it was missed, what to
+relax, which of them contradict one another, and which parts of the params' ranges can never hold.
+"""
 
 import math
 from dataclasses import dataclass, field
@@ -8,14 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cortex_dsl.report.findings.readable import counted, format_gene, percent, ratio, significant
-from engine.feasibility import Cut, Feasibility, genes_read
+from engine.feasibility import genes_read
 from engine.program import Program
-from engine.scenes import Scenes
-from engine.search.evaluations import Evaluations
 from engine.vocabulary import Verdict
 
 if TYPE_CHECKING:
     from engine.blame import Account, Blame
+    from engine.feasibility import Cut, Feasibility
+    from engine.scenes import Scenes
+    from engine.search.evaluations import Evaluations
 
 
 Counts = NDArray[np.int64]
@@ -38,7 +43,7 @@ class Tally:
     failed: Counts = field(default_factory=_zeros)
     """(requirements,) of those tested; a requirement is only tested where the earlier ones passed."""
 
-    def plus(self, scenes: Scenes) -> "Tally":
+    def plus(self, scenes: "Scenes") -> "Tally":
         tested, failed = scenes.tested.sum(axis=0, dtype=np.int64), scenes.failed.sum(axis=0, dtype=np.int64)
         return Tally(
             self.scenes + len(scenes),
@@ -49,7 +54,7 @@ class Tally:
         )
 
     @classmethod
-    def of_search(cls, evaluations: Evaluations) -> "Tally":
+    def of_search(cls, evaluations: "Evaluations") -> "Tally":
         """Every distinct simulation of a search."""
         runs, new = evaluations.rollouts, ~evaluations.reused
         verdicts = np.bincount(runs.verdict[new].ravel(), minlength=len(Verdict))
@@ -83,6 +88,17 @@ def first_culprit(program: Program, tally: Tally) -> int | None:
     never = [index for rate, index in rated if rate == 0.0]
     return never[0] if never else min(rated)[1] if rated else None
 
+
+def most_to_blame(program: Program, tally: Tally, account: "Account | None") -> int | None:
+    """The requirement without which most would be accepted, or the tally's culprit where nothing was weighed.
+
+    In the tally, a draw of the params counts once where it is proved hopeless, else as often as it was tried.
+    """
+    failing = [] if account is None else [b for b in account.blames if b.alone < 1.0 and tally.failed[b.requirement]]
+    return max(failing, key=lambda blame: blame.without).requirement if failing else first_culprit(program, tally)
+
+
+# -- which requirement throws attempts away ----------------------------------------------------------------------------
 
 MOST_PARAMS = 4
 """Params of a nearest miss that are shown at most."""
@@ -139,11 +155,9 @@ def cure_of_conflict(account: "Account") -> str:
         return "relax one of those that never hold together, or take it out"
     named = f"{quoted(account, ours[0])}{place_text(program, ours[0])}"
     amounts = [r.amount for r in account.relaxations if r.requirement == ours[0] and math.isfinite(r.amount)]
-    return (
-        f"relax {named} by {amount_text(account, ours[0], amounts[0])}, or take it out"
-        if amounts
-        else f"change {named}"
-    )
+    if not amounts:
+        return f"change {named}"
+    return f"relax {named} by {amount_text(account, ours[0], amounts[0])}, or take it out"
 
 
 def place_text(program: Program, requirement: int) -> str:
@@ -197,7 +211,10 @@ def _blame_content(account: "Account", blame: "Blame") -> dict[str, Any]:
     }
 
 
-def feasibility_content(program: Program, found: Feasibility) -> dict[str, Any]:
+# -- which parts of the ranges cannot hold -----------------------------------------------------------------------------
+
+
+def feasibility_content(program: Program, found: "Feasibility") -> dict[str, Any]:
     """The same for a JSON document; params in the file's own units."""
     names = [requirement.name for requirement in program.requirements]
     return {
@@ -210,7 +227,7 @@ def feasibility_content(program: Program, found: Feasibility) -> dict[str, Any]:
     }
 
 
-def _cut_content(program: Program, cut: Cut) -> dict[str, Any]:
+def _cut_content(program: Program, cut: "Cut") -> dict[str, Any]:
     return {
         "param": program.space.names[cut.gene],
         "unit": program.space.units[cut.gene],
@@ -218,12 +235,3 @@ def _cut_content(program: Program, cut: Cut) -> dict[str, Any]:
         "value": cut.value,
         "requirements": [program.requirements[r].name for r in cut.requirements],
     }
-
-
-def most_to_blame(program: Program, tally: Tally, account: "Account | None") -> int | None:
-    """The requirement without which most would be accepted, or the tally's culprit where nothing was weighed.
-
-    In the tally, a draw of the params counts once where it is proved hopeless, else as often as it was tried.
-    """
-    failing = [] if account is None else [b for b in account.blames if b.alone < 1.0 and tally.failed[b.requirement]]
-    return max(failing, key=lambda blame: blame.without).requirement if failing else first_culprit(program, tally)

@@ -154,7 +154,7 @@ def picture(drawing: Element) -> str:
 @cache
 def text(name: str) -> str:
     """One of the files beside this module."""
-    return files("cortex_dsl.page").joinpath(name).read_text(encoding="utf-8")
+    return files("cortex_dsl.report.page").joinpath(name).read_text(encoding="utf-8")
 
 
 def part(name: str, title: str, note: Node, *content: Node) -> Element:

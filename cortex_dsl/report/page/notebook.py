@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 
 from cortex_dsl.asking import row_of
+from cortex_dsl.report.findings.case_replay import Runnable
 from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.markup import Element, element, picture, render
-from cortex_dsl.session import Scenario
 from engine.program import Program
 from engine.road import build_network, outline
 from engine.scenes import Scenes, actor_columns
@@ -63,7 +63,7 @@ class Picture:
         return Path(path)
 
 
-def show(scenario: Scenario, thing: Any, row: int = 0) -> Picture | Shown:
+def show(scenario: Runnable, thing: Any, row: int = 0) -> Picture | Shown:
     """One of some scenes as a picture, a case as a page that plays, a campaign as a table of what it found.
 
     Raises:
@@ -84,7 +84,7 @@ def show(scenario: Scenario, thing: Any, row: int = 0) -> Picture | Shown:
     raise TypeError(f"expected scenes, a case or a campaign, got {type(thing).__name__}")
 
 
-def replay(scenario: Scenario, scenes: Scenes, row: int = 0) -> Shown:
+def replay(scenario: Runnable, scenes: Scenes, row: int = 0) -> Shown:
     """One valid scene run in the world host, as a page that plays."""
     from cortex_dsl.report.findings.case_replay import tell_case
     from cortex_dsl.report.page.case_page import case_page
@@ -148,7 +148,7 @@ def _facts(campaign: Campaign) -> Iterator[tuple[str, str]]:
         yield f"worst case {case.rank}", f"risk {case.score}: " + ", ".join(f"{n} {v:.4g}" for n, v in genome)
 
 
-def scenario_table(scenario: Scenario) -> Element:
+def scenario_table(scenario: Runnable) -> Element:
     """A scenario's name, its actors and its params, with one of its scenes."""
     space = scenario.program.space
     rows = [

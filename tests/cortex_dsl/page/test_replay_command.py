@@ -43,8 +43,8 @@ def test_frames_move(opened: OpenedRun) -> None:
 def test_it_plays_in_a_terminal(opened: OpenedRun, monkeypatch: pytest.MonkeyPatch) -> None:
     """A terminal sees many frames; contact is held for a moment; fast films take less time."""
     now = [0.0]
-    monkeypatch.setattr(terminal_replay, "monotonic", lambda: now[0])
-    monkeypatch.setattr(terminal_replay, "sleep", lambda seconds: now.__setitem__(0, now[0] + seconds))
+    monkeypatch.setattr(replay_view, "monotonic", lambda: now[0])
+    monkeypatch.setattr(replay_view, "sleep", lambda seconds: now.__setitem__(0, now[0] + seconds))
     told = told_case(opened, every_case(opened.record)[0])
     taken = []
     for speed in (1.0, 4.0):

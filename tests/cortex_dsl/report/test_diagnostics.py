@@ -11,7 +11,7 @@ from rich.console import Console
 
 from cortex_dsl.diagnostics import Diagnostic, Label, Severity
 from cortex_dsl.report.findings.snippet import as_json, render_text
-from cortex_dsl.report.terminal.check_view import print_diagnostics
+from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
 from cortex_dsl.source import Source, Span
 
 TEXT = "first = 1\n\tsecond = größe(文字, 2)\nthird = [\n    4,\n    5,\n]\nlast = 6"
