@@ -1,4 +1,4 @@
-"""Any of the compiler's data as an indented dump: one line a leaf, short things on one line, repeats by number."""
+"""Any of the compiler's data as indented lines: one line a leaf, short things on one line, repeats by number."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass

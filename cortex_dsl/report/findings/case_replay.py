@@ -1,4 +1,8 @@
-"""One case of a search, run again from its genome and stream key: what a page, a film or a terminal shows of it."""
+"""One case of a search, run again from its genome and stream key: what a page, a film or a terminal shows of it.
+
+Beside the run itself: how everybody is drawn, the part of the world that a drawing shows, and how the deciding pair
+came near over time, by the kernels that measure it.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -90,7 +94,7 @@ def outline_corners(x: float, y: float, heading: float, length: float, width: fl
     return [(x + u * cos - v * sin, y + u * sin + v * cos) for u, v in half]
 
 
-# -- how the deciding pair came near --------------------------------------------------------------------------------
+# -- how the deciding pair came near -----------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -125,7 +129,7 @@ def _closing_speed(now: Snapshot) -> float:
     return -(x * vx + y * vy) / apart if apart else math.nan
 
 
-# -- the case ---------------------------------------------------------------------------------------------------------
+# -- the case ----------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The lines of an OpenDRIVE road as drawings show them."""
+"""What there is to say of a recording from elsewhere, of the lines of its road, and of what an export wrote."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace

@@ -1,10 +1,15 @@
-"""Numbers as people read them: few digits, the same number of them in a column, a dash for what does not exist."""
+"""Numbers, values of params, speeds and titles as people read them.
+
+Few digits, the same number of them in a column, a dash for what does not exist. Speeds are in the unit of the file:
+km/h where it says km/h; what programs read stays in m/s.
+"""
 
 import math
 import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import PurePath
 from textwrap import shorten
 from typing import TYPE_CHECKING
 
@@ -96,7 +101,7 @@ def shortened(text: str, room: int) -> str:
     return words if words.strip() != "…" else text[: max(0, room - 1)] + "…"
 
 
-# -- Speeds as the file writes them: km/h where it says km/h. What programs read stays in m/s --------------------------
+# -- speeds as the file writes them ------------------------------------------------------------------------------------
 
 WORD = re.compile(r"(?<![\w/])(?:km/h|mph|m/s)(?![\w/^*])")
 COMMENT = re.compile(r"#.*")
@@ -132,3 +137,22 @@ def speed_unit(program: "Program") -> SpeedUnit:
 def _written(program: "Program") -> Iterator[str]:
     for text in (program.source_text, *(file.text for file in program.imported)):
         yield from WORD.findall(COMMENT.sub("", text))
+
+
+# -- what a scenario is called at the top of its report ----------------------------------------------------------------
+
+CASE_REMARK = re.compile(r"# case (\d+) of a search in (.+): risk ")
+"""The first line of a case that a search has written; its file is called by its number alone."""
+
+
+def name_of(program: "Program") -> str:
+    """The stem of its file; of a case the stem of the file that was searched, and its number."""
+    case = CASE_REMARK.match(program.source_text)
+    if case is None or not program.name.isdigit():
+        return program.name
+    return f"{PurePath(case[2]).stem}, case {int(case[1])}"
+
+
+def first_line(description: str) -> str:
+    """The first line of a docstring."""
+    return description.strip().splitlines()[0] if description.strip() else ""

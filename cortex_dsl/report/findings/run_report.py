@@ -1,9 +1,7 @@
 """A single run: what there is to say of it, what its scenario is called, and all of it as the content of a document."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import PurePath
 from typing import Any
 
 import numpy as np
@@ -28,8 +26,6 @@ PARTS: Sequence[tuple[str, int, str]] = (
 )
 """Parts of the score in their order: name, most points, unit of its bands."""
 HIGHEST = sum(most for _, most, _ in PARTS)
-CASE_REMARK = re.compile(r"# case (\d+) of a search in (.+): risk ")
-"""The first line of a case that a search has written; its file is called by its number alone."""
 
 
 @dataclass(frozen=True)
@@ -184,16 +180,3 @@ def pairs_content(actors: Sequence[str], outcomes: Outcomes) -> list[dict[str, A
         {"actors": [actors[0], other], **{name: getattr(outcomes, name)[0, pair] for name in fields}}
         for pair, other in enumerate(actors[1:])
     ]
-
-
-def name_of(program: Program) -> str:
-    """The stem of its file; of a case the stem of the file that was searched, and its number."""
-    case = CASE_REMARK.match(program.source_text)
-    if case is None or not program.name.isdigit():
-        return program.name
-    return f"{PurePath(case[2]).stem}, case {int(case[1])}"
-
-
-def first_line(description: str) -> str:
-    """The first line of a docstring."""
-    return description.strip().splitlines()[0] if description.strip() else ""

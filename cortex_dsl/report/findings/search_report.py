@@ -1,4 +1,6 @@
-"""What the views of a search are given: the campaign, and where its results lie."""
+"""What the views of a search are given: the campaign and where its results lie, its metrics and methods by name, how
+its runs ended, and with whom the ego collided.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -62,7 +64,7 @@ def method_name(method: str) -> str:
     return METHOD_NAMES.get(method, method)
 
 
-# -- How the runs of a search ended, and with whom the ego collided; a repeated elite counts once ----------------------
+# -- how the runs of a search ended, and with whom the ego collided; a repeated elite counts once ----------------------
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Source lines with their marks: gutter, carets under a span, and what to say there. Plain data, no terminal.
+"""Diagnostics as drawn lines and as data: headline, source lines with carets under a span, reason, cure. No terminal.
 
 A drawn line is a list of pieces, each a text with the name of its style, so that it can be coloured or not.
 """
@@ -221,7 +221,7 @@ def _padded(pieces: list[Piece], width: int) -> list[Piece]:
     return [*pieces, (" " * (width - used), "plain")]
 
 
-# -- The one renderer of diagnostics: for a terminal, as plain text, and as data for other programs --------------------
+# -- a whole diagnostic: as drawn lines, as plain text, and as data for other programs ---------------------------------
 
 
 def render_text(source: Source, diagnostics: Iterable[Diagnostic], width: int = 100) -> str:

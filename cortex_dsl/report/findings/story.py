@@ -1,4 +1,4 @@
-"""A run as moments in time: who braked, when it was closest, what touched what, and why it ended."""
+"""A run as moments in time: who braked, when it was closest, what touched what, why it ended, what followed contact."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -180,7 +180,7 @@ def _of_pair(program: Cast, outcomes: Outcomes, row: int, pair: int, unit: Speed
         )
 
 
-# -- How fast everybody moves, also after contact, where bodies slide sideways and spin --------------------------------
+# -- how fast everybody moves, also after contact, where bodies slide sideways and spin --------------------------------
 
 
 def speeds(trajectory: Trajectory) -> Floats:
@@ -199,7 +199,7 @@ def speeds(trajectory: Trajectory) -> Floats:
     return found
 
 
-# -- What the world shows after contact, as moments of the story: every impact, and where all came to rest -------------
+# -- what the world shows after contact: every impact, and where all came to rest --------------------------------------
 
 TOLD_IMPACTS = 4
 """Later ones are a car against the same car again, with hardly any force."""

@@ -1,4 +1,6 @@
-"""Numbers of a study as people read them: what the run in the middle has, also where it has none."""
+"""Numbers of a study as people read them: what the run in the middle has, also where it has none; and how the study
+differs from the paper.
+"""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Sections of a run's page that come from its analysis: kinds of failures, grids, whose fault."""
+"""Sections of a run's page that come from its analysis: kinds of failures, grids, whose fault, which params matter."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -203,7 +203,7 @@ def avoidance_badge(answer: Avoidability | None) -> Node:
     )
 
 
-# -- The section of a run's page on its params: which of them matter for what, and what the search made of them --------
+# -- which params matter for what, and what the search made of them ----------------------------------------------------
 
 
 def params(space: ParamSpace, analysis: Analysis, evaluations: Evaluations) -> Node:

@@ -1,4 +1,7 @@
-"""One case alone as a page."""
+"""One case on a page: its replay with plots in step, what happened, its risk, its params, and how to see it again.
+
+`card` is the article that a run's page holds for each of its cases, `case_page` a page with one case alone.
+"""
 
 from dataclasses import dataclass
 from math import isfinite
@@ -6,8 +9,8 @@ from pathlib import Path
 from shlex import quote
 
 from cortex_dsl.report.findings.case_replay import ToldCase
-from cortex_dsl.report.findings.readable import fixed, format_gene, significant
-from cortex_dsl.report.findings.run_report import PARTS, first_line
+from cortex_dsl.report.findings.readable import first_line, fixed, format_gene, significant
+from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.story import Moment
 from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.analysis_sections import avoidance_badge
@@ -20,7 +23,7 @@ from engine.search.ranking import Case
 from engine.streams import format_key
 from engine.vocabulary import GeneKind
 
-# -- The tables of one case on a page: its risk with the parts, and its params -----------------------------------------
+# -- the tables: the risk with its parts, and the params ---------------------------------------------------------------
 
 PART_MEANINGS = {
     "C": "contact",
@@ -110,8 +113,7 @@ def params_table(told: ToldCase) -> Element:
     return element("table", element("tbody", rows, held, choices), class_="params")
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# One case on a page: its replay with plots in step, what happened, its risk, its params, and how to see it again.
+# -- the article -------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -215,7 +217,7 @@ def _again(told: ToldCase, place: Place) -> Element:
     )
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the page ----------------------------------------------------------------------------------------------------------
 
 
 def case_page(told: ToldCase, case: Case | None = None, folder: Path | None = None) -> str:

@@ -1,4 +1,8 @@
-"""HTML and SVG as trees of elements. Every text and every attribute is escaped, so that a name can do no harm."""
+"""HTML and SVG as trees of elements, and the page around them.
+
+Every text and every attribute is escaped, so that a name can do no harm. A page is one file with its style, its
+scripts and its data inside, which needs no network.
+"""
 
 import json
 import re
@@ -113,7 +117,7 @@ def _clean(text: str) -> str:
     return UNPRINTABLE.sub("\ufffd", text)
 
 
-# -- A page from its parts: one file with its style, its scripts and its data inside, which needs no network -----------
+# -- a page from its parts ---------------------------------------------------------------------------------------------
 
 
 def page(title: str, body: Node, data: Mapping[str, Any] | None = None, scripts: Sequence[str] = ()) -> str:
@@ -155,6 +159,9 @@ def picture(drawing: Element) -> str:
 def text(name: str) -> str:
     """One of the files beside this module."""
     return files("cortex_dsl.report.page").joinpath(name).read_text(encoding="utf-8")
+
+
+# -- what all pages share ----------------------------------------------------------------------------------------------
 
 
 def part(name: str, title: str, note: Node, *content: Node) -> Element:
@@ -202,11 +209,13 @@ def figure(name: str, value: float, text: str) -> Node:
     return element("data", text, value=repr(value), data_figure=name)
 
 
-# -- The command line that a page tells its reader to type command_again -----------------------------------------------
+# -- commands ----------------------------------------------------------------------------------------------------------
 
 
 def command_again(words: Sequence[str]) -> str:
-    """The same words without the folder of results: that one is there by now, and would be refused."""
+    """The words that a page tells its reader to type again, without the folder of results: that one is there by now,
+    and would be refused.
+    """
     after_out = {k for k, pair in enumerate(pairwise(words), start=1) if pair[0] == "--out"}
     kept = [word for k, word in enumerate(words) if k not in after_out and word.partition("=")[0] != "--out"]
     return join(("cortexc", *kept))

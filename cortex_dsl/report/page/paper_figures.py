@@ -1,4 +1,8 @@
-"""Figures for papers: the course of the metrics, where a run failed, and its worst cases, as SVG, PNG and PDF."""
+"""Figures for papers as SVG, PNG and PDF, of a run and of a study.
+
+Of a run the course of the metrics, where it failed, and its worst cases; of a study, with a panel for each scenario,
+the curves of the five metrics and box plots of the measures.
+"""
 
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -6,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from cortex_dsl.report.findings.analysis_report import HeatMap, heat_maps
 from cortex_dsl.report.findings.case_replay import ToldCase, colour, outline_corners
-from cortex_dsl.report.findings.heat_maps import HeatMap, heat_maps
 from cortex_dsl.report.findings.study_report import BOXED, measure_called
 from cortex_dsl.report.page.extras import needed
 from cortex_dsl.report.page.film import ACTORS, ASPHALT, HOT, KERB
@@ -136,8 +140,7 @@ def _scene(told: ToldCase) -> Any:
     return figure
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# A study's figures for papers, a panel for each scenario: curves of the five metrics, box plots of the measures.
+# -- figures of a study ------------------------------------------------------------------------------------------------
 
 ACROSS = 3
 """Panels beside one another, at most."""

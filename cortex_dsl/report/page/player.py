@@ -1,4 +1,9 @@
-"""The player of a case: the drawing from above, its controls, and plots in step."""
+"""The player of a case: the drawing from above, its controls, plots in step, and the data that it replays.
+
+The data are poses and speeds of everybody, and how the deciding pair came near, over time. Numbers travel as whole
+numbers, each series as its first value and the differences: a hundred samples of one series take some 300 bytes.
+Positions in centimetres, headings in milliradians, speeds in millimetres a second.
+"""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -16,11 +21,7 @@ from engine.scenes import Trajectory
 from engine.tables import Floats
 from engine.vocabulary import State
 
-# ----------------------------------------------------------------------------------------------------------------------
-# What a page replays of one run: poses and speeds of everybody, and how the deciding pair came near, over time.
-#
-# Numbers travel as whole numbers, each series as its first value and the differences: a hundred samples of one series
-# take some 300 bytes. Positions in centimetres, headings in milliradians, speeds in millimetres a second.
+# -- the data ----------------------------------------------------------------------------------------------------------
 
 PER_METRE = 100.0
 PER_RADIAN = 1000.0
@@ -82,7 +83,7 @@ def packed(values: Floats, scale: float) -> list[int | None]:
     return result
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the player --------------------------------------------------------------------------------------------------------
 
 SPEEDS = (0.25, 0.5, 1, 2, 4)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cortex_dsl.report.findings.heat_maps import HeatMap, Sides
+from cortex_dsl.report.findings.analysis_report import HeatMap, Sides
 from cortex_dsl.report.findings.readable import fixed, percent, significant
 from cortex_dsl.report.page.charts import Course, line_chart
 from cortex_dsl.report.page.markup import Element, Node, element, figure, prose

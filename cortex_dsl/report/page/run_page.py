@@ -5,8 +5,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from cortex_dsl.report.findings.case_replay import ToldCase, tell_case
-from cortex_dsl.report.findings.readable import counted, fixed
-from cortex_dsl.report.findings.run_report import first_line
+from cortex_dsl.report.findings.readable import counted, first_line, fixed
 from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections, summary
 from cortex_dsl.report.page.markup import Element, Node, element, page, part, top_bar
 from cortex_dsl.report.page.player import player_data

@@ -1,4 +1,4 @@
-"""Where a run failed, on its page: heat maps of pairs of params, and a map of all simulations to explore."""
+"""Sections of a run's page: where it failed, how probable a collision is, how its runs ended, how to do it again."""
 
 from collections.abc import Iterator
 from shlex import quote
@@ -9,14 +9,15 @@ import numpy as np
 from cortex_dsl.report.findings.analysis_report import (
     EXPOSURE,
     HOW,
+    HeatMap,
     avoidable_interval_text,
     avoidable_text,
     counts_text,
+    heat_maps,
     how_drawn,
     interval_text,
     probability_text,
 )
-from cortex_dsl.report.findings.heat_maps import HeatMap, heat_maps
 from cortex_dsl.report.findings.readable import fixed, percent
 from cortex_dsl.report.findings.search_report import End, ends_of
 from cortex_dsl.report.page import markup, run_charts
@@ -124,7 +125,7 @@ def _explorer(record: Record, best: HeatMap) -> Element:
     )
 
 
-# -- How probable a collision is: estimates that lie beside a run's journal, or how to come by one ---------------------
+# -- how probable a collision is: estimates that lie beside the journal, or how to come by one -------------------------
 
 NOTE = (
     "Given a valid run, when every param is drawn as the file says. What a search found tells nothing "
@@ -163,7 +164,7 @@ def _number(tag: str, value: str, interval: str) -> Element:
     return element(tag, value, element("br"), element("small", interval, class_="quiet"), class_="number")
 
 
-# -- The last sections of a run's page: how its runs ended, and how to do it all again ---------------------------------
+# -- how the runs ended, and how to do it all again --------------------------------------------------------------------
 
 STREAMS = (
     "seed.method.run.generation.index.rollout: each scene draws from a stream of its own, so results depend neither on "

@@ -1,4 +1,4 @@
-"""What a search's failures are, for people: how many different ones, where they lie, of what kinds, and whose fault."""
+"""What `analyse` and `probability` say: how many different failures, where, of what kinds, whose fault, how likely."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -40,8 +40,7 @@ from engine.search.partners import Partners
 from engine.search.sensitivity import Sensitivity, Share
 from engine.search.statistics import Interval
 
-# ----------------------------------------------------------------------------------------------------------------------
-# What the reference driver makes of a search's failures, for people: which speak against the ego, and how surely.
+# -- what the reference driver makes of the failures: which speak against the ego, and how surely ----------------------
 
 
 def avoidance_view(analysis: Analysis) -> RenderableType:
@@ -95,7 +94,7 @@ def _seconds(time: float) -> str:
     return f"{fixed(time, 2)} s" if math.isfinite(time) else ABSENT
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the whole of `cortexc analyse` ------------------------------------------------------------------------------------
 
 SHADES = " ·░▒▓█"
 """Of a cell: nothing ran there, no collision, then ever more collisions."""
@@ -255,7 +254,7 @@ def _interval(interval: Interval) -> str:
     return f"[{fixed(interval.low, 2)}, {fixed(interval.high, 2)}]" if math.isfinite(interval.low) else ABSENT
 
 
-# -- How probable a collision is, for people ---------------------------------------------------------------------------
+# -- how probable a collision is ---------------------------------------------------------------------------------------
 
 HINT = "--condition joint draws the params anew, too, until the requirements hold"
 TOO_RARE = "valid runs are too rare for subset simulation to begin with; `--method mc` takes those that it finds"

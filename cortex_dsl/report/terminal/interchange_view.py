@@ -1,4 +1,4 @@
-"""A recording from elsewhere, judged and told as a run of ours is."""
+"""A recording from elsewhere, shown as a run of ours is; and what an export wrote."""
 
 import os
 import re
@@ -138,8 +138,7 @@ def _remarks(remarks: Sequence[str]) -> RenderableType:
     return columns(left(wrap=True), rows=[(line,) for line in lines])
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# What an export wrote: files and sizes, how to open them, what a format cannot carry, and what a check found.
+# -- what an export wrote: files and sizes, how to open them, what a format cannot carry, what a check found -----------
 
 MOST_FILES = 40
 """Of a long list, so many are shown."""

@@ -1,4 +1,4 @@
-"""Measures of safety that do not enter the risk, and what the actors did with wheel and pedals."""
+"""The measured side of a run: the risk with its parts, its metrics, other measures, further pairs, and records."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,6 +14,8 @@ from engine.metrics import Metric
 from engine.records import Recorded
 from engine.risk import BANDS, Edges, RiskProfile
 from engine.scenes import Outcomes
+
+# -- measures that do not enter the risk, and what the actors did with wheel and pedals --------------------------------
 
 IN_RISK = frozenset({"MD", "MS", "D_MS", "TTC_MS"})
 
@@ -54,7 +56,7 @@ def _side_by_side(metrics: Sequence[Metric], actors: Sequence[str]) -> Text:
     return text.append(f" {metrics[0].unit}", "unit")
 
 
-# -- The risk score with its parts, and the metrics it comes from ------------------------------------------------------
+# -- the risk score with its parts, and the metrics it comes from ------------------------------------------------------
 
 
 def risk_bar(parts: Sequence[float], *, ascii_only: bool = False) -> Text:
@@ -118,7 +120,7 @@ def _metric(name: str, number: str, unit: str, meaning: str, time: float) -> tup
     return Text(name, "title"), quantity(number, f"{unit:<4}"), Text(meaning), Text(f"at {fixed(time, 2)} s", "quiet")
 
 
-# -- How near the ego came to everybody else: a line for each pair that did not decide the risk ------------------------
+# -- how near the ego came to everybody else: a line for each pair that did not decide the risk ------------------------
 
 MOST = 12
 
@@ -151,7 +153,7 @@ def _pair_row(outcomes: Outcomes, actors: Sequence[str], pair: int, unit: SpeedU
     )
 
 
-# -- What the file asked to be recorded: one line a record, a curve where it was kept over time ------------------------
+# -- what the file asks to be recorded: one line a record, a curve where it was kept over time -------------------------
 
 WHEN = {"initial": "at the start", "final": "at the end"}
 LONGEST_CURVE = 40

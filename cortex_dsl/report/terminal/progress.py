@@ -1,4 +1,4 @@
-"""A search while it runs: a few calm lines that are redrawn in place, and vanish when it is over."""
+"""A search or a study while it runs: a few calm lines that are redrawn in place, and vanish when it is over."""
 
 import math
 import time
@@ -100,8 +100,7 @@ def _course(figures: list[Figures]) -> str:
     return sparkline([f.rl for f in figures], CURVE, low=0.0, high=HIGHEST)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# A study while it runs: a bar for every scenario and method, what it found so far, the pace and the time left.
+# -- a study: a bar for every scenario and method, what it found so far, the pace and the time left --------------------
 
 WIDEST = 14
 """Characters of a bar."""

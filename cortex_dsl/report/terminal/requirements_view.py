@@ -1,4 +1,4 @@
-"""The table of every `require`: its line, how often it was tested, how often it held, and the first culprit."""
+"""Requirements by how often they hold: their counts, which one throws attempts away, and why there is no scene."""
 
 import math
 from collections.abc import Collection, Iterator, Sequence
@@ -68,8 +68,7 @@ def requirements_view(program: Program, tally: Tally, culprit: int | None = None
     return Group(requirements_table(program, tally, culprit), Text(), culprit_line(program, tally, culprit))
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Which requirement throws attempts away: what each does alone, its nearest miss, what to relax, what contradicts.
+# -- which requirement throws attempts away: what each does alone, its nearest miss, what to relax ---------------------
 
 MOST_CURES = 3
 """Requirements that are named as cures at most."""
@@ -154,8 +153,7 @@ def _conflict(account: "Account") -> Text | None:
     return Text.assemble("never together: ", *names, f"; {known}")
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# What one more requirement does: acceptance before and after, a bar for each, and what is left of the params.
+# -- what one more requirement does: acceptance before and after, and what is left of the params -----------------------
 
 WEIGHING_BAR = 16
 LEAST_SHRINK = 0.05
@@ -236,7 +234,7 @@ def _range(values: "Floats") -> tuple[float, float]:
     return float(values.min()), float(values.max())
 
 
-# -- Why there is no scene: every requirement with its counts, the params that were tried, and what to do --------------
+# -- why there is no scene: every requirement with its counts, the params that were tried, and what to do --------------
 
 REASONS = {
     Verdict.INFEASIBLE: "the requirements contradict each other for these params",

@@ -1,4 +1,4 @@
-"""One run, told: the drawing, the timeline, the metrics, the risk, what was drawn, and how to see it again."""
+"""One run: the drawing, the timeline, the metrics, the risk, what was drawn, and how to see it again."""
 
 from collections.abc import Sequence
 
@@ -19,7 +19,7 @@ from engine.risk import PROFILES
 from engine.scenes import Outcomes, Scenes, Trajectory
 from engine.vocabulary import GeneKind, State
 
-# -- The story of a run as a table of moments, and the course of speeds and distance as small curves -------------------
+# -- the story as a table of moments, and the course of speeds and distance as small curves ----------------------------
 
 APART = "apart"
 KIND_STYLES = {"contact": "bad", "impact": "bad", "closest": "warn", "left_road": "warn", "end": "title"}
@@ -77,7 +77,7 @@ def _centre_distance(trajectory: Trajectory, other: int) -> NDArray[np.float64]:
     return np.hypot(between[:, 0], between[:, 1])
 
 
-# -- Params as the file writes them: in its own units, options by their names ------------------------------------------
+# -- params as the file writes them: in its own units, options by their names ------------------------------------------
 
 GAUGE = 21
 """Characters of the gauge that shows where in its range a param lies; odd, so that it has a middle."""
@@ -112,7 +112,7 @@ def _gauge(space: ParamSpace, gene: int, value: float) -> Text:
     )
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the whole report --------------------------------------------------------------------------------------------------
 
 
 def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> RenderableType:

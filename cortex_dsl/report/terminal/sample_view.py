@@ -1,4 +1,4 @@
-"""What came of drawing many scenes: verdicts, attempts, and what each requirement rejected."""
+"""Scenes that are drawn and not run: many of them as counts, one from above, and the accepted values of a param."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -87,8 +87,7 @@ def verdicts_table(tally: Tally) -> RenderableType:
     return columns(left(), right(), right(), left(), left(wrap=True), rows=rows)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# One scene before anything moves: where everybody stands, how fast they are, and the way that each will take.
+# -- one scene before anything moves: where everybody stands, how fast, and the way that each will take ----------------
 
 
 def still_view(
@@ -139,7 +138,7 @@ def _still_legend(program: Program, canvas: Canvas, ways: Trajectory) -> Iterato
         yield Text(marks.get(style, " "), style), Text(name, style), Text(speed), Text(unit.name, "unit")
 
 
-# -- The accepted values of one param, drawn over those that were drawn ------------------------------------------------
+# -- the accepted values of one param, drawn over those that were drawn ------------------------------------------------
 
 ROWS = 8
 WIDEST = 60

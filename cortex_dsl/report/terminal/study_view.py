@@ -1,4 +1,4 @@
-"""What a study came to, in the terminal: the verdict, a table for each scenario, and the paper beside it."""
+"""What a study came to: the verdict, a table for each scenario, the paper beside it; and the paper's own arithmetic."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -18,7 +18,7 @@ from engine.study.plan import Plan
 from engine.study.rates import RandomRates
 from engine.study.reading import Study
 
-# -- A study beside the paper: its six scenarios, what a random draw comes to, and the table of studies ----------------
+# -- beside the paper: its six scenarios, what a random draw comes to, and the table of studies ------------------------
 
 
 def paper_sections(findings: Findings, width: int) -> Iterator[RenderableType]:
@@ -129,7 +129,7 @@ def _studies_table(rows: Sequence[StudyRow]) -> RenderableType:
     return columns(*head, rows=body, header=True)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the study ---------------------------------------------------------------------------------------------------------
 
 SHOWN = (
     "colliding genomes",
@@ -288,7 +288,7 @@ def _test(row: Comparison) -> tuple[Text, Text, Text, Text]:
     return Text(p_text(row.p_holm)), Text(row.marks, style), Text(fixed(row.a12, 2), style), Text(interval)
 
 
-# -- What the paper's arithmetic gives when it is done again -----------------------------------------------------------
+# -- what the paper's arithmetic gives when it is done again -----------------------------------------------------------
 
 
 def paper_view(claims: Sequence[Claim], everything: bool) -> RenderableType:

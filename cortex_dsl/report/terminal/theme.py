@@ -1,4 +1,7 @@
-"""The colours of every view, named once. Only the terminal's own sixteen, so that its theme decides the shades."""
+"""How every view looks: colours by name, headings and columns without boxes, curves and bars made of characters.
+
+Only the terminal's own sixteen colours are used, so that its theme decides the shades.
+"""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -10,7 +13,7 @@ from rich.table import Column, Table
 from rich.text import Text
 from rich.theme import Theme
 
-from cortex_dsl.report.findings.run_report import first_line, name_of
+from cortex_dsl.report.findings.readable import first_line, name_of
 from engine.program import Program
 
 THEME = Theme(
@@ -68,7 +71,7 @@ def method_style(name: str) -> str:
     return style if style in THEME.styles else "method.custom"
 
 
-# -- How every view is laid out: quiet headings, columns without boxes, two spaces of margin ---------------------------
+# -- layout: quiet headings, columns without boxes, two spaces of margin -----------------------------------------------
 
 MARGIN = 2
 
@@ -116,7 +119,7 @@ def quantity(number: str, unit: str) -> Text:
     return Text.assemble(number, (" " + unit if unit else "", "unit"))
 
 
-# -- A curve in one line of block characters, and bars of eighths of a character ---------------------------------------
+# -- a curve in one line of block characters, and bars of eighths of a character ---------------------------------------
 
 LEVELS = "▁▂▃▄▅▆▇█"
 EIGHTHS = " ▏▎▍▌▋▊▉█"
@@ -165,7 +168,7 @@ def _level(value: float, bottom: float, top: float) -> str:
     return LEVELS[max(0, min(7, int(share * 8)))]
 
 
-# -- What a scenario is called at the top of its report ----------------------------------------------------------------
+# -- what a scenario is called at the top of its report ----------------------------------------------------------------
 
 
 def title_of(program: Program) -> Text:

@@ -1,4 +1,4 @@
-"""The worst cases of a search: their risk with its parts, and their params in the file's own units."""
+"""The worst cases of a search with their params in the file's own units, and what each gene did."""
 
 import math
 from collections.abc import Sequence
@@ -141,7 +141,7 @@ def worst_files(report: SearchReport) -> RenderableType | None:
     return Text.assemble(("again: ", "quiet"), f"cortexc {text}")
 
 
-# -- What each gene did in a search: what moving it changes, and where in its range the bad cases lie ------------------
+# -- what moving each gene changes, and where in its range the bad cases lie -------------------------------------------
 
 BINS = 16
 BAR = 6

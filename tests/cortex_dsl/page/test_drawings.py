@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cortex_dsl.report.findings.heat_maps import heat_maps, information
+from cortex_dsl.report.findings.analysis_report import heat_maps, information
 from cortex_dsl.report.page.charts import Box, Course, box_chart, line_chart, nice_ticks
 from cortex_dsl.report.page.player import packed
 from cortex_dsl.report.page.summary import clopper_pearson

@@ -9,8 +9,8 @@ import pytest
 from rich.console import Console, Group, RenderableType
 
 from cortex_dsl.holding import Held
-from cortex_dsl.report.findings.readable import KM_H
-from cortex_dsl.report.findings.run_report import RunReport, name_of, run_content
+from cortex_dsl.report.findings.readable import KM_H, name_of
+from cortex_dsl.report.findings.run_report import RunReport, run_content
 from cortex_dsl.report.findings.search_report import SearchReport
 from cortex_dsl.report.findings.story import end_of
 from cortex_dsl.report.findings.tally import Tally
