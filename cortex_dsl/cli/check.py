@@ -7,8 +7,8 @@ from cortex_dsl.cli.misplaced import misplaced
 from cortex_dsl.cli.request import Request
 from cortex_dsl.cli.terminal import Terminal
 from cortex_dsl.pipeline import Compiled
+from cortex_dsl.report.documents import feasibility_content
 from cortex_dsl.report.findings.readable import counted
-from cortex_dsl.report.findings.tally import feasibility_content
 from cortex_dsl.report.terminal.check_view import feasibility_view
 from cortex_dsl.semantics.tree import everything_in
 from cortex_dsl.syntax import nodes

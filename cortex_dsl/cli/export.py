@@ -189,7 +189,8 @@ def _export(
     formats = [name for name in formats if name not in gathered.refused]
     findings = _findings(cases, gathered, formats, folder, how) if options.check else None
     checked = {name: checked_of(name, how.mode) for name in formats} if options.check else {}
-    written = Written(cases, gathered, folder, same, findings, checked)
+    opened = {name: kind.opened for name, kind in FORMATS.items()}
+    written = Written(cases, gathered, folder, same, findings, checked, opened)
     if options.json:
         terminal.write(export_document(written, how))
     else:

@@ -1,4 +1,7 @@
-"""The one JSON document that each command prints under --json. Numbers that do not exist are null."""
+"""The one JSON document that each command prints under --json, and its content for `--check`.
+
+Numbers that do not exist are null.
+"""
 
 import json
 import math
@@ -6,11 +9,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cortex_dsl.version import VERSION
+
+if TYPE_CHECKING:
+    from engine.feasibility import Cut, Feasibility
+    from engine.program import Program
 
 SCHEMA_VERSION = 1
 """Rises when a field changes its meaning or goes away; new fields may come at any time."""
@@ -43,3 +50,29 @@ def plain(value: Any) -> Any:
     if isinstance(value, Sequence | set | frozenset):
         return [plain(item) for item in value]
     return str(value)
+
+
+# -- which parts of the ranges cannot hold -----------------------------------------------------------------------------
+
+
+def feasibility_content(program: "Program", found: "Feasibility") -> dict[str, Any]:
+    """What `--check` proves of a file as the content of a document; params in the file's own units."""
+    names = [requirement.name for requirement in program.requirements]
+    return {
+        "looked_at": found.looked_at,
+        "infeasible": found.infeasible,
+        "conflict": [names[r] for r in found.conflict],
+        "cuts": [_cut_content(program, cut) for cut in found.cuts],
+        "variants": len(found.impossible),
+        "impossible_variants": int((found.impossible >= 0).sum()),
+    }
+
+
+def _cut_content(program: "Program", cut: "Cut") -> dict[str, Any]:
+    return {
+        "param": program.space.names[cut.gene],
+        "unit": program.space.units[cut.gene],
+        "side": "above" if cut.above else "below",
+        "value": cut.value,
+        "requirements": [program.requirements[r].name for r in cut.requirements],
+    }

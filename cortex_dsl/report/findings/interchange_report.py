@@ -3,11 +3,10 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from cortex_dsl.exports.findings import Finding
 from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.run_report import pairs_content
 from cortex_dsl.report.findings.story import Moment, end_of, tell
@@ -20,10 +19,8 @@ from engine.tables import Floats, Ints
 from engine.vocabulary import EndReason
 
 if TYPE_CHECKING:
-    from cortex_dsl.exports.cases import ExportCase
-    from cortex_dsl.exports.gathering import Gathered
+    from engine.interchange.errors import InterchangeError
     from engine.interchange.export import ExportOptions
-
 
 APART = 2.0
 """Between two points of a line [m]."""
@@ -70,9 +67,9 @@ def _shifts(road: OdrRoad, s: float) -> Iterator[float]:
             yield from (center + edge for edge in section.edges(lane, s))
 
 
+# -- a recording from elsewhere ----------------------------------------------------------------------------------------
+
 LONGEST_TITLE = 100
-
-
 LONGEST_NAME = 40
 """Letters; files of other tools may say anything of themselves."""
 
@@ -176,12 +173,50 @@ def measured_content(report: MeasuredReport) -> dict[str, Any]:
     }
 
 
+# -- an export ---------------------------------------------------------------------------------------------------------
+
+
+class Exported(Protocol):
+    """A case that was exported: see `cortex_dsl.exports.cases`."""
+
+    @property
+    def recording(self) -> Recording: ...
+    @property
+    def rank(self) -> int | None: ...
+
+
+class Gathered(Protocol):
+    """All files of an export, and what is to be said about them: see `cortex_dsl.exports.gathering`."""
+
+    @property
+    def files(self) -> Mapping[str, bytes]: ...
+    @property
+    def formats(self) -> Mapping[str, str]: ...
+    @property
+    def names(self) -> Sequence[Sequence[str]]: ...
+    @property
+    def remarks(self) -> Mapping[tuple[str, str], Sequence[int]]: ...
+    @property
+    def refused(self) -> "Mapping[str, InterchangeError]": ...
+
+
+class Finding(Protocol):
+    """One thing that is wrong with a written file: where, why, and what to do."""
+
+    @property
+    def place(self) -> str: ...
+    @property
+    def reason(self) -> str: ...
+    @property
+    def cure(self) -> str: ...
+
+
 @dataclass(frozen=True)
 class Written:
-    """Everything that the view shows."""
+    """Everything that the view of an export shows."""
 
-    cases: "Sequence[ExportCase]"
-    gathered: "Gathered"
+    cases: Sequence[Exported]
+    gathered: Gathered
     folder: Path
     same: frozenset[str]
     """Names of files that were there already with the same contents."""
@@ -189,6 +224,8 @@ class Written:
     """None: not asked for."""
     checked: Mapping[str, str] = field(default_factory=dict)
     """By format, what a check has looked at."""
+    opened: Mapping[str, str] = field(default_factory=dict)
+    """By format, the command that opens a file of it, with `{file}` for its path."""
 
 
 def size_text(size: int) -> str:
@@ -226,6 +263,10 @@ def export_document(written: Written, how: "ExportOptions") -> str:
             for name, error in gathered.refused.items()
         ],
         "checked": written.checked,
-        "findings": None if written.findings is None else [asdict(finding) for finding in written.findings],
+        "findings": None if written.findings is None else [_finding_content(each) for each in written.findings],
     }
     return document("export", content)
+
+
+def _finding_content(finding: Finding) -> dict[str, str]:
+    return {"place": finding.place, "reason": finding.reason, "cure": finding.cure}

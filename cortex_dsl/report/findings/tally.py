@@ -1,7 +1,7 @@
 """Counts over sampled scenes: verdicts, attempts, and how often each requirement was tested and failed.
 
 And what follows from them: the first culprit, what each requirement does alone and by how much it was missed, what to
-relax, which of them contradict one another, and which parts of the params' ranges can never hold.
+relax, and which of them contradict one another.
 """
 
 import math
@@ -18,7 +18,6 @@ from engine.vocabulary import Verdict
 
 if TYPE_CHECKING:
     from engine.blame import Account, Blame
-    from engine.feasibility import Cut, Feasibility
     from engine.scenes import Scenes
     from engine.search.evaluations import Evaluations
 
@@ -208,30 +207,4 @@ def _blame_content(account: "Account", blame: "Blame") -> dict[str, Any]:
             "others_failed": blame.others,
             "params": dict(zip(program.space.names, weighing.genomes[blame.nearest].tolist(), strict=True)),
         },
-    }
-
-
-# -- which parts of the ranges cannot hold -----------------------------------------------------------------------------
-
-
-def feasibility_content(program: Program, found: "Feasibility") -> dict[str, Any]:
-    """The same for a JSON document; params in the file's own units."""
-    names = [requirement.name for requirement in program.requirements]
-    return {
-        "looked_at": found.looked_at,
-        "infeasible": found.infeasible,
-        "conflict": [names[r] for r in found.conflict],
-        "cuts": [_cut_content(program, cut) for cut in found.cuts],
-        "variants": len(found.impossible),
-        "impossible_variants": int((found.impossible >= 0).sum()),
-    }
-
-
-def _cut_content(program: Program, cut: "Cut") -> dict[str, Any]:
-    return {
-        "param": program.space.names[cut.gene],
-        "unit": program.space.units[cut.gene],
-        "side": "above" if cut.above else "below",
-        "value": cut.value,
-        "requirements": [program.requirements[r].name for r in cut.requirements],
     }

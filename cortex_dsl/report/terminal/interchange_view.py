@@ -10,10 +10,10 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.exports.findings import Finding
-from cortex_dsl.exports.formats import FORMATS
 from cortex_dsl.report.findings.interchange_report import (
     LONGEST_TITLE,
+    Finding,
+    Gathered,
     MeasuredReport,
     Written,
     one_line,
@@ -30,8 +30,6 @@ from engine.interchange.recording import Recording
 from engine.risk import PROFILES
 
 if TYPE_CHECKING:
-    from cortex_dsl.exports.cases import ExportCase
-    from cortex_dsl.exports.gathering import Gathered
     from engine.interchange.export import ExportOptions
 
 
@@ -166,7 +164,7 @@ def _line(text: Text) -> Text:
     return text
 
 
-def _risk(case: "ExportCase") -> str:
+def _risk(case: Exported) -> str:
     return case.recording.provenance.facts.get("risk", "")
 
 
@@ -198,11 +196,11 @@ def _openings(written: Written) -> Iterator[Text]:
     first = _first_files(written.gathered)
     width = max(map(len, first), default=0)
     for name, file in first.items():
-        command = FORMATS[name].opened.format(file=quote(str(written.folder / file)))
+        command = written.opened[name].format(file=quote(str(written.folder / file)))
         yield _line(Text.assemble(f"  {name:<{width}}  ", command))
 
 
-def _first_files(gathered: "Gathered") -> dict[str, str]:
+def _first_files(gathered: Gathered) -> dict[str, str]:
     """By format, the first of the files that it alone brings, or shares."""
     first: dict[str, str] = {}
     for file, name in gathered.formats.items():

@@ -14,7 +14,7 @@ import pytest
 from rich.console import Console, RenderableType
 
 from cortex_dsl.exports.findings import Finding
-from cortex_dsl.exports.formats import checked_of
+from cortex_dsl.exports.formats import FORMATS, checked_of
 from cortex_dsl.exports.gathering import Gathered
 from cortex_dsl.report.findings.interchange_report import MeasuredReport, Written, road_outline
 from cortex_dsl.report.terminal.interchange_view import export_view, measured_view
@@ -65,9 +65,10 @@ def exported(findings: list[Finding] | None, checked: dict[str, str]) -> Written
             ("xosc", "not there from the beginning: car_1"): [1],
         },
     )
-    return Written(cases, gathered, Path("runs/x/exports"), frozenset({"two_cars.xodr"}), findings, checked)
+    return Written(cases, gathered, Path("runs/x/exports"), frozenset({"two_cars.xodr"}), findings, checked, OPENED)
 
 
+OPENED = {name: kind.opened for name, kind in FORMATS.items()}
 FOUND = [Finding("two_cars-case01.csv, ego", "the place at 0.100 s is 0.5 off", "export it again")]
 
 

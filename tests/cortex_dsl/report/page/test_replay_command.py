@@ -13,7 +13,7 @@ from cortex_dsl.report.terminal.replay_view import Film
 from cortex_dsl.report.terminal.theme import THEME
 from cortex_dsl.runs import OpenedRun, every_case
 
-LEFT_TURN = Path(__file__).parents[3] / "examples" / "left_turn.scn"
+LEFT_TURN = Path(__file__).parents[4] / "examples" / "left_turn.scn"
 
 
 def test_one_frame_when_piped(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

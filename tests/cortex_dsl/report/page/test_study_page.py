@@ -14,7 +14,7 @@ from engine.study.reading import Study, read_study
 
 from .conftest import HOSTILE, SCENARIO, Reader
 
-EXAMPLE = Path(__file__).parents[3] / "examples" / "left_turn.scn"
+EXAMPLE = Path(__file__).parents[4] / "examples" / "left_turn.scn"
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from cortex_dsl.report.page.summary import clopper_pearson
 from cortex_dsl.runs import OpenedRun
 from cortex_dsl.session import load
 
-LEFT_TURN = Path(__file__).parents[3] / "examples" / "left_turn.scn"
+LEFT_TURN = Path(__file__).parents[4] / "examples" / "left_turn.scn"
 NUMBERS = st.floats(-1e6, 1e6)
 
 
