@@ -12,6 +12,7 @@ from rich.text import Text
 
 from cortex_dsl.report.findings.interchange_report import (
     LONGEST_TITLE,
+    Exported,
     Finding,
     Gathered,
     MeasuredReport,
