@@ -171,7 +171,7 @@ def _summary(changed: int, unchanged: int, checked: bool, terminal: Terminal) ->
 
 
 def _show(error: CompileError, terminal: Terminal) -> None:
-    from cortex_dsl.report.findings import snippet as report
+    from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
 
-    report.render(error.source, error.diagnostics, terminal.err)
+    print_diagnostics(error.source, error.diagnostics, terminal.err)
     sys.stderr.flush()

@@ -10,7 +10,7 @@ from cortex_dsl.repl.draft import Draft
 from cortex_dsl.repl.placing import Placed, place, place_last, place_new
 from cortex_dsl.repl.splitting import keys, split
 from cortex_dsl.repl.values import show_value
-from cortex_dsl.report.findings import snippet as report
+from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes, parse
 
@@ -93,7 +93,7 @@ def _tell(desk: Desk, before: Checked, checked: Checked, steps: list[Placed]) ->
     remarks = [remark for index in touched for remark in remarks_on(checked, index)]
     fresh = [r for r in remarks if (r.code, r.message) not in {(b.code, b.message) for b in before.remarks}]
     if fresh:
-        report.render(checked.source, fresh, desk.terminal.err)
+        print_diagnostics(checked.source, fresh, desk.terminal.err)
     weighing.tell_change(desk, before, checked)
 
 
@@ -101,4 +101,4 @@ def refuse(desk: Desk, source: Source, diagnostics: Sequence[Diagnostic]) -> Non
     """Show what is wrong."""
     desk.mistakes += 1
     desk.terminal.out.file.flush()
-    report.render(source, diagnostics, desk.terminal.err)
+    print_diagnostics(source, diagnostics, desk.terminal.err)

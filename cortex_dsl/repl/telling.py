@@ -9,8 +9,8 @@ from cortex_dsl.cli.exits import UsageError
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.repl.checking import check, new_errors
 from cortex_dsl.repl.desk import LIKE, Desk
-from cortex_dsl.report.findings import snippet as report
 from cortex_dsl.report.findings.readable import counted
+from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
 from cortex_dsl.report.terminal.theme import columns, left
 from cortex_dsl.spelling import did_you_mean
 
@@ -51,7 +51,7 @@ def do_check(desk: Desk, _argument: str) -> None:
     told = (*checked.errors, *(r for r in checked.remarks if checked.compiled is not None))
     if told:
         out.file.flush()
-        report.render(checked.source, told, desk.terminal.err)
+        print_diagnostics(checked.source, told, desk.terminal.err)
     if checked.missing:
         out.print(Text.assemble(("still to come: ", "warn"), f"an ego, {LIKE}"))
     if checked.compiled is None:
@@ -164,7 +164,7 @@ def _hold(desk: Desk, overrides: dict[str, str]) -> None:
     wrong: tuple[Diagnostic, ...] = new_errors(before, checked)
     if wrong:
         desk.mistakes += 1
-        report.render(checked.source, wrong, desk.terminal.err)
+        print_diagnostics(checked.source, wrong, desk.terminal.err)
         desk.terminal.err.print("refused: nothing was changed", style="quiet")
         return
     desk.hold(overrides, checked)

@@ -193,7 +193,7 @@ def _words(end: End) -> tuple[str, str]:
 
 def again(run: OpenedRun) -> Element:
     manifest, folder = run.record.manifest, run.folder
-    command = markup.again(manifest.command_line) if manifest.command_line else ""
+    command = markup.command_again(manifest.command_line) if manifest.command_line else ""
     facts = [
         ("file", manifest.file),
         ("digest of the text", manifest.file_digest),

@@ -237,7 +237,7 @@ def _again(study: Study) -> Element:
         "again",
         "Do it again",
         "The same command gives the same study, run by run.",
-        element("pre", markup.again(("study", *command)), class_="command") if command is not None else None,
+        element("pre", markup.command_again(("study", *command)), class_="command") if command is not None else None,
         element("pre", join(("cortexc", "report", str(study.folder))), class_="command"),
         element("table", element("tbody", rows), class_="facts"),
     )

@@ -1,4 +1,4 @@
-"""The command on a page can be typed command_again."""
+"""The command on a page can be typed again."""
 
 import pytest
 
