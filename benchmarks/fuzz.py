@@ -77,7 +77,7 @@ class Fuzzed:
 def corpus() -> list[str]:
     """Programs to mutate: the examples, every block of the reference, and what the tests compile."""
     texts = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "examples").glob("*.scn"))]
-    for page in sorted((ROOT / "grammar").glob("*.md")):
+    for page in sorted((ROOT / "docs").rglob("*.md")):
         texts += [block.split("```")[0] for block in page.read_text(encoding="utf-8").split("```scn\n")[1:]]
     return texts + [
         path.read_text(encoding="utf-8", errors="replace") for path in sorted((ROOT / "tests").rglob("*.scn"))

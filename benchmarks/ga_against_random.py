@@ -3,7 +3,7 @@
     python -m benchmarks.ga_against_random --runs 30 --jobs 2
 
 The table of `cortexc study` in Markdown, by the same code: what is compared, the families of tests and what "beats"
-means stand in `engine.study.measures` and `engine.study.comparisons`.
+means stand in `engine.study.comparisons` and `engine.study.comparisons`.
 """
 
 import json
@@ -13,9 +13,8 @@ from typing import Any
 
 from benchmarks.in_memory import carried_out, parser, plan_of
 from engine.search.journal import finite
-from engine.study.comparisons import Comparison, compare_all
-from engine.study.exports import test_row
-from engine.study.measures import MEASURES
+from engine.study.comparisons import MEASURES, Comparison, compare_all
+from engine.study.study_files import test_row
 
 SHOWN = ("colliding genomes", "distinct failures", "RL", "NC", "MDG", "MDEC", "NIS", "NIS, last 10")
 

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from cortex_dsl.session import load
-from engine.paper.numbers import FILES
+from cortex_dsl.api.scenario import load
+from engine.paper import FILES
 from engine.study.execution import perform_all
 from engine.study.plan import Plan, Subject, check, with_own_seeds
-from engine.study.records import Finished, RunRecord
+from engine.study.run_records import Finished, RunRecord
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 

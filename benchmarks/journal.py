@@ -14,14 +14,13 @@ from contextlib import closing
 from pathlib import Path
 
 from benchmarks.in_memory import EXAMPLES
-from cortex_dsl.runs import origin_of
-from cortex_dsl.session import Scenario, load
-from engine.paper.numbers import FILES
-from engine.search.campaign import Campaign
-from engine.search.columns import SCALARS
+from cortex_dsl.api.run_folder import origin_of
+from cortex_dsl.api.scenario import Scenario, load
+from engine.paper import FILES
+from engine.search.assessment import SCALARS
 from engine.search.journal import Journal
 from engine.search.manifest import make_manifest
-from engine.search.study import search
+from engine.search.run import Campaign, search
 
 BUDGET = 1.20
 """Most that a search with its journal may take, in times of the bare one."""

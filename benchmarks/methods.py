@@ -6,7 +6,7 @@
 |-------------------|-----------------------------------------------------------------------------------------|
 | colliding genomes | different genomes that collided: the yield                                              |
 | distinct failures | collisions that differ in a third of their genes by a tenth of the range from all before |
-| cells             | cells of the descriptor grids (see `engine.search.diversity`) with a collision          |
+| cells             | cells of the descriptor grids (see `engine.search.insight.diversity`) with a collision          |
 | invalid           | share of individuals without a scene                                                    |
 | first             | distinct simulations until the first collision                                          |
 | simulations       | distinct simulations: an elite that is kept is not simulated again                      |
@@ -27,10 +27,18 @@ import numpy as np
 from benchmarks.in_memory import carried_out, parser, plan_of
 from engine.search.journal import finite
 from engine.search.searchers import SEARCHERS
-from engine.study.comparisons import Comparison, compare_all, spread
-from engine.study.measures import DISTINCT_FAILURES, FAILING_CELLS, MEASURES, PRIMARY, Measure
+from engine.study.comparisons import (
+    DISTINCT_FAILURES,
+    FAILING_CELLS,
+    MEASURES,
+    PRIMARY,
+    Comparison,
+    Measure,
+    compare_all,
+    spread,
+)
 from engine.study.plan import RUNS, Plan
-from engine.study.records import RunRecord
+from engine.study.run_records import RunRecord
 
 FIRST = next(measure for measure in MEASURES if measure.name == "first collision")
 INVALID = next(measure for measure in MEASURES if measure.name == "NIS")

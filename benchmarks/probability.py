@@ -11,8 +11,8 @@ import argparse
 from dataclasses import replace
 from time import perf_counter
 
-from cortex_dsl.session import compile_text
-from engine.search.probability import Probability, estimate
+from cortex_dsl.api.scenario import compile_text
+from engine.search.probability.monte_carlo import Probability, estimate
 
 RARE = """\
 map intersection(ways=4, lanes=1, approach=50 m)

@@ -18,10 +18,9 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks import limit
-from cortex_dsl.session import Scenario, load
+from cortex_dsl.api.scenario import Scenario, load
 from engine import batch, world
-from engine.genomes import uniform_genomes
-from engine.sampling import sample
+from engine.sampling import sample, uniform_genomes
 from engine.scenes import Outcomes, Scenes
 from engine.search.assessment import take
 from engine.streams import key_rows

@@ -10,12 +10,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from cortex_dsl.session import Scenario, load
+from cortex_dsl.api.scenario import Scenario, load
+from engine.extras import MissingExtraError
 from engine.risk import PROFILES
 from engine.sampling import draw_genomes
 from engine.search.assessment import Assessment
 from engine.search.evaluator import make_evaluator
-from engine.search.methods.extras import MissingExtra
 from engine.search.workers import Workers, open_workers, spread
 from engine.streams import key_rows
 from engine.vocabulary import Method
@@ -46,7 +46,7 @@ def lines(scenario: Scenario, engine: str, jobs: int, rows: int) -> Iterator[str
     for kind in ("threads", "processes", "dask"):
         try:
             seconds, found = timed(scenario, engine, Workers(kind, jobs), rows)
-        except MissingExtra as error:
+        except MissingExtraError as error:
             yield f"{engine:<6} {kind:<16} {error}"
             continue
         same = all(getattr(found, name).tobytes() == column.tobytes() for name, column in vars(expected).items())

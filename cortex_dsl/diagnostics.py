@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from enum import Enum
 
 from cortex_dsl.source import Source, Span
+from engine.errors import CortexError
 from engine.frozen import frozen
 
 
@@ -55,11 +56,14 @@ class Diagnostic:
     cure: str = ""
 
 
-class CompileError(Exception):
+class CompileError(CortexError):
     """The one exception that carries diagnostics out of the compiler."""
 
     def __init__(self, source: Source, diagnostics: Iterable[Diagnostic]) -> None:
         self.source = source
         self.diagnostics = tuple(diagnostics)
-        told = (f"{d.code}: {d.message}{f' ({d.cure})' if d.cure else ''}" for d in self.diagnostics)
-        super().__init__("; ".join(told))
+        first = next((d for d in self.diagnostics if d.severity is Severity.ERROR), None)
+        super().__init__(f"{first.code}: {first.message}" if first else "", first.cure if first else "")
+
+    def __str__(self) -> str:
+        return "; ".join(f"{d.code}: {d.message}{f' ({d.cure})' if d.cure else ''}" for d in self.diagnostics)

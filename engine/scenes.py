@@ -125,7 +125,7 @@ class Trajectory:
     contact_sample: int
     """Index of the last sample before first contact; -1 without contact."""
     watched: Floats = field(default_factory=lambda: np.zeros((0, 0)))
-    """(scored samples, rules): at each sample the values of the rules of kind WATCH (`engine.records` names them);
+    """(scored samples, rules): at each sample the values of the rules of kind WATCH (`engine.metrics` names them);
     other columns are undefined. Empty where a program watches nothing."""
 
     def __repr__(self) -> str:

@@ -5,18 +5,16 @@ import shutil
 import sys
 from collections.abc import Iterator
 from importlib.metadata import EntryPoint
-from importlib.resources import files
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
 
 import pytest
 
-from engine.search import plugins
 from tests.test_tutorial import FENCE, pattern
 
 ROOT = Path(__file__).parents[1]
-PAGE = (files("grammar") / "API.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[1] / "docs" / "reference" / "python.md").read_text(encoding="utf-8")
 
 
 def blocks() -> Iterator[tuple[int, list[str], str, list[str]]]:
@@ -43,13 +41,13 @@ def test_the_page_can_be_followed(
     shutil.copy(ROOT / "examples" / "left_turn.scn", tmp_path / "examples")
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(plugins, "entry_points", entry_points)
+    monkeypatch.setattr("engine.search.searchers.entry_points", entry_points)
     space: dict[str, Any] = {"__name__": "page"}
     for line, words, text, shown in blocks():
         if words:
             Path(words[0]).write_text(text, encoding="utf-8")
             continue
-        exec(compile("\n" * line + text, "API.md", "exec"), space)
+        exec(compile("\n" * line + text, "python.md", "exec"), space)
         printed = capsys.readouterr().out
         assert pattern(shown).fullmatch(printed), f"line {line}\n{printed}"
     sys.modules.pop("my_package", None)

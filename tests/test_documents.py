@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.catalogue import find
-from cortex_dsl.cli.commands import SUBCOMMANDS
-from cortex_dsl.cli.parser import build_parser
+from cortex_dsl.api.codes import find
+from cortex_dsl.cli.command_table import SUBCOMMANDS
+from cortex_dsl.cli.file_options import build_parser
 
 ROOT = Path(__file__).parents[1]
-PAGES = [*ROOT.glob("*.md"), *(ROOT / "grammar").glob("*.md"), *(ROOT / "examples").glob("*.md")]
+PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "examples").glob("*.md")]
 FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 EVERY_PAGE = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 
@@ -45,10 +45,12 @@ def test_commands_and_codes_exist(page: Path) -> None:
         assert find(code) is not None, code
 
 
-@pytest.mark.parametrize("name", ["REFERENCE.md", "TUTORIAL.md", "COMING_FROM_SCENIC.md"])
+@pytest.mark.parametrize(
+    "name", ["reference/language.md", "tutorial/first-collision.md", "how-to/coming-from-scenic.md"]
+)
 def test_options_exist(name: str) -> None:
     """Of `cortexc FILE`; `fmt` has `--check`, too."""
-    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", (ROOT / "grammar" / name).read_text(encoding="utf-8")))
+    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", (ROOT / "docs" / name).read_text(encoding="utf-8")))
     assert named <= set(build_parser()._option_string_actions)
 
 
@@ -56,6 +58,7 @@ def test_options_exist(name: str) -> None:
 def test_files_exist(name: str) -> None:
     """What stands in code marks and looks like a path of ours is one."""
     for path in re.findall(
-        r"`((?:cortex_dsl|engine|grammar|tests|benchmarks|kernels|lowering)/[\w/.]*)`", prose(ROOT / name)
+        r"`((?:cortex_dsl|engine|grammar|docs|editors|examples|tests|benchmarks|kernels|lowering)/[\w/.]*)`",
+        prose(ROOT / name),
     ):
         assert any((ROOT / base / path).exists() for base in ("", "engine", "cortex_dsl")), path

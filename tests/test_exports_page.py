@@ -2,7 +2,6 @@
 
 import re
 import sys
-from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -17,7 +16,7 @@ from engine.vocabulary import ActorKind
 from tests.test_tutorial import FENCE, commands, pattern
 
 ROOT = Path(__file__).parents[1]
-PAGE = (files("grammar") / "EXPORTS.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[1] / "docs" / "how-to" / "cases-elsewhere.md").read_text(encoding="utf-8")
 
 
 def consoles() -> list[tuple[int, str]]:

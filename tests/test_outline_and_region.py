@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cortex_dsl.session import compile_text
+from cortex_dsl.api.scenario import compile_text
 from engine.scenes import Outcomes, Scenes
 
 HALF_LENGTH = 4.508 / 2

@@ -4,7 +4,6 @@ import io
 import re
 import sys
 from collections.abc import Iterator
-from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,7 @@ from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.formatting import format_source
 
-PAGE = (files("grammar") / "TUTORIAL.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[1] / "docs" / "tutorial" / "first-collision.md").read_text(encoding="utf-8")
 FENCE = re.compile(r"^```(?P<info>[^\n]*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 PROMPT = "scn> "
 SHORTENED = "…"
@@ -58,7 +57,7 @@ def pattern(shown: list[str]) -> re.Pattern[str]:
 def test_scenario(line: int, words: list[str], text: str) -> None:
     """A step compiles without warnings and is laid out as by `cortexc fmt`, or has the error that it is marked with."""
     expected = [mark for mark in words[1:] if mark != "+"]
-    source = Source(f"TUTORIAL.md:{line}", text)
+    source = Source(f"first-collision.md:{line}", text)
     if not expected:
         assert not [d for d in compile_source(source).diagnostics if d.severity is Severity.WARNING]
         assert format_source(source) == text

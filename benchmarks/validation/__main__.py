@@ -20,7 +20,7 @@ from benchmarks.validation.material import CONSTRUCTS, EXAMPLES, cases, written
 from benchmarks.validation.roads import swept
 from benchmarks.validation.table import markdown, show, write
 
-PAGE = ROOT / "grammar" / "EXPORTS.md"
+PAGE = ROOT / "docs" / "how-to" / "cases-elsewhere.md"
 
 
 def main() -> int:
@@ -68,7 +68,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--examples-only", action="store_true", help="without the scenarios of every construct")
     parser.add_argument("--python", default=sys.executable, help="what the environments are made with")
     parser.add_argument("--out", type=Path, default=FOLDER / "files", help="where the files go that are checked")
-    parser.add_argument("--write", action="store_true", help="put the table into grammar/EXPORTS.md")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/how-to/cases-elsewhere.md")
     return parser.parse_args()
 
 

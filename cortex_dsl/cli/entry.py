@@ -11,8 +11,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import cortex_dsl
-from cortex_dsl.cli.exits import Exit, UsageError
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -58,11 +57,12 @@ def _documented(code: Exit, message: str, cure: str, arguments: Sequence[str], t
 
 def _dispatch(arguments: Sequence[str], terminal: Terminal) -> int:
     _insist_on_own_engine()
-    from cortex_dsl.cli import commands
-    from cortex_dsl.cli.parser import build_parser, to_request
+    from cortex_dsl.cli import command_table
+    from cortex_dsl.cli.file_options import build_parser, to_request
 
-    if arguments and arguments[0] in commands.SUBCOMMANDS:
-        return commands.execute_subcommand(arguments[0], arguments[1:], terminal)
+    if arguments and arguments[0] in command_table.SUBCOMMANDS:
+        return command_table.execute_subcommand(arguments[0], arguments[1:], terminal)
+    command_table.refuse_guesses(arguments, command_table.SUBCOMMANDS)
     parser = build_parser()
     options = parser.parse_args(arguments)
     if options.help:
@@ -74,23 +74,22 @@ def _dispatch(arguments: Sequence[str], terminal: Terminal) -> int:
         terminal.write(f"cortexc {VERSION}")
         return Exit.FINE
     if options.method == "list":
-        terminal.write(import_module("cortex_dsl.cli.methods").method_list())
+        terminal.write(import_module("cortex_dsl.cli.search").method_list())
         return Exit.FINE
-    return commands.execute(to_request(options, arguments), terminal)
+    return command_table.execute(to_request(options, arguments), terminal)
 
 
 def _insist_on_own_engine() -> None:
-    """`engine` and `grammar` are common names: another package of that name may hide ours."""
-    home = Path(cortex_dsl.__file__).resolve().parent.parent
-    for name in ("engine", "grammar"):
-        spec = find_spec(name)
-        places = [] if spec is None else [Path(p).resolve() for p in spec.submodule_search_locations or ()]
-        if home / name not in places:
-            found = f"at {places[0]}" if places else "nowhere"
-            raise UsageError(
-                f"its package `{name}` should be at {home / name} but was found {found}",
-                f"another package or folder called `{name}` hides it; install cortexc in an environment of its own",
-            )
+    """`engine` is a common name: another package of that name may hide ours."""
+    home = Path(cortex_dsl.__file__).resolve().parent.parent / "engine"
+    spec = find_spec("engine")
+    places = [] if spec is None else [Path(p).resolve() for p in spec.submodule_search_locations or ()]
+    if home not in places:
+        found = f"at {places[0]}" if places else "nowhere"
+        raise UsageError(
+            f"its package `engine` should be at {home} but was found {found}",
+            "another package or folder called `engine` hides it; install cortexc in an environment of its own",
+        )
 
 
 def _start_light() -> None:
@@ -129,7 +128,7 @@ def _reader_left() -> Exit:
 
 def _no_output(error: OSError, terminal: Terminal) -> Exit:
     """Paths are checked where they are used; what is left is stdout, on a full disk."""
-    from cortex_dsl.cli.files import reason
+    from cortex_dsl.console.user_files import reason
 
     where = f"`{error.filename}`" if error.filename else "the output"
     terminal.complain(f"cannot write {where}: {reason(error)}", "free some space, or write elsewhere")
@@ -138,7 +137,7 @@ def _no_output(error: OSError, terminal: Terminal) -> Exit:
 
 
 def _our_bug(error: Exception, arguments: Sequence[str], terminal: Terminal) -> Exit:
-    from cortex_dsl.cli.bug import report_bug
+    from cortex_dsl.console.terminal import report_bug
 
     report_bug(error, arguments, terminal)
     return _documented(Exit.BUG, f"a bug in cortexc: {type(error).__name__}", "please report it", arguments, terminal)

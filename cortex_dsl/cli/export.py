@@ -6,12 +6,11 @@ from pathlib import Path
 from shlex import join
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.arguments import SEED_LIMIT, assignment, whole_number
-from cortex_dsl.cli.exits import Exit, UsageError
-from cortex_dsl.cli.parser import Parser
-from cortex_dsl.cli.placing import place_files
 from cortex_dsl.cli.report import open_run
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.command import Parser
+from cortex_dsl.console.request import SEED_LIMIT, assignment, whole_number
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.console.user_files import place_files
 from cortex_dsl.exports.formats import FORMATS, checked_of, missing_extra
 from cortex_dsl.spelling import nearest
 from engine.search.store import example_run
@@ -109,8 +108,8 @@ def _home(path: Path) -> Path:
 
 def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
     """Case K of a run, or its first N."""
+    from cortex_dsl.api.runs import every_case
     from cortex_dsl.exports.cases import case_of_run
-    from cortex_dsl.runs import every_case
 
     for flag, value in (("--seed", options.seed), ("-p", options.param), ("--scenario", options.scenario)):
         if value is not None:
@@ -131,7 +130,7 @@ def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
 
 def _of_file(options: argparse.Namespace, terminal: Terminal) -> "list[ExportCase] | int":
     """The scene that `cortexc FILE.scn` shows, which may be invalid or fail."""
-    from cortex_dsl.cli.scenes import drawn_scene
+    from cortex_dsl.cli.draw_modes import drawn_scene
     from cortex_dsl.exports.cases import case_of_scene
     from engine.vocabulary import Verdict
 

@@ -8,15 +8,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from cortex_dsl.cli.exits import Exit, UsageError
-from cortex_dsl.cli.files import is_folder, read_bytes
-from cortex_dsl.cli.parser import Parser
-from cortex_dsl.cli.terminal import Terminal
-from cortex_dsl.cli.writing import write_bytes
+from cortex_dsl.console.command import Parser
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.console.user_files import is_folder, read_bytes, write_bytes
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.report.findings.readable import counted
+from cortex_dsl.syntax.errors import MAX_BYTES
 from cortex_dsl.syntax.formatting import format_source
-from cortex_dsl.syntax.limits import MAX_BYTES
 from cortex_dsl.syntax.reading import decode_text
 
 STDIN = "-"

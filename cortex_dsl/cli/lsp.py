@@ -3,9 +3,8 @@
 import argparse
 from collections.abc import Sequence
 
-from cortex_dsl.cli.exits import Exit, UsageError
-from cortex_dsl.cli.parser import Parser
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.command import Parser
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from engine.extras import installing
 
 
@@ -34,7 +33,7 @@ def _parser() -> Parser:
         prog="cortexc lsp",
         usage="cortexc lsp",
         description="A language server for .scn files, on standard input and output, for editors to start: see "
-        "grammar/EDITORS.md.",
+        "docs/how-to/editors.md.",
         allow_abbrev=False,
         add_help=False,
     )

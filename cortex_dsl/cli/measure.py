@@ -1,25 +1,90 @@
 """`cortexc measure FILE`: how bad a recorded case was, whoever drove: a table of trajectories, or an `.xosc`."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from shlex import join
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.arguments import seconds
-from cortex_dsl.cli.converting import CONVERTIBLE, formats, written
-from cortex_dsl.cli.exits import Exit, UsageError
 from cortex_dsl.cli.export import OSC_VERSIONS, as_word
-from cortex_dsl.cli.files import reason
-from cortex_dsl.cli.parser import Parser
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.command import Parser
+from cortex_dsl.console.request import seconds
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.console.user_files import place_files, reason
+from cortex_dsl.exports.formats import FORMATS
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
     from cortex_dsl.report.findings.interchange_report import MeasuredReport
     from engine.interchange.errors import InterchangeError
+    from engine.interchange.export import Export
     from engine.interchange.reading import Imported
+
+# -- `--to`: a recording in other formats, beside the file that it was read from or in a folder of its own -------------
+
+CONVERTIBLE = tuple(name for name, entry in FORMATS.items() if not entry.needs)
+"""What a recording from elsewhere can be turned into."""
+
+
+def formats(text: str) -> tuple[str, ...]:
+    """Names with commas between them, each once."""
+    names = tuple(dict.fromkeys(word.strip().removeprefix(".").lower() for word in text.split(",")))
+    for name in names:
+        if name in FORMATS and name not in CONVERTIBLE:
+            needs = f"{name} needs {FORMATS[name].needs}"
+            raise argparse.ArgumentTypeError(f"{needs}; a recording can become {', '.join(CONVERTIBLE)}")
+        if name not in FORMATS:
+            match = nearest(name, CONVERTIBLE)
+            meant = f"did you mean `{match}`?" if match else f"there are {', '.join(CONVERTIBLE)}"
+            raise argparse.ArgumentTypeError(f"cannot be `{name}`: {meant}")
+    return names
+
+
+def written(report: "MeasuredReport", options: argparse.Namespace) -> "MeasuredReport":
+    """The recording in other formats, beside the file or in `--out`.
+
+    Raises:
+        UsageError: something else stands there, or the files cannot be written.
+        InterchangeError: the format cannot carry it, or a package is missing.
+    """
+    from dataclasses import replace
+
+    folder = options.out or options.file.parent
+    exports = list(_exports(report, options))
+    files = {
+        name: content if isinstance(content, bytes) else content.encode()
+        for export in exports
+        for name, content in export.files.items()
+    }
+    place_files(folder, files, force=options.force)
+    told = dict.fromkeys((*report.remarks, *(remark for export in exports for remark in export.remarks)))
+    return replace(report, remarks=tuple(told), written=tuple(str(folder / name) for name in files))
+
+
+def _exports(report: "MeasuredReport", options: argparse.Namespace) -> "Iterator[Export]":
+    from cortex_dsl.exports.formats import recording_writer_of
+
+    for name in options.to:
+        if FORMATS[name].of_recording:
+            yield recording_writer_of(name)(report.recording, options.file.stem)
+        else:
+            yield _openscenario(report, options.file.stem, options.osc)
+
+
+def _openscenario(report: "MeasuredReport", stem: str, osc: str | None) -> "Export":
+    """The `.xosc`, and beside it a copy of the road that was read."""
+    from engine.interchange.export import Export, ExportOptions
+    from engine.interchange.openscenario import write_trajectories
+
+    road = None if report.road is None else Path(report.road.path)
+    how = ExportOptions() if osc is None else ExportOptions(osc)
+    export = write_trajectories(report.recording, stem, how, None if road is None else road.name)
+    copy = {} if road is None else {road.name: road.read_bytes()}
+    return Export({**export.files, **copy}, export.remarks)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
 
 TABLES = (".csv", ".parquet")
 SCENARIO = ".xosc"
@@ -53,7 +118,7 @@ yaw, type, role, subtype), or
   timestamp_ms …"""
 
 
-def main(arguments: Sequence[str], terminal: Terminal) -> int:
+def measure_file(arguments: Sequence[str], terminal: Terminal) -> int:
     return perform(MEASURE, arguments, terminal)
 
 
@@ -121,7 +186,7 @@ def _similar(path: Path, command: Command) -> str:
 
 
 def _report(command: Command, options: argparse.Namespace, terminal: Terminal) -> "MeasuredReport":
-    from cortex_dsl.cli.simulation import announce_compilation
+    from cortex_dsl.console.simulating import announce_compilation
     from cortex_dsl.report.findings.interchange_report import MeasuredReport, road_outline
     from engine.interchange.measuring import measure
     from engine.road import build_network, outline
@@ -224,3 +289,19 @@ def _parser(command: Command) -> Parser:
     parser.add_argument("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("-h", "--help", action="store_true", help="this page")
     return parser
+
+
+# -- `cortexc import FILE.xosc`: a case of somebody else's read back, with its road, and scored ------------------------
+
+IMPORT = Command(
+    "import",
+    (SCENARIO,),
+    "Read an OpenSCENARIO file whose actors follow timed polylines, with the\n"
+    "OpenDRIVE road beside it, and judge it by the metrics and the risk of cortexc.\n"
+    "Nothing is fetched from elsewhere.",
+    "cortexc import case.xosc",
+)
+
+
+def import_file(arguments: Sequence[str], terminal: Terminal) -> int:
+    return perform(IMPORT, arguments, terminal)

@@ -3,12 +3,11 @@
 import argparse
 from collections.abc import Sequence
 
-from cortex_dsl.cli.exits import Exit
-from cortex_dsl.cli.parser import Parser
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.command import Parser
+from cortex_dsl.console.terminal import Exit, Terminal
 from cortex_dsl.report.documents import document
 from cortex_dsl.report.terminal.study_view import paper_view
-from engine.paper.check import claims
+from engine.paper import claims
 
 
 def main(arguments: Sequence[str], terminal: Terminal) -> int:

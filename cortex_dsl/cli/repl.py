@@ -8,13 +8,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.exits import Exit
-from cortex_dsl.cli.parser import Parser
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.command import Parser
+from cortex_dsl.console.terminal import Exit, Terminal
 
 if TYPE_CHECKING:
-    from cortex_dsl.repl.desk import Desk
     from cortex_dsl.repl.loop import Input
+    from cortex_dsl.repl.state import Desk
 
 NO_TERMINALS = ("dumb", "unknown", "")
 DESCRIPTION = """\
@@ -38,8 +37,8 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
     if options.help:
         terminal.write(_parser().format_help())
         return Exit.FINE
-    from cortex_dsl.repl.desk import Desk
     from cortex_dsl.repl.loop import run
+    from cortex_dsl.repl.state import Desk
 
     for stream in (sys.stdin, sys.stdout):
         with contextlib.suppress(AttributeError, ValueError):
@@ -51,7 +50,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
     if desk.interactive:
         desk.kernels.start()
     if options.file:
-        from cortex_dsl.repl.filing import load
+        from cortex_dsl.repl.commands_draft import load
 
         load(desk, Path(options.file))
     return run(desk, chunks)
@@ -63,7 +62,7 @@ def _input(desk: "Desk") -> "Input":
         from cortex_dsl.repl.prompt import EditedInput
 
         return EditedInput(desk)
-    from cortex_dsl.repl.plain import PlainInput
+    from cortex_dsl.repl.chunks import PlainInput
 
     return PlainInput(desk)
 

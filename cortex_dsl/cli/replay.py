@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.arguments import SEED_LIMIT, whole_number
-from cortex_dsl.cli.exits import Exit, UsageError
-from cortex_dsl.cli.parser import Parser
 from cortex_dsl.cli.report import open_run, write
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.command import Parser
+from cortex_dsl.console.request import SEED_LIMIT, whole_number
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from engine.search.store import example_run
 
 if TYPE_CHECKING:
@@ -57,8 +56,8 @@ def _check_target(path: Path | None) -> None:
 
 def _of_run(folder: Path, rank: int) -> Found:
     """Case `rank` of a run, 1 the worst."""
+    from cortex_dsl.api.runs import every_case
     from cortex_dsl.report.page.run_page import told_case
-    from cortex_dsl.runs import every_case
 
     run = open_run(folder)
     cases = every_case(run.record)
@@ -71,7 +70,7 @@ def _of_run(folder: Path, rank: int) -> Found:
 
 def _of_file(options: argparse.Namespace, terminal: Terminal) -> Found | int:
     """The run that `cortexc FILE.scn` shows."""
-    from cortex_dsl.cli.scenes import drawn_scene
+    from cortex_dsl.cli.draw_modes import drawn_scene
     from cortex_dsl.report.findings.case_replay import tell_case
 
     if options.case is not None:
@@ -93,7 +92,7 @@ def _play(found: Found, speed: float, terminal: Terminal) -> None:
 
 
 def _content(found: Found, path: Path, speed: float) -> str | bytes:
-    from cortex_dsl.report.page.extras import MissingExtra
+    from engine.extras import MissingExtraError
 
     if path.suffix.lower() == ".html":
         from cortex_dsl.report.page.case_page import case_page
@@ -103,8 +102,8 @@ def _content(found: Found, path: Path, speed: float) -> str | bytes:
 
     try:
         return gif(found.told, speed)
-    except MissingExtra as error:
-        raise UsageError(str(error), error.cure) from None
+    except MissingExtraError as error:
+        raise UsageError(error.message, error.cure) from None
 
 
 def _speed(text: str) -> float:

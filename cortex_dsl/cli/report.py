@@ -6,16 +6,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.arguments import whole_number
-from cortex_dsl.cli.common_options import add_common, add_run, command_parser
-from cortex_dsl.cli.exits import Exit, UsageError
-from cortex_dsl.cli.files import reason
-from cortex_dsl.cli.parser import Parser
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.command import Parser, add_common, add_run, command_parser
+from cortex_dsl.console.request import whole_number
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.console.user_files import reason
 from engine.search.store import example_run
 
 if TYPE_CHECKING:
-    from cortex_dsl.runs import OpenedRun
+    from cortex_dsl.api.runs import OpenedRun
 
 PAGE = "report.html"
 """The page's name inside the run directory."""
@@ -35,7 +33,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
         raise UsageError("which run? name its folder", f"cortexc report {example_run()}")
     if _is_study(options.run):
         return _study(options, terminal)
-    from cortex_dsl.cli.journals import told_run
+    from cortex_dsl.cli.search_output import told_run
 
     run = told_run(options.run, terminal)
     path = options.out or run.folder / PAGE
@@ -52,7 +50,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
 
 
 def _is_study(folder: Path) -> bool:
-    from engine.study.store import is_study
+    from engine.study.database import is_study
 
     return is_study(folder)
 
@@ -61,7 +59,7 @@ def _study(options: argparse.Namespace, terminal: Terminal) -> int:
     """The page of a whole study."""
     from cortex_dsl.report.page.study_page import study_page
     from engine.search.store import StoreError
-    from engine.study.reading import read_study
+    from engine.study.database import read_study
 
     try:
         study = read_study(options.run)
@@ -86,7 +84,7 @@ def open_run(folder: Path) -> "OpenedRun":
     Raises:
         UsageError: there is no readable run.
     """
-    from cortex_dsl import runs
+    from cortex_dsl.api import runs
     from engine.search.store import StoreError
 
     try:
@@ -110,7 +108,7 @@ def write(path: Path, content: str | bytes) -> None:
 
 
 def _page(run: "OpenedRun", cases: int) -> str:
-    from cortex_dsl.cli.hunting import usage_errors
+    from cortex_dsl.cli.search_output import usage_errors
     from cortex_dsl.report.page.run_page import run_page
 
     with usage_errors():
@@ -119,13 +117,13 @@ def _page(run: "OpenedRun", cases: int) -> str:
 
 def _figures(folder: Path, written: Callable[[Path], Sequence[Path]]) -> Sequence[Path]:
     """What a function writes into a folder, which is made where there is none."""
-    from cortex_dsl.report.page.extras import MissingExtra
+    from engine.extras import MissingExtraError
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
         return written(folder)
-    except MissingExtra as error:
-        raise UsageError(str(error), error.cure) from None
+    except MissingExtraError as error:
+        raise UsageError(error.message, error.cure) from None
     except OSError as error:
         raise UsageError(f"cannot write into `{folder}`: {reason(error)}") from None
 

@@ -7,16 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.exits import Exit, UsageError
 from cortex_dsl.cli.study_options import parse, study_plan
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 
 if TYPE_CHECKING:
     from engine.search.workers import Workers
+    from engine.study.database import Study, StudyStore
     from engine.study.plan import Plan
-    from engine.study.reading import Study
-    from engine.study.records import RunRecord
-    from engine.study.store import StudyStore
+    from engine.study.run_records import RunRecord
 
 
 @dataclass(frozen=True)
@@ -51,7 +49,7 @@ def study_workers(options: argparse.Namespace) -> "Workers":
 @contextmanager
 def _usage_errors() -> Iterator[None]:
     """What the store or the workers say, as a slip that the user can mend."""
-    from cortex_dsl.cli.hunting import usage_errors
+    from cortex_dsl.cli.search_output import usage_errors
 
     with usage_errors():
         yield
@@ -59,7 +57,7 @@ def _usage_errors() -> Iterator[None]:
 
 def _begin(options: argparse.Namespace, arguments: Sequence[str], terminal: Terminal) -> int:
     from engine.search.store import hold, new_directory, numbered_directory
-    from engine.study.store import StudyStore
+    from engine.study.database import StudyStore
 
     plan = study_plan(options, arguments, terminal)
     if isinstance(plan, Exit):
@@ -79,8 +77,7 @@ def resume(folder: Path, terminal: Terminal, workers: "Workers", *, json: bool =
         UsageError: no readable study, another process is at it, or it was begun by another version.
     """
     from engine.search.store import hold
-    from engine.study.reading import read_study
-    from engine.study.store import StudyStore
+    from engine.study.database import StudyStore, read_study
 
     with _usage_errors():
         study = read_study(folder)
@@ -101,7 +98,7 @@ def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore"
     from cortex_dsl.report.terminal.progress import StudyProgress
     from engine.search.workers import open_workers
     from engine.study.execution import perform_all
-    from engine.study.records import Finished
+    from engine.study.run_records import Finished
 
     _compile_kernels(plan, terminal)
     with StudyProgress(terminal.err, plan, job.workers.jobs, earlier, quiet=job.json) as progress:
@@ -125,9 +122,9 @@ def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore"
 def tell(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool = False) -> int:
     """Write the files beside the study, and show what it came to so far."""
     from cortex_dsl.report.terminal.study_view import study_view
-    from engine.study.exports import summary, write_study
-    from engine.study.findings import findings
-    from engine.study.reading import read_study
+    from engine.study.database import read_study
+    from engine.study.study_files import summary, write_study
+    from engine.study.verdict import findings
 
     study = read_study(folder)
     found = findings(study.plan, study.records)
@@ -147,7 +144,7 @@ def tell(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool 
 
 def _compile_kernels(plan: "Plan", terminal: Terminal) -> None:
     """Compile now what every worker will need, so that they do not all do it."""
-    from cortex_dsl.cli.simulation import announce_compilation
+    from cortex_dsl.console.simulating import announce_compilation
 
     if announce_compilation(terminal):
         from dataclasses import replace

@@ -6,13 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import cortex_dsl
-from cortex_dsl.cli.arguments import GENERATION_LIMIT, SEED_LIMIT, aggregate, whole_number
-from cortex_dsl.cli.common_options import add_common, add_dask, add_jobs, command_parser
-from cortex_dsl.cli.compiling import compile_request
-from cortex_dsl.cli.exits import Exit, UsageError
-from cortex_dsl.cli.parser import Parser
-from cortex_dsl.cli.request import Mode, Request
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.command import Parser, add_common, add_dask, add_jobs, command_parser
+from cortex_dsl.console.compiling import compile_request
+from cortex_dsl.console.request import GENERATION_LIMIT, SEED_LIMIT, Mode, Request, aggregate, whole_number
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
@@ -98,8 +95,9 @@ def study_plan(options: argparse.Namespace, arguments: Sequence[str], terminal: 
     Raises:
         UsageError: a method that is unknown or cannot be used, a scenario without params, too much to do.
     """
-    from engine.search.methods.extras import MissingExtra
-    from engine.search.plugins import PluginError
+    from engine.errors import CortexError
+    from engine.extras import MissingExtraError
+    from engine.search.searchers import PluginError
     from engine.study.plan import Plan, check, with_own_seeds
 
     methods = tuple(dict.fromkeys(_methods(options.methods)))
@@ -115,20 +113,23 @@ def study_plan(options: argparse.Namespace, arguments: Sequence[str], terminal: 
         raise UsageError(f"the whole study is more than {LIMIT:,} simulations", "lower --runs, or make several studies")
     try:
         check(plan)
-    except (ValueError, MissingExtra, PluginError) as error:
-        raise UsageError(str(error), "`cortexc study --help` lists every option") from error
+    except MissingExtraError as error:
+        raise UsageError(f"{error.message}: {error.cure}", "`cortexc study --help` lists every option") from error
+    except (ValueError, PluginError) as error:
+        message = error.message if isinstance(error, CortexError) else str(error)
+        raise UsageError(message, "`cortexc study --help` lists every option") from error
     return plan
 
 
 def _methods(text: str) -> list[str]:
     """The names of a list with commas."""
-    from engine.search.searchers import UnknownMethod, canonical, known_searchers
+    from engine.search.searchers import UnknownMethodError, canonical, known_searchers
 
     if text.strip() == "all":
         return [name for name, entry in known_searchers().items() if _installed(entry.package)]
     try:
         return [canonical(word) for word in text.split(",")]
-    except UnknownMethod as error:
+    except UnknownMethodError as error:
         known = list(known_searchers())
         match = nearest(error.name, known)
         meant = f"; did you mean `{match}`?" if match else ""
@@ -160,7 +161,7 @@ def _unfolded(paths: Sequence[Path]) -> list[Path]:
 
 def _the_six(terminal: Terminal) -> list[Path]:
     """The paper's scenarios, as they lie beside this program; say so."""
-    from engine.paper.numbers import FILES
+    from engine.paper import FILES
 
     files = [EXAMPLES / f"{name}.scn" for name in FILES]
     if not all(file.is_file() for file in files):
@@ -189,8 +190,8 @@ def _subject(request: Request, name: str, terminal: Terminal) -> "Subject | Exit
         return compiled
     if not len(compiled.program.space):
         raise UsageError(f"`{request.file}` has no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
-    from cortex_dsl.cli.simulation import open_scenario
-    from cortex_dsl.runs import origin_of
+    from cortex_dsl.api.run_folder import origin_of
+    from cortex_dsl.console.simulating import open_scenario
     from engine.study.plan import Subject
 
     scenario = open_scenario(request, compiled)

@@ -9,8 +9,8 @@ from functools import cached_property
 
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
 from cortex_dsl.editor.facts import described, ending_at
+from cortex_dsl.editor.lexer import Token, index_at, tokens_of
 from cortex_dsl.editor.symbols import Symbol, SymbolKind, symbols_of, visible
-from cortex_dsl.editor.tokens import Token, index_at, tokens_of
 from cortex_dsl.files import DISK, Files
 from cortex_dsl.semantics import elaborate
 from cortex_dsl.semantics.composition.imports import ImportedFile, link

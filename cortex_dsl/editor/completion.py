@@ -1,9 +1,10 @@
-"""What can be written at a place, with what is to be said about it."""
+"""What can be written at a place, with what is to be said about it: names, values, and the members after a dot."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from cortex_dsl.editor.analysis import View
+from cortex_dsl.editor.analysis import View, analyse
+from cortex_dsl.editor.facts import Sighting, Sightings, described, ending_at
 from cortex_dsl.editor.hover import (
     argument_text,
     attribute_doc,
@@ -13,16 +14,105 @@ from cortex_dsl.editor.hover import (
     symbol_text,
     unit_text,
 )
-from cortex_dsl.editor.members import Member, members
-from cortex_dsl.editor.place import Place, place_of
+from cortex_dsl.editor.place import CLOSERS, Place, place_of
 from cortex_dsl.editor.symbols import Symbol, SymbolKind
 from cortex_dsl.semantics.builtins import BUILTINS, SPECIAL_NAMES, Kind
+from cortex_dsl.semantics.context import Moment
+from cortex_dsl.semantics.definitions import Namespace
+from cortex_dsl.semantics.evaluation import attributes
+from cortex_dsl.semantics.evaluation.attribute_docs import ATTRIBUTE_DOCS
+from cortex_dsl.semantics.problems import Mistake, NeedsExpansion, Rejection
 from cortex_dsl.semantics.quantities.units import UNITS, dimension_name
 from cortex_dsl.semantics.road import signals
 from cortex_dsl.semantics.road.roads import MAP_ARGUMENTS
 from cortex_dsl.semantics.statements import SETTINGS
 from cortex_dsl.semantics.things.classes import FLAGS, PROPERTIES
-from cortex_dsl.syntax.keywords import KEYWORDS, Keyword, Role
+from cortex_dsl.semantics.values import EnumValue, GlobalParameters, Value
+from cortex_dsl.syntax.words import KEYWORDS, Keyword, Role
+from engine.vocabulary import ManeuverType
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What may follow a dot: found by asking the value that stands before it.
+#
+# While `lane.` is being written the text is broken. It is mended by leaving the dot out, compiled, and whatever value
+# stood there is asked for every attribute there is.
+
+
+@dataclass(frozen=True)
+class Member:
+    name: str
+    worth: str = ""
+    """What its value is, in one line."""
+
+
+def members(view: View, place: Place) -> list[Member]:
+    """Everything that may follow the dot before a place; where there is no telling, all that follows any dot."""
+    for sightings in _values_before_dot(view, place):
+        found = [
+            member for name in _names_before_dot(sightings[0]) if (member := _asked(sightings[0], name)) is not None
+        ]
+        if found:
+            return found
+    return [Member(name) for name in sorted({*ATTRIBUTE_DOCS, *PROPERTIES})]
+
+
+def _values_before_dot(view: View, place: Place) -> Iterator[Sightings]:
+    """What stands before the dot: as the mended text has it, or as it was when the text was whole."""
+    if len(place.left) < 2:
+        return
+    base, dot = place.left[-2], place.left[-1].start
+    seen = ending_at(analyse(view.name, mended(view, place, dot), files=view.files).seen, base.span)
+    if seen:
+        yield seen
+    if base.text == "self":
+        yield from ([_while_running(found[0])] for found in list(view.analysis.seen.values())[:1])
+    symbol = view.known(dot).get(base.text)
+    if symbol is not None and (known := view.values_of(symbol)):
+        yield known
+
+
+def _while_running(sighting: Sighting) -> Sighting:
+    """Any object of the scene, at a moment of the run."""
+    actor = next(iter(sighting.evaluator.run.actors), None)
+    return Sighting(sighting.evaluator.at_moment(Moment(running=True, actor=actor)), actor)
+
+
+def mended(view: View, place: Place, dot: int) -> str:
+    """The text without the dot and what follows it on its line, its brackets closed."""
+    line = view.text.rfind("\n", 0, dot) + 1
+    end = view.text.find("\n", place.offset)
+    end = len(view.text) if end < 0 else end
+    opened = [place.left[index] for index in reversed(place.open)]
+    closers = "".join(CLOSERS[token.text] for token in opened if token.start >= line)
+    rest = view.text[place.offset : end].rstrip()
+    return view.text[:dot] + closers + (rest[-1:] if rest[-1:] in (",", ":") else "") + view.text[end:]
+
+
+def _names_before_dot(sighting: Sighting) -> list[str]:
+    """Names worth asking for."""
+    match sighting.value:
+        case EnumValue():
+            return [member.name for member in ManeuverType]
+        case GlobalParameters():
+            return list(sighting.evaluator.run.params)
+        case Namespace(names=names):
+            return list(names)
+    return sorted({*attributes.attribute_names(), *PROPERTIES, *FLAGS})
+
+
+def _asked(sighting: Sighting, name: str) -> Member | None:
+    """The attribute of a value, if it has it."""
+    evaluator = sighting.evaluator
+    try:
+        value: Value = attributes.get(evaluator, sighting.value, name, evaluator.algebra.span)
+    except (Rejection, NeedsExpansion):
+        return Member(name)
+    except Mistake:
+        return None
+    return Member(name, described([Sighting(evaluator, value)]))
+
+
+# -- Candidates at a place ---------------------------------------------------------------------------------------------
 
 _SETTINGS = {"simulation": SETTINGS, "signals": signals.ARGUMENTS}
 """Arguments of statements that are written like calls."""

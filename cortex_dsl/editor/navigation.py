@@ -9,6 +9,7 @@ from cortex_dsl.editor.patterns import NAME
 from cortex_dsl.editor.symbols import Symbol, SymbolKind, symbols_of
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax.words import RESERVED
+from engine.errors import CortexError
 
 OUTLINED = (
     SymbolKind.PARAM,
@@ -125,7 +126,7 @@ def _uses(view: View, symbol: Symbol) -> Iterator[Span]:
                 yield token.span
 
 
-class CannotRenameError(Exception):
+class CannotRenameError(CortexError):
     """Why something cannot have another name."""
 
 
@@ -136,15 +137,18 @@ def rename(view: View, offset: int, name: str) -> list[Span]:
         CannotRenameError: what stands there has no definition here, or the new name is none.
     """
     if not _NAME.fullmatch(name) or name in RESERVED:
-        raise CannotRenameError(f"`{name}` is no name")
+        raise CannotRenameError(
+            f"`{name}` is no name",
+            "write letters, digits and `_`; no keyword",
+        )
     index = view.index(offset)
     symbol = resolved(view, index) if index >= 0 else None
     if symbol is None or symbol.kind in (SymbolKind.PROPERTY, SymbolKind.IMPORT):
-        raise CannotRenameError("this name is not defined in this file")
+        raise CannotRenameError("this name is not defined in this file", "rename it in the file that defines it")
     if not view.fresh:
-        raise CannotRenameError("the file has to be free of syntax errors first")
+        raise CannotRenameError("the file has to be free of syntax errors first", "mend those that are marked")
     if name in view.known(symbol.span.start):
-        raise CannotRenameError(f"there is a `{name}` already")
+        raise CannotRenameError(f"there is a `{name}` already", "take another name")
     return references(view, offset)
 
 

@@ -8,9 +8,8 @@ import re
 from collections.abc import Iterable
 
 from cortex_dsl.semantics.builtins import BUILTINS, SPECIAL_NAMES, Kind
-from cortex_dsl.syntax.keywords import CONSTANT_WORDS, Keyword, Role, with_role
-from cortex_dsl.syntax.units import UNIT_WORDS
-from cortex_dsl.syntax.words import RESERVED
+from cortex_dsl.syntax.literals import UNIT_WORDS
+from cortex_dsl.syntax.words import CONSTANT_WORDS, RESERVED, Keyword, Role, with_role
 
 NAME = r"[^\W\d]\w*"
 BLANK = r"[ \t\f]"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pygments.token import Number
 
 from cortex_dsl.editor.analysis import View
-from cortex_dsl.editor.tokens import Token, word_before
+from cortex_dsl.editor.lexer import Token, word_before
 
 CLOSERS = {"(": ")", "[": "]", "{": "}"}
 _WORDS = re.compile(r"(?:[a-z]+[ \t]+)+\Z")

@@ -13,9 +13,9 @@ from pygls.exceptions import JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
 
 from cortex_dsl.editor import messages
-from cortex_dsl.editor.actions import cures, formatted
 from cortex_dsl.editor.completion import complete
 from cortex_dsl.editor.hover import hover, parameters_of
+from cortex_dsl.editor.messages import cures, formatted
 from cortex_dsl.editor.navigation import CannotRenameError, definition, outline, references, rename
 from cortex_dsl.editor.open_files import PAUSE, Buffers, OpenFile
 from cortex_dsl.editor.place import place_of
@@ -172,7 +172,7 @@ async def renamed(ls: ScenarioServer, params: types.RenameParams) -> types.Works
     try:
         spans = rename(await file.settled(), offset, params.new_name)
     except CannotRenameError as error:
-        raise JsonRpcInvalidParams(str(error)) from None
+        raise JsonRpcInvalidParams(error.message) from None
     positions = file.positions(ls.encoding)
     edits = [types.TextEdit(messages.span_range(positions, span), params.new_name) for span in spans]
     return types.WorkspaceEdit(changes={file.uri: edits})

@@ -1,5 +1,7 @@
 """The TextMate grammar that editors load, made from the tables: `python -m cortex_dsl.editor.textmate` writes it.
 
+In a clone it goes into `editors/`; an installed cortexc has no such folder and prints it.
+
 Its rules stand in the order of the lexer's, with the same expressions; a test holds the colours of the two together.
 """
 
@@ -8,12 +10,11 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import grammar
 from cortex_dsl.editor import patterns
 from cortex_dsl.editor.patterns import BLANK, NAME
 from cortex_dsl.semantics.builtins import Kind
 
-PATH = Path(grammar.__file__).parent / "editors" / "cortex.tmLanguage.json"
+PATH = Path(__file__).parents[2] / "editors" / "cortex.tmLanguage.json"
 SCOPE = "source.scn"
 START = rf"(?:^|[:;]){BLANK}*"
 """The beginning of a statement: a line's, or what follows the colon of a block or a semicolon."""
@@ -127,5 +128,8 @@ def text() -> str:
 
 
 if __name__ == "__main__":
-    PATH.write_text(text(), encoding="utf-8")
-    sys.stdout.write(f"{PATH.name}: written\n")
+    if PATH.parent.is_dir():
+        PATH.write_text(text(), encoding="utf-8")
+        sys.stdout.write(f"{PATH.name}: written\n")
+    else:
+        sys.stdout.write(text())

@@ -8,10 +8,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from shlex import join
 
-from cortex_dsl.concrete import gene_text
+from cortex_dsl.api.concrete import gene_text
+from cortex_dsl.api.runs import OpenedRun
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.exports.lights import signal_times
-from cortex_dsl.runs import OpenedRun
-from cortex_dsl.session import Scenario
 from cortex_dsl.version import VERSION
 from engine.interchange.record import recorded_run
 from engine.interchange.recording import Provenance, Recording

@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 from cortex_dsl import ir
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.lowering import lower
-from cortex_dsl.lowering.groups import group_variants
-from cortex_dsl.session import Scenario
+from cortex_dsl.lowering.code_tables import group_variants
 from cortex_dsl.source import Span
 from engine.interchange.recording import SignalTimes
 from engine.sampling import sample

@@ -1,26 +1,105 @@
-"""Symbolic code of all variants to the final code tables: templates one after another, registers with numbers."""
+"""Symbolic code of all variants to the final code tables: templates one after another, registers with numbers.
+
+Beside them stand the groups of variants and the rows of temporal formulas.
+"""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 
 from cortex_dsl import ir
-from cortex_dsl.lowering.arrays import floats, ints
-from cortex_dsl.lowering.formulas import formula_rows
-from cortex_dsl.lowering.groups import Grouping
 from cortex_dsl.lowering.templates import (
     ROW_WIDTH,
     EncodedSegment,
     Merged,
     RegisterFile,
     Template,
+    VariantCode,
     encode,
     encode_segment,
     merge,
 )
-from cortex_dsl.lowering.variant import VariantCode
 from engine.frozen import frozen
-from engine.tables import CodeTables
+from engine.tables import CodeTables, Floats, Ints
+from engine.vocabulary import GeneKind
+
+# -- Variants arranged by what the genes decide ------------------------------------------------------------------------
+
+
+@frozen
+class Grouping:
+    """Variants arranged by what the genes decide: within a group, chance alone picks the variant."""
+
+    genes: tuple[int, ...]
+    sizes: tuple[int, ...]
+    start: tuple[int, ...]
+    variants: tuple[ir.Variant, ...]
+    """Group after group; a variant that leaves a gene open stands in several groups."""
+    cumulative: tuple[float, ...]
+
+
+def group_variants(scenario: ir.Scenario) -> Grouping:
+    genes = sorted({gene for variant in scenario.variants for gene, _ in variant.gene_options})
+    sizes = [_option_count(scenario.genes[gene]) for gene in genes]
+    start, arranged, cumulative = [0], [], []
+    for options in product(*(range(size) for size in sizes)):
+        decided = dict(zip(genes, options, strict=True))
+        members = [v for v in scenario.variants if all(decided[g] == option for g, option in v.gene_options)]
+        weights = np.array([v.probability for v in members])
+        arranged += members
+        cumulative += list(np.cumsum(weights) / weights.sum())
+        start.append(len(arranged))
+    return Grouping(tuple(genes), tuple(sizes), tuple(start), tuple(arranged), tuple(cumulative))
+
+
+def _option_count(gene: ir.GeneInfo) -> int:
+    return len(gene.options) if gene.kind == GeneKind.INDEX else int(gene.high - gene.low) + 1
+
+
+# -- Temporal requirements to the rows that `engine.kernels.temporal` reads --------------------------------------------
+
+FormulaRow = tuple[int, int, int]
+
+
+@dataclass
+class FormulaWriter:
+    """Writes formulas, operands above their operators; equal ones share a row."""
+
+    rows: list[FormulaRow] = field(default_factory=list)
+    numbers: dict[FormulaRow, int] = field(default_factory=dict)
+
+    def row(self, formula: ir.Formula) -> int:
+        """Number of the row that holds a formula."""
+        operands = [self.row(operand) for operand in formula.operands] or [formula.watch]
+        first, second = (*operands, -1)[:2]
+        row = (int(formula.op), first, second)
+        if row not in self.numbers:
+            self.numbers[row] = len(self.rows)
+            self.rows.append(row)
+        return self.numbers[row]
+
+
+def formula_rows(temporals: Sequence[ir.Temporal]) -> tuple[list[FormulaRow], list[int]]:
+    """All rows, and the root of each temporal requirement."""
+    writer = FormulaWriter()
+    roots = [writer.row(temporal.formula) for temporal in temporals]
+    return writer.rows, roots
+
+
+# -- Lists to the arrays that programs are made of ---------------------------------------------------------------------
+
+
+def ints(values: object) -> Ints:
+    return np.asarray(values, dtype=np.int32)
+
+
+def floats(values: object) -> Floats:
+    return np.asarray(values, dtype=np.float64)
+
+
+# -- The tables --------------------------------------------------------------------------------------------------------
 
 
 @frozen

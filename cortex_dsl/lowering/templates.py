@@ -1,12 +1,21 @@
-"""Variants with equal code become one template; their constants become literals or columns of variant values."""
+"""One variant to symbolic code (requirements and outputs of its scenes, rules and behaviours of its runs), and variants
+whose code is the same to one template, with a column of constants for each variant.
+"""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from cortex_dsl.lowering.operands import (
+from cortex_dsl import ir
+from cortex_dsl.lowering.blocks import BehaviourWriter, Coroutine, Coroutines, Numbers
+from cortex_dsl.lowering.instructions import (
+    CodeBuffer,
     Constant,
+    Constants,
     DrawRegister,
+    Dynamics,
+    ExpressionWriter,
     GeneRegister,
     Jump,
     LocalRegister,
@@ -17,8 +26,174 @@ from cortex_dsl.lowering.operands import (
     Target,
     Temporary,
 )
-from cortex_dsl.lowering.variant import Segment, VariantCode
 from engine.frozen import frozen
+from engine.vocabulary import Column, Op
+
+
+@frozen
+class Segment:
+    """Rows `start:end` of a buffer and the register of their result."""
+
+    start: int
+    end: int
+    result: Register | None
+
+
+NO_SEGMENT = Segment(-1, -1, None)
+
+
+@frozen
+class VariantCode:
+    """A variant's code with symbolic operands."""
+
+    constants: tuple[float, ...] = field(compare=False)
+    """Values of the constants; left out of equality, so that variants with equal code share a template."""
+    step_offsets: tuple[int, ...] = field(compare=False)
+    scene_rows: tuple[Row, ...]
+    scene_temporaries: int
+    requirements: tuple[Segment, ...]
+    margins: tuple[Segment, ...]
+    output: Segment
+    outputs: tuple[Register, ...]
+    site_values: tuple[tuple[int, ...], ...]
+    """Scene values of each draw site."""
+    step_rows: tuple[Row, ...]
+    step_temporaries: int
+    rules: tuple[Segment, ...]
+    entries: tuple[int, ...]
+    main_blocks: tuple[int, ...]
+    monitor_entries: tuple[int, ...]
+    monitor_blocks: tuple[int, ...]
+    blocks: int
+    locals: int
+
+
+@dataclass
+class SceneValues:
+    """The values a scene hands to its run: actor columns, then whatever step code or a concrete copy asks for."""
+
+    expressions: list[ir.Expr]
+    numbers: dict[int, int] = field(init=False)
+    """By the identity of the expression; a value that is an actor's column too is kept once."""
+    dynamics: Dynamics = field(default_factory=Dynamics)
+
+    def __post_init__(self) -> None:
+        self.numbers = {id(expression): number for number, expression in enumerate(self.expressions)}
+
+    def number(self, expression: ir.Expr) -> int:
+        """Index of the scene value that holds this expression."""
+        if (key := id(expression)) not in self.numbers:
+            self.numbers[key] = len(self.expressions)
+            self.expressions.append(expression)
+        return self.numbers[key]
+
+    def hoist(self, expression: ir.Expr) -> Register | None:
+        """Step code reads what is settled with the scene instead of computing it again."""
+        if isinstance(expression, ir.Pack) or self.dynamics.is_dynamic(expression):
+            return None
+        if isinstance(expression, ir.Apply) and expression.width > 1:
+            return None
+        return SceneValue(self.number(expression))
+
+
+def lower_variant(variant: ir.Variant) -> VariantCode:
+    constants = Constants()
+    values = SceneValues([column for actor in variant.actors for column in actor.columns])
+    assert len(values.expressions) == len(variant.actors) * len(Column)
+
+    step, numbered = CodeBuffer(), _Coroutines.of(variant)
+    writer = ExpressionWriter(step, constants, values.hoist, monitor_blocks=numbered.monitor_blocks)
+    rules = tuple(_rule(step, writer, rule) for rule in variant.rules)
+    numbered.write(variant, step, writer)
+    site_values = tuple(tuple(values.number(value) for value in site.values) for site in variant.draw_sites)
+
+    scene = CodeBuffer()
+    scene_writer = ExpressionWriter(scene, constants)
+    tested = [_requirement(scene, scene_writer, requirement) for requirement in variant.requirements]
+    start = len(scene.rows)
+    outputs = tuple(scene_writer.register(expression) for expression in values.expressions)
+    scene.emit(Op.END)
+    return VariantCode(
+        constants=tuple(constants.values),
+        scene_rows=scene.resolved(),
+        scene_temporaries=scene.temporaries,
+        requirements=tuple(condition for condition, _ in tested),
+        margins=tuple(margin for _, margin in tested),
+        output=Segment(start, len(scene.rows), None),
+        outputs=outputs,
+        site_values=site_values,
+        step_rows=step.resolved(),
+        step_offsets=tuple(step.offsets),
+        step_temporaries=step.temporaries,
+        rules=rules,
+        entries=tuple(coroutine.entry.row for coroutine in numbered.actors),
+        main_blocks=tuple(coroutine.block for coroutine in numbered.actors),
+        monitor_entries=tuple(coroutine.entry.row for coroutine in numbered.monitors),
+        monitor_blocks=tuple(numbered.monitor_blocks),
+        blocks=numbered.blocks.count,
+        locals=numbered.locals.count,
+    )
+
+
+def _requirement(buffer: CodeBuffer, writer: ExpressionWriter, requirement: ir.Requirement) -> tuple[Segment, Segment]:
+    """Condition and margin. A soft requirement may be skipped and a margin is asked for rarely, so later code must
+    not rely on what they computed.
+    """
+    within = writer if requirement.probability >= 1 else writer.branch()
+    condition = _segment(buffer, within, requirement.condition)
+    if requirement.margin is None:
+        return condition, NO_SEGMENT
+    return condition, _segment(buffer, within.branch(), requirement.margin)
+
+
+def _rule(buffer: CodeBuffer, writer: ExpressionWriter, rule: ir.Rule) -> Segment:
+    if rule.condition is None:
+        return NO_SEGMENT
+    buffer.offset = rule.condition.span.start
+    return _segment(buffer, writer.branch(), rule.condition)
+
+
+def _segment(buffer: CodeBuffer, writer: ExpressionWriter, expression: ir.Expr) -> Segment:
+    start = len(buffer.rows)
+    result = writer.register(expression)
+    buffer.emit(Op.END)
+    return Segment(start, len(buffer.rows), result)
+
+
+@dataclass
+class _Coroutines:
+    """A variant's behaviours and monitors, numbered before any of them is written."""
+
+    actors: Sequence[Coroutine]
+    monitors: Sequence[Coroutine]
+    blocks: Numbers
+    locals: Numbers
+
+    @classmethod
+    def of(cls, variant: ir.Variant) -> "_Coroutines":
+        blocks = Numbers()
+        actors = [Coroutine(blocks.new(), Target()) for _ in variant.actors]
+        monitors = [Coroutine(blocks.new(), Target()) for _ in variant.monitors]
+        return cls(actors, monitors, blocks, Numbers(variant.local_count))
+
+    @property
+    def monitor_blocks(self) -> list[int]:
+        return [monitor.block for monitor in self.monitors]
+
+    def write(self, variant: ir.Variant, buffer: CodeBuffer, expressions: ExpressionWriter) -> None:
+        """The code of all; an entry without code stays at row -1."""
+        behaving = [c if a.behaviour is not None else None for a, c in zip(variant.actors, self.actors, strict=True)]
+        known = Coroutines(behaving, self.monitors)
+        bodies = [*(actor.behaviour for actor in variant.actors), *(monitor.body for monitor in variant.monitors)]
+        for coroutine, body in zip([*self.actors, *self.monitors], bodies, strict=True):
+            if body is not None:
+                buffer.place(coroutine.entry)
+                writer = BehaviourWriter(buffer, expressions, known, self.blocks, self.locals, coroutine.block)
+                writer.write(body)
+                buffer.emit(Op.HALT)
+
+
+# -- Variants with equal code become one template; their constants become literals or columns of variant values --------
 
 
 @frozen

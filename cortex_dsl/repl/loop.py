@@ -4,13 +4,12 @@ import os
 from collections.abc import Callable
 from typing import Protocol
 
-from cortex_dsl.cli.bug import report_bug
-from cortex_dsl.cli.exits import Exit, UsageError
+from cortex_dsl.console.terminal import Exit, UsageError, report_bug
 from cortex_dsl.diagnostics import CompileError
+from cortex_dsl.repl.chunks import is_command
 from cortex_dsl.repl.commands import obey
-from cortex_dsl.repl.desk import Desk
 from cortex_dsl.repl.entering import enter, refuse
-from cortex_dsl.repl.reading import is_command
+from cortex_dsl.repl.state import Desk
 
 
 class Input(Protocol):

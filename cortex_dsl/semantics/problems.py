@@ -2,6 +2,7 @@
 
 from cortex_dsl.diagnostics import Diagnostic, Label, Page, Severity
 from cortex_dsl.source import Span
+from engine.errors import Signal
 from engine.frozen import frozen
 
 
@@ -33,7 +34,7 @@ class Problem:
         return Mistake(self.at(span, secondary=secondary, label=label, **fields))
 
 
-class Mistake(Exception):  # noqa: N818 - control flow
+class Mistake(Signal):
     """A value cannot be had. `diagnostic` is None when the cause has been reported already."""
 
     def __init__(self, diagnostic: Diagnostic | None = None) -> None:
@@ -41,7 +42,7 @@ class Mistake(Exception):  # noqa: N818 - control flow
         self.diagnostic = diagnostic
 
 
-class Rejection(Exception):  # noqa: N818 - control flow
+class Rejection(Signal):
     """A variant cannot be: a random choice has nothing to choose from."""
 
     def __init__(self, reason: str, span: Span) -> None:
@@ -50,7 +51,7 @@ class Rejection(Exception):  # noqa: N818 - control flow
         self.span = span
 
 
-class NeedsExpansion(Exception):  # noqa: N818 - control flow
+class NeedsExpansion(Signal):
     """A value that was left symbolic is needed concretely: enumerate these sites (spans) instead and start again."""
 
     def __init__(self, sites: frozenset[Span]) -> None:

@@ -7,12 +7,13 @@ from cortex_dsl.semantics.context import Evaluator
 from cortex_dsl.semantics.values import Value
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
+from engine.errors import Signal
 
 MOST_SIGHTINGS = 24
 """Values kept of one expression, which has one for every way of making the choices of the file."""
 
 
-class Superseded(Exception):  # noqa: N818 - no error: a newer text has come
+class Superseded(Signal):
     """Stops a compilation whose result nobody waits for any more."""
 
 

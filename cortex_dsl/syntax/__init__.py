@@ -4,8 +4,7 @@ from typing import TYPE_CHECKING
 
 from cortex_dsl.diagnostics import CompileError, Diagnostic
 from cortex_dsl.source import Source
-from cortex_dsl.syntax.errors import too_many
-from cortex_dsl.syntax.limits import MAX_ERRORS
+from cortex_dsl.syntax.errors import MAX_ERRORS, too_many
 from cortex_dsl.syntax.nodes import Module
 from cortex_dsl.syntax.unparse import unparse
 

@@ -4,10 +4,10 @@ from collections.abc import Callable, Sequence
 
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.source import Source, Span
-from cortex_dsl.syntax import definitions, errors, later, nodes
+from cortex_dsl.syntax import definitions, errors, nodes, words
+from cortex_dsl.syntax.explain.context import Word
+from cortex_dsl.syntax.explain.joints import missing_guard_colon
 from cortex_dsl.syntax.expressions import Branch, Child, ExpressionBuilder, NestingError, branch, span_of, token
-from cortex_dsl.syntax.slips import missing_guard_colon
-from cortex_dsl.syntax.trouble import Word
 from cortex_dsl.syntax.words import GUARDS
 
 Statements = tuple[nodes.Statement, ...]
@@ -152,13 +152,13 @@ class StatementBuilder:
                 )
             case nodes.Call(function=nodes.Name(id=word)) if word in GUARDS:
                 self.report(missing_guard_colon(Word("name", word, value.function.span)))
-            case nodes.Call(function=nodes.Name(id=word)) if word in later.STATEMENTS:
+            case nodes.Call(function=nodes.Name(id=word)) if word in words.LATER_STATEMENTS:
                 self.report(
                     errors.NOT_SUPPORTED.at(
                         value.function.span,
-                        f"not supported yet: {later.STATEMENTS[word]}",
+                        f"not supported yet: {words.LATER_STATEMENTS[word]}",
                         reason=errors.NOT_SUPPORTED.why,
-                        cure=later.INSTEAD.get(word, ""),
+                        cure=words.INSTEAD.get(word, ""),
                     )
                 )
         return nodes.ExpressionStatement(value, span=span)

@@ -8,8 +8,20 @@ from dataclasses import replace
 
 from cortex_dsl.diagnostics import Diagnostic, Label, Page, Severity
 from cortex_dsl.source import Span
-from cortex_dsl.syntax.limits import MAX_ERRORS
 from engine.frozen import frozen
+
+# -- How large a file may be and how deep it may nest: hostile or generated input gets a message, never a hang ---------
+
+MAX_BYTES = 1 << 18
+"""Size of a file [bytes]."""
+
+MAX_DEPTH = 100
+"""Brackets inside brackets, blocks inside blocks, and operators inside operators."""
+
+MAX_ERRORS = 20
+"""Errors reported in one run."""
+
+# -- The codes ---------------------------------------------------------------------------------------------------------
 
 
 @frozen

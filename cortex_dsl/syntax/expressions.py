@@ -10,9 +10,9 @@ from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.source import Source, Span
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import errors, nodes
-from cortex_dsl.syntax.limits import MAX_DEPTH
-from cortex_dsl.syntax.literals import EscapeError, string_value
-from cortex_dsl.syntax.units import SPOKEN_UNITS, UNIT_WORDS, unit_list
+from cortex_dsl.syntax.errors import MAX_DEPTH
+from cortex_dsl.syntax.literals import SPOKEN_UNITS, UNIT_WORDS, EscapeError, string_value, unit_list
+from engine.errors import Signal
 
 Branch: TypeAlias = Tree[Token]
 Child: TypeAlias = Tree[Token] | Token | None
@@ -44,7 +44,7 @@ def _holds_formulas(tree: Branch) -> bool:
     return negation or tree.data in _TEMPORAL or tree.data in ("and_", "or_")
 
 
-class NestingError(Exception):
+class NestingError(Signal):
     """Nesting went over its limit; the diagnostic is already there."""
 
 

@@ -9,7 +9,7 @@ from lark import Token
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import errors
-from cortex_dsl.syntax.limits import MAX_DEPTH
+from cortex_dsl.syntax.errors import MAX_DEPTH
 from cortex_dsl.syntax.scanning import Line, Scan, scan
 from cortex_dsl.syntax.words import BLOCK_WORDS, RESERVED, SPECIFIER_WORDS
 from engine.frozen import frozen

@@ -7,7 +7,7 @@ from typing import NoReturn
 from cortex_dsl.diagnostics import CompileError, Diagnostic
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import errors
-from cortex_dsl.syntax.limits import MAX_BYTES
+from cortex_dsl.syntax.errors import MAX_BYTES
 
 _LONE_RETURN = re.compile(r"\r(?!\r*\n|\r*\Z)")
 """One that something follows; several before a line feed are an accident of tools, and do no harm."""

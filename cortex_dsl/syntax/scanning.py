@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import errors
-from cortex_dsl.syntax.limits import MAX_DEPTH
+from cortex_dsl.syntax.errors import MAX_DEPTH
 from cortex_dsl.syntax.words import GUARDS
+from engine.errors import Signal
 from engine.frozen import frozen
 
 PAIRS = {"(": ")", "[": "]", "{": "}"}
@@ -64,7 +65,7 @@ class Scan:
     """Whether nesting went over its limit, so that nothing else is worth a word."""
 
 
-class _NestingError(Exception):
+class _NestingError(Signal):
     pass
 
 

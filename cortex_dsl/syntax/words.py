@@ -1,4 +1,9 @@
-"""Words with a meaning of their own."""
+"""The words of the language: reserved ones, every keyword with its meaning, and Scenic's that are not here yet."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from types import MappingProxyType
 
 RESERVED = frozenset({
     "False", "None", "True", "and", "as", "assert", "async", "at", "await", "break", "by", "class", "continue",
@@ -21,3 +26,230 @@ SPECIFIER_WORDS = frozenset({
     "at", "in", "on", "with", "offset", "ahead", "behind", "left", "right", "following", "facing", "before",
     "after",
 })  # fmt: skip
+
+# -- Keywords ----------------------------------------------------------------------------------------------------------
+#
+# Every keyword once: what it begins or joins, how the construct is written, and one sentence about it.
+#
+# The grammar says the same with more precision (a test compares the words); colouring, completion and hover read this.
+
+
+class Role(Enum):
+    """Where a keyword stands."""
+
+    STATEMENT = "statement"
+    """Begins a statement of the file, or of a scenario's `setup`."""
+    ACT = "act"
+    """Begins a statement of a behavior, a monitor or a `compose`."""
+    CLAUSE = "clause"
+    """Begins a part of a statement: a line that goes on with what stands above it."""
+    SPECIFIER = "specifier"
+    """Says where an object stands, or what it is like."""
+    OPERATOR = "operator"
+    """Makes a value."""
+    LINK = "link"
+    """Joins the parts of a construct."""
+
+
+@dataclass(frozen=True)
+class Keyword:
+    """A word, or words in a row, that the language gives a meaning to."""
+
+    phrase: str
+    """Words with one blank between them."""
+    role: Role
+    form: str
+    """How the whole construct is written; capitals stand for what is filled in."""
+    doc: str
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return tuple(self.phrase.split())
+
+
+def _rows(role: Role, *rows: tuple[str, str, str]) -> tuple[Keyword, ...]:
+    return tuple(Keyword(phrase, role, form, doc) for phrase, form, doc in rows)
+
+
+KEYWORDS: tuple[Keyword, ...] = (
+    *_rows(
+        Role.STATEMENT,
+        ("map", "map intersection(ways=4, lanes=1)", "The roads of the scenario: a grid of one or more intersections."),
+        ("simulation", "simulation(time_step=0.05 s)", "What the file says about how it is drawn and run."),
+        ("signals", "signals(green=20 s, yellow=3 s)", "The intersections have traffic lights."),
+        ("model", "model NAME", "Read for Scenic's sake; the map here is made by `map`."),
+        ("param", "param NAME = Range(LOW, HIGH)", "A parameter; with a distribution, a gene of the search."),
+        ("require", "require CONDITION", "Holds in every scene; others are drawn anew."),
+        ("require monitor", "require monitor NAME()", "The monitor runs beside the scenario."),
+        ("terminate when", "terminate when CONDITION", "Ends the run as soon as the condition holds."),
+        ("terminate after", "terminate after 20 s", "Ends the run after a time, or after a number of steps."),
+        ("terminate simulation when", "terminate simulation when CONDITION", "Ends the whole run, not one scenario."),
+        ("behavior", "behavior NAME(PARAMETERS):", "What an object does, step by step, during the run."),
+        ("monitor", "monitor NAME(PARAMETERS):", "A behavior of nobody: it watches, requires and terminates."),
+        ("scenario", "scenario NAME(PARAMETERS):", "A scenario with a name, which others can compose."),
+        ("class", "class NAME(BASE):", "A class of objects with property defaults, each evaluated for every object."),
+        ("import", "import NAME", "What another `.scn` file defines, under the name of that file."),
+        ("from", "from NAME import NAMES", "Names that another `.scn` file defines."),
+        ("record", "record VALUE as NAME", "Keeps a value at every sample of the run."),
+        ("record initial", "record initial VALUE as NAME", "Keeps a value at the start of the run."),
+        ("record final", "record final VALUE as NAME", "Keeps a value at the end of the run."),
+        ("mutate", "mutate OBJECTS by AMOUNT", "Noise on places and headings of objects; of all, if none is named."),
+        ("override", "override OBJECT with PROPERTY VALUE", "Changes an object while this scenario runs."),
+    ),
+    *_rows(
+        Role.ACT,
+        ("do", "do BEHAVIOR", "Runs a behavior until it ends."),
+        ("do choose", "do choose BEHAVIORS", "Runs one of several behaviors, drawn at random."),
+        ("do shuffle", "do shuffle BEHAVIORS", "Runs all of several behaviors one after the other, in random order."),
+        ("take", "take ACTIONS", "Acts for one step: pedals, steering, speed."),
+        ("wait", "wait", "Does nothing for one step."),
+        ("abort", "abort", "Leaves the `try` around it with all its handlers."),
+        ("terminate", "terminate", "Ends the scenario that made this object."),
+        ("terminate simulation", "terminate simulation", "Ends the whole run."),
+        ("try", "try:", "Runs a block that handlers may interrupt."),
+        ("if", "if CONDITION:", "Runs a block if a condition holds."),
+        ("while", "while CONDITION:", "Runs a block for as long as a condition holds."),
+        ("break", "break", "Leaves the loop."),
+        ("continue", "continue", "Begins the next round of the loop."),
+        ("return", "return", "Ends the behavior."),
+        ("pass", "pass", "An empty block."),
+    ),
+    *_rows(
+        Role.CLAUSE,
+        ("interrupt when", "interrupt when CONDITION:", "Interrupts the `try`, which then goes on; later ones win."),
+        ("elif", "elif CONDITION:", "Another condition, tested when those above it did not hold."),
+        ("else", "else:", "Runs when no condition above it held."),
+        ("precondition", "precondition: CONDITION", "Must hold when the behavior or scenario begins."),
+        ("invariant", "invariant: CONDITION", "Must hold for as long as the behavior or scenario runs."),
+        ("setup", "setup:", "What the scenario consists of: its objects and rules."),
+        ("compose", "compose:", "Which scenarios run in it, and when."),
+    ),
+    *_rows(
+        Role.SPECIFIER,
+        ("at", "at PLACE", "Stands at a place, and heads as that place does."),
+        ("in", "in REGION", "Stands anywhere in a region, all places equally likely."),
+        ("on", "on REGION", "Stands anywhere on a region, all places equally likely."),
+        ("offset by", "offset by (X, Y)", "Stands beside the ego: to its right, and ahead."),
+        ("offset along", "offset along DIRECTION by (X, Y)", "Stands beside the ego, measured along a direction."),
+        ("ahead of", "ahead of OBJECT by DISTANCE", "Stands in front of an object."),
+        ("behind", "behind OBJECT by DISTANCE", "Stands behind an object."),
+        ("left of", "left of OBJECT by DISTANCE", "Stands to the left of an object."),
+        ("right of", "right of OBJECT by DISTANCE", "Stands to the right of an object."),
+        ("following", "following FIELD from PLACE for DISTANCE", "Stands where a way along the field ends."),
+        ("before", "before intersection by DISTANCE", "Stands on its way a distance before the intersection."),
+        ("after", "after intersection by DISTANCE", "Stands on its way a distance beyond the intersection."),
+        ("facing", "facing HEADING", "Heads in a direction; anticlockwise from the east, or as a field says."),
+        ("facing toward", "facing toward PLACE", "Heads to a place."),
+        ("facing away from", "facing away from PLACE", "Heads away from a place."),
+        ("with", "with PROPERTY VALUE", "Sets a property."),
+    ),
+    *_rows(
+        Role.OPERATOR,
+        ("and", "A and B", "Both hold."),
+        ("or", "A or B", "One of them holds, or both."),
+        ("not", "not A", "It does not hold."),
+        ("is", "A is B", "They are the same."),
+        ("if", "A if CONDITION else B", "One of two values."),
+        ("lambda", "lambda x: VALUE", "A function without a name."),
+        ("new", "new CLASS at PLACE", "Makes an object, or a place."),
+        ("distance from", "distance from A to B", "Distance between centres, or to a region."),
+        ("distance to", "distance to B", "Distance from the ego."),
+        ("minimum distance from", "minimum distance from A to B", "Distance between outlines."),
+        ("minimum distance to", "minimum distance to B", "Distance from the outline of the ego to another."),
+        ("relative heading of", "relative heading of A from B", "Angle from one heading to another."),
+        ("can see", "A can see B", "Whether one is in the view of the other."),
+        ("deg", "X deg", "An angle in degrees."),
+        ("intersects", "A intersects B", "Whether outlines overlap."),
+        ("offset by", "A offset by (X, Y)", "A place beside another, to its right and ahead."),
+        ("offset along", "A offset along DIRECTION by (X, Y)", "A place beside another, measured along a direction."),
+        ("always", "always A", "Holds at every sample of the run; only in `require`."),
+        ("eventually", "eventually A", "Holds at one sample at least; only in `require`."),
+        ("next", "next A", "Holds at the next sample; only in `require`."),
+        ("until", "A until B", "Holds until the other does, which it must; only in `require`."),
+        ("implies", "A implies B", "The second holds if the first does; only in `require`."),
+    ),
+    *_rows(
+        Role.LINK,
+        ("as", "as NAME", "Gives a name."),
+        ("by", "by DISTANCE", "How far, or how much."),
+        ("of", "ahead of OBJECT", "To what the words before it belong."),
+        ("to", "distance from A to B", "The other end."),
+        ("along", "before intersection by DISTANCE along TRAJECTORY", "The way that is meant."),
+        ("for", "do BEHAVIOR for 5 s", "How long a behavior runs, how far to follow, or each item of a list."),
+        ("seconds", "do BEHAVIOR for 5 seconds", "A bare number as a time."),
+        ("steps", "do BEHAVIOR for 100 steps", "A bare number as steps of the simulation."),
+    ),
+)  # fmt: skip
+
+CONSTANT_WORDS = ("True", "False", "None")
+
+
+def with_role(*roles: Role) -> tuple[Keyword, ...]:
+    """The keywords of some roles, longest first, so that the first that matches is the right one."""
+    return tuple(sorted((k for k in KEYWORDS if k.role in roles), key=lambda k: -len(k.phrase)))
+
+
+# -- What Scenic has and this version of the language does not have yet, so that it gets a fitting answer --------------
+
+LATER_STATEMENTS: Mapping[str, str] = MappingProxyType(
+    {
+        "simulator": "`simulator`",
+        "def": "functions",
+        "for": "`for` loops",
+        "with": "`with` statements",
+        "except": "`except`",
+        "finally": "`finally`",
+        "assert": "`assert`",
+        "raise": "`raise`",
+        "del": "`del`",
+        "global": "`global`",
+        "nonlocal": "`nonlocal`",
+        "async": "`async`",
+        "await": "`await`",
+        "yield": "`yield`",
+    }
+)
+"""First word of a statement, and what the message calls it."""
+
+LATER_BLOCKS = frozenset(LATER_STATEMENTS)
+"""Statements whose whole block is skipped."""
+
+INSTEAD: Mapping[str, str] = MappingProxyType(
+    {
+        "for": "write a comprehension, as in `[new Car in lane.centerline for lane in lanes]`; in a behavior, `while`",
+        "def": "write `NAME = lambda x: ...` for what computes a value, or a `behavior` for what an actor does",
+        "assert": "write `require`",
+        "except": "write `interrupt when` with a condition",
+        "beyond": "write `after intersection by 10 m along trajectory`, or `ahead of x by 10 m`",
+        "visible": "write `require ego can see x`",
+        "contained": "write `require x in region`; that objects stand on the road is required anyway",
+        "apparently": "write `facing`, which turns an object in any direction",
+        "relative": "add the headings, as in `facing ego.heading + 90 deg`; for places write `offset by`",
+    }
+)
+
+LATER_OPERATORS: Mapping[str, str] = MappingProxyType(
+    {
+        "relative": "`relative to` and `relative position of`",
+        "visible": "`visible`",
+        "apparent": "`apparent heading of`",
+        "altitude": "`altitude`",
+        "angle": "`angle from … to …`",
+        "follow": "`follow … from … for …`",
+        "front": "`front of`",
+        "back": "`back of`",
+    }
+)
+"""Words of operators, and what the message calls them."""
+
+LATER_SPECIFIERS: Mapping[str, str] = MappingProxyType(
+    {
+        "beyond": "`beyond`",
+        "visible": "`visible`",
+        "contained": "`contained in`",
+        "apparently": "`apparently facing`",
+        "above": "`above`",
+        "below": "`below`",
+        "using": "`using`",
+    }
+)

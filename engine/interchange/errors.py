@@ -4,6 +4,8 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from itertools import islice
 
+from engine.errors import CortexError
+
 MOST_CHOICES = 12
 MOST_COMPARED = 2000
 """Names that one is held against."""
@@ -11,15 +13,16 @@ MOST_LETTERS = 60
 """Of a stranger's text that a message quotes."""
 
 
-class InterchangeError(Exception):
+class InterchangeError(CortexError):
     """A file that cannot be read, or a case that a format cannot carry: what is wrong, where, and what to do."""
 
     def __init__(self, message: str, cure: str, place: str = "") -> None:
-        self.message = message
-        self.cure = cure
+        super().__init__(message, cure)
         self.place = place
         """File, and line or element where one is known: `case.xosc, line 12`."""
-        super().__init__(f"{place + ': ' if place else ''}{message} ({cure})")
+
+    def __str__(self) -> str:
+        return f"{self.place}: {super().__str__()}" if self.place else super().__str__()
 
 
 def quoted(text: str) -> str:

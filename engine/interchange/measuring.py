@@ -11,14 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from engine.host import MAX_SAMPLES
 from engine.interchange.errors import InterchangeError
 from engine.interchange.recording import SAME_INSTANT, Recording
 from engine.interchange.resampling import OF_STEPS, states_at
-from engine.kernels.contact import Touch, search_contact
-from engine.kernels.measure import PairMetrics, measure_pair
+from engine.kernels.approach import Touch, search_contact
+from engine.kernels.pair import PairMetrics, measure_pair
 from engine.metrics import Metric, measure_trajectory
 from engine.risk import PROFILES, Risk, assess
-from engine.runs import MAX_SAMPLES
 from engine.scenes import Outcomes, Trajectory
 from engine.tables import ROAD_REGION, Floats
 from engine.vocabulary import EndReason, State, Verdict

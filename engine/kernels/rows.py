@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.kernels.jit import kernel
-from engine.kernels.measure import measure_pair
+from engine.kernels.pair import measure_pair
 from engine.kernels.rollout import advance, begin
 from engine.kernels.stage import COLUMNS, RUNNING, Plan, Run, Slot, Status
 from engine.tables import Floats, Ints

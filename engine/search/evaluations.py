@@ -1,5 +1,9 @@
-"""Every individual of a campaign, or of one generation of it, with all its simulations."""
+"""Every individual of a campaign, or of one generation of it, with all its simulations, and what follows from them:
+the one number of its k rollouts, the paper's five evaluation metrics (RL, NC, MDG, MDEC and NIS) over a set of
+individuals, and with whom the ego collided.
+"""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,11 +11,43 @@ from functools import cached_property
 import numpy as np
 
 from engine.scenes import Bools
-from engine.search.aggregate import aggregate
 from engine.search.assessment import Assessment, map_arrays
 from engine.search.protocol import MEASURES, Birth, Proposal, Result, Status
 from engine.tables import Floats, Ints
-from engine.vocabulary import Verdict
+from engine.vocabulary import EndReason, Verdict
+
+# -- one number for k rollouts -----------------------------------------------------------------------------------------
+
+
+def aggregate(values: Floats, valid: Bools, how: str) -> Floats:
+    """(n,) from (n, k): `mean`, `max` or `qNN` over the valid rollouts, NaN where none is.
+
+    A quantile interpolates linearly between order statistics (Hyndman and Fan 1996, type 7).
+    """
+    level = quantile_level(how)
+    result = np.full(len(values), np.nan)
+    rows = valid.any(axis=1)
+    known = np.where(valid[rows], values[rows], np.nan)
+    if values.shape[1] == 1:
+        result[rows] = known[:, 0]
+    elif how == "mean":
+        result[rows] = np.nanmean(known, axis=1)
+    elif rows.any():
+        result[rows] = np.nanmax(known, axis=1) if level is None else np.nanquantile(known, level, axis=1)
+    return result
+
+
+def quantile_level(how: str) -> float | None:
+    """0.9 for `q90`, None for `mean` and `max`; ValueError for anything else."""
+    if how in ("mean", "max"):
+        return None
+    match = re.fullmatch(r"q(\d+(?:\.\d+)?)", how)
+    if match is None or not 0.0 <= float(match[1]) <= 100.0:
+        raise ValueError(f"aggregate: expected mean, max or a quantile such as q90, got `{how}`")
+    return float(match[1]) / 100.0
+
+
+# -- individuals -------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -137,3 +173,128 @@ def flat_rollouts(evaluations: Evaluations) -> Assessment:
     """All simulations under one another, arrays (n * k, …)."""
     size = evaluations.rollouts.verdict.size
     return map_arrays(evaluations.rollouts, lambda array: array.reshape(size, *array.shape[2:]))
+
+
+# -- figures -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Means are NaN where there is nothing to take the mean of. Runs are rollouts, of which a genome has k."""
+
+    individuals: int
+    valid: int
+    rl: float
+    """Mean fitness of valid individuals."""
+    rl_all: float
+    """The same with invalid individuals as -1."""
+    nc: int
+    """Individuals with at least one collision."""
+    mdg: float
+    """Mean MD of valid runs [m]."""
+    mdec: float
+    """Mean MD of valid runs without collision [m]."""
+    nis: int
+    """Invalid individuals: all their runs are."""
+    errors: int
+    """Individuals on which the engine failed; in no other figure."""
+    runs: int
+    valid_runs: int
+    colliding_runs: int
+    invalid_runs: int
+    error_runs: int
+
+    @property
+    def collision_rate(self) -> float:
+        """Collisions of valid runs; NaN without any."""
+        return self.colliding_runs / self.valid_runs if self.valid_runs else float("nan")
+
+
+def figures(evaluations: Evaluations, chosen: Bools) -> Figures:
+    """The figures of the chosen rows (n,)."""
+    verdict = evaluations.rollouts.verdict[chosen]
+    valid_runs = verdict == Verdict.VALID
+    collided = evaluations.rollouts.collided[chosen]
+    distance = evaluations.rollouts.min_distance[chosen]
+    fitness = evaluations.fitness[chosen]
+    valid, errors = evaluations.valid[chosen], evaluations.failed[chosen]
+    individuals, counted = len(valid), int((~errors).sum())
+    nis = counted - int(valid.sum())
+    total = float(fitness[valid].sum())
+    return Figures(
+        individuals=individuals,
+        valid=counted - nis,
+        rl=_ratio(total, counted - nis),
+        rl_all=_ratio(total - nis, counted),
+        nc=int(collided.any(axis=1).sum()),
+        mdg=_mean(distance, valid_runs),
+        mdec=_mean(distance, valid_runs & ~collided),
+        nis=nis,
+        errors=int(errors.sum()),
+        runs=verdict.size,
+        valid_runs=int(valid_runs.sum()),
+        colliding_runs=int(collided.sum()),
+        invalid_runs=int((~valid_runs & (verdict != Verdict.ERROR)).sum()),
+        error_runs=int((verdict == Verdict.ERROR).sum()),
+    )
+
+
+def _mean(values: np.ndarray, chosen: Bools) -> float:
+    return _ratio(float(values[chosen].sum()), int(chosen.sum()))
+
+
+def _ratio(total: float, count: int) -> float:
+    return total / count if count else float("nan")
+
+
+@dataclass(frozen=True)
+class GenerationFigures:
+    """One generation: by individual, elites counted as the paper does; and by simulation, elites left out."""
+
+    generation: int
+    by_individual: Figures
+    by_simulation: Figures
+
+
+def generation_figures(evaluations: Evaluations, generation: int) -> GenerationFigures:
+    """Figures of a table that holds one generation."""
+    everyone = np.ones(len(evaluations), dtype=bool)
+    return GenerationFigures(generation, figures(evaluations, everyone), figures(evaluations, evaluations.simulated))
+
+
+def distinct_collisions(evaluations: Evaluations) -> int:
+    """Different genomes that collided at least once: the primary outcome of a study."""
+    rows = evaluations.simulated & evaluations.collided
+    return len({genome.tobytes() for genome in evaluations.genomes[rows]})
+
+
+# -- partners in collisions --------------------------------------------------------------------------------------------
+
+NOBODY = -1
+
+
+@dataclass(frozen=True)
+class Partners:
+    """Collisions by who met. The pair that decides the risk is the one that touched: contact outweighs all else."""
+
+    with_ego: tuple[int, ...]
+    """Distinct simulations in which the ego touched actor 1, actor 2, …"""
+    without_ego: int
+    """Distinct simulations in which two others touched first, which ends a run, too."""
+
+
+NO_PARTNERS = Partners((), 0)
+"""Of an ego alone."""
+
+
+def partners(evaluations: Evaluations, actors: int) -> Partners:
+    """The collisions of a search among so many actors."""
+    new = evaluations.simulated
+    met = partner_of(evaluations)[new]
+    others = evaluations.rollouts.end_reason[new] == EndReason.OTHER_COLLISION
+    return Partners(tuple(int((met == pair).sum()) for pair in range(actors - 1)), int(others.sum()))
+
+
+def partner_of(evaluations: Evaluations) -> np.ndarray:
+    """(n, k) the pair (ego, actor pair + 1) that touched, `NOBODY` where the ego did not."""
+    return np.where(evaluations.rollouts.collided, evaluations.rollouts.pair, NOBODY)

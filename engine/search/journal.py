@@ -28,12 +28,10 @@ from typing import Any
 
 import numpy as np
 
-from engine.search.assessment import take
-from engine.search.campaign import Campaign, Progress
-from engine.search.columns import FLOATS, SCALARS, to_columns
-from engine.search.evaluations import Evaluations, flat_rollouts
-from engine.search.figures import GenerationFigures
+from engine.search.assessment import FLOATS, SCALARS, take, to_columns
+from engine.search.evaluations import Evaluations, GenerationFigures, flat_rollouts
 from engine.search.manifest import Manifest
+from engine.search.run import Campaign, Progress
 from engine.search.store import UNBORN, StoreError, insist_on, store_errors
 
 APPLICATION_ID = 0x43525458
@@ -120,7 +118,7 @@ class Journal:
         """Add one generation: all of it or, if anything goes wrong, nothing.
 
         Raises:
-            Removed: there is no such file any more.
+            RemovedError: there is no such file any more.
             StoreError: it cannot be written.
         """
         self._write(progress.evaluations, progress.figures, progress.elapsed)

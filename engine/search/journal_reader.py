@@ -9,11 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from engine.search.aggregate import aggregate
-from engine.search.assessment import Assessment, map_arrays, take
-from engine.search.columns import SCALARS, from_columns
-from engine.search.evaluations import Evaluations
-from engine.search.figures import Figures, GenerationFigures, generation_figures
+from engine.search.assessment import SCALARS, Assessment, from_columns, map_arrays, take
+from engine.search.evaluations import Evaluations, Figures, GenerationFigures, aggregate, generation_figures
 from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION
 from engine.search.manifest import Link, Manifest, Origin, Parameter, Text
 from engine.search.searchers import method_of

@@ -13,7 +13,7 @@ from typing import Any
 from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
 from engine.program import Program
 from engine.search.methods.table import SEARCHERS
-from engine.search.plugins import distribution_of
+from engine.search.searchers import distribution_of
 
 DISTRIBUTIONS = ("cortexc", "numpy", "numba", "pymunk")
 """Whose versions may decide a result."""

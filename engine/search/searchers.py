@@ -1,23 +1,136 @@
-"""Searchers by name: our own (`engine.search.methods.table`), and those that other packages offer."""
+"""Searchers by name: our own (`engine.search.methods.table`), and those that other packages offer.
 
+A searcher of another package is an entry point of the group `cortexc.searchers`; what it proposes is watched.
+
+    # pyproject.toml of the package
+    [project.entry-points."cortexc.searchers"]
+    my_search = "my_package:make"
+
+    # my_package.py
+    def make(box: Box, config: Config, streams: StreamAt) -> Searcher: ...
+
+`make` is called once for each run, with the box of the genes, every setting (`config.search.population` individuals a
+generation, `config.search.generations` of them) and the streams of random numbers. What it returns is asked for
+`population` proposals (`engine.search.protocol.Proposal`) a generation, each in the box and born at its own place, and
+is then told one `Result` for each: valid, invalid, error (the simulator failed) or reused. For a run to repeat itself
+and to be resumed, proposals must depend on the streams and on what was told, and on nothing else.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, TypeVar
 
 from engine.config import Config
+from engine.errors import CortexError
 from engine.search.methods.table import SEARCHERS, SearcherEntry
-from engine.search.plugins import plugins
-from engine.search.protocol import Box, Searcher
+from engine.search.protocol import Birth, Box, Proposal, Result, Searcher, StreamAt
 from engine.streams import FIELD_BITS, operator_generator
 from engine.vocabulary import Method
 
-__all__ = ["SEARCHERS", "UnknownMethod", "build_searcher", "canonical", "find_searcher", "known_searchers", "method_of"]
+__all__ = [
+    "SEARCHERS",
+    "UnknownMethodError",
+    "build_searcher",
+    "canonical",
+    "find_searcher",
+    "known_searchers",
+    "method_of",
+]
+
+# -- searchers of other packages ---------------------------------------------------------------------------------------
+
+GROUP = "cortexc.searchers"
+
+Value = TypeVar("Value")
 
 
-class UnknownMethod(ValueError):  # noqa: N818 - says what is unknown
+class PluginError(CortexError):
+    """A searcher of another package cannot be used: whose it is, and what is wrong with it."""
+
+    def __init__(self, name: str, problem: str) -> None:
+        super().__init__(f"the searcher `{name}` {problem}", "mend or remove the package that offers it")
+        self.name = name
+
+
+def plugins() -> dict[str, SearcherEntry]:
+    """Every searcher that other packages offer, by name. A name of ours stays ours; nothing is imported here."""
+    found = entry_points(group=GROUP)
+    return {point.name: _entry(point) for point in found if point.name not in SEARCHERS}
+
+
+def distribution_of(name: str) -> tuple[str, str] | None:
+    """Name and version of the package behind a searcher; None for our own."""
+    if name in SEARCHERS:
+        return None
+    points = (point for point in entry_points(group=GROUP, name=name) if point.dist is not None)
+    return next(((point.dist.name, point.dist.version) for point in points if point.dist is not None), None)
+
+
+def _entry(point: EntryPoint) -> SearcherEntry:
+    package = point.dist.name if point.dist is not None else point.module
+
+    def build(box: Box, config: Config, streams: StreamAt) -> Searcher:
+        make = _called(point.name, "cannot be loaded", point.load)
+        searcher = _called(point.name, "cannot be made", lambda: make(box, config, streams))
+        return Watched(point.name, searcher, box, config.search.population)
+
+    return SearcherEntry(Method.CUSTOM, f"of the package {package}", build)
+
+
+@dataclass
+class Watched:
+    """A searcher whose proposals are checked before anything is simulated; what it raises is its own."""
+
+    name: str
+    searcher: Any
+    box: Box
+    population: int
+    generation: int = -1
+
+    def ask(self) -> list[Proposal]:
+        self.generation += 1
+        proposals = _called(self.name, "failed in `ask`", lambda: list(self.searcher.ask()))
+        if (problem := self._problem(proposals)) is not None:
+            raise PluginError(self.name, problem)
+        return proposals
+
+    def tell(self, results: Sequence[Result]) -> None:
+        _called(self.name, "failed in `tell`", lambda: self.searcher.tell(results))
+
+    def _problem(self, proposals: Sequence[Proposal]) -> str | None:
+        if len(proposals) != self.population:
+            return f"must propose {self.population} individuals in each generation, not {len(proposals)}"
+        for place, proposal in enumerate(proposals):
+            if not isinstance(proposal, Proposal):
+                return f"must propose `engine.search.protocol.Proposal`, not `{type(proposal).__name__}`"
+            if not isinstance(proposal.genome, tuple) or not self.box.holds(proposal.genome):
+                return f"proposes {proposal.genome!r} for place {place}, which is no genome of the box"
+            born = Birth(self.generation, place)
+            if proposal.reused is None and proposal.birth != born:
+                return f"proposes an individual for {born}, but calls it born at {proposal.birth}"
+            if proposal.reused is not None and not (0, 0) <= proposal.birth < (self.generation, 0):
+                return f"reuses an individual of {proposal.birth}, which is not of an earlier generation"
+        return None
+
+
+def _called(name: str, problem: str, action: Callable[[], Value]) -> Value:
+    try:
+        return action()
+    except Exception as error:
+        raise PluginError(name, f"{problem}: {type(error).__name__}: {error}") from error
+
+
+# -- all searchers by name ---------------------------------------------------------------------------------------------
+
+
+class UnknownMethodError(CortexError, ValueError):
     """No searcher has this name."""
 
     def __init__(self, name: str) -> None:
+        super().__init__(f"method: `{name}` is none of {', '.join(known_searchers())}", "name one of these")
         self.name = name
-        super().__init__(f"method: `{name}` is none of {', '.join(known_searchers())}")
 
 
 def known_searchers() -> dict[str, SearcherEntry]:
@@ -29,7 +142,7 @@ def canonical(name: str) -> str:
     """The one name of a method, from an alias or from a spelling with hyphens or capitals.
 
     Raises:
-        UnknownMethod: there is none.
+        UnknownMethodError: there is none.
     """
     word = name.strip().lower().replace("-", "_")
     if word in SEARCHERS:
@@ -39,14 +152,14 @@ def canonical(name: str) -> str:
             return method
     if name.strip() in plugins():
         return name.strip()
-    raise UnknownMethod(name)
+    raise UnknownMethodError(name)
 
 
 def find_searcher(name: str) -> SearcherEntry:
     """The row of a method.
 
     Raises:
-        UnknownMethod: there is none.
+        UnknownMethodError: there is none.
     """
     return known_searchers()[canonical(name)]
 
@@ -61,8 +174,8 @@ def build_searcher(name: str, box: Box, config: Config) -> Searcher:
     """The searcher of a row, its operators drawing from the streams of this seed, method and run.
 
     Raises:
-        UnknownMethod: there is none of this name.
-        MissingExtra: its package is not installed.
+        UnknownMethodError: there is none of this name.
+        MissingExtraError: its package is not installed.
         PluginError: it is of another package, which is broken.
     """
     entry = find_searcher(name)

@@ -9,6 +9,8 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
+from engine.errors import CortexError
+
 JOURNAL = "journal.sqlite"
 """The one file that holds everything; the others beside it are exports of it."""
 UNBORN = ".new"
@@ -20,13 +22,8 @@ LOCK = ".lock"
 SPACE = "free some space, then go on with `cortexc resume`: what was written is kept; or name another disk with --out"
 
 
-class StoreError(Exception):
+class StoreError(CortexError):
     """Results cannot be kept, or read: what is wrong, and what to do about it."""
-
-    def __init__(self, message: str, cure: str) -> None:
-        self.message = message
-        self.cure = cure
-        super().__init__(f"{message} ({cure})")
 
 
 def numbered_directory(name: str, method: str, root: Path = Path("runs")) -> Path:
@@ -65,7 +62,7 @@ def new_directory(directory: Path) -> Path:
     return directory
 
 
-class Removed(StoreError):  # noqa: N818 - says what happened
+class RemovedError(StoreError):
     """What is being written was taken away; all that is known is in memory."""
 
     def __init__(self, path: Path) -> None:
@@ -76,14 +73,14 @@ def insist_on(path: Path, inode: int) -> None:
     """A file that is open can be written long after it has lost its name, and then nobody ever finds it.
 
     Raises:
-        Removed: the file of this name is not that one, or there is none.
+        RemovedError: the file of this name is not that one, or there is none.
     """
     try:
         same = path.stat().st_ino == inode
     except OSError:
         same = False
     if not same:
-        raise Removed(path)
+        raise RemovedError(path)
 
 
 @contextmanager

@@ -2,11 +2,15 @@
 
 The unit of work is a batch of scenes, and a batch is a pure function of program, settings, genomes and stream keys: a
 result is the same wherever it was worked out, and a batch that was lost with its worker is simply done again. Workers
-return rows; nobody but the process that started the search writes.
+return rows; nobody but the process that started the search writes. Ctrl-C is for whoever started the workers, and they
+do not outlive that one.
 """
 
 import logging
 import multiprocessing
+import os
+import signal
+import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -14,14 +18,45 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
+from multiprocessing import resource_tracker
 from typing import Any, Literal
 
 from engine.config import Config
+from engine.errors import CortexError
+from engine.extras import needed
 from engine.program import Program
 from engine.search.assessment import Assessment, Evaluate, concatenate
-from engine.search.methods.extras import needed
-from engine.search.processes import serve_parent, unheard_by_children
 from engine.tables import Floats, Ints
+
+# -- Ctrl-C ------------------------------------------------------------------------------------------------------------
+
+
+def serve_parent() -> None:
+    """First call in a worker: Ctrl-C is for the parent; and where that is gone, there is nobody to work for."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
+
+
+@contextmanager
+def unheard_by_children() -> Iterator[None]:
+    """Hold Ctrl-C back for a moment: processes that are started meanwhile never hear it, this one does afterwards.
+
+    The helper of multiprocessing that comes with the first process is started before: it would let Ctrl-C in again.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+# -- workers -----------------------------------------------------------------------------------------------------------
 
 Kind = Literal["threads", "processes", "dask"]
 
@@ -35,13 +70,8 @@ CONNECT = 10.0
 """How long to wait for a scheduler [s]."""
 
 
-class WorkersLost(Exception):  # noqa: N818 - says what happened
+class WorkersLostError(CortexError):
     """Workers cannot be reached, or died at their work: what happened, and what to do about it."""
-
-    def __init__(self, message: str, cure: str) -> None:
-        self.message = message
-        self.cure = cure
-        super().__init__(f"{message} ({cure})")
 
 
 @dataclass(frozen=True)
@@ -67,8 +97,8 @@ def open_workers(workers: Workers) -> Iterator[Executor | None]:
     """An executor for as long as the block runs; None where threads of the evaluator do.
 
     Raises:
-        MissingExtra: Dask is not installed.
-        WorkersLost: the scheduler does not answer.
+        MissingExtraError: Dask is not installed.
+        WorkersLostError: the scheduler does not answer.
     """
     if workers.kind == "threads":
         yield None
@@ -101,7 +131,7 @@ def _dask(workers: Workers) -> Iterator[Executor]:
                     place = stack.enter_context(_cluster(distributed, workers.jobs))
             client = stack.enter_context(distributed.Client(place, timeout=CONNECT, set_as_default=False))
         except (OSError, ValueError, TimeoutError) as error:
-            raise WorkersLost(
+            raise WorkersLostError(
                 f"there is no Dask scheduler at `{workers.address}` ({_first_line(error)})",
                 "start one with `dask scheduler` and name what it prints, such as `--dask tcp://127.0.0.1:8786`, "
                 "or give `--dask local`",
@@ -163,7 +193,7 @@ def spread(executor: Executor, workers: Workers, program: Program, config: Confi
     """An evaluator whose batches are run by an executor.
 
     Raises (when called):
-        WorkersLost: a worker was killed, and nobody is left to do its batch again.
+        WorkersLostError: a worker was killed, and nobody is left to do its batch again.
     """
     job = Job(program, replace(config, search=replace(config.search, jobs=1)), profile)
 
@@ -190,8 +220,8 @@ def _results(futures: Sequence["Future[Assessment]"]) -> list[Assessment]:
             future.cancel()
 
 
-def _lost(message: str) -> WorkersLost:
-    return WorkersLost(message, "what was finished is kept: see to their memory, then go on with `cortexc resume`")
+def _lost(message: str) -> WorkersLostError:
+    return WorkersLostError(message, "what was finished is kept: see to their memory, then go on with `cortexc resume`")
 
 
 def batches_of(rows: int, workers: int) -> list[tuple[int, int]]:

@@ -12,14 +12,15 @@ from contextlib import contextmanager
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from engine.search.processes import serve_parent, unheard_by_children
+from engine.errors import Signal
 from engine.search.store import StoreError
+from engine.search.workers import serve_parent, unheard_by_children
 from engine.study.plan import Address, Plan, Task
 
 if TYPE_CHECKING:
     from multiprocessing.synchronize import Event
 
-    from engine.study.records import Finished
+    from engine.study.run_records import Finished
 
 AHEAD = 2
 """Runs in hand for each worker, so that none waits."""
@@ -27,7 +28,7 @@ AHEAD = 2
 OnRun = Callable[["Finished"], None]
 
 
-class Stopped(Exception):  # noqa: N818 - says what happened
+class Stopped(Signal):
     """A run was told to stop before its end; nothing of it is kept."""
 
 
@@ -38,8 +39,8 @@ def perform(task: Task, should_stop: Callable[[], bool] = lambda: False) -> "Fin
         Stopped: `should_stop` said so.
         KeyboardInterrupt: Ctrl-C.
     """
-    from engine.search.study import search
-    from engine.study.records import finished
+    from engine.search.run import search
+    from engine.study.run_records import finished
 
     campaign = search(task.program, task.address.method, task.config, task.profile, should_stop=should_stop)
     if campaign.stopped:

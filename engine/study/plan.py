@@ -126,7 +126,7 @@ def check(plan: Plan) -> None:
 
     Raises:
         ValueError: nothing to do, an unknown or repeated method, two scenarios of one name, too many runs.
-        MissingExtra, PluginError: a method cannot be used.
+        MissingExtraError, PluginError: a method cannot be used.
     """
     if not plan.subjects or not plan.methods:
         raise ValueError("a study needs a scenario and a method")

@@ -1,7 +1,7 @@
 """The words that the parser reads as units, and the sizes that the semantics gives them."""
 
 from cortex_dsl.semantics.quantities.units import UNITS
-from cortex_dsl.syntax.units import SPOKEN_UNITS, UNIT_WORDS
+from cortex_dsl.syntax.literals import SPOKEN_UNITS, UNIT_WORDS
 
 
 def test_every_unit_word_has_a_size() -> None:

@@ -1,4 +1,7 @@
-"""The rules of each format that a schema does not hold, or that readers are known to trip over (grammar/EXPORTS.md)."""
+"""The rules of each format that a schema does not hold, or that readers are known to trip over.
+
+docs/how-to/cases-elsewhere.md tells of them.
+"""
 
 import re
 from collections import Counter

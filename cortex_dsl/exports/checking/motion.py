@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from cortex_dsl.api.scenario import load
 from cortex_dsl.exports.cases import ExportCase
 from cortex_dsl.exports.checking import documents
 from cortex_dsl.exports.findings import Finding
-from cortex_dsl.session import load
 from engine.interchange.errors import InterchangeError
 from engine.interchange.export import ExportOptions
 from engine.interchange.measuring import measure

@@ -6,10 +6,11 @@ from functools import cached_property
 from statistics import NormalDist
 
 from cortex_dsl import ir
-from cortex_dsl.lowering.groups import group_variants
+from cortex_dsl.api.scenario import Scenario
+from cortex_dsl.lowering.code_tables import group_variants
 from cortex_dsl.semantics.quantities.algebra import CLOSED
-from cortex_dsl.session import Scenario
 from cortex_dsl.source import Span
+from engine.errors import Signal
 from engine.interchange.openscenario.maneuvers import formula
 from engine.interchange.openscenario.maneuvers.formula import Formula
 from engine.interchange.openscenario.names import unique_names
@@ -42,7 +43,7 @@ VALUES: Mapping[Op, Callable[..., float]] = {
 """Operations that are worked out where nothing they need may be varied."""
 
 
-class UnsayableError(Exception):
+class UnsayableError(Signal):
     """Something of a scenario for which OpenSCENARIO has no words: what, and where it stands."""
 
     def __init__(self, what: str, span: Span) -> None:

@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator, Sequence
 
+from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.exports.maneuvers.beginning import settled
 from cortex_dsl.exports.maneuvers.driving import Drive, Reader
 from cortex_dsl.exports.maneuvers.numbers import Case, UnsayableError
 from cortex_dsl.exports.maneuvers.starts import Placed, start_of
 from cortex_dsl.exports.maneuvers.triggers import trigger_of
-from cortex_dsl.session import Scenario
 from engine.interchange.openscenario.maneuvers import formula
 from engine.interchange.openscenario.maneuvers.bends import Bend, Way, phases_of
 from engine.interchange.openscenario.maneuvers.formula import Formula

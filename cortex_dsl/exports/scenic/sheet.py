@@ -5,9 +5,10 @@ from dataclasses import dataclass, field
 
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
+from engine.errors import Signal
 
 
-class Unsaid(Exception):  # noqa: N818 - not an error, it is told
+class Unsaid(Signal):
     """Scenic has no words for an expression."""
 
     def __init__(self, what: str, span: Span) -> None:

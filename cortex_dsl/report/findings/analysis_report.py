@@ -20,13 +20,13 @@ from cortex_dsl.report.findings.readable import (
 from engine.avoidability import Avoidability, Avoidance
 from engine.program import ParamSpace
 from engine.scenes import Bools
-from engine.search.analysis import Analysis, Avoided
-from engine.search.clusters import Cluster, Condition
-from engine.search.diversity import Grid
-from engine.search.estimated import JOINT, Probability
 from engine.search.evaluations import Evaluations
+from engine.search.insight.analysis import Analysis, Avoided
+from engine.search.insight.clusters import Cluster, Condition
+from engine.search.insight.diversity import Grid
+from engine.search.insight.sensitivity import Indices, Sensitivity
 from engine.search.manifest import Parameter
-from engine.search.sensitivity import Indices, Sensitivity
+from engine.search.probability.estimates import JOINT, Probability
 from engine.search.statistics import Interval
 from engine.tables import Floats, Ints
 from engine.vocabulary import GeneKind

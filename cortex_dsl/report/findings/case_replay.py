@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from cortex_dsl.holding import Held, held_params
+from cortex_dsl.api.arguments import Held, held_params
 from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
 from cortex_dsl.report.findings.story import Moment, aftermath, in_order, speeds, tell
 from cortex_dsl.syntax import nodes
@@ -122,7 +122,7 @@ def approach(trajectory: Trajectory, other: int, rear_to_center: Sequence[float]
 
 
 def _closing_speed(now: Snapshot) -> float:
-    """As `engine.kernels.measure` defines it."""
+    """As `engine.kernels.pair` defines it."""
     x, y = now.other.x - now.ego.x, now.other.y - now.ego.y
     vx, vy = now.other_rate.x - now.ego_rate.x, now.other_rate.y - now.ego_rate.y
     apart = math.hypot(x, y)
@@ -238,7 +238,7 @@ class Compiled(Protocol):
 
 
 class Runnable(Protocol):
-    """A compiled scenario that can be run and written down: what a replay asks of `cortex_dsl.session.Scenario`."""
+    """A compiled scenario that can be run and written down: what a replay asks of a `Scenario`."""
 
     @property
     def program(self) -> Program: ...

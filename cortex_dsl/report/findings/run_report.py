@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.holding import Held
+from cortex_dsl.api.arguments import Held
 from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
 from cortex_dsl.report.findings.story import RULE_TEXTS, Moment, in_order, tell
 from cortex_dsl.report.findings.tally import Tally, first_culprit
-from engine.metrics import Metric
+from engine.metrics import Metric, Recorded
 from engine.program import ParamSpace, Program
-from engine.records import Recorded
 from engine.road.outline import Outline
 from engine.scenes import Outcomes, Scenes, StreamKey, Trajectory
 from engine.streams import format_key

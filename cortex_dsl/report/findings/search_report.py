@@ -10,9 +10,8 @@ import numpy as np
 
 from cortex_dsl.report.findings.story import END_TEXTS, end_text
 from engine.program import Program
-from engine.search.campaign import Campaign
-from engine.search.evaluations import Evaluations
-from engine.search.partners import NOBODY, Partners, partner_of, partners
+from engine.search.evaluations import NOBODY, Evaluations, Partners, partner_of, partners
+from engine.search.run import Campaign
 from engine.vocabulary import EndReason, Verdict
 
 

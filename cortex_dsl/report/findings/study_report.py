@@ -6,9 +6,8 @@ import math
 from collections.abc import Sequence
 
 from cortex_dsl.report.findings.readable import fixed, whole
-from engine.study.against_paper import Beside
-from engine.study.comparisons import Comparison, Spread
-from engine.study.measures import FIRST, MEASURES, Measure
+from engine.study.comparisons import FIRST, MEASURES, Comparison, Measure, Spread
+from engine.study.verdict import Beside
 
 
 def told(value: float, row: Comparison) -> str:

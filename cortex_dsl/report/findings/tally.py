@@ -17,7 +17,7 @@ from engine.program import Program
 from engine.vocabulary import Verdict
 
 if TYPE_CHECKING:
-    from engine.blame import Account, Blame
+    from engine.acceptance import Account, Blame
     from engine.scenes import Scenes
     from engine.search.evaluations import Evaluations
 

@@ -21,10 +21,10 @@ from cortex_dsl.report.page.run_charts import bars, strip
 from cortex_dsl.report.page.scene_svg import number
 from engine.avoidability import Avoidability, Avoidance
 from engine.program import ParamSpace
-from engine.search.analysis import Analysis
-from engine.search.diversity import Grid
 from engine.search.evaluations import Evaluations
-from engine.search.sensitivity import Indices, Sensitivity, Share
+from engine.search.insight.analysis import Analysis
+from engine.search.insight.diversity import Grid
+from engine.search.insight.sensitivity import Indices, Sensitivity, Share
 from engine.tables import Floats
 from engine.vocabulary import GeneKind
 

@@ -39,7 +39,7 @@ def gif(told: ToldCase, speed: float = 1.0) -> bytes:
     """The film of a case.
 
     Raises:
-        MissingExtra: Pillow is not installed.
+        MissingExtraError: Pillow is not installed.
     """
     image = needed("PIL.Image", "pillow", "GIFs")
     lens = Lens(told.frame, FINE * WIDTH / told.frame.width)

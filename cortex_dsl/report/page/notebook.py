@@ -17,14 +17,14 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.asking import row_of
+from cortex_dsl.api.arguments import row_of
 from cortex_dsl.report.findings.case_replay import Runnable
 from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.markup import Element, element, picture, render
 from engine.program import Program
 from engine.road import build_network, outline
 from engine.scenes import Scenes, actor_columns
-from engine.search.campaign import Campaign
+from engine.search.run import Campaign
 from engine.tables import Floats
 from engine.vocabulary import Column, State
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from cortex_dsl.api.runs import OpenedRun, first_cases
 from cortex_dsl.report.findings.analysis_report import HeatMap, heat_maps
 from cortex_dsl.report.findings.case_replay import ToldCase, colour, outline_corners
 from cortex_dsl.report.findings.study_report import BOXED, measure_called
@@ -18,12 +19,10 @@ from cortex_dsl.report.page.film import ACTORS, ASPHALT, HOT, KERB
 from cortex_dsl.report.page.run_charts import METRICS, PaperMetric
 from cortex_dsl.report.page.run_page import told_case
 from cortex_dsl.report.page.summary import method_name
-from cortex_dsl.runs import OpenedRun, first_cases
 from engine.search.journal_reader import Record
-from engine.study.comparisons import Comparison, compare_all, sample
-from engine.study.curves import curve_of, smoothed
-from engine.study.measures import Measure
-from engine.study.reading import Study
+from engine.study.comparisons import Comparison, Measure, compare_all, sample
+from engine.study.database import Study
+from engine.study.run_records import curve_of, smoothed
 from engine.vocabulary import State
 
 FORMATS = ("svg", "png", "pdf")
@@ -45,7 +44,7 @@ def write_figures(run: OpenedRun, folder: Path) -> list[Path]:
     """Write all figures in all formats; their paths.
 
     Raises:
-        MissingExtra: matplotlib is not installed.
+        MissingExtraError: matplotlib is not installed.
         OSError: a file cannot be written.
     """
     return save_all(_run_figures(run), folder)
@@ -154,7 +153,7 @@ def write_study_figures(study: Study, folder: Path) -> list[Path]:
     """Write all figures in all formats; their paths.
 
     Raises:
-        MissingExtra: matplotlib is not installed.
+        MissingExtraError: matplotlib is not installed.
         OSError: a file cannot be written.
     """
     return save_all(_study_figures(study), folder)

@@ -23,7 +23,7 @@ class PaperMetric:
     name: str
     meaning: str
     field: str
-    """Of `engine.search.figures.Figures`."""
+    """Of `engine.search.evaluations.Figures`."""
     decimals: int
     unit: str = ""
 

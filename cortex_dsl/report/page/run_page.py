@@ -4,20 +4,20 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from cortex_dsl.api.runs import WORST, OpenedRun, first_cases
 from cortex_dsl.report.findings.case_replay import ToldCase, tell_case
 from cortex_dsl.report.findings.readable import counted, first_line, fixed
 from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections, summary
 from cortex_dsl.report.page.markup import Element, Node, element, page, part, top_bar
 from cortex_dsl.report.page.player import player_data
-from cortex_dsl.runs import WORST, OpenedRun, first_cases
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
-from engine.search.analysis import BUDGET, Analysis, analyse
-from engine.search.exports import collisions_by_partner
-from engine.search.figures import distinct_collisions
+from engine.search.evaluations import distinct_collisions
+from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.journal import finite
 from engine.search.journal_reader import Record
 from engine.search.ranking import Case
+from engine.search.result_files import collisions_by_partner
 
 CASES = 10
 """Cases that a page replays."""

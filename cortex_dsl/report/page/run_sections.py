@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.report.findings.analysis_report import (
     EXPOSURE,
     HOW,
@@ -22,11 +23,9 @@ from cortex_dsl.report.findings.readable import fixed, percent
 from cortex_dsl.report.findings.search_report import End, ends_of
 from cortex_dsl.report.page import markup, run_charts
 from cortex_dsl.report.page.markup import Element, Node, element, part, table
-from cortex_dsl.runs import OpenedRun
-from engine.search.estimated import Probability
 from engine.search.evaluations import Evaluations
 from engine.search.journal_reader import Record
-from engine.search.kept_probability import kept
+from engine.search.probability.estimates import Probability, kept
 from engine.vocabulary import EndReason, Verdict
 
 DOTS = 12_000

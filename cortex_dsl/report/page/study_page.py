@@ -13,12 +13,11 @@ from cortex_dsl.report.page.markup import Element, Node, element, page, part, to
 from cortex_dsl.report.page.run_charts import METRICS, PaperMetric
 from cortex_dsl.report.page.summary import method_name
 from engine.search.journal import finite
-from engine.study.comparisons import sample
-from engine.study.curves import curve_of, smoothed
-from engine.study.exports import test_row
-from engine.study.findings import FAMILIES, RULE, Findings, findings
-from engine.study.measures import Measure
-from engine.study.reading import Study
+from engine.study.comparisons import Measure, sample
+from engine.study.database import Study
+from engine.study.run_records import curve_of, smoothed
+from engine.study.study_files import test_row
+from engine.study.verdict import FAMILIES, RULE, Findings, findings
 
 LINKS = (
     ("#verdict", "Verdict"),

@@ -5,11 +5,9 @@ from cortex_dsl.report.findings.study_report import differences, p_text, quartil
 from cortex_dsl.report.page.markup import Element, Node, element, figure, part, table
 from cortex_dsl.report.page.summary import method_name
 from engine.search.statistics import Interval
-from engine.study.against_paper import Beside
-from engine.study.comparisons import Comparison, Spread
-from engine.study.findings import Findings
-from engine.study.measures import DISTINCT_FAILURES, PRIMARY
-from engine.study.reading import Study
+from engine.study.comparisons import DISTINCT_FAILURES, PRIMARY, Comparison, Spread
+from engine.study.database import Study
+from engine.study.verdict import Beside, Findings
 
 
 def primary(study: Study, found: Findings) -> Node:

@@ -8,9 +8,8 @@ from cortex_dsl.report.findings.readable import counted, duration, fixed, percen
 from cortex_dsl.report.findings.search_report import METHOD_NAMES, partners_text
 from cortex_dsl.report.page.markup import Node, element, figure, prose
 from engine.risk import HIGHEST_RISK
-from engine.search.figures import Figures, distinct_collisions, figures
+from engine.search.evaluations import Figures, distinct_collisions, figures, partners
 from engine.search.journal_reader import Record
-from engine.search.partners import partners
 from engine.search.ranking import worst_cases
 from engine.search.statistics import clopper_pearson
 from engine.vocabulary import Verdict

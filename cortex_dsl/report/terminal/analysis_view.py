@@ -33,11 +33,11 @@ from cortex_dsl.report.findings.search_report import partners_text
 from cortex_dsl.report.terminal.theme import columns, heading, indented, left, right, section
 from engine.avoidability import Avoidability
 from engine.program import ParamSpace, Program
-from engine.search.analysis import Analysis, Avoided
-from engine.search.diversity import Grid
-from engine.search.estimated import JOINT, PARAMS, Probability
-from engine.search.partners import Partners
-from engine.search.sensitivity import Sensitivity, Share
+from engine.search.evaluations import Partners
+from engine.search.insight.analysis import Analysis, Avoided
+from engine.search.insight.diversity import Grid
+from engine.search.insight.sensitivity import Sensitivity, Share
+from engine.search.probability.estimates import JOINT, PARAMS, Probability
 from engine.search.statistics import Interval
 
 # -- what the reference driver makes of the failures: which speak against the ego, and how surely ----------------------

@@ -10,8 +10,7 @@ from rich.text import Text
 from cortex_dsl.report.findings.readable import ABSENT, KM_H, M_S, SpeedUnit, fixed, significant
 from cortex_dsl.report.findings.run_report import HIGHEST, PARTS
 from cortex_dsl.report.terminal.theme import actor_style, columns, left, quantity, right, section, sparkline
-from engine.metrics import Metric
-from engine.records import Recorded
+from engine.metrics import Metric, Recorded
 from engine.risk import BANDS, Edges, RiskProfile
 from engine.scenes import Outcomes
 

@@ -15,9 +15,9 @@ from rich.text import Text
 from cortex_dsl.report.findings.readable import duration, fixed, whole
 from cortex_dsl.report.findings.run_report import HIGHEST
 from cortex_dsl.report.terminal.theme import columns, left, method_style, right, sparkline
-from engine.search.figures import Figures
+from engine.search.evaluations import Figures
 from engine.study.plan import Plan
-from engine.study.records import RunRecord
+from engine.study.run_records import RunRecord
 
 BAR = 20
 CURVE = 36

@@ -25,7 +25,7 @@ from engine.program import Program
 from engine.vocabulary import GeneKind, Verdict
 
 if TYPE_CHECKING:
-    from engine.blame import Account, Blame, Relaxation, Weighing
+    from engine.acceptance import Account, Blame, Relaxation, Weighing
     from engine.tables import Floats
 
 

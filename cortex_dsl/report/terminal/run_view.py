@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.holding import Held
+from cortex_dsl.api.arguments import Held
 from cortex_dsl.report.findings.readable import KM_H, SpeedUnit, counted, fixed, format_gene, significant
 from cortex_dsl.report.findings.run_report import RunReport
 from cortex_dsl.report.findings.story import Moment, end_of

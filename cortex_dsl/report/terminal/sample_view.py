@@ -23,7 +23,7 @@ from engine.scenes import Scenes, Trajectory
 from engine.vocabulary import GeneKind, State, Verdict
 
 if TYPE_CHECKING:
-    from engine.blame import Account, Weighing
+    from engine.acceptance import Account, Weighing
     from engine.tables import Floats
 
 

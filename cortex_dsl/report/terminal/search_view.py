@@ -17,9 +17,8 @@ from cortex_dsl.report.terminal.requirements_view import requirements_view
 from cortex_dsl.report.terminal.theme import bar, columns, left, method_style, right, section, sparkline, title_of
 from cortex_dsl.report.terminal.worst_view import common_line, effect_note, genes_view, worst_files, worst_table
 from engine.program import Program
-from engine.search.diversity import distinct_failures
-from engine.search.figures import Figures
-from engine.search.partners import partners
+from engine.search.evaluations import Figures, partners
+from engine.search.insight.diversity import distinct_failures
 from engine.search.protocol import Box
 from engine.vocabulary import EndReason, Verdict
 

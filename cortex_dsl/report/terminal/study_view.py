@@ -9,14 +9,12 @@ from rich.text import Text
 from cortex_dsl.report.findings.readable import counted, duration, fixed, percent, ratio
 from cortex_dsl.report.findings.study_report import differences, missing_lines, p_text, quartiles, told
 from cortex_dsl.report.terminal.theme import MARGIN, columns, heading, indented, left, right, section
-from engine.paper.check import Claim, by_assumption, said
-from engine.paper.numbers import Study as StudyRow
-from engine.study.against_paper import Beside
+from engine.paper import Claim, by_assumption, said
+from engine.paper import Study as StudyRow
 from engine.study.comparisons import Comparison, Spread
-from engine.study.findings import FAMILIES, RULE, Findings
+from engine.study.database import Study
 from engine.study.plan import Plan
-from engine.study.rates import RandomRates
-from engine.study.reading import Study
+from engine.study.verdict import FAMILIES, RULE, Beside, Findings, RandomRates
 
 # -- beside the paper: its six scenarios, what a random draw comes to, and the table of studies ------------------------
 

@@ -15,9 +15,9 @@ from cortex_dsl.report.findings.search_report import SearchReport
 from cortex_dsl.report.terminal.theme import bar, columns, left, right, sparkline
 from engine.program import ParamSpace, Program
 from engine.search.assessment import Assessment
-from engine.search.campaign import Campaign
-from engine.search.genes import GeneEffect
+from engine.search.insight.genes import GeneEffect
 from engine.search.ranking import Case, order_of_risk
+from engine.search.run import Campaign
 from engine.tables import Floats
 from engine.vocabulary import GeneKind
 

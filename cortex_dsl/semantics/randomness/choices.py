@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from cortex_dsl.source import Span
+from engine.errors import Signal
 from engine.frozen import frozen
 
 VARIANT_LIMIT = 4096
@@ -26,7 +27,7 @@ class Decision:
     gene: int | None = None
 
 
-class TooManyVariants(Exception):  # noqa: N818 - control flow, turned into a diagnostic
+class TooManyVariants(Signal):
     """The choices met along one way already multiply to more than the limit."""
 
     def __init__(self, decisions: tuple[Decision, ...]) -> None:

@@ -27,8 +27,8 @@ from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 from engine.program import RoadSpec
 from engine.road.build import build_network
-from engine.road.errors import wrong_alone, wrong_together
 from engine.road.network import Network
+from engine.road.specification import wrong_alone, wrong_together
 from engine.tables import ROAD_REGION
 
 _WHOLE = ("ways", "lanes", "rows", "cols")

@@ -13,7 +13,7 @@ from engine.interchange.reading.belief import Scored, belief
 from engine.interchange.reading.timeline import Part, centers, usual_step
 from engine.interchange.reading.tracks import Path
 from engine.interchange.recording import SAME_INSTANT
-from engine.kernels.contact import search_contact
+from engine.kernels.approach import search_contact
 from engine.tables import Floats
 from engine.vocabulary import State
 

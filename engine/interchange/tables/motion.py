@@ -11,7 +11,7 @@ STANDING = 1e-6
 def rates(time: Floats, values: Floats) -> Floats:
     """(samples, …) rate of change: central differences, one-sided at both ends; 0 of a single sample.
 
-    Of headings that are not wrapped it is the yaw rate that `engine.kernels.measure.center_velocity` takes.
+    Of headings that are not wrapped it is the yaw rate that `engine.kernels.pair.center_velocity` takes.
     """
     if len(time) < 2:
         return np.zeros_like(values)

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from engine.host import MAX_SAMPLES
 from engine.interchange.errors import InterchangeError, quoted
 from engine.interchange.reading import Imported
 from engine.interchange.recording import RecordedActor, Recording
 from engine.interchange.tables.cells import Cells, read_csv_cells, read_parquet_cells
 from engine.interchange.tables.fitting import GAP
 from engine.interchange.tables.tracks import TableTrack, spelt, tracks_of
-from engine.runs import MAX_SAMPLES
 from engine.tables import Floats
 from engine.vehicles import MODELS
 from engine.vocabulary import State

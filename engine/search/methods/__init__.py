@@ -1,1 +1,1 @@
-"""The ways to search: one file each, with a class that asks and tells (see `engine.search.protocol`)."""
+"""The ways to search: classes that ask and tell (see `engine.search.protocol`), and their table, one row a method."""

@@ -1,8 +1,12 @@
-"""The box of a search as a unit cube, for methods that think in distances and directions, and what these share."""
+"""Places in the box of a search: genomes drawn over it, and the box as a unit cube, for methods that think in distances
+and directions, and what these share.
+"""
 
 from collections.abc import Iterable, Sequence
+from math import floor
 
 import numpy as np
+from numpy.random import Generator
 
 from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, StreamAt
 from engine.tables import Floats
@@ -64,3 +68,27 @@ class InCube:
             for slot, genome in enumerate(map(self._cube.genome, points))
         ]
         return self._asked
+
+
+def pick(stream: Generator, count: int) -> int:
+    """A whole number, uniform in 0 .. count - 1."""
+    return int(stream.random() * count)
+
+
+def draw_gene(stream: Generator, box: Box, gene: int) -> float:
+    """A value of one gene, uniform in its range; discrete genes are uniform over their whole numbers."""
+    low, high = box.low[gene], box.high[gene]
+    if box.kinds[gene] is GeneKind.CONTINUOUS:
+        return min(low + stream.random() * (high - low), high)
+    return low + floor(stream.random() * (high - low + 1.0))
+
+
+def draw_genome(stream: Generator, box: Box) -> Genome:
+    """A genome, uniform over the box."""
+    return tuple(draw_gene(stream, box, gene) for gene in range(len(box)))
+
+
+def reflected(point: np.ndarray) -> np.ndarray:
+    """A point brought back into the unit cube by mirrors at its faces."""
+    folded = np.mod(point, 2.0)
+    return np.where(folded > 1.0, 2.0 - folded, folded)

@@ -24,14 +24,57 @@ An invalid or failed individual is never selected, crossed or mutated; it stays 
 stored result. The stream of an operator is that of the first slot it fills, so no result depends on any other slot.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from numpy.random import Generator
 
 from engine.config import GAConfig
-from engine.search.methods.operators import crossover, draw_genome, mutate, next_elite, pick, tournament
+from engine.search.methods.cube import draw_gene, draw_genome, pick
 from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, StreamAt, check_answer
+
+# -- operators: pure functions of a stream of random numbers, the parents and the box ----------------------------------
+
+
+def crossover(stream: Generator, first: Genome, second: Genome) -> tuple[Genome, Genome]:
+    """Both children of a single-point crossover, the cut uniform in 1 .. n - 1.
+
+    Fewer than two genes leave no place to cut: the children are copies.
+    """
+    if len(first) < 2:
+        return first, second
+    cut = 1 + pick(stream, len(first) - 1)
+    return first[:cut] + second[cut:], second[:cut] + first[cut:]
+
+
+def mutate(stream: Generator, parent: Genome, box: Box) -> Genome:
+    """The parent with one gene drawn anew in its range. A gene whose range is a point is never chosen."""
+    genes = [gene for gene in range(len(box)) if box.low[gene] < box.high[gene]]
+    if not genes:
+        return parent
+    gene = genes[pick(stream, len(genes))]
+    return (*parent[:gene], draw_gene(stream, box, gene), *parent[gene + 1 :])
+
+
+def tournament(stream: Generator, candidates: Sequence[int], fitness: Sequence[float], size: int) -> int:
+    """The fittest of `size` candidates drawn with replacement; the first drawn wins a tie. Size 1 is uniform.
+
+    Goldberg and Deb (1991), "A comparative analysis of selection schemes used in genetic algorithms".
+    """
+    winner = candidates[pick(stream, len(candidates))]
+    for _ in range(size - 1):
+        rival = candidates[pick(stream, len(candidates))]
+        if fitness[rival] > fitness[winner]:
+            winner = rival
+    return winner
+
+
+def next_elite(ranking: Iterable[int], genomes: Sequence[Genome], taken: set[Genome]) -> int | None:
+    """The first of a ranking (best first) whose genome is not taken, or None when all are."""
+    return next((member for member in ranking if genomes[member] not in taken), None)
+
+
+# -- the algorithm -----------------------------------------------------------------------------------------------------
 
 PRESETS = {
     "cortex": GAConfig(),

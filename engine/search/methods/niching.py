@@ -22,8 +22,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.random import Generator
 
-from engine.search.methods.annealing import reflected
-from engine.search.methods.cube import Cube
+from engine.search.methods.cube import Cube, reflected
 from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, check_answer
 from engine.tables import Floats, Ints
 

@@ -4,16 +4,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from engine.config import Config
-from engine.search.methods.annealing import Annealing
-from engine.search.methods.cma import CovarianceAdaptation
-from engine.search.methods.cross_entropy import CrossEntropy
-from engine.search.methods.differential_evolution import DifferentialEvolution
+from engine.search.methods.external import CovarianceAdaptation, Illumination, NonDominatedSorting
 from engine.search.methods.ga import GeneticAlgorithm
-from engine.search.methods.illumination import Illumination
 from engine.search.methods.niching import NichingSearch
-from engine.search.methods.nsga2 import NonDominatedSorting
-from engine.search.methods.quasi_random import QuasiRandom
-from engine.search.methods.random_search import RandomSearch
+from engine.search.methods.optimizers import Annealing, CrossEntropy, DifferentialEvolution
+from engine.search.methods.space_filling import QuasiRandom, RandomSearch
 from engine.search.protocol import Box, Searcher, StreamAt
 from engine.vocabulary import Method
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from cortex_dsl.cli import main
-from cortex_dsl.cli.commands import SUBCOMMANDS
-from cortex_dsl.cli.parser import build_parser, to_request
-from cortex_dsl.cli.request import Mode, Request
+from cortex_dsl.cli.command_table import SUBCOMMANDS
+from cortex_dsl.cli.file_options import build_parser, to_request
+from cortex_dsl.console.request import Mode, Request
 from cortex_dsl.version import VERSION
 
 
@@ -137,11 +137,13 @@ def test_subcommands_are_found_by_their_first_word(monkeypatch: pytest.MonkeyPat
     import sys
     from types import SimpleNamespace
 
-    from cortex_dsl.cli import commands
+    from cortex_dsl.cli import command_table
 
     seen: list[list[str]] = []
     module = SimpleNamespace(main=lambda arguments, terminal: seen.append(list(arguments)) or 7)
     monkeypatch.setitem(sys.modules, "a_new_command", module)
-    monkeypatch.setitem(commands.SUBCOMMANDS, "new", commands.Subcommand("a_new_command", "does something new"))
+    monkeypatch.setitem(
+        command_table.SUBCOMMANDS, "new", command_table.Subcommand("a_new_command:main", "does something new")
+    )
     assert main(["new", "--flag", "x"]) == 7
     assert seen == [["--flag", "x"]]

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from cortex_dsl.cli import main
-from cortex_dsl.cli.exits import Exit
+from cortex_dsl.console.terminal import Exit
 from cortex_dsl.exports.formats import FORMATS
 from tests.cortex_dsl.cli.conftest import Result
 

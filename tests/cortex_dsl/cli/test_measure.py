@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import engine.interchange.reading
-from cortex_dsl.cli.exits import Exit
-from cortex_dsl.session import load
+from cortex_dsl.api.scenario import load
+from cortex_dsl.console.terminal import Exit
 from engine.interchange import InterchangeError, Recording
 from engine.interchange.record import recorded_run
 from engine.interchange.tables import write_csv, write_parquet

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from cortex_dsl.runs import open_run
-from cortex_dsl.session import load
+from cortex_dsl.api.runs import open_run
+from cortex_dsl.api.scenario import load
 from engine.extras import installing
 from engine.search.methods.table import SEARCHERS
 
@@ -77,7 +77,7 @@ def test_a_broken_searcher_of_another_package(
 ) -> None:
     """Its fault is told as its own, not as a bug of ours."""
     point = EntryPoint("shaky", "nowhere.at.all:make", "cortexc.searchers")
-    monkeypatch.setattr("engine.search.plugins.entry_points", lambda **_: [point])
+    monkeypatch.setattr("engine.search.searchers.entry_points", lambda **_: [point])
     result = cortexc(left_turn, "--method", "shaky", "--out", "never")
     assert result.code == 2
     assert "the searcher `shaky` cannot be loaded" in result.err
@@ -85,7 +85,7 @@ def test_a_broken_searcher_of_another_package(
 
 def test_from_python(tmp_path: Path, left_turn: Path) -> None:
     """`search(out=…)` keeps what it finds; `resume` goes on with it; both are what a longer search gives."""
-    from cortex_dsl.hunting import resume
+    from cortex_dsl.api.runs import resume
 
     scenario = load(left_turn, EGO_SPEED="50 km/h")
     short = scenario.search("de", generations=2, population=10, seed=3, out=tmp_path / "run")

@@ -11,9 +11,8 @@ from pygments.token import Comment, Error, Keyword, Name, Number, Operator, Stri
 
 from cortex_dsl.editor.lexer import ScnLexer
 from cortex_dsl.semantics.builtins import BUILTINS, Kind
-from cortex_dsl.syntax.keywords import KEYWORDS, Role
-from cortex_dsl.syntax.units import UNIT_WORDS
-from cortex_dsl.syntax.words import RESERVED
+from cortex_dsl.syntax.literals import UNIT_WORDS
+from cortex_dsl.syntax.words import KEYWORDS, RESERVED, Role
 
 ROOT = Path(__file__).parents[3]
 EXAMPLES = sorted((ROOT / "examples").glob("*.scn"))

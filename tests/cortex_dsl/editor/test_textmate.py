@@ -15,11 +15,11 @@ from pygments.token import Comment, Keyword, Name, Number, Operator, Punctuation
 
 from cortex_dsl.editor import textmate
 from cortex_dsl.editor.lexer import ScnLexer
-from cortex_dsl.syntax.keywords import KEYWORDS
+from cortex_dsl.syntax.words import KEYWORDS
 from cortex_dsl.version import VERSION
 
 ROOT = Path(__file__).parents[3]
-EDITORS = ROOT / "grammar" / "editors"
+EDITORS = ROOT / "editors"
 EXAMPLES = sorted((ROOT / "examples").glob("*.scn"))
 COLOURS = {
     "comment": Comment.Single,

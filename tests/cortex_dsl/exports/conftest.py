@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from cortex_dsl.api.runs import OpenedRun, every_case, open_run
 from cortex_dsl.cli import main
 from cortex_dsl.exports.cases import ExportCase, case_of_run
-from cortex_dsl.runs import OpenedRun, every_case, open_run
 
 LEFT_TURN = Path(__file__).parents[3] / "examples" / "left_turn.scn"
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cortex_dsl.api.scenario import compile_text, load
 from cortex_dsl.exports.cases import ExportCase, case_of_scene
-from cortex_dsl.session import compile_text, load
 from cortex_dsl.version import VERSION
 from engine.streams import format_key
 from engine.vocabulary import State

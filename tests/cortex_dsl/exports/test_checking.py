@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cortex_dsl.api.scenario import compile_text
 from cortex_dsl.exports.cases import ExportCase, case_of_scene
 from cortex_dsl.exports.findings import Finding
 from cortex_dsl.exports.formats import FORMATS, checker_of, missing_extra, writer_of
-from cortex_dsl.session import compile_text
 from engine.interchange.export import ExportOptions
 from engine.interchange.mcap import write_mcap
 from engine.interchange.recording import Recording

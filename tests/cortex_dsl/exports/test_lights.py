@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
+from cortex_dsl.api.scenario import Scenario, compile_text
 from cortex_dsl.exports.lights import signal_times
-from cortex_dsl.session import Scenario, compile_text
 from engine.interchange import SignalTimes
 from engine.program import Program
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cortex_dsl.api.runs import OpenedRun, every_case, open_run
+from cortex_dsl.api.scenario import Scenario, compile_text, load
 from cortex_dsl.exports.cases import ExportCase, case_of_run, case_of_scene
 from cortex_dsl.exports.maneuvers import maneuver_files, maneuver_plan
 from cortex_dsl.exports.maneuvers.beginning import nearest_lane
-from cortex_dsl.runs import OpenedRun, every_case, open_run
-from cortex_dsl.session import Scenario, compile_text, load
 from engine.interchange.export import OSC_VERSIONS, ExportOptions
 from engine.interchange.opendrive import road_map
 from engine.interchange.openscenario.maneuvers.plan import ActorPlan, ManeuverPlan, Measure

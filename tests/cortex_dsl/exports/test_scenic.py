@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cortex_dsl.api.scenario import Scenario, compile_text, load
 from cortex_dsl.exports.cases import ExportCase, case_of_scene
 from cortex_dsl.exports.formats import checker_of
 from cortex_dsl.exports.scenic import files
-from cortex_dsl.session import Scenario, compile_text, load
 from engine.interchange.errors import InterchangeError
 from engine.interchange.export import ExportOptions
 from engine.road import LaneRole, build_network

@@ -21,12 +21,11 @@ from engine.program import (
 )
 from engine.scenes import Outcomes, Scenes, Trajectory
 from engine.search.assessment import Assessment, take
-from engine.search.campaign import Campaign
-from engine.search.evaluations import Evaluations, judge
-from engine.search.figures import distinct_collisions, figures, generation_figures
-from engine.search.genes import Probes, gene_effects
+from engine.search.evaluations import Evaluations, distinct_collisions, figures, generation_figures, judge
+from engine.search.insight.genes import Probes, gene_effects
 from engine.search.protocol import Box
 from engine.search.ranking import worst_cases
+from engine.search.run import Campaign
 from engine.tables import CodeTables, RoadTables
 from engine.vocabulary import Distribution, EndReason, GeneKind, Method, State, Verdict
 

@@ -11,8 +11,8 @@ import pytest
 from cortex_dsl.report.findings.analysis_report import condition_text, lost_text, margin_text, system_lines
 from engine.avoidability import Avoidability, Avoidance
 from engine.program import ParamSpace
-from engine.search.analysis import Avoided, SystemShare, _system_shares
-from engine.search.clusters import Condition
+from engine.search.insight.analysis import Avoided, SystemShare, _system_shares
+from engine.search.insight.clusters import Condition
 from engine.vocabulary import GeneKind
 
 

@@ -8,8 +8,7 @@ import pytest
 from cortex_dsl.report.findings.search_report import SearchReport, ends_of, partners_text
 from cortex_dsl.report.terminal.search_view import headline
 from engine.program import Program
-from engine.search.evaluations import Evaluations
-from engine.search.partners import Partners
+from engine.search.evaluations import Evaluations, Partners
 from engine.vocabulary import EndReason
 
 

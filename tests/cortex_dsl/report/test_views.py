@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rich.console import Console, Group, RenderableType
 
-from cortex_dsl.holding import Held
+from cortex_dsl.api.arguments import Held
 from cortex_dsl.report.findings.readable import KM_H, name_of
 from cortex_dsl.report.findings.run_report import RunReport, run_content
 from cortex_dsl.report.findings.search_report import SearchReport
@@ -21,9 +21,8 @@ from cortex_dsl.report.terminal.run_view import run_view
 from cortex_dsl.report.terminal.sample_view import sample_view
 from cortex_dsl.report.terminal.search_view import comparison_view, search_view
 from cortex_dsl.report.terminal.theme import THEME, title_of
-from engine.metrics import Metric
+from engine.metrics import Metric, Recorded
 from engine.program import Program, RoadSpec, Rule
-from engine.records import Recorded
 from engine.road import build_network, outline
 from engine.scenes import Outcomes, Scenes, Trajectory
 from engine.vocabulary import EndReason, Method, RuleKind, State, Verdict

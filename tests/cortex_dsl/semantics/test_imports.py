@@ -11,7 +11,7 @@ from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.report.findings.snippet import render_text
 from cortex_dsl.semantics.composition import imports
 from cortex_dsl.source import Source
-from engine import archive
+from engine.program import load_program, save_program
 
 CARS = """
 from lib.gaps import GAP
@@ -179,5 +179,5 @@ def test_only_files_are_suggested(folder: Path) -> None:
 
 def test_a_program_with_imports_is_saved_whole(folder: Path, tmp_path: Path) -> None:
     program = compiled(folder, "from cars import Taxi\nego = new Taxi on road\n").program
-    archive.save(program, tmp_path / "p.npz")
-    assert archive.load(tmp_path / "p.npz").imported == program.imported
+    save_program(program, tmp_path / "p.npz")
+    assert load_program(tmp_path / "p.npz").imported == program.imported

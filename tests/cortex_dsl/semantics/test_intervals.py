@@ -12,7 +12,7 @@ from cortex_dsl import ir
 from cortex_dsl.semantics.quantities.intervals import interval
 from cortex_dsl.source import Span
 from engine.feasibility import forward
-from engine.feasibility.intervals import Interval
+from engine.feasibility.arithmetic import Interval
 from engine.feasibility.tape import THREE, TWO
 from engine.vocabulary import Op
 

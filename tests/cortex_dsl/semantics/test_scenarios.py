@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from cortex_dsl import ir
+from cortex_dsl.api.scenario import Scenario, compile_text
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.semantics.acting.yielding import everything
-from cortex_dsl.session import Scenario, compile_text
 from engine.scenes import Outcomes
 from engine.vocabulary import EndReason, State
 

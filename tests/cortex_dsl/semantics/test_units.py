@@ -12,7 +12,7 @@ from cortex_dsl.semantics.quantities.algebra import closed_value
 from cortex_dsl.semantics.quantities.units import UNITS, dimension_name, power, product, quotient, root, si_formula
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
-from cortex_dsl.syntax.units import UNIT_WORDS
+from cortex_dsl.syntax.literals import UNIT_WORDS
 from engine.vocabulary import Column
 
 exponents = st.integers(-6, 6)

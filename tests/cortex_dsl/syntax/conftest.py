@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
-from cortex_dsl.syntax.later import STATEMENTS
-from cortex_dsl.syntax.units import UNIT_WORDS
-from cortex_dsl.syntax.words import RESERVED
+from cortex_dsl.syntax.literals import UNIT_WORDS
+from cortex_dsl.syntax.words import LATER_STATEMENTS, RESERVED
 
 NOWHERE = Span(0, 0)
 # Words that are keywords in some place and names in all others, beside plain names.
@@ -24,7 +23,7 @@ SOFT = [
 ]  # fmt: skip
 LONELY = ("behavior", "map", "model", "monitor", "override", "param", "scenario", "signals", "simulation")
 
-UNUSABLE = RESERVED | set(STATEMENTS) | {"true", "false", "null", "nil", "nullptr"}
+UNUSABLE = RESERVED | set(LATER_STATEMENTS) | {"true", "false", "null", "nil", "nullptr"}
 
 names = st.one_of(
     st.sampled_from(SOFT),

@@ -1,7 +1,7 @@
 """The reference says what is so: every block on the page is read, and every wrong one has the error it names."""
 
 import re
-from importlib.resources import files
+from pathlib import Path
 
 import pytest
 
@@ -18,17 +18,16 @@ from cortex_dsl.semantics.statements import SETTINGS
 from cortex_dsl.semantics.things.classes import CLASSES, all_properties
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
-from cortex_dsl.syntax.keywords import KEYWORDS, Keyword
-from cortex_dsl.syntax.limits import MAX_BYTES, MAX_DEPTH, MAX_ERRORS
-from cortex_dsl.syntax.units import UNITS
-from cortex_dsl.syntax.words import RESERVED
+from cortex_dsl.syntax.errors import MAX_BYTES, MAX_DEPTH, MAX_ERRORS
+from cortex_dsl.syntax.literals import UNITS
+from cortex_dsl.syntax.words import KEYWORDS, RESERVED, Keyword
 from engine.config import SimulationConfig
-from engine.road.errors import MAX_INTERSECTIONS
-from engine.runs import MAX_SAMPLES
+from engine.host import MAX_SAMPLES
+from engine.road.specification import MAX_INTERSECTIONS
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, EndReason, Verdict
 
-REFERENCE = (files("grammar") / "REFERENCE.md").read_text(encoding="utf-8")
+REFERENCE = (Path(__file__).parents[3] / "docs" / "reference" / "language.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"^```(?P<kind>\S+) ?(?P<code>\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 BLOCKS = [
     (REFERENCE.count("\n", 0, match.start()) + 1, match["kind"], match["code"], match["text"])
@@ -41,7 +40,7 @@ BLOCKS = [
 @pytest.mark.parametrize(("line", "kind", "code", "text"), BLOCKS)
 def test_block(line: int, kind: str, code: str, text: str) -> None:
     """A block is a piece of a program, a whole one, or has exactly the error that it is marked with."""
-    source = Source(f"REFERENCE.md:{line}", text)
+    source = Source(f"language.md:{line}", text)
     if code == "whole":
         assert not compile_source(source).diagnostics
         return

@@ -20,12 +20,12 @@ from cortex_dsl.semantics.road.roads import MAP_ARGUMENTS
 from cortex_dsl.semantics.road.signal_plan import DEFAULT_ALL_RED, DEFAULT_GREEN, DEFAULT_YELLOW
 from cortex_dsl.semantics.statements import SETTINGS
 from cortex_dsl.semantics.things.classes import FLAGS, IGNORED, PROPERTIES, Property
-from cortex_dsl.syntax import later
+from cortex_dsl.syntax import words
 from engine.config import SimulationConfig
 from engine.program import RoadSpec
-from engine.road.errors import LENGTHS, MAX_INTERSECTIONS, MAX_LANES
+from engine.road.specification import LENGTHS, MAX_INTERSECTIONS, MAX_LANES
 
-PAGE = Path(__file__).parents[3] / "grammar" / "REFERENCE.md"
+PAGE = Path(__file__).parents[3] / "docs" / "reference" / "language.md"
 TABLE = re.compile(r"<!-- table: (?P<name>\w+) -->\n(?P<rows>.*?)<!-- end -->", re.DOTALL)
 INFINITY = float("inf")
 Rows = Iterable[tuple[str, ...]]
@@ -175,11 +175,15 @@ def property_range(prop: Property) -> str:
 
 
 def missing() -> Rows:
-    tables = {"statement": later.STATEMENTS, "operator": later.OPERATORS, "specifier": later.SPECIFIERS}
-    for kind, words in tables.items():
-        cured = {word: text for word, text in words.items() if word in later.INSTEAD}
-        rest = [text for word, text in words.items() if word not in cured]
-        yield from ((text, kind, plain(later.INSTEAD[word])) for word, text in cured.items())
+    tables = {
+        "statement": words.LATER_STATEMENTS,
+        "operator": words.LATER_OPERATORS,
+        "specifier": words.LATER_SPECIFIERS,
+    }
+    for kind, later in tables.items():
+        cured = {word: text for word, text in later.items() if word in words.INSTEAD}
+        rest = [text for word, text in later.items() if word not in cured]
+        yield from ((text, kind, plain(words.INSTEAD[word])) for word, text in cured.items())
         yield ", ".join(rest), kind, ""
 
 

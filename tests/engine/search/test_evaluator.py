@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.session import load
+from cortex_dsl.api.scenario import load
 from engine.config import Config, SearchConfig
 from engine.risk import Risk
 from engine.scenes import Outcomes, Scenes
 from engine.search.assessment import Assessment, take
 from engine.search.evaluator import assessment, make_host
-from engine.search.genes import probe_genes
+from engine.search.insight.genes import probe_genes
 from engine.search.protocol import Box
-from engine.search.study import search
+from engine.search.run import search
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "left_turn.scn"
 

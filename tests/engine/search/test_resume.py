@@ -13,12 +13,12 @@ import pytest
 from engine.config import Config, SearchConfig
 from engine.program import ParamSpace
 from engine.search.assessment import Evaluate
-from engine.search.campaign import Campaign, ForeignPast, Progress, run_campaign
 from engine.search.evaluations import Evaluations
 from engine.search.journal import Journal
 from engine.search.journal_reader import read_journal
 from engine.search.manifest import Manifest
 from engine.search.protocol import Box
+from engine.search.run import Campaign, ForeignPastError, Progress, run_campaign
 from engine.search.searchers import SEARCHERS, build_searcher
 from engine.search.store import JOURNAL, StoreError, hold
 
@@ -120,7 +120,7 @@ def test_past_of_another_seed_is_refused(
     search(space, evaluate, journal, "ga", -1, [])
     past = read_journal(tmp_path / JOURNAL).past()
     other = build_searcher("ga", Box.of(space), Config(search=SearchConfig(seed=12, population=20)))
-    with pytest.raises(ForeignPast):
+    with pytest.raises(ForeignPastError):
         run_campaign(space, other, evaluate, CONFIG, SEARCHERS["ga"].method, past=past)
 
 

@@ -17,12 +17,12 @@ import pytest
 from engine.config import Config, SearchConfig
 from engine.program import ParamSpace
 from engine.search.assessment import Assessment, Evaluate, take
-from engine.search.campaign import Campaign, OnGeneration, run_campaign
-from engine.search.exports import write_exports
 from engine.search.journal import Journal
 from engine.search.journal_reader import read_journal
 from engine.search.manifest import Manifest
 from engine.search.protocol import Box
+from engine.search.result_files import write_exports
+from engine.search.run import Campaign, OnGeneration, run_campaign
 from engine.search.searchers import SEARCHERS, build_searcher
 from engine.search.store import (
     JOURNAL,

@@ -10,17 +10,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from engine.paper.numbers import FILES, GA, RANDOM
-from engine.study.against_paper import beside_paper, own_row, studies
-from engine.study.comparisons import compare_all, ranked, sample, spread
-from engine.study.curves import curve_of, smoothed
-from engine.study.exports import GENERATIONS, RUNS, SUMMARY, TESTS, write_study
-from engine.study.findings import findings, verdict
-from engine.study.measures import MEASURES, PRIMARY, measures_of
+from engine.paper import FILES, GA, RANDOM
+from engine.study.comparisons import MEASURES, PRIMARY, compare_all, measures_of, ranked, sample, spread
+from engine.study.database import Study, read_evaluations
 from engine.study.plan import Address, Plan
-from engine.study.rates import random_rates
-from engine.study.reading import Study, read_evaluations
-from engine.study.records import FIELDS, RunRecord
+from engine.study.run_records import FIELDS, RunRecord, curve_of, smoothed
+from engine.study.study_files import GENERATIONS, RUNS, SUMMARY, TESTS, write_study
+from engine.study.verdict import beside_paper, findings, own_row, random_rates, studies, verdict
 
 FIRST_COLLISION = next(measure for measure in MEASURES if measure.name == "first collision")
 

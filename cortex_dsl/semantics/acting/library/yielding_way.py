@@ -1,6 +1,6 @@
 """Giving way: wait at the entry of an intersection until the gap in conflicting traffic is long enough.
 
-Who conflicts is a matter of the road network (`engine.road.yielding`). A vehicle is waited for while it would come into
+Who conflicts is a matter of the road network (`engine.road.linking`). A vehicle is waited for while it would come into
 the way within the critical gap at its present speed, or is in the way already. Critical gaps by maneuver are the base
 values of the Highway Capacity Manual (2000), exhibit 17-5, two-lane major street: the turn across oncoming traffic
 4.1 s, the near turn 6.2 s, straight across 6.5 s.
@@ -18,9 +18,9 @@ from cortex_dsl.semantics.evaluation.nearby import NOT_VEHICLES
 from cortex_dsl.semantics.road.lanes import index_of, lane_at, looked_up
 from cortex_dsl.semantics.road.roads import network_of
 from cortex_dsl.semantics.road.trajectories import Trajectory, trajectory
+from engine.road.linking import Window, windows
 from engine.road.network import LaneRole, Maneuver
 from engine.road.sections import maneuver_of
-from engine.road.yielding import Window, windows
 from engine.vocabulary import ManeuverType, Op, State
 
 FAR_TURN_GAP = 4.1

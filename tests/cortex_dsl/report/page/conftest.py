@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
+from cortex_dsl.api.runs import OpenedRun, open_run
 from cortex_dsl.cli import main
 from cortex_dsl.report.page.run_page import run_page
-from cortex_dsl.runs import OpenedRun, open_run
 
 HOSTILE = "<img src=x onerror=alert(1)>"
 """The stem of the scenario's file, and so its name."""

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from cortex_dsl.api.runs import OpenedRun, open_run
 from cortex_dsl.cli import main
 from cortex_dsl.report.page.run_page import run_page
 from cortex_dsl.report.page.run_sections import how_runs_ended
-from cortex_dsl.runs import OpenedRun, open_run
 from tests.cortex_dsl.report.page.conftest import Reader
 
 SCENARIO = """\

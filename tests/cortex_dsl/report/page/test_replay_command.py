@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from cortex_dsl.api.runs import OpenedRun, every_case
 from cortex_dsl.cli import main
 from cortex_dsl.report.page.run_page import told_case
 from cortex_dsl.report.terminal import replay_view
 from cortex_dsl.report.terminal.replay_view import Film
 from cortex_dsl.report.terminal.theme import THEME
-from cortex_dsl.runs import OpenedRun, every_case
 
 LEFT_TURN = Path(__file__).parents[4] / "examples" / "left_turn.scn"
 

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cortex_dsl.api.runs import OpenedRun, box_of, first_cases
 from cortex_dsl.cli import main
 from cortex_dsl.report.page.run_sections import how_runs_ended
-from cortex_dsl.runs import OpenedRun, box_of, first_cases
-from engine.search.diversity import distinct_failures
-from engine.search.figures import distinct_collisions, figures
+from engine.search.evaluations import distinct_collisions, figures
+from engine.search.insight.diversity import distinct_failures
 from engine.vocabulary import State
 
 

@@ -9,8 +9,8 @@ import pytest
 from cortex_dsl.cli import main
 from cortex_dsl.report.findings.study_report import BOXED
 from cortex_dsl.report.page.run_charts import METRICS
-from engine.study.findings import findings
-from engine.study.reading import Study, read_study
+from engine.study.database import Study, read_study
+from engine.study.verdict import findings
 
 from .conftest import HOSTILE, SCENARIO, Reader
 

@@ -13,7 +13,7 @@ from numpy.random import Generator, Philox
 
 from engine.config import GAConfig
 from engine.search.methods.ga import PRESETS, GeneticAlgorithm, operator_thresholds, tournament_size
-from engine.search.methods.random_search import RandomSearch
+from engine.search.methods.space_filling import RandomSearch
 from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, Status
 from engine.streams import operator_generator
 from engine.vocabulary import GeneKind, Method, Verdict

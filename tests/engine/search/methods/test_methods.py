@@ -10,24 +10,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.config import Config, SearchConfig
+from engine.extras import MissingExtraError
 from engine.program import ParamSpace
 from engine.search.assessment import Evaluate
-from engine.search.campaign import Campaign, run_campaign
-from engine.search.methods.annealing import Annealing, reflected
-from engine.search.methods.cma import CovarianceAdaptation
-from engine.search.methods.cross_entropy import CrossEntropy, truncated_normal
-from engine.search.methods.cube import Cube
-from engine.search.methods.differential_evolution import DifferentialEvolution
-from engine.search.methods.extras import MissingExtra
+from engine.search.methods.cube import Cube, reflected
+from engine.search.methods.external import CovarianceAdaptation, Illumination, NonDominatedSorting, objectives
 from engine.search.methods.ga import GeneticAlgorithm
-from engine.search.methods.illumination import Illumination
 from engine.search.methods.niching import NichingSearch, gene_weights
-from engine.search.methods.nsga2 import NonDominatedSorting, objectives
-from engine.search.methods.quasi_random import QuasiRandom
-from engine.search.methods.random_search import RandomSearch
+from engine.search.methods.optimizers import Annealing, CrossEntropy, DifferentialEvolution, truncated_normal
+from engine.search.methods.space_filling import QuasiRandom, RandomSearch
 from engine.search.methods.table import SEARCHERS
 from engine.search.protocol import Box, Result, Searcher, Status, StreamAt
-from engine.search.searchers import UnknownMethod, build_searcher, canonical
+from engine.search.run import Campaign, run_campaign
+from engine.search.searchers import UnknownMethodError, build_searcher, canonical
 from engine.streams import FIELD_BITS, operator_generator
 from engine.vocabulary import GeneKind, Method, Verdict
 
@@ -193,7 +188,7 @@ def test_a_missing_package_is_named_with_its_extra(
     package = SEARCHERS[name].package
     for module in [package, *(each for each in sys.modules if each.startswith(f"{package}."))]:
         monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(MissingExtra, match=rf"`{name}` needs the package `{package}`.*\[search\]"):
+    with pytest.raises(MissingExtraError, match=rf"`{name}` needs the package `{package}`.*\[search\]"):
         build_searcher(name, Box.of(space), Config(search=CONFIG))
 
 
@@ -201,7 +196,7 @@ def test_names_are_forgiving() -> None:
     """Aliases, capitals and hyphens lead to the one name."""
     for word in ("ce", "Cross-Entropy", " cross_entropy "):
         assert canonical(word) == "cross_entropy"
-    with pytest.raises(UnknownMethod, match="is none of"):
+    with pytest.raises(UnknownMethodError, match="is none of"):
         canonical("nichng")
 
 

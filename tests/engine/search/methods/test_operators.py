@@ -5,7 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.random import Generator, Philox
 
-from engine.search.methods.operators import crossover, draw_gene, draw_genome, mutate, next_elite, pick, tournament
+from engine.search.methods.cube import draw_gene, draw_genome, pick
+from engine.search.methods.ga import crossover, mutate, next_elite, tournament
 from engine.search.protocol import Box, Genome
 from engine.vocabulary import GeneKind
 

@@ -1,0 +1,215 @@
+"""Expressions to rows, for scene code and step code alike. Shared sub-expressions are computed once."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.quantities.algebra import changes, operands
+from engine.frozen import frozen
+from engine.vocabulary import Op
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Symbolic operands and rows: code before registers have numbers.
+#
+# Variants of one scenario usually run the same code on other constants (another lane, another path). So code is first
+# written with symbolic operands in which every constant has a running number instead of a value; variants whose rows
+# are then equal share one *template*, and only their constants are kept apart.
+
+
+@frozen
+class Constant:
+    """Occurrence number of a constant within one variant's code."""
+
+    number: int
+
+
+@frozen
+class GeneRegister:
+    index: int
+
+
+@frozen
+class DrawRegister:
+    index: int
+
+
+@frozen
+class SceneValue:
+    """A scene value, readable in step code."""
+
+    index: int
+
+
+@frozen
+class LocalRegister:
+    index: int
+
+
+@frozen
+class Temporary:
+    index: int
+
+
+Register = Constant | GeneRegister | DrawRegister | SceneValue | LocalRegister | Temporary
+
+
+@dataclass
+class Target:
+    """A place in the code that jumps may name before it is known."""
+
+    row: int = -1
+
+
+@frozen
+class Jump:
+    """A row of the same variant's code."""
+
+    row: int
+
+
+Operand = Register | int | Target | Jump
+
+
+@frozen
+class Row:
+    """One instruction: op, destination, up to four operands. A plain int stands for itself."""
+
+    op: Op
+    destination: Register | None
+    operands: tuple[Operand, ...]
+
+
+@dataclass
+class Constants:
+    """Values of all constant occurrences of one variant, in the order of the code."""
+
+    values: list[float] = field(default_factory=list)
+
+    def add(self, value: float) -> Constant:
+        self.values.append(value)
+        return Constant(len(self.values) - 1)
+
+
+@dataclass
+class CodeBuffer:
+    """Rows under construction, with the source offset each one came from."""
+
+    rows: list[Row] = field(default_factory=list)
+    offsets: list[int] = field(default_factory=list)
+    temporaries: int = 0
+    offset: int = 0
+    """Source offset given to the rows that follow."""
+
+    def emit(self, op: Op, destination: Register | None = None, *operands: Operand) -> None:
+        self.rows.append(Row(op, destination, operands))
+        self.offsets.append(self.offset)
+
+    def temporary(self, width: int = 1) -> Temporary:
+        """The first of `width` fresh consecutive temporaries."""
+        first = Temporary(self.temporaries)
+        self.temporaries += width
+        return first
+
+    def place(self, target: Target) -> None:
+        """Let jumps to `target` lead here."""
+        target.row = len(self.rows)
+
+    def resolved(self) -> tuple[Row, ...]:
+        """All rows, with jump targets replaced by the rows they have got."""
+        return tuple(
+            replace(row, operands=tuple(Jump(o.row) if isinstance(o, Target) else o for o in row.operands))
+            for row in self.rows
+        )
+
+
+# -- Expressions -------------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Dynamics:
+    """Tells expressions that change during a run from those that are settled with the scene."""
+
+    known: dict[int, bool] = field(default_factory=dict)
+
+    def is_dynamic(self, expression: ir.Expr) -> bool:
+        key = id(expression)
+        if key not in self.known:
+            self.known[key] = self._decide(expression)
+        return self.known[key]
+
+    def _decide(self, expression: ir.Expr) -> bool:
+        return changes(expression) or any(map(self.is_dynamic, operands(expression)))
+
+
+@dataclass
+class ExpressionWriter:
+    """Writes expressions into a buffer. `known` maps the identity of an expression to its (first) register."""
+
+    buffer: CodeBuffer
+    constants: Constants
+    hoist: Callable[[ir.Expr], Register | None] = lambda _: None
+    """Where an expression already lies before this code runs (a scene value), or None."""
+    known: dict[int, Register] = field(default_factory=dict)
+    monitor_blocks: Sequence[int] = ()
+    """Block of each monitor."""
+
+    def branch(self) -> "ExpressionWriter":
+        """A writer into the same buffer whose results the original will not rely on."""
+        return replace(self, known=dict(self.known))
+
+    def register(self, expression: ir.Expr) -> Register:
+        """The register that holds the expression, after writing whatever computes it."""
+        if isinstance(expression, ir.Literal):
+            return self.constants.add(expression.value)
+        key = id(expression)
+        if key not in self.known:
+            hoisted = self.hoist(expression)
+            self.known[key] = self._write(expression) if hoisted is None else hoisted
+        return self.known[key]
+
+    def into(self, destination: Register, expression: ir.Expr) -> None:
+        """Write code that leaves the expression in `destination`."""
+        self.buffer.emit(Op.MOVE, destination, self.register(expression))
+
+    def _write(self, expression: ir.Expr) -> Register:
+        match expression:
+            case ir.Gene(index=index):
+                return GeneRegister(index)
+            case ir.Draw(index=index):
+                return DrawRegister(index)
+            case ir.Local(index=index):
+                return LocalRegister(index)
+            case ir.Running(monitor=monitor):
+                return self._running(monitor)
+            case ir.Item(bundle=bundle, index=index):
+                return self._item(bundle, index)
+            case ir.Pack(items=items):
+                return self._pack(items)
+            case ir.Apply():
+                return self._apply(expression)
+        raise AssertionError(f"no code for {type(expression).__name__}")
+
+    def _running(self, monitor: int) -> Register:
+        destination = self.buffer.temporary()
+        self.buffer.emit(Op.IS_RUNNING, destination, self.monitor_blocks[monitor])
+        return destination
+
+    def _item(self, bundle: ir.Expr, index: int) -> Register:
+        if isinstance(bundle, ir.Pack):
+            return self.register(bundle.items[index])
+        first = self.register(bundle)
+        assert isinstance(first, Temporary), "wide results live in temporaries"
+        return Temporary(first.index + index)
+
+    def _pack(self, items: tuple[ir.Expr, ...]) -> Register:
+        sources = [self.register(item) for item in items]
+        first = self.buffer.temporary(len(items))
+        for position, source in enumerate(sources):
+            self.buffer.emit(Op.MOVE, Temporary(first.index + position), source)
+        return first
+
+    def _apply(self, expression: ir.Apply) -> Register:
+        registers = [self.register(argument) for argument in expression.arguments]
+        destination = self.buffer.temporary(expression.width)
+        self.buffer.emit(expression.op, destination, *expression.immediates, *registers)
+        return destination

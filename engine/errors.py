@@ -1,0 +1,43 @@
+"""The exceptions of the house. What a user may catch is a `CortexError`; what only carries control flow is a `Signal`.
+
+A `CortexError` says what is wrong (`message`) and how to mend it (`cure`); every one can be pickled, so that it crosses
+from a worker's process to ours as it is.
+"""
+
+from typing import Any
+
+
+class CortexError(Exception):
+    """What cannot be done, and what to do about it: the base of every exception that a user may catch."""
+
+    def __init__(self, message: str, cure: str = "") -> None:
+        super().__init__(message, cure)
+        self.message = message
+        self.cure = cure
+
+    def __str__(self) -> str:
+        return f"{self.message} ({self.cure})" if self.cure else self.message
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Without `__init__`: a subclass takes other arguments than these, but keeps all that it knows as attributes.
+        return _restored, (type(self), self.args), self.__dict__
+
+
+def _restored(kind: type[CortexError], arguments: tuple[Any, ...]) -> CortexError:
+    return kind.__new__(kind, *arguments)
+
+
+class Signal(Exception):  # noqa: N818 - no error, it is caught where it is expected
+    """Control flow between two rooms of the house; never reaches a user."""
+
+
+class ArgumentError(CortexError, ValueError):
+    """An argument has a value that cannot be used: its name, what was expected, and what was given."""
+
+
+class ArgumentKindError(CortexError, TypeError):
+    """An argument is of another type than the one expected, or has a name that nobody knows."""
+
+
+class RowError(CortexError, IndexError):
+    """There is no such row."""

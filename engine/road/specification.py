@@ -1,0 +1,113 @@
+"""What cannot be built, and why. The argument names the word in `map intersection(...)` that must change."""
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import chain
+
+from engine.errors import CortexError
+from engine.program import RoadSpec
+
+MAX_LANES = 4
+MAX_INTERSECTIONS = 400
+SHORTEST_ROAD = 1.0
+"""Least length of a road outside the junctions, and least gap behind a road that ends before the next row [m]."""
+
+LENGTHS = {
+    "lane_width": (1.0, 20.0),
+    "corner_radius": (0.0, 1000.0),
+    "approach": (SHORTEST_ROAD, 100_000.0),
+    "block": (SHORTEST_ROAD, 100_000.0),
+}
+"""Limits of the lengths of a specification [m]."""
+
+
+class RoadError(CortexError):
+    """A specification that no road fits."""
+
+    def __init__(self, message: str, argument: str, cure: str) -> None:
+        super().__init__(message, cure)
+        self.argument = argument
+        """Name of the field of `RoadSpec` to blame."""
+
+
+def check_spec(spec: RoadSpec) -> None:
+    """Raise what cannot be built.
+
+    Raises:
+        RoadError: with the first contradiction found.
+
+    """
+    error = next(chain(wrong_alone(spec), wrong_together(spec)), None)
+    if error is not None:
+        raise error
+
+
+def wrong_alone(spec: RoadSpec) -> Iterator[RoadError]:
+    """Every number that no road has, whatever the others are."""
+    yield from _choice("ways", spec.ways, (3, 4))
+    yield from _choice("lanes", spec.lanes, range(1, MAX_LANES + 1))
+    yield from _counts(spec)
+    for argument, (low, high) in LENGTHS.items():
+        yield from _length(argument, getattr(spec, argument), low, high)
+
+
+def half_width(spec: RoadSpec) -> float:
+    """From the middle of a road to its kerb [m]."""
+    return spec.lanes * spec.lane_width
+
+
+def stop_distance(spec: RoadSpec) -> float:
+    """From an intersection's centre to its stop lines, where the corner fillets begin [m]."""
+    return half_width(spec) + spec.corner_radius
+
+
+def _choice(argument: str, value: int, choices: Sequence[int]) -> Iterator[RoadError]:
+    if value not in choices:
+        names = " or ".join(map(str, choices)) if len(choices) < 3 else f"{choices[0]} to {choices[-1]}"
+        nearest = min(choices, key=lambda choice: abs(choice - value))
+        yield RoadError(f"`{argument}` is {value:g}, but must be {names}", argument, f"write `{argument}={nearest}`")
+
+
+def _counts(spec: RoadSpec) -> Iterator[RoadError]:
+    for argument, value in (("rows", spec.rows), ("cols", spec.cols)):
+        if not (1 <= value <= MAX_INTERSECTIONS and value == int(value)):
+            message = f"`{argument}` is {value:g}, but must be a whole number from 1 to {MAX_INTERSECTIONS}"
+            yield RoadError(message, argument, f"write `{argument}=1`")
+
+
+def _length(argument: str, value: float, low: float, high: float) -> Iterator[RoadError]:
+    # Written so that NaN, for which every comparison is false, fails too.
+    if not low <= value <= high or math.isinf(value):
+        yield RoadError(
+            f"`{argument}` is {value:g} m, but must lie between {low:g} m and {high:g} m",
+            argument,
+            "leave it out to get the default",
+        )
+
+
+def wrong_together(spec: RoadSpec) -> Iterator[RoadError]:
+    """What numbers that are fine alone do not allow together."""
+    if (count := spec.rows * spec.cols) > MAX_INTERSECTIONS:
+        argument = "rows" if spec.rows > spec.cols else "cols"
+        yield RoadError(
+            f"{spec.rows} x {spec.cols} are {count} intersections, more than {MAX_INTERSECTIONS}",
+            argument,
+            f"at most {MAX_INTERSECTIONS // min(spec.rows, spec.cols)} fit here",
+        )
+    least = 2.0 * stop_distance(spec) + SHORTEST_ROAD
+    if spec.rows * spec.cols > 1 and spec.block < least:
+        yield RoadError(
+            f"`block` is {spec.block:g} m, but two neighbouring junctions of {2.0 * stop_distance(spec):g} m from stop "
+            f"line to stop line and a road between them need {least:g} m",
+            "block",
+            f"write `block={math.ceil(least)} m` or more, or a smaller `corner_radius`",
+        )
+    # The stem of a T leads to the row below, whose junctions have no arm to meet it: there the road ends.
+    room = spec.block - stop_distance(spec) - half_width(spec) - SHORTEST_ROAD
+    if spec.ways == 3 and spec.rows > 1 and spec.approach > room:
+        yield RoadError(
+            f"`approach` is {spec.approach:g} m, but the south arm of a T-junction must end before the road of the row "
+            f"below, at most {room:g} m from its stop line",
+            "approach",
+            f"write `approach={math.floor(room)} m` or less, or `block` larger",
+        )

@@ -1,0 +1,172 @@
+"""What a search's failures are, taken together: how many different ones, where, of what kinds, and whose fault."""
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from engine.avoidability import Avoidability, Avoidance, avoidability
+from engine.config import Config
+from engine.program import ParamSpace, Program
+from engine.risk import PROFILES
+from engine.sampling import sample
+from engine.search.evaluations import NO_PARTNERS, Evaluations, Partners, partners
+from engine.search.evaluator import make_evaluator
+from engine.search.insight.clusters import Cluster, clusters
+from engine.search.insight.diversity import Grid, Spread, distinct_failures, distinct_range, grids, spread
+from engine.search.insight.genes import GeneEffect, gene_effects, probe_genes
+from engine.search.insight.sensitivity import Sensitivity, sensitivity
+from engine.search.protocol import Box
+from engine.search.ranking import Case, worst_cases
+from engine.tables import Floats
+from engine.vocabulary import GeneKind
+
+MOST_REPLAYS = 500
+"""Distinct failures that the reference driver drives again; of more, as many spread evenly."""
+BUDGET = 20_000
+"""Simulations of the sensitivity design."""
+
+
+@dataclass(frozen=True)
+class SystemShare:
+    """Avoidable collisions by what the search had chosen for one param of the system under test."""
+
+    name: str
+    thirds: tuple[int, int, int]
+    """How many had it in the lower, the middle and the upper third of its range."""
+
+
+@dataclass(frozen=True)
+class Avoided:
+    """How many of a search's distinct failures the reference driver would have avoided."""
+
+    driven: int
+    """Failures that were driven again."""
+    by: dict[Avoidance, int]
+    """How many of them came out in each way."""
+    lost: int = 0
+    """How many of them no braking avoids, not even full braking from the first moment on."""
+    by_system: tuple["SystemShare", ...] = ()
+    """Where the avoidable ones lie in the ranges of the system's own params, as far as the search chose them."""
+
+    @property
+    def avoidable(self) -> int:
+        return self.by.get(Avoidance.AVOIDABLE, 0)
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """One search, understood. Rows are those of its evaluations."""
+
+    simulations: int
+    valid: int
+    failures: int
+    """Simulated individuals that collided …"""
+    distinct: tuple[int, ...]
+    """… and those that count as different (`diversity`), in the order in which they were found."""
+    distinct_range: tuple[int, int]
+    """Fewest and most that count as different in other orders."""
+    fastest: float
+    """The largest closing speed of a contact [m/s]; NaN without one."""
+    spread: Spread
+    grids: tuple[Grid, ...]
+    clusters: tuple[Cluster, ...]
+    genes: tuple[GeneEffect, ...]
+    """What each gene did in the search, and what it does when it alone is changed."""
+    sensitivity: Sensitivity | None
+    """Of the scenario itself, by a design of its own; None where it was left out or there is no gene."""
+    worst: tuple[Case, ...]
+    avoidability: tuple[Avoidability | None, ...]
+    """Of each of the worst; None for one without a collision."""
+    avoided: Avoided
+    system: tuple[str, ...]
+    """Genes that the search chose and that belong to the system under test."""
+    partners: Partners = NO_PARTNERS
+    """With whom the ego collided."""
+
+
+def analyse(
+    program: Program,
+    evaluations: Evaluations,
+    config: Config,
+    profile: str = "paper",
+    budget: int = BUDGET,
+    count: int = 10,
+) -> Analysis:
+    """All of it; `budget` simulations for the sensitivity design (0: none), `count` worst cases."""
+    box = Box.of(program.space)
+    config = replace(config, search=replace(config.search, engine="batch"))
+    evaluate = make_evaluator(program, config, PROFILES[profile])
+    distinct = distinct_failures(evaluations, box)
+    worst = worst_cases(evaluations, count, box)
+    simulated = evaluations.simulated
+    return Analysis(
+        simulations=int(simulated.sum()) * evaluations.keys.shape[1],
+        valid=int((simulated & evaluations.valid).sum()),
+        failures=int((simulated & evaluations.collided).sum()),
+        distinct=tuple(distinct),
+        distinct_range=distinct_range(evaluations, box),
+        fastest=fastest_contact(evaluations),
+        spread=spread(evaluations, box),
+        grids=grids(evaluations, variant_labels(program)),
+        clusters=clusters(evaluations, box),
+        genes=gene_effects(box, evaluations, probe_genes(box, evaluations, evaluate, config.search.probes or 32)),
+        sensitivity=sensitivity(program.space, evaluate, budget, config.search.seed) if budget and len(box) else None,
+        worst=worst,
+        avoidability=driven_again(program, evaluations, [case.row for case in worst], config),
+        avoided=avoided(program, evaluations, _spread_evenly(distinct), config),
+        system=tuple(name for name in program.space.system if name in program.space.names),
+        partners=partners(evaluations, len(program.actors)),
+    )
+
+
+def driven_again(
+    program: Program, evaluations: Evaluations, rows: Sequence[int], config: Config
+) -> tuple[Avoidability | None, ...]:
+    """What the reference driver makes of the worst rollout of each of the rows."""
+    chosen = np.array(rows, dtype=np.int64)
+    keys = evaluations.keys[chosen, evaluations.worst_rollout[chosen]]
+    scenes = sample(program, evaluations.genomes[chosen], keys, config.simulation)
+    return avoidability(program, scenes, config.simulation)
+
+
+def _spread_evenly(rows: Sequence[int]) -> list[int]:
+    if len(rows) <= MOST_REPLAYS:
+        return list(rows)
+    return [rows[i] for i in np.linspace(0, len(rows) - 1, MOST_REPLAYS).astype(int).tolist()]
+
+
+def avoided(program: Program, evaluations: Evaluations, rows: Sequence[int], config: Config) -> Avoided:
+    """What the reference driver makes of these failures, all together."""
+    answers = driven_again(program, evaluations, rows, config)
+    known = [answer for answer in answers if answer is not None]
+    by = Counter(answer.avoidance for answer in known)
+    avoidable = [row for row, answer in zip(rows, answers, strict=True) if answer is not None and answer.avoidable]
+    shares = _system_shares(program.space, evaluations.genomes[np.array(avoidable, dtype=np.int64)])
+    return Avoided(len(known), dict(sorted(by.items())), sum(answer.lost for answer in known), shares)
+
+
+def _system_shares(space: ParamSpace, genomes: Floats) -> tuple[SystemShare, ...]:
+    """One for each param of the system that has a range."""
+    shares = []
+    for gene, name in enumerate(space.names):
+        if name in space.system and space.kinds[gene] != GeneKind.INDEX:
+            width = float(space.high[gene] - space.low[gene]) or 1.0
+            third = np.clip(np.floor(3.0 * (genomes[:, gene] - space.low[gene]) / width), 0, 2)
+            low, middle, high = (int((third == k).sum()) for k in range(3))
+            shares.append(SystemShare(name, (low, middle, high)))
+    return tuple(shares)
+
+
+def fastest_contact(evaluations: Evaluations) -> float:
+    """The largest closing speed of a simulated contact [m/s]; NaN without one."""
+    runs = evaluations.rollouts
+    speeds = runs.closing_speed[evaluations.simulated][runs.collided[evaluations.simulated]]
+    return float(np.nanmax(speeds)) if np.isfinite(speeds).any() else math.nan
+
+
+def variant_labels(program: Program) -> list[str]:
+    """A label for each way of making the file's finite choices."""
+    return [", ".join(choice.option for choice in variant.choices) or "the only one" for variant in program.variants]

@@ -1,0 +1,220 @@
+"""How different failures are: distinct ones under a stated rule, cells of descriptor grids, QD score, spread.
+
+The rule: a failure counts when at least a third of its genes (rounded up) differ by more than a tenth of their range
+from those of every failure counted before. Genes that take options differ when the options do.
+
+Descriptors are taken at the instant of closest approach, or of contact (see `engine.kernels.pair.Approach`). Edges
+of grids are the same for every scenario and search, so that their cells can be compared.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from engine.scenes import Bools
+from engine.search.evaluations import Evaluations
+from engine.search.protocol import Box
+from engine.tables import Floats, Ints
+from engine.vocabulary import GeneKind, Side
+
+SHARE = 0.1
+"""Of its range, by which a gene must differ."""
+KMH = 1.0 / 3.6
+SPEEDS = tuple(10.0 * step for step in range(1, 10))
+"""Inner edges of speeds [km/h]; the last cell is open."""
+CLOSING = tuple(20.0 * step for step in range(8))
+"""Inner edges of closing speeds [km/h]; both outer cells are open."""
+SECTORS = ("same way", "45° left", "90° left", "135° left", "head-on", "135° right", "90° right", "45° right")
+"""Headings of the other as seen from the ego, each the middle of a sector of 45 degrees."""
+SHUFFLES = 20
+"""Orders in which failures are counted again."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The simulations of a search, counted in the cells of two descriptors; arrays (first, second)."""
+
+    name: str
+    first: tuple[str, ...]
+    """Labels of the rows."""
+    second: tuple[str, ...]
+    """Labels of the columns."""
+    runs: Ints
+    """Valid simulations in each cell …"""
+    failures: Ints
+    """… those of them that collided …"""
+    best: Floats
+    """… and the largest continuous risk, NaN in an empty cell."""
+
+    @property
+    def cells(self) -> int:
+        return self.runs.size
+
+    @property
+    def covered(self) -> int:
+        """Cells with a valid simulation."""
+        return int((self.runs > 0).sum())
+
+    @property
+    def failing(self) -> int:
+        """Cells with a collision."""
+        return int((self.failures > 0).sum())
+
+    @property
+    def qd_score(self) -> float:
+        """Sum of the best quality, here the continuous risk, over all covered cells.
+
+        Pugh, Soros and Stanley (2016), "Quality diversity: a new frontier for evolutionary computation".
+        """
+        return float(np.nansum(self.best))
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Mean distances between failures, where a distance is the mean difference of genes as shares of their ranges.
+
+    NaN with fewer than two failures. The nearest falls as failures grow more, however they lie: two searches are
+    compared by it at the same `count` only.
+    """
+
+    nearest: float
+    """To the nearest other failure: near 0 where a search found the same thing again and again."""
+    pairwise: float
+    """Between any two; some 1/3 where failures fill the box evenly."""
+    count: int = 0
+    """Failures of different genomes, all of them."""
+
+
+def distinct_failures(evaluations: Evaluations, box: Box, genes: int | None = None, share: float = SHARE) -> list[int]:
+    """Rows of the failures that count, in order; `genes`: how many must differ (None: a third, rounded up)."""
+    rows = np.flatnonzero(evaluations.simulated & evaluations.collided)
+    return rows[first_apart(evaluations.genomes[rows], box, genes, share)].tolist()
+
+
+def first_apart(genomes: Floats, box: Box, genes: int | None = None, share: float = SHARE, most: int = -1) -> Ints:
+    """Rows of the genomes (n, d) that count, in order, by the rule above; at most `most`, if that is not negative."""
+    needed = least_genes(box) if genes is None else genes
+    units, open_ = _units(genomes, box), np.ones(len(genomes), dtype=bool)
+    kept: list[int] = []
+    while len(kept) != most and open_.any():
+        row = int(np.argmax(open_))
+        kept.append(row)
+        differing = (np.abs(units - units[row]) > share).sum(axis=1)
+        open_ &= differing >= needed
+        open_[: row + 1] = False
+    return np.array(kept, dtype=np.int64)
+
+
+def least_genes(box: Box) -> int:
+    """A third of the genes, rounded up: how many must differ."""
+    return max(1, -(-len(box) // 3))
+
+
+def distinct_range(evaluations: Evaluations, box: Box, shuffles: int = SHUFFLES) -> tuple[int, int]:
+    """Fewest and most distinct failures when they are counted in other orders: the rule depends on who comes first."""
+    rows = np.flatnonzero(evaluations.simulated & evaluations.collided)
+    stream = np.random.Generator(np.random.Philox(0))
+    orders = [stream.permutation(rows) for _ in range(shuffles)]
+    counts = [len(first_apart(evaluations.genomes[order], box)) for order in orders]
+    return min(counts, default=0), max(counts, default=0)
+
+
+def spread(evaluations: Evaluations, box: Box) -> Spread:
+    """How far apart the different failures of a search lie, all of them."""
+    rows = np.flatnonzero(evaluations.simulated & evaluations.collided)
+    places = np.unique(_places(evaluations.genomes[rows], box), axis=0)
+    if len(places) < 2 or not len(box):
+        return Spread(math.nan, math.nan, len(places))
+    from scipy.spatial import KDTree
+
+    apart, _ = KDTree(places).query(places, k=2, p=1)
+    return Spread(float(apart[:, 1].mean()) / len(box), _mean_difference(places) / len(box), len(places))
+
+
+def _places(genomes: Floats, box: Box) -> Floats:
+    """Points whose L1 distance sums the differences of genes: a column a gene, and one for each option of an option's,
+    as two different options are a whole range apart.
+    """
+    units, columns = _units(genomes, box), []
+    for gene, kind in enumerate(box.kinds):
+        if kind is GeneKind.INDEX:
+            columns += [0.5 * (genomes[:, gene] == option) for option in np.unique(genomes[:, gene])]
+        else:
+            columns.append(units[:, gene])
+    return np.array(columns, dtype=np.float64).reshape(len(columns), len(genomes)).T
+
+
+def _mean_difference(places: Floats) -> float:
+    """Mean L1 distance of all pairs: in each column, sorted, the i-th of n is counted 2 i - n + 1 times."""
+    count = len(places)
+    weights = 2.0 * np.arange(count) - count + 1.0
+    return float((weights @ np.sort(places, axis=0)).sum() * 2.0 / (count * (count - 1)))
+
+
+def _units(genomes: Floats, box: Box) -> Floats:
+    """Genes as shares of their ranges; two different options are further apart than any share."""
+    low, high = np.array(box.low), np.array(box.high)
+    width = np.where(high > low, high - low, 1.0)
+    options = np.array([kind is GeneKind.INDEX for kind in box.kinds], dtype=bool)
+    return (genomes - low) / np.where(options, 0.5, width)
+
+
+def grids(evaluations: Evaluations, variants: Sequence[str] = ()) -> tuple[Grid, ...]:
+    """The descriptor grids of a search: speeds, angle and closing speed, side and variant.
+
+    `variants`: a label for each variant of the program; equal labels share a column. Without, variants are numbered.
+    """
+    runs, chosen = evaluations.rollouts, _worst_valid(evaluations)
+    if not len(variants):
+        variants = [str(number) for number in range(int(runs.variant.max(initial=0)) + 1)]
+    names = tuple(dict.fromkeys(variants))
+    column = np.array([names.index(label) for label in variants])[np.maximum(runs.variant[chosen], 0)]
+    ego, other = runs.ego_speed[chosen], runs.other_speed[chosen]
+    closing, angle, side = runs.closing_speed[chosen], runs.approach_angle[chosen], runs.side[chosen]
+    met = side >= 0
+    speeds = _labels(SPEEDS, first="0")
+    cells = (
+        ("ego speed x other speed [km/h]", speeds, speeds, _bins(ego, SPEEDS), _bins(other, SPEEDS)),
+        ("approach angle x closing speed [km/h]", SECTORS, _labels(CLOSING), sector(angle), _bins(closing, CLOSING)),
+        ("side x variant", tuple(s.name.lower() for s in Side), names, side, column),
+    )
+    risk, failed = runs.continuous[chosen][met], runs.collided[chosen][met]
+    return tuple(_grid(name, a, b, i[met], j[met], risk, failed) for name, a, b, i, j in cells)
+
+
+def _worst_valid(evaluations: Evaluations) -> tuple[Ints, Ints]:
+    """(row, rollout) of each valid simulated individual's worst rollout."""
+    rows = np.flatnonzero(evaluations.simulated & evaluations.valid)
+    return rows, evaluations.worst_rollout[rows]
+
+
+def sector(angle: Floats) -> Ints:
+    """Number of the sector of `SECTORS` that holds each angle [rad]; a head-on angle may have either sign."""
+    turned = np.nan_to_num(angle) / (2.0 * math.pi / len(SECTORS)) + 0.5
+    return np.floor(turned).astype(np.int64) % len(SECTORS)
+
+
+def _bins(speed: Floats, edges: Sequence[float]) -> Ints:
+    return np.searchsorted(np.array(edges) * KMH, np.nan_to_num(speed), side="right")
+
+
+def _labels(edges: Sequence[float], first: str = "") -> tuple[str, ...]:
+    """`0 .. 10` and so on, one more than there are inner edges; without a first edge, what lies below is told so."""
+    texts = [f"{edge:g}" for edge in edges]
+    start = f"{first} .. {texts[0]}" if first else f"< {texts[0]}"
+    return (start, *(f"{a} .. {b}" for a, b in pairwise(texts)), f"> {texts[-1]}")
+
+
+def _grid(
+    name: str, first: tuple[str, ...], second: tuple[str, ...], i: Ints, j: Ints, risk: Floats, failed: Bools
+) -> Grid:
+    shape = len(first), len(second)
+    runs, failures = np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=np.int64)
+    best = np.full(shape, -np.inf)
+    np.add.at(runs, (i, j), 1)
+    np.add.at(failures, (i, j), failed.astype(np.int64))
+    np.maximum.at(best, (i, j), risk)
+    return Grid(name, first, second, runs, failures, np.where(runs > 0, best, np.nan))

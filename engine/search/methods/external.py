@@ -1,0 +1,231 @@
+"""Methods of other packages (extras), in the unit cube: CMA-ES by `cma`, NSGA-II by `pymoo`, MAP-Elites and CMA-ME by
+`ribs`.
+
+CMA-ES, by Hansen's own package: a normal distribution that learns the shape of the risk. Hansen (2016), "The CMA
+evolution strategy: a tutorial", arXiv:1604.00772.
+
+NSGA-II: runs that are close *and* fast, no one number to decide between the two. Deb, Pratap, Agarwal and Meyarivan
+(2002), "A fast and elitist multiobjective genetic algorithm: NSGA-II".
+
+MAP-Elites and CMA-ME: the riskiest run for every pair of speeds at closest approach. Mouret and Clune (2015),
+"Illuminating search spaces by mapping elites", arXiv:1504.04909; Fontaine, Togelius, Nikolaidis and Hoover (2020),
+"Covariance matrix adaptation for the rapid illumination of behavior space".
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from engine.extras import needed
+from engine.search.methods.cube import InCube
+from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, check_answer, measure
+from engine.tables import Floats
+
+CMAES_STEP = 0.3
+"""First standard deviation, of the unit interval."""
+
+
+class CovarianceAdaptation(InCube):
+    """An invalid or failed individual counts as worse than every valid one. A strategy that has converged starts anew
+    from a random place.
+    """
+
+    def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
+        self._cma = needed("cma", "cmaes")
+        super().__init__(box, population, streams)
+        self._points: list[np.ndarray] = []
+        self._strategy: Any = None
+
+    def ask(self) -> list[Proposal]:
+        self._generation += 1
+        fresh = self._strategy is None
+        if fresh:
+            self._strategy = self._start()
+        self._points = self._strategy.ask()
+        operator = Operator.RANDOM if self._generation == 0 else Operator.SAMPLED
+        return self._propose([point[: self._cube.size] for point in self._points], operator)
+
+    def _start(self) -> Any:
+        stream = self._streams(self._generation, 0)
+        size = max(2, self._cube.size)  # the package knows no one-dimensional case
+        options = {
+            "popsize": self._population,
+            "bounds": [[0.0] * size, [1.0] * size],
+            "randn": lambda *shape: stream.standard_normal(shape),
+            "seed": np.nan,
+            "verbose": -9,
+        }
+        return self._cma.CMAEvolutionStrategy(stream.random(size), CMAES_STEP, options)
+
+    def tell(self, results: Sequence[Result]) -> None:
+        check_answer(self._asked, results)
+        losses = [-result.continuous if result.selectable else np.inf for result in results]
+        worst = max((loss for loss in losses if np.isfinite(loss)), default=0.0)
+        self._strategy.tell(self._points, [loss if np.isfinite(loss) else worst + 1.0 for loss in losses])
+        if self._strategy.stop():
+            self._strategy = None
+
+
+# -- NSGA-II -----------------------------------------------------------------------------------------------------------
+
+OBJECTIVES = (("min_distance", 1.0), ("closing_speed", -1.0))
+"""Measures and their signs: what is made small."""
+WORST = 1e9
+"""Stands for an objective that does not exist; the constraint keeps it out of every front."""
+
+
+class NonDominatedSorting(InCube):
+    """An invalid or failed individual breaks a constraint, so that any valid one is preferred to it.
+
+    Where the package finds fewer new individuals than a generation holds, the rest is drawn at random and not told.
+    """
+
+    def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
+        super().__init__(box, population, streams)
+        self._bred: Any = None
+        self._algorithm: Any = self._start() if len(box) else None
+
+    def _start(self) -> Any:
+        problem = needed("pymoo.core.problem", "nsga2").Problem(
+            n_var=self._cube.size, n_obj=len(OBJECTIVES), n_ieq_constr=1, xl=0.0, xu=1.0
+        )
+        algorithm = needed("pymoo.algorithms.moo.nsga2", "nsga2").NSGA2(pop_size=self._population)
+        endless = needed("pymoo.core.termination", "nsga2").NoTermination()
+        seed = int(self._streams(0, 0).integers(1 << 63))
+        return algorithm.setup(problem, termination=endless, seed=seed, verbose=False)
+
+    def ask(self) -> list[Proposal]:
+        self._generation += 1
+        self._bred = self._algorithm.ask() if self._algorithm is not None else None
+        points = self._bred.get("X") if self._bred is not None else np.empty((0, self._cube.size))
+        missing = self._population - len(points)
+        drawn = self._streams(self._generation, 1).random((missing, self._cube.size))
+        bred = Operator.CROSSOVER_MUTATION if self._generation else Operator.RANDOM
+        operators = [bred] * len(points) + [Operator.RANDOM] * missing
+        genomes = self._cube.genomes(np.concatenate([points, drawn]))
+        self._asked = [
+            Proposal(genome, operator, Birth(self._generation, slot))
+            for slot, (genome, operator) in enumerate(zip(genomes, operators, strict=True))
+        ]
+        return self._asked
+
+    def tell(self, results: Sequence[Result]) -> None:
+        check_answer(self._asked, results)
+        if self._bred is None or not len(self._bred):
+            return
+        told = results[: len(self._bred)]
+        broken = np.array([[0.0 if result.selectable else 1.0] for result in told])
+        static = needed("pymoo.problems.static", "nsga2").StaticProblem
+        problem = static(self._algorithm.problem, F=objectives(told), G=broken)
+        self._algorithm.evaluator.eval(problem, self._bred)
+        self._algorithm.tell(infills=self._bred)
+
+
+def objectives(results: Sequence[Result]) -> Floats:
+    """(n, 2) what is made small: the least distance, and the closing speed with its sign turned."""
+    rows = [[sign * measure(result, name) for name, sign in OBJECTIVES] for result in results]
+    return np.nan_to_num(np.array(rows).reshape(len(rows), len(OBJECTIVES)), nan=WORST)
+
+
+# -- MAP-Elites and CMA-ME ---------------------------------------------------------------------------------------------
+
+DESCRIPTORS = ("ego_speed", "other_speed")
+"""Axes of the archive, both at closest approach."""
+FASTEST = 30.0
+"""End of both axes [m/s]; what is faster counts for the last cell."""
+CELLS = 20
+"""Along each axis: 1.5 m/s each."""
+REJECTED = -1.0
+"""Told for what has no risk; every true risk is at least 0, and the archive takes nothing below."""
+EMITTER_STEP = 0.15
+"""Standard deviation of a mutation, of the unit interval."""
+BATCH = 20
+"""Individuals that one evolution strategy of CMA-ME proposes, or a few more."""
+
+
+class Illumination(InCube):
+    """An invalid or failed individual is told with a risk that no cell takes. Generations are random until one has
+    filled a cell.
+    """
+
+    def __init__(self, box: Box, population: int, streams: StreamAt, method: str) -> None:
+        self._ribs = needed("ribs.archives", method), needed("ribs.emitters", method)
+        super().__init__(box, population, streams)
+        self._method = method
+        self._points = np.empty((0, len(box)))
+        self._bred = False
+        self._archive: Any = None
+        self._emitters: list[Any] = []
+        if len(box):
+            self._archive = self._grid()
+            self._emitters = self._strategies() if method == "cma_me" and population > 1 else [self._mutation()]
+
+    def _seed(self, slot: int) -> int:
+        return int(self._streams(0, self._population + slot).integers(1 << 63))
+
+    def _grid(self) -> Any:
+        return self._ribs[0].GridArchive(
+            solution_dim=self._cube.size,
+            dims=[CELLS] * len(DESCRIPTORS),
+            ranges=[(0.0, FASTEST)] * len(DESCRIPTORS),
+            learning_rate=1.0,
+            threshold_min=0.0,
+            seed=self._seed(0),
+        )
+
+    def _mutation(self) -> Any:
+        return self._ribs[1].GaussianEmitter(
+            self._archive,
+            sigma=EMITTER_STEP,
+            x0=np.full(self._cube.size, 0.5),
+            lower_bounds=np.zeros(self._cube.size),
+            upper_bounds=np.ones(self._cube.size),
+            batch_size=self._population,
+            seed=self._seed(1),
+        )
+
+    def _strategies(self) -> list[Any]:
+        """Evolution strategies that rank by what is new to the archive; together they propose one generation."""
+        shares = np.array_split(np.arange(self._population), max(1, self._population // BATCH))
+        return [
+            self._ribs[1].EvolutionStrategyEmitter(
+                self._archive,
+                x0=np.full(self._cube.size, 0.5),
+                sigma0=EMITTER_STEP,
+                ranker="2imp",
+                batch_size=len(share),
+                seed=self._seed(1 + number),
+            )
+            for number, share in enumerate(shares)
+        ]
+
+    def ask(self) -> list[Proposal]:
+        self._generation += 1
+        self._bred = self._archive is not None and not self._archive.empty
+        operator = Operator.RANDOM
+        if self._bred:
+            operator = Operator.SAMPLED if self._method == "cma_me" else Operator.MUTATION
+            # A strategy keeps its own points; what lies outside the box is run, and stored, at the border.
+            self._points = np.clip(np.concatenate([emitter.ask() for emitter in self._emitters]), 0.0, 1.0)
+        else:
+            self._points = self._streams(self._generation, 0).random((self._population, self._cube.size))
+        return self._propose(self._points, operator)
+
+    def tell(self, results: Sequence[Result]) -> None:
+        check_answer(self._asked, results)
+        if self._archive is None:
+            return
+        objective = np.array([result.continuous if result.selectable else REJECTED for result in results])
+        rows = [[measure(result, name) for name in DESCRIPTORS] for result in results]
+        measures = np.nan_to_num(np.array(rows))
+        added = self._archive.add(self._points, objective, measures)
+        if self._bred:
+            self._tell_emitters(objective, measures, added)
+
+    def _tell_emitters(self, objective: np.ndarray, measures: np.ndarray, added: dict[str, Any]) -> None:
+        """Each hears of what it proposed."""
+        shares = np.array_split(np.arange(self._population), len(self._emitters))
+        for emitter, share in zip(self._emitters, shares, strict=True):
+            told = {key: np.asarray(value)[share] for key, value in added.items()}
+            emitter.tell(self._points[share], objective[share], measures[share], told)

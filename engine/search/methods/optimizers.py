@@ -1,0 +1,193 @@
+"""Short optimizers of the textbooks: simulated annealing, the cross-entropy method, differential evolution.
+
+Annealing: every place of a generation is a walker of its own, and all cool down together. Kirkpatrick, Gelatt and
+Vecchi (1983), "Optimization by simulated annealing". A walker steps to a normal neighbour whose width shrinks with the
+temperature; it stays where it is with probability 1 - exp(-loss / temperature).
+
+Cross-entropy: a distribution over the box that moves towards the riskiest tenth of what it drew. Rubinstein and Kroese
+(2004), "The Cross-Entropy Method". Continuous genes are normal on the unit interval, cut off at its ends; discrete
+genes have a probability for each value. New estimates are mixed with the old ones (smoothing), and neither a deviation
+nor a probability falls below a floor, so that the distribution never becomes a point.
+
+Differential evolution, DE/rand/1/bin: the difference of two members, added to a third, crossed with a fourth. Storn and
+Price (1997), "Differential evolution: a simple and efficient heuristic for global optimization over continuous
+spaces"; F = 0.5 and CR = 0.9 are their first suggestion.
+"""
+
+from collections.abc import Sequence
+from math import exp
+
+import numpy as np
+from numpy.random import Generator
+
+from engine.search.methods.cube import InCube, reflected
+from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, StreamAt, check_answer
+from engine.tables import Floats
+
+HOT, COLD = 4.0, 0.1
+"""First and last temperature, in points of risk."""
+WIDE, NARROW = 0.3, 0.03
+"""First and last width of a step, of the unit interval."""
+CHANGED = 0.5
+"""Share of the genes that a step changes, one at least."""
+
+
+class Annealing(InCube):
+    """An invalid or failed place is never stepped to; a walker that has found none yet starts anew at random."""
+
+    def __init__(self, box: Box, population: int, generations: int, streams: StreamAt) -> None:
+        super().__init__(box, population, streams)
+        self._cooling = max(1, generations - 1)
+        self._at: list[tuple[Genome, Birth, float] | None] = [None] * population
+
+    def ask(self) -> list[Proposal]:
+        self._generation += 1
+        self._asked = [self._proposal(slot) for slot in range(self._population)]
+        return self._asked
+
+    def _proposal(self, slot: int) -> Proposal:
+        stream = self._streams(self._generation, slot)
+        birth = Birth(self._generation, slot)
+        here = self._at[slot]
+        if here is None:
+            return Proposal(self._cube.genome(stream.random(self._cube.size)), Operator.RANDOM, birth)
+        genome, parent, _ = here
+        moved = stream.random(self._cube.size) < CHANGED
+        if self._cube.size:
+            moved[int(stream.random() * self._cube.size)] = True
+        steps = stream.standard_normal(self._cube.size) * self._between(WIDE, NARROW) * moved
+        return Proposal(
+            self._cube.genome(reflected(self._cube.point(genome) + steps)), Operator.MUTATION, birth, (parent,)
+        )
+
+    def tell(self, results: Sequence[Result]) -> None:
+        check_answer(self._asked, results)
+        temperature = self._between(HOT, COLD)
+        for slot, (proposal, result) in enumerate(zip(self._asked, results, strict=True)):
+            here = self._at[slot]
+            if not result.selectable:
+                continue
+            # A number of the walker's own stream, behind those that made the step.
+            chance = self._streams(self._generation, self._population + slot).random()
+            if here is None or chance < exp(min(0.0, (result.continuous - here[2]) / temperature)):
+                self._at[slot] = (proposal.genome, proposal.birth, result.continuous)
+
+    def _between(self, first: float, last: float) -> float:
+        """The value of this generation on a geometric way from the first to the last."""
+        return first * (last / first) ** min(1.0, self._generation / self._cooling)
+
+
+# -- cross-entropy -----------------------------------------------------------------------------------------------------
+
+ELITE_SHARE = 0.1
+SMOOTHING = 0.7
+"""Weight of the new estimate."""
+DEVIATION_FLOOR = 0.03
+"""Of the unit interval."""
+PROBABILITY_FLOOR = 0.02
+
+
+class CrossEntropy(InCube):
+    """Invalid and failed results are left out of the elite; a generation without two valid ones changes nothing."""
+
+    def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
+        super().__init__(box, population, streams)
+        self._points = np.empty((0, len(box)))
+        self._mean = np.full(len(box), 0.5)
+        self._deviation = np.full(len(box), 0.5)
+        self._weights = {
+            int(gene): np.full(self._cube.values(int(gene)), 1.0 / self._cube.values(int(gene)))
+            for gene in np.flatnonzero(self._cube.discrete)
+        }
+
+    def ask(self) -> list[Proposal]:
+        self._generation += 1
+        stream = self._streams(self._generation, 0)
+        self._points = self._draw(stream) if self._generation else stream.random((self._population, self._cube.size))
+        return self._propose(self._points, Operator.SAMPLED if self._generation else Operator.RANDOM)
+
+    def tell(self, results: Sequence[Result]) -> None:
+        check_answer(self._asked, results)
+        ranked = sorted((i for i, r in enumerate(results) if r.selectable), key=lambda i: -results[i].continuous)
+        if len(ranked) < 2:
+            return
+        elite = self._points[ranked[: max(2, round(ELITE_SHARE * self._population))]]
+        self._mean = _mixed(elite.mean(axis=0), self._mean)
+        self._deviation = np.maximum(_mixed(elite.std(axis=0), self._deviation), DEVIATION_FLOOR)
+        for gene, weights in self._weights.items():
+            values = np.minimum((elite[:, gene] * len(weights)).astype(int), len(weights) - 1)
+            shares = np.bincount(values, minlength=len(weights)) / len(elite)
+            floored = np.maximum(_mixed(shares, weights), PROBABILITY_FLOOR / len(weights))
+            self._weights[gene] = floored / floored.sum()
+
+    def _draw(self, stream: Generator) -> Floats:
+        """(population, d) points of the distribution."""
+        points = truncated_normal(stream, self._mean, self._deviation, self._population)
+        for gene, weights in self._weights.items():
+            values = stream.choice(len(weights), size=self._population, p=weights)
+            points[:, gene] = (values + 0.5) / len(weights)
+        return points
+
+
+def _mixed(new: Floats, old: Floats) -> Floats:
+    return SMOOTHING * new + (1.0 - SMOOTHING) * old
+
+
+def truncated_normal(stream: Generator, mean: Floats, deviation: Floats, rows: int) -> Floats:
+    """(rows, d) normal numbers confined to [0, 1], by inversion: one uniform number each."""
+    from scipy.special import ndtr, ndtri
+
+    low, high = ndtr((0.0 - mean) / deviation), ndtr((1.0 - mean) / deviation)
+    uniform = low + stream.random((rows, len(mean))) * (high - low)
+    return np.clip(mean + deviation * ndtri(uniform), 0.0, 1.0)
+
+
+# -- differential evolution --------------------------------------------------------------------------------------------
+
+WEIGHT = 0.5
+CROSSOVER = 0.9
+
+
+class DifferentialEvolution(InCube):
+    """A trial replaces its target when it is valid and at least as risky; an invalid target yields to any trial."""
+
+    def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
+        super().__init__(box, population, streams)
+        self._trials = np.empty((0, len(box)))
+        self._members = np.empty((0, len(box)))
+        self._births: list[Birth] = []
+        self._value = np.full(population, -np.inf)
+
+    def ask(self) -> list[Proposal]:
+        self._generation += 1
+        rows = [self._trial(slot) for slot in range(self._population)]
+        self._trials = np.array([point for point, _ in rows]).reshape(self._population, self._cube.size)
+        operator = Operator.CROSSOVER if self._generation else Operator.RANDOM
+        self._asked = [
+            Proposal(self._cube.genome(point), operator, Birth(self._generation, slot), parents)
+            for slot, (point, parents) in enumerate(rows)
+        ]
+        return self._asked
+
+    def _trial(self, slot: int) -> tuple[Floats, tuple[Birth, ...]]:
+        stream = self._streams(self._generation, slot)
+        if not len(self._members) or self._population < 4:
+            return stream.random(self._cube.size), ()
+        others = [member for member in range(self._population) if member != slot]
+        base, plus, minus = (int(i) for i in stream.choice(others, size=3, replace=False))
+        mutant = reflected(self._members[base] + WEIGHT * (self._members[plus] - self._members[minus]))
+        crossed = stream.random(self._cube.size) < CROSSOVER
+        if self._cube.size:
+            crossed[int(stream.random() * self._cube.size)] = True
+        return np.where(crossed, mutant, self._members[slot]), (self._births[slot], self._births[base])
+
+    def tell(self, results: Sequence[Result]) -> None:
+        check_answer(self._asked, results)
+        if not len(self._members):
+            self._members = self._trials.copy()
+            self._births = [proposal.birth for proposal in self._asked]
+        for slot, result in enumerate(results):
+            value = result.continuous if result.selectable else -np.inf
+            if value >= self._value[slot]:
+                self._members[slot], self._value[slot] = self._trials[slot], value
+                self._births[slot] = self._asked[slot].birth

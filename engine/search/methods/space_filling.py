@@ -1,0 +1,68 @@
+"""Methods that fill the box and learn nothing.
+
+The random baseline draws independently and uniformly, as many as the search it stands beside. Sobol, Halton and Latin
+hypercubes cover the box more evenly than chance: Owen (1998), "Scrambling Sobol' and Niederreiter-Xing points"; Owen
+(2017), "A randomized Halton algorithm in R"; McKay, Beckman and Conover (1979), "A comparison of three methods for
+selecting values of input variables".
+"""
+
+import warnings
+from collections.abc import Sequence
+from typing import Any
+
+from numpy.random import default_rng
+
+from engine.search.methods.cube import InCube, draw_genome
+from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, check_answer
+
+
+class RandomSearch:
+    """Learns nothing: valid, invalid and failed results alike leave it as it was."""
+
+    def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
+        self._box = box
+        self._population = population
+        self._streams = streams
+        self._generation = -1
+        self._asked: list[Proposal] = []
+
+    def ask(self) -> list[Proposal]:
+        self._generation += 1
+        births = [Birth(self._generation, slot) for slot in range(self._population)]
+        self._asked = [
+            Proposal(draw_genome(self._streams(*birth), self._box), Operator.RANDOM, birth) for birth in births
+        ]
+        return self._asked
+
+    def tell(self, results: Sequence[Result]) -> None:
+        check_answer(self._asked, results)
+
+
+SEQUENCES = {"sobol": "Sobol", "halton": "Halton", "lhs": "LatinHypercube"}
+"""Method and its class in `scipy.stats.qmc`."""
+
+
+class QuasiRandom(InCube):
+    """Learns nothing: valid, invalid and failed results alike leave it as it was.
+
+    Sobol and Halton go on from generation to generation; each generation of `lhs` is a Latin hypercube of its own.
+    """
+
+    def __init__(self, box: Box, population: int, streams: StreamAt, sequence: str) -> None:
+        from scipy.stats import qmc
+
+        super().__init__(box, population, streams)
+        # scipy spawns generators of its own, which only a seeded one can.
+        seeded = default_rng(streams(0, 0).integers(1 << 63))
+        self._points: Any = getattr(qmc, SEQUENCES[sequence])(d=max(1, len(box)), rng=seeded)
+
+    def ask(self) -> list[Proposal]:
+        self._generation += 1
+        with warnings.catch_warnings():
+            # Sobol's balance asks for powers of two; a population that is none is still spread evenly.
+            warnings.simplefilter("ignore", UserWarning)
+            points = self._points.random(self._population)[:, : self._cube.size]
+        return self._propose(points, Operator.RANDOM)
+
+    def tell(self, results: Sequence[Result]) -> None:
+        check_answer(self._asked, results)

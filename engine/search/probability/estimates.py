@@ -1,0 +1,175 @@
+"""What an estimate of the probability of a collision tells, whichever way it was made; and estimates kept beside the
+journal of a run, one a method and condition, for whoever reports it.
+"""
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import MISSING, Field, asdict, dataclass, fields
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from engine.scenes import Bools
+from engine.search.assessment import Assessment
+from engine.search.journal import finite
+from engine.search.statistics import Interval
+from engine.search.store import StoreError, store_errors
+from engine.tables import Floats, Ints
+from engine.vocabulary import EndReason, Verdict
+
+NOT_KNOWN = Interval(math.nan, math.nan)
+PARAMS, JOINT = CONDITIONS = ("params", "joint")
+"""What is drawn anew with every attempt at a scene: the scene alone, or the params too."""
+MOST_DRIVEN = 5_000
+"""Collisions of an estimate that the reference driver drives again."""
+
+Judge = Callable[[Floats, Ints], Bools]
+"""(genomes, stream keys) of collisions -> whether a reference driver avoids each."""
+
+
+@dataclass(frozen=True)
+class Probability:
+    """An estimate of P(collision | valid run)."""
+
+    method: str
+    """`mc` or `subset`."""
+    value: float
+    interval: Interval
+    """Confidence interval at `level`; NaN where none can be given."""
+    level: float
+    simulations: int
+    """Runs that the estimate took, invalid ones included."""
+    valid: int
+    """Of them valid."""
+    collisions: int
+    """Of them with a collision; under `subset` these are not independent."""
+    valid_share: float
+    """Estimated probability that a draw gives a valid run."""
+    aborted: int = 0
+    """Of the simulations, those that a requirement on the run made invalid: they did run."""
+    levels: tuple[float, ...] = ()
+    """Of the first repetition: least distances at which it stopped over [m]; 0 stands for contact."""
+    condition: str = PARAMS
+    """`params` or `joint`."""
+    max_attempts: int = 0
+    """At a scene for one draw of the params; 0: not told."""
+    avoidable: float = math.nan
+    """P(collision that the reference driver avoids | valid run); NaN where none was driven again."""
+    avoidable_interval: Interval = NOT_KNOWN
+    driven: int = 0
+    """Collisions that were driven again for it."""
+    by_partner: tuple[int, ...] = ()
+    """Collisions with actor 1, actor 2, …; those that are left out at the end were not met. Under `mc` alone."""
+    without_ego: int = 0
+    """Runs that a collision of two others ended. Under `mc` alone."""
+
+
+class Count(NamedTuple):
+    """What runs came to."""
+
+    simulations: int = 0
+    valid: int = 0
+    collisions: int = 0
+    aborted: int = 0
+    by_partner: tuple[int, ...] = ()
+    """Collisions with actor 1, actor 2, … up to the last one that was met."""
+    without_ego: int = 0
+
+    def more(self, runs: Assessment) -> "Count":
+        met = np.bincount(runs.pair[runs.collided], minlength=len(self.by_partner))
+        met[: len(self.by_partner)] += np.array(self.by_partner, dtype=np.int64)
+        return Count(
+            self.simulations + len(runs),
+            self.valid + int((runs.verdict == Verdict.VALID).sum()),
+            self.collisions + int(runs.collided.sum()),
+            self.aborted + int((runs.verdict == Verdict.ABORTED).sum()),
+            tuple(met.tolist()),
+            self.without_ego + int((runs.end_reason == EndReason.OTHER_COLLISION).sum()),
+        )
+
+
+# -- estimates beside a journal ----------------------------------------------------------------------------------------
+
+KEPT = "probability.json"
+
+
+def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Path:
+    """Write an estimate for the program of this digest in place of an earlier one of its kind; its file.
+
+    Raises:
+        StoreError: it cannot be written.
+    """
+    path = folder / KEPT
+    rows = {_place(row): row for row in _rows(path) if row.get("program_digest") == program_digest}
+    intervals = {name: list(getattr(found, name)) for name in _INTERVALS}
+    row = {**asdict(found), **intervals, "seed": seed, "program_digest": program_digest}
+    rows[_place(row)] = row
+    with store_errors(path):
+        text = json.dumps(finite(list(rows.values())), indent=2, allow_nan=False)
+        path.write_text(text + "\n", encoding="utf-8")
+    return path
+
+
+def kept(folder: Path, program_digest: str) -> tuple[Probability, ...]:
+    """The estimates for the program of this digest in a folder, by method and condition; others are passed over.
+
+    Raises:
+        StoreError: the file cannot be read as one of ours.
+    """
+    rows = [row for row in _rows(folder / KEPT) if row.get("program_digest") == program_digest]
+    try:
+        return tuple(sorted(map(_probability, rows), key=lambda found: (found.method, found.condition)))
+    except (KeyError, TypeError, ValueError) as error:
+        raise _damaged(folder / KEPT) from error
+
+
+def _rows(path: Path) -> list[dict[str, Any]]:
+    if not path.exists():
+        return []
+    try:
+        rows = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise _damaged(path) from error
+    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
+        raise _damaged(path)
+    return rows
+
+
+def _damaged(path: Path) -> StoreError:
+    return StoreError(f"`{path}` cannot be read", "remove it; `cortexc probability` of the run writes it again")
+
+
+def _place(row: dict[str, Any]) -> tuple[Any, Any]:
+    return row.get("method"), row.get("condition", PARAMS)
+
+
+def _probability(row: dict[str, Any]) -> Probability:
+    """Of a row; what an earlier version did not write is not known."""
+    return Probability(**{field.name: _value(field.name, row[field.name]) for field in _needed(row)})
+
+
+def _needed(row: dict[str, Any]) -> list[Field[Any]]:
+    return [field for field in fields(Probability) if field.default is MISSING or field.name in row]
+
+
+_TEXTS = ("method", "condition")
+_TUPLES = ("levels", "by_partner")
+_INTERVALS = ("interval", "avoidable_interval")
+
+
+def _value(name: str, value: Any) -> Any:
+    if name in _TEXTS:
+        return str(value)
+    if name in _INTERVALS:
+        return Interval(*map(_number, value))
+    return tuple(map(_number, value)) if name in _TUPLES else _number(value)
+
+
+def _number(value: Any) -> Any:
+    if value is None:
+        return float("nan")
+    if not isinstance(value, int | float):
+        raise TypeError
+    return value

@@ -1,0 +1,149 @@
+"""How probable a collision is under the file's own distributions, given a valid run.
+
+Two conditions, and they differ:
+
+- `params`: params are drawn once, then a scene under the requirements is sought in up to `max_attempts` attempts.
+  Params that allow a scene at all count in full, however rarely they do.
+- `joint`: params are drawn anew with every attempt. This is P(collision | the requirements hold), as they are written:
+  params count by how often they allow a scene.
+
+Both leave out runs that a requirement on the run makes invalid: every figure is a probability *given* a valid run.
+
+Two estimators: `monte_carlo`, independent draws, the share of collisions with the exact interval of Clopper and Pearson
+(1934), "The use of confidence or fiducial limits illustrated in the case of the binomial"; and, for what is rare,
+`subset_simulation`. Both also tell how probable an *avoidable* collision is: a reference driver drives those that were
+found again (`engine.avoidability`).
+"""
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from engine.config import Config
+from engine.program import ParamSpace, Program
+from engine.scenes import Bools
+from engine.search.assessment import Assessment, Evaluate, take
+from engine.search.probability.estimates import CONDITIONS, JOINT, MOST_DRIVEN, PARAMS, Count, Judge, Probability
+from engine.search.probability.subset_simulation import REPETITIONS, subset_simulation
+from engine.search.statistics import clopper_pearson
+from engine.streams import key_rows
+from engine.tables import Floats, Ints
+from engine.vocabulary import Method, Verdict
+
+__all__ = [
+    "CONDITIONS",
+    "JOINT",
+    "PARAMS",
+    "REPETITIONS",
+    "Probability",
+    "estimate",
+    "monte_carlo",
+    "subset_simulation",
+]
+
+
+BLOCK = 4096
+"""Draws that are simulated together."""
+DRAWS_A_RUN = 200
+"""Under `joint`: draws for each run that was asked for, after which the estimate is made from those that there are."""
+
+
+def estimate(
+    program: Program, config: Config, method: str, samples: int, seed: int = 0, condition: str = PARAMS
+) -> Probability:
+    """The probability for a program, by `mc` or `subset`, in the host that the config names.
+
+    Raises:
+        ValueError: `subset` under `joint`: where a scene's every attempt has params of its own, chains hardly move.
+    """
+    from engine.risk import PAPER
+    from engine.search.evaluator import make_evaluator
+
+    if condition == JOINT:
+        if method != "mc":
+            raise ValueError("the joint condition needs method mc")
+        config = replace(config, simulation=replace(config.simulation, max_attempts=1))
+    evaluate, judge = make_evaluator(program, config, PAPER), make_judge(program, config)
+    if method == "subset":
+        found = subset_simulation(program.space, evaluate, samples, seed, judge=judge)
+    else:
+        most = samples * DRAWS_A_RUN if condition == JOINT else samples
+        found = monte_carlo(program.space, evaluate, most, seed, judge=judge, enough=samples)
+    return replace(found, condition=condition, max_attempts=config.simulation.max_attempts)
+
+
+def make_judge(program: Program, config: Config) -> Judge:
+    """The reference driver of `engine.avoidability`, for scenes of this program."""
+    from engine.avoidability import avoidability
+    from engine.sampling import sample
+
+    def judge(genomes: Floats, keys: Ints) -> Bools:
+        scenes = sample(program, genomes, keys, config.simulation)
+        answers = avoidability(program, scenes, config.simulation)
+        return np.array([answer is not None and answer.avoidable for answer in answers], dtype=bool)
+
+    return judge
+
+
+def monte_carlo(
+    space: ParamSpace,
+    evaluate: Evaluate,
+    samples: int,
+    seed: int = 0,
+    level: float = 0.95,
+    judge: Judge | None = None,
+    enough: int | None = None,
+) -> Probability:
+    """Plain Monte Carlo with at most `samples` draws, fewer where `enough` of them gave valid runs."""
+    from engine.sampling import draw_genomes
+
+    count, driven = Count(), _Driven()
+    for start in range(0, samples, BLOCK):
+        keys = key_rows(seed, int(Method.SAMPLE), 0, 0, range(start, min(samples, start + BLOCK)))
+        genomes = draw_genomes(space, keys)
+        runs = evaluate(genomes, keys)
+        valid = np.flatnonzero(runs.verdict == Verdict.VALID)
+        left = len(valid) if enough is None else enough - count.valid
+        if 0 < left < len(valid):
+            keep = int(valid[left])
+            genomes, keys, runs = genomes[:keep], keys[:keep], take(runs, slice(0, keep))
+        count = count.more(runs)
+        driven = driven.more(genomes, keys, runs, judge)
+        if count.valid == enough:
+            break
+    return Probability(
+        method="mc",
+        value=count.collisions / count.valid if count.valid else math.nan,
+        interval=clopper_pearson(count.collisions, count.valid, level),
+        level=level,
+        simulations=count.simulations,
+        valid=count.valid,
+        collisions=count.collisions,
+        valid_share=count.valid / count.simulations,
+        aborted=count.aborted,
+        avoidable=driven.avoidable / driven.valid if driven.valid else math.nan,
+        avoidable_interval=clopper_pearson(driven.avoidable, driven.valid, level),
+        driven=driven.collisions,
+        by_partner=count.by_partner,
+        without_ego=count.without_ego,
+    )
+
+
+class _Driven(NamedTuple):
+    """Of the first blocks of independent runs: how many were valid, collided, and could have been avoided."""
+
+    valid: int = 0
+    collisions: int = 0
+    avoidable: int = 0
+    full: bool = False
+    """Whether no more are driven again."""
+
+    def more(self, genomes: Floats, keys: Ints, runs: Assessment, judge: Judge | None) -> "_Driven":
+        rows = np.flatnonzero(runs.collided)
+        if judge is None or self.full or self.collisions + len(rows) > MOST_DRIVEN:
+            return self._replace(full=True)
+        avoidable = int(judge(genomes[rows], keys[rows]).sum()) if len(rows) else 0
+        valid = int((runs.verdict == Verdict.VALID).sum())
+        return _Driven(self.valid + valid, self.collisions + len(rows), self.avoidable + avoidable)

@@ -1,0 +1,269 @@
+"""Files beside the journal, for pandas and for people: every evaluation, the critical ones, the generations, a summary.
+
+| file              | holds                                                                                 |
+|-------------------|---------------------------------------------------------------------------------------|
+| evaluations.csv   | one row for each rollout of each individual; an elite's are repeated, `reused` is 1    |
+| evaluations.jsonl | the same rows, one JSON object a line, with the counts per requirement as lists        |
+| critical.csv      | the rows of evaluations.csv with a risk of at least 14 (a collision, under `paper`)    |
+| generations.csv   | the figures of each generation, by individual and by simulation                        |
+| summary.json      | manifest, figures of the whole run and of its last ten generations, worst cases, genes |
+| README.md         | all of this, and every column with its unit, for whoever finds the directory           |
+
+Numbers are written so that reading them back gives the same bits. A gene is `param_NAME`, in the file's unit; an index
+gene is the number of its option. Missing numbers are empty in CSV and null in JSON.
+"""
+
+import json
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from engine.search.assessment import take, to_columns
+from engine.search.evaluations import Evaluations, Figures, flat_rollouts, partners
+from engine.search.journal import finite
+from engine.search.manifest import Manifest
+from engine.search.protocol import Operator
+from engine.search.ranking import Case
+from engine.search.run import Campaign
+from engine.search.store import store_errors
+from engine.streams import format_key
+from engine.tables import Ints
+from engine.vocabulary import EndReason, Side, Verdict
+
+# -- the page in every run directory: what its files are, and what their columns mean, with units ----------------------
+
+GUIDE = "README.md"
+
+TEXT = """\
+# Results of a search by cortexc
+
+| file | holds |
+|---|---|
+| `worst/01.scn` … | the worst cases, each a scenario: `cortexc worst/01.scn` shows the same outcome again |
+| `summary.json` | settings and versions, figures of the whole search, worst cases, what each gene did |
+| `evaluations.csv` | one row for each rollout of each individual; an elite's rows are repeated, `reused` is 1 |
+| `evaluations.jsonl` | the same, one JSON object a line; `tested` and `failed` count the attempts of each requirement |
+| `critical.csv` | the rows of `evaluations.csv` with a score of 14 or more |
+| `generations.csv` | the figures of each generation |
+| `journal.sqlite` | everything, exactly; the other files are made from it |
+
+## Columns of `evaluations.csv`
+
+An empty cell is a number that does not exist. Times count from the start of the run.
+
+| column | meaning |
+|---|---|
+| `individual` | number of the individual, from 0 |
+| `generation`, `place` | where it stands |
+| `rollout` | number of the scene drawn for this individual, from 0 |
+| `operator` | how it came to be: `random`, `elite`, `crossover`, `mutation`, `crossover_mutation` |
+| `reused` | 1: an elite that was not simulated again |
+| `birth` | the individual that was simulated first; its own number unless reused |
+| `parent_1`, `parent_2` | individuals that it was made from |
+| `key` | names the random numbers of this simulation |
+| `param_…` | the params, in the units of the file (see `summary.json`); of a choice, the number of its option |
+| `fitness` | score of the individual over its rollouts, -1 if invalid |
+| `verdict` | `valid`; `exhausted`, `infeasible`, `aborted`: no valid scene; `error`: the engine failed |
+| `variant` | number of the combination of lanes and other finite choices, -1: none |
+| `attempts` | attempts to draw the scene |
+| `score` | risk, 0 to 22, -1 if invalid |
+| `risk_c`, `risk_md`, `risk_d_ms`, `risk_ttc_ms` | its parts |
+| `continuous` | the same without steps |
+| `pair` | who decided the score: actor `pair` + 1, where the ego is actor 0 |
+| `collided` | 1: the ego touched another actor |
+| `end_reason` | `collision`, `other_collision` (without the ego), `rule`, `timeout`, `all_done`, `stuck`, `broken` |
+| `end_rule` | of `rule`: its number among the rules in `summary.json`, else -1 |
+| `end_time` | end of the run [s] |
+| `min_distance`, `min_distance_time` | MD, least distance of the ego's outline to another [m], and when [s] |
+| `max_closing_speed`, `max_closing_time` | MS, fastest closing speed of that pair [m/s], and when [s] |
+| `distance_at_ms` | D_MS, their distance then [m] |
+| `ttc_at_ms` | TTC_MS = D_MS / MS [s] |
+| `ego_speed`, `other_speed` | of that pair at its closest approach, or at contact [m/s] |
+| `approach_angle` | heading of the other then, seen from the ego [rad]: 0 the same way, +-3.14 head-on, positive left |
+| `closing_speed` | of their centres then [m/s] |
+| `side` | of the ego on which the other is then: `front`, `left`, `rear`, `right` |
+| `left_road_time` | when the first actor left the road [s] |
+
+## Columns of `generations.csv`
+
+First by individual, elites included; then, as `simulated_…`, over distinct simulations only.
+
+| column | meaning |
+|---|---|
+| `generation` | from 0 |
+| `individuals`, `valid` | how many, and how many of them with a valid scene |
+| `rl`, `rl_all` | RL, mean score of the valid ones; and with every invalid one as -1 |
+| `nc` | NC, individuals with a collision |
+| `mdg`, `mdec` | MDG, mean MD of the valid ones [m]; MDEC, of those without a collision [m] |
+| `nis` | NIS, invalid individuals |
+| `errors` | individuals that the engine failed on; they count nowhere |
+| `runs`, `valid_runs`, `colliding_runs`, `invalid_runs`, `error_runs` | the same by rollout |
+"""
+
+# -- files -------------------------------------------------------------------------------------------------------------
+
+CRITICAL_RISK = 14
+"""The least score of a collision under the paper's bands."""
+LAST = 10
+"""Generations at the end that a summary shows apart."""
+
+_VERDICTS = {int(verdict): verdict.name.lower() for verdict in Verdict}
+_REASONS = {-1: "", **{int(reason): reason.name.lower() for reason in EndReason}}
+_SIDES = {-1: "", **{int(side): side.name.lower() for side in Side}}
+_OPERATORS = {int(operator): operator.name.lower() for operator in Operator}
+
+WORDS = ("operator", "key", "verdict", "end_reason", "side")
+"""Columns that JSON puts in quotes."""
+
+Column = Sequence[str]
+"""One text a row."""
+
+
+def write_exports(directory: Path, campaign: Campaign, manifest: Manifest, critical: int = CRITICAL_RISK) -> None:
+    """Write all files of the table above.
+
+    Raises:
+        StoreError: a file cannot be written.
+    """
+    evaluations = campaign.evaluations
+    columns = _table(evaluations, campaign.space.names)
+    lines = [",".join(row) for row in zip(*columns.values(), strict=True)]
+    score = flat_rollouts(evaluations).score
+    header = ",".join(map(_quoted, columns))
+    worst = [lines[row] for row in np.flatnonzero(score >= critical).tolist()]
+    with store_errors(directory):
+        _write_lines(directory / "evaluations.csv", [header, *lines])
+        _write_lines(directory / "critical.csv", [header, *worst])
+        _write_lines(directory / "evaluations.jsonl", _json_lines(columns, evaluations))
+        _write_lines(directory / "generations.csv", _generation_lines(campaign))
+        text = json.dumps(finite(summary(campaign, manifest)), indent=2, ensure_ascii=False, allow_nan=False)
+        _write_lines(directory / "summary.json", [text])
+        (directory / GUIDE).write_text(TEXT, encoding="utf-8")
+
+
+def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
+    """What a person wants to know first; numbers that do not exist are NaN."""
+    head = asdict(manifest)
+    del head["file_text"]
+    del head["origin"]["imports"]
+    return {
+        "manifest": head,
+        "stopped": campaign.stopped,
+        "generations": len(campaign.generations),
+        "seconds": campaign.elapsed,
+        "distinct_collisions": campaign.distinct_collisions,
+        **collisions_by_partner(campaign.evaluations, manifest.actors),
+        "by_individual": asdict(campaign.by_individual),
+        "by_simulation": asdict(campaign.by_simulation),
+        "last_generations": {
+            "count": LAST,
+            "by_individual": asdict(campaign.last(LAST)),
+            "by_simulation": asdict(campaign.last(LAST, by_simulation=True)),
+        },
+        "worst": [_case(campaign, case) for case in campaign.worst],
+        "genes": [{**asdict(gene), "worst": list(gene.worst), "dead": gene.dead} for gene in campaign.genes],
+    }
+
+
+def collisions_by_partner(evaluations: Evaluations, actors: Sequence[str]) -> dict[str, Any]:
+    """Distinct simulations in which the ego touched each other actor, and in which two others touched first."""
+    found = partners(evaluations, len(actors))
+    return {
+        "collisions_with": dict(zip(actors[1:], found.with_ego, strict=True)),
+        "collisions_without_ego": found.without_ego,
+    }
+
+
+def _case(campaign: Campaign, case: Case) -> dict[str, Any]:
+    genome = dict(zip(campaign.space.names, case.genome, strict=True))
+    return {**asdict(case), "genome": genome, "key": format_key(case.key)}
+
+
+def _table(evaluations: Evaluations, genes: Sequence[str]) -> dict[str, Column]:
+    """All columns as texts, one row a rollout."""
+    rollouts = evaluations.keys.shape[1]
+    rows = np.repeat(np.arange(len(evaluations)), rollouts)
+    individuals = take(evaluations, rows) if rollouts > 1 else evaluations
+    number = _numbering(evaluations)
+    runs = to_columns(flat_rollouts(evaluations))
+    return {
+        "individual": _texts(rows.tolist()),
+        "generation": _texts(individuals.places[:, 0].tolist()),
+        "place": _texts(individuals.places[:, 1].tolist()),
+        "rollout": _texts(np.tile(np.arange(rollouts), len(evaluations)).tolist()),
+        "operator": _words(individuals.operator.tolist(), _OPERATORS),
+        "reused": _texts(individuals.reused.astype(int).tolist()),
+        "birth": _texts(number(individuals.births)),
+        "parent_1": _texts(number(individuals.parents[:, 0]), missing=-1),
+        "parent_2": _texts(number(individuals.parents[:, 1]), missing=-1),
+        "key": _keys(evaluations),
+        **{f"param_{name}": _texts(individuals.genomes[:, gene].tolist()) for gene, name in enumerate(genes)},
+        "fitness": _texts(individuals.fitness.tolist()),
+        **{name: _texts(values) for name, values in runs.items()},
+        "verdict": _words(runs["verdict"], _VERDICTS),
+        "end_reason": _words(runs["end_reason"], _REASONS),
+        "side": _words(runs["side"], _SIDES),
+    }
+
+
+def _numbering(evaluations: Evaluations) -> Callable[[Ints], list[int]]:
+    """Births (n, 2) to numbers of individuals, -1 for nobody."""
+    starts = np.flatnonzero(evaluations.places[:, 1] == 0)
+
+    def number(births: Ints) -> list[int]:
+        return np.where(births[:, 0] < 0, -1, starts[births[:, 0]] + births[:, 1]).tolist()
+
+    return number
+
+
+def _keys(evaluations: Evaluations) -> Column:
+    """Stream keys as text; only birth and rollout differ within a run."""
+    keys = evaluations.keys.reshape(-1, evaluations.keys.shape[2])
+    seed_method_run = format_key(keys[0]).rsplit(".", 3)[0]
+    return [f"{seed_method_run}.{a}.{b}.{c}" for a, b, c in keys[:, 3:].tolist()]
+
+
+def _words(codes: Sequence[Any], names: dict[int, str]) -> Column:
+    return [names[code] for code in codes]
+
+
+def _texts(values: Sequence[Any], missing: Any = None) -> Column:
+    """Shortest texts that read back to the same numbers; NaN and `missing` are empty."""
+    texts = list(map(repr, values))
+    gone = "nan" if missing is None else repr(missing)
+    return ["" if text == gone else text for text in texts] if gone in texts else texts
+
+
+def _json_lines(columns: dict[str, Column], evaluations: Evaluations) -> Iterable[str]:
+    """One object a line, from the texts of the CSV."""
+    runs = flat_rollouts(evaluations)
+    values = [_json_texts(column, name in WORDS) for name, column in columns.items()]
+    counts = [list(map(repr, table.tolist())) for table in (runs.tested, runs.failed)]
+    names = [json.dumps(name, ensure_ascii=False).replace("%", "%%") for name in (*columns, "tested", "failed")]
+    template = "{" + ", ".join(f"{name}: %s" for name in names) + "}"
+    return (template % row for row in zip(*values, *counts, strict=True))
+
+
+def _json_texts(column: Column, quoted: bool) -> Column:
+    if quoted:
+        return [f'"{text}"' for text in column]
+    return [text or "null" for text in column] if "" in column else column
+
+
+def _generation_lines(campaign: Campaign) -> Iterable[str]:
+    names = list(Figures.__dataclass_fields__)
+    yield ",".join(["generation", *names, *(f"simulated_{name}" for name in names)])
+    for row in campaign.generations:
+        numbers = [*vars(row.by_individual).values(), *vars(row.by_simulation).values()]
+        yield ",".join([str(row.generation), *("" if value != value else repr(value) for value in numbers)])
+
+
+def _quoted(text: str) -> str:
+    return '"' + text.replace('"', '""') + '"' if any(mark in text for mark in ',"\n') else text
+
+
+def _write_lines(path: Path, lines: Iterable[str]) -> None:
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")

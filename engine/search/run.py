@@ -1,0 +1,340 @@
+"""A search: one call for a compiled scenario (`search`), and the campaign loop behind it (`run_campaign`).
+
+The loop asks a searcher, evaluates its proposals, tells it, and keeps everything. It knows neither sampler nor
+simulator: `evaluate` is handed in (`engine.search.evaluator` makes the real one). Scenes draw from streams keyed by
+birth and rollout, so a result depends on no other individual and on no thread count.
+"""
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from engine.config import Config, SearchConfig
+from engine.errors import CortexError
+from engine.program import ParamSpace, Program
+from engine.search.assessment import Assessment, Evaluate, concatenate, map_arrays, take
+from engine.search.evaluations import (
+    Evaluations,
+    Figures,
+    GenerationFigures,
+    distinct_collisions,
+    figures,
+    generation_figures,
+    judge,
+    parent_rows,
+    quantile_level,
+    results,
+)
+from engine.search.insight.genes import GeneEffect, gene_effects, probe_genes
+from engine.search.protocol import Box, Proposal, Searcher
+from engine.search.ranking import Case, worst_cases
+from engine.search.searchers import build_searcher, canonical, find_searcher
+from engine.search.workers import Workers, open_workers, spread
+from engine.streams import key_rows
+from engine.tables import Floats, Ints
+from engine.vocabulary import Method
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What a campaign says after each generation."""
+
+    generation: int
+    generations: int
+    evaluations: Evaluations
+    """This generation alone."""
+    figures: GenerationFigures
+    best: Case | None
+    """The worst case so far; its row counts from the campaign's first individual."""
+    simulations: int
+    """Distinct simulations so far."""
+    elapsed: float
+    """[s]"""
+
+    @property
+    def simulations_per_second(self) -> float:
+        return self.simulations / self.elapsed if self.elapsed > 0.0 else 0.0
+
+    @property
+    def remaining(self) -> float:
+        """Time left at the pace so far [s]."""
+        done = self.generation + 1
+        return self.elapsed / done * (self.generations - done)
+
+
+OnGeneration = Callable[[Progress], None]
+
+
+class ForeignPastError(CortexError):
+    """A journal's generation is not the one that its searcher proposes: other settings, or another version."""
+
+    def __init__(self, generation: int) -> None:
+        super().__init__(
+            f"generation {generation} does not follow from the ones before it",
+            "use the version of cortexc that wrote it, or search anew",
+        )
+        self.generation = generation
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A search from its first generation to the last that was finished."""
+
+    method: Method
+    preset: str
+    """Of the genetic algorithm; "" for other methods."""
+    space: ParamSpace
+    config: SearchConfig
+    evaluations: Evaluations
+    generations: tuple[GenerationFigures, ...]
+    by_individual: Figures
+    """Over the whole campaign, elites counted in each generation that kept them."""
+    by_simulation: Figures
+    """Over the whole campaign, each simulation once."""
+    distinct_collisions: int
+    """Different genomes that collided."""
+    worst: tuple[Case, ...]
+    """Up to ten that lie apart, worst first: by risk, equal ones by continuous risk (see `ranking`)."""
+    genes: tuple[GeneEffect, ...]
+    elapsed: float
+    """[s]"""
+    stopped: bool
+    """Whether it ended before its last generation."""
+
+    def __repr__(self) -> str:
+        """One line, for notebooks: the whole would be every evaluation."""
+        found = self.by_individual
+        method = f"{self.method.name.lower()} {self.preset}".strip()
+        return f"Campaign({method}: {found.nc} collisions among {found.individuals} individuals, {found.nis} invalid)"
+
+    def last(self, count: int, by_simulation: bool = False) -> Figures:
+        """Figures of the generations among the configured last `count` ones that were run."""
+        rows = self.evaluations.places[:, 0] >= self.config.generations - count
+        return figures(self.evaluations, rows & self.evaluations.simulated if by_simulation else rows)
+
+
+def run_campaign(
+    space: ParamSpace,
+    searcher: Searcher,
+    evaluate: Evaluate,
+    config: SearchConfig,
+    method: Method,
+    preset: str = "",
+    on_generation: OnGeneration | None = None,
+    should_stop: Callable[[], bool] = lambda: False,
+    past: Sequence[Evaluations] = (),
+    spent: float = 0.0,
+) -> Campaign:
+    """Run all generations, or as many as there is time for.
+
+    `past` holds the first generations of the same campaign, from a journal: the searcher is told their results again
+    instead of simulating them, and goes on where it was. `on_generation` hears of what is new. `spent` is the time that
+    the past took [s].
+
+    Ctrl-C, or `should_stop` after a generation, ends the campaign with what is finished; Ctrl-C before the end of the
+    first generation is passed on. What `on_generation` raises is passed on too.
+
+    Raises:
+        ForeignPastError: the searcher would not have proposed what `past` holds.
+    """
+    quantile_level(config.aggregate)
+    start = perf_counter() - spent
+    done: list[tuple[Evaluations, GenerationFigures]] = []
+    best: Case | None = None
+    simulations = 0
+    try:
+        for generation in range(config.generations):
+            proposals = searcher.ask()
+            if generation < len(past):
+                evaluations = _told_again(proposals, past[generation], generation)
+            else:
+                evaluations = _evaluate(proposals, [block for block, _ in done], evaluate, config, method)
+            searcher.tell(results(evaluations))
+            done.append((evaluations, generation_figures(evaluations, generation)))
+            best = _worse(best, evaluations, sum(len(block) for block, _ in done[:-1]))
+            simulations += done[-1][1].by_simulation.runs
+            if on_generation is not None and generation >= len(past):
+                elapsed = perf_counter() - start
+                on_generation(Progress(generation, config.generations, *done[-1], best, simulations, elapsed))
+            if should_stop():
+                break
+    except KeyboardInterrupt:
+        if not done:
+            raise
+    stopped = len(done) < config.generations
+    return _finish(space, evaluate if not stopped else None, config, method, preset, done, start)
+
+
+def follow(searcher: Searcher, past: Sequence[Evaluations]) -> None:
+    """Tell a new searcher a whole past again; nothing is simulated.
+
+    Raises:
+        ForeignPastError: it would not have proposed what `past` holds, in this way and from these parents.
+    """
+    for generation, evaluations in enumerate(past):
+        searcher.tell(results(_told_again(searcher.ask(), evaluations, generation)))
+
+
+def _told_again(proposals: Sequence[Proposal], evaluations: Evaluations, generation: int) -> Evaluations:
+    """A generation of the past, once it is sure that these proposals led to it."""
+    genomes = np.array([proposal.genome for proposal in proposals], dtype=np.float64).reshape(len(proposals), -1)
+    same = genomes.tobytes() == evaluations.genomes.tobytes() and all(
+        np.array_equal(asked, written)
+        for asked, written in (
+            ([proposal.birth for proposal in proposals], evaluations.births),
+            ([proposal.operator for proposal in proposals], evaluations.operator),
+            ([proposal.reused is not None for proposal in proposals], evaluations.reused),
+            (parent_rows(proposals), evaluations.parents),
+        )
+    )
+    if not same:
+        raise ForeignPastError(generation)
+    return evaluations
+
+
+def _evaluate(
+    proposals: Sequence[Proposal],
+    blocks: Sequence[Evaluations],
+    evaluate: Evaluate,
+    config: SearchConfig,
+    method: Method,
+) -> Evaluations:
+    """One generation: what is new is simulated, what is reused is looked up at its birth."""
+    generation, count = len(blocks), len(proposals)
+    genomes = np.array([proposal.genome for proposal in proposals], dtype=np.float64).reshape(count, -1)
+    births = np.array([proposal.birth for proposal in proposals], dtype=np.int32)
+    reused = np.array([proposal.reused is not None for proposal in proposals])
+    fresh = np.flatnonzero(~reused)
+    tables: list[tuple[Ints, Assessment]] = [
+        (blocks[born].keys[index, np.newaxis], take(blocks[born].rollouts, slice(index, index + 1)))
+        for born, index in births[reused].tolist()
+    ]
+    if len(fresh):
+        tables.insert(0, _simulate(genomes[fresh], births[fresh], generation, evaluate, config, method))
+    order = np.argsort(np.concatenate([fresh, np.flatnonzero(reused)]))
+    rollouts = take(concatenate([runs for _, runs in tables]), order)
+    verdict, fitness = judge(rollouts, config.aggregate)
+    return Evaluations(
+        genomes=genomes,
+        places=np.stack([np.full(count, generation), np.arange(count)], axis=1).astype(np.int32),
+        births=births,
+        operator=np.array([proposal.operator for proposal in proposals], dtype=np.int32),
+        parents=parent_rows(proposals),
+        reused=reused,
+        verdict=verdict,
+        fitness=fitness,
+        keys=np.concatenate([keys for keys, _ in tables])[order],
+        rollouts=rollouts,
+    )
+
+
+def _simulate(
+    genomes: Floats, births: Ints, generation: int, evaluate: Evaluate, config: SearchConfig, method: Method
+) -> tuple[Ints, Assessment]:
+    """Keys (m, k, 6) and results (m, k, …) of m new genomes."""
+    if (births[:, 0] != generation).any():
+        raise ValueError(f"a proposal without a stored result must be born in generation {generation}")
+    keys = np.stack(
+        [
+            key_rows(config.seed, int(method), config.run, generation, births[:, 1], rollout)
+            for rollout in range(config.rollouts)
+        ],
+        axis=1,
+    )
+    shape = keys.shape[:2]
+    rows = evaluate(np.repeat(genomes, config.rollouts, axis=0), keys.reshape(-1, keys.shape[2]))
+    return keys, map_arrays(rows, lambda array: array.reshape(*shape, *array.shape[1:]))
+
+
+def _worse(best: Case | None, evaluations: Evaluations, first_row: int) -> Case | None:
+    """The worst case so far, after a generation whose first individual has this row."""
+    for case in worst_cases(evaluations, 1):
+        if best is None or (case.score, case.continuous) > (best.score, best.continuous):
+            return Case(**{**vars(case), "row": case.row + first_row})
+    return best
+
+
+def _finish(
+    space: ParamSpace,
+    evaluate: Evaluate | None,
+    config: SearchConfig,
+    method: Method,
+    preset: str,
+    done: Sequence[tuple[Evaluations, GenerationFigures]],
+    start: float,
+) -> Campaign:
+    evaluations = concatenate([block for block, _ in done])
+    box = Box.of(space)
+    probes = None
+    if evaluate is not None and config.probes > 0:
+        with suppress(KeyboardInterrupt):
+            probes = probe_genes(box, evaluations, evaluate, config.probes)
+    return Campaign(
+        method=method,
+        preset=preset,
+        space=space,
+        config=config,
+        evaluations=evaluations,
+        generations=tuple(figure for _, figure in done),
+        by_individual=figures(evaluations, np.ones(len(evaluations), dtype=bool)),
+        by_simulation=figures(evaluations, evaluations.simulated),
+        distinct_collisions=distinct_collisions(evaluations),
+        worst=worst_cases(evaluations, box=box),
+        genes=gene_effects(box, evaluations, probes),
+        elapsed=perf_counter() - start,
+        stopped=len(done) < config.generations,
+    )
+
+
+# -- one call for a whole search ---------------------------------------------------------------------------------------
+
+DEFAULTS = Config()
+
+
+def search(
+    program: Program,
+    method: str = "ga",
+    config: Config = DEFAULTS,
+    profile: str = "paper",
+    on_generation: OnGeneration | None = None,
+    should_stop: Callable[[], bool] = lambda: False,
+    past: Sequence[Evaluations] = (),
+    spent: float = 0.0,
+    workers: Workers | None = None,
+) -> Campaign:
+    """Search a program's box by a method of `searchers.known_searchers`, judged by a risk profile; see `run_campaign`.
+
+    Without `workers`, threads of this process run the simulations, as many as the config says. Where they run changes
+    no result.
+
+    Raises:
+        ValueError: an unknown method, engine, profile or aggregate, or settings out of range.
+        MissingExtraError, PluginError: the method cannot be used.
+        WorkersLostError: nobody is there to run simulations, or no longer.
+    """
+    method = canonical(method)
+    searcher = build_searcher(method, Box.of(program.space), config)
+    from engine.risk import PROFILES
+    from engine.search.evaluator import make_evaluator
+
+    if profile not in PROFILES:
+        raise ValueError(f"profile: `{profile}` is none of {', '.join(PROFILES)}")
+    entry = find_searcher(method)
+    workers = workers or Workers("threads", config.search.jobs)
+    with open_workers(workers) as executor:
+        here = make_evaluator(program, config, PROFILES[profile])
+        return run_campaign(
+            program.space,
+            searcher,
+            spread(executor, workers, program, config, profile) if executor else here,
+            config.search,
+            entry.method,
+            preset=entry.preset(config),
+            on_generation=on_generation,
+            should_stop=should_stop,
+            past=past,
+            spent=spent,
+        )

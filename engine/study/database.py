@@ -1,0 +1,276 @@
+"""A study on disk: `study.sqlite`, one transaction a run, and the compiled scenarios beside it.
+
+A killed process loses at most the runs in flight. What the runs *found* (`run`, `evaluations`) is a pure function of
+the plan, in whatever order they ended; what they took (`pace`) lies in a table of its own.
+
+| table       | one row for each                                                                      |
+|-------------|---------------------------------------------------------------------------------------|
+| manifest    | fact about the whole study, as JSON                                                   |
+| scenario    | scenario: its name, file, manifest, and the digest of its program in `programs/NN.npz` |
+| run         | finished run: its figures as JSON, their course over the generations as float64       |
+| evaluations | finished run: every evaluation, see `engine.study.run_records`                            |
+| pace        | finished run: seconds                                                                 |
+
+`StudyStore` writes it; `read_study` reads it back, its plan with the compiled scenarios and its records, and
+`read_evaluations` any run's evaluations.
+"""
+
+import json
+import sqlite3
+from collections.abc import Sequence
+from contextlib import closing, suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
+from engine.errors import CortexError
+from engine.program import ArchiveError, load_program, save_program
+from engine.search.evaluations import Evaluations
+from engine.search.journal import finite
+from engine.search.searchers import method_of
+from engine.search.store import StoreError, insist_on, store_errors
+from engine.study.plan import Address, Plan, Subject
+from engine.study.run_records import FIELDS, DamagedBlock, Finished, RunRecord, flat, unflat, unpack
+
+STUDY = "study.sqlite"
+PROGRAMS = "programs"
+APPLICATION_ID = 0x43525354
+"""Marks the file as ours ("CRST")."""
+SCHEMA_VERSION = 1
+"""Rises with every change of the tables, of `RunFigures` or of `Assessment`."""
+_KEY = "scenario INTEGER NOT NULL, method TEXT NOT NULL, run INTEGER NOT NULL"
+_SCHEMA = f"""
+CREATE TABLE manifest (field TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE scenario (number INTEGER PRIMARY KEY, name TEXT, file TEXT, manifest TEXT, digest TEXT);
+CREATE TABLE run ({_KEY}, figures TEXT NOT NULL, course BLOB NOT NULL, PRIMARY KEY (scenario, method, run));
+CREATE TABLE evaluations ({_KEY}, block BLOB NOT NULL, PRIMARY KEY (scenario, method, run));
+CREATE TABLE pace ({_KEY}, seconds REAL NOT NULL, PRIMARY KEY (scenario, method, run));
+PRAGMA application_id = {APPLICATION_ID};
+PRAGMA user_version = {SCHEMA_VERSION};
+"""
+
+
+def is_study(folder: Path) -> bool:
+    """Whether the folder holds a study (and not a single run)."""
+    return (folder / STUDY).is_file()
+
+
+class StudyStore:
+    """An open study that is being carried out; its `write` is an `on_run`."""
+
+    def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
+        self.path = path
+        self._connection = connection
+        self._inode = path.stat().st_ino
+
+    @classmethod
+    def create(cls, folder: Path, plan: Plan, facts: dict[str, Any]) -> "StudyStore":
+        """Start a study in a folder that exists and is empty; `facts` are whatever its readers should know.
+
+        Raises:
+            StoreError: it cannot be written.
+        """
+        path = folder / STUDY
+        with store_errors(path):
+            _save_programs(folder, plan)
+            connection = opened(path, "rwc")
+            rows = [(field, json.dumps(finite(value))) for field, value in {**facts, **_document(plan)}.items()]
+            connection.executescript(f"BEGIN; {_SCHEMA}")
+            with connection:
+                connection.executemany("INSERT INTO manifest VALUES (?, ?)", rows)
+                connection.executemany("INSERT INTO scenario VALUES (?, ?, ?, ?, ?)", _scenario_rows(plan))
+        return cls(path, connection)
+
+    @classmethod
+    def reopen(cls, folder: Path) -> "StudyStore":
+        """Go on with a study that `reading.read_study` has read.
+
+        Raises:
+            StoreError: it cannot be written.
+        """
+        with store_errors(folder / STUDY):
+            return cls(folder / STUDY, opened(folder / STUDY, "rw"))
+
+    def write(self, finished: Finished) -> None:
+        """Add one run: all of it or, if anything goes wrong, nothing.
+
+        Raises:
+            StoreError: it cannot be written, or was removed.
+        """
+        insist_on(self.path, self._inode)
+        record = finished.record
+        figures = json.dumps(finite(flat(record.figures)), allow_nan=False)
+        with store_errors(self.path), self._connection as connection:
+            connection.execute(
+                "INSERT INTO run VALUES (?, ?, ?, ?, ?)",
+                (*record.address, figures, record.course.astype("<f8").tobytes()),
+            )
+            connection.execute("INSERT INTO evaluations VALUES (?, ?, ?, ?)", (*record.address, finished.block))
+            connection.execute("INSERT INTO pace VALUES (?, ?, ?, ?)", (*record.address, record.seconds))
+
+    def close(self) -> None:
+        """Leave one plain file behind; two more beside it where somebody is reading, or the disk is full."""
+        with suppress(sqlite3.OperationalError):
+            self._connection.execute("PRAGMA journal_mode = DELETE")
+        self._connection.close()
+
+
+def opened(path: Path, mode: str) -> sqlite3.Connection:
+    """A connection that reads (`ro`), or writes (`rw`), or makes the file first (`rwc`)."""
+    connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode={mode}", uri=True)
+    if mode != "ro":
+        connection.execute("PRAGMA journal_mode = WAL")
+        connection.execute("PRAGMA synchronous = NORMAL")
+    return connection
+
+
+def _document(plan: Plan) -> dict[str, Any]:
+    return {"methods": plan.methods, "runs": plan.runs, "profile": plan.profile, "fields": FIELDS}
+
+
+def _save_programs(folder: Path, plan: Plan) -> None:
+    (folder / PROGRAMS).mkdir(exist_ok=True)
+    for number, subject in enumerate(plan.subjects):
+        save_program(subject.program, program_file(folder, number))
+
+
+def program_file(folder: Path, number: int) -> Path:
+    return folder / PROGRAMS / f"{number + 1:02d}.npz"
+
+
+def _scenario_rows(plan: Plan) -> Sequence[tuple[Any, ...]]:
+    return [
+        (number, subject.name, subject.file, _manifest_json(plan, subject), subject.program.digest)
+        for number, subject in enumerate(plan.subjects)
+    ]
+
+
+def _manifest_json(plan: Plan, subject: Subject) -> str:
+    return json.dumps(finite(asdict(plan.manifest(subject, plan.methods[0]))))
+
+
+# -- reading -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study as its folder tells it."""
+
+    folder: Path
+    plan: Plan
+    records: tuple[RunRecord, ...]
+    """Of all finished runs, in the order of the plan."""
+    manifest: dict[str, Any]
+    edited: tuple[str, ...]
+    """Files that say something else now; the study goes by what they said when it was begun."""
+
+    @property
+    def complete(self) -> bool:
+        plan = self.plan
+        return len(self.records) == plan.runs * len(plan.subjects) * len(plan.methods)
+
+
+def read_study(folder: Path) -> Study:
+    """Read a study without its evaluations.
+
+    Raises:
+        StoreError: no such folder, not a study of ours, of another version, or damaged.
+    """
+    if not is_study(folder):
+        raise StoreError(
+            f"there is no study in `{folder}`", "name the folder of a study, such as runs/study-6x2x30-001"
+        )
+    path = folder / STUDY
+    with store_errors(path), closing(opened(path, "ro")) as connection:
+        _check(path, connection)
+        try:
+            manifest = {field: json.loads(value) for field, value in connection.execute("SELECT * FROM manifest")}
+            plan = _plan(folder, connection, manifest)
+            records = _records(connection)
+        except (ValueError, KeyError, TypeError, IndexError, AttributeError, ArchiveError) as error:
+            raise _damaged(folder, error.message if isinstance(error, CortexError) else str(error)) from error
+    ordered = tuple(records[address] for address in plan.addresses() if address in records)
+    return Study(folder, plan, ordered, manifest, tuple(_edited(plan)))
+
+
+def read_evaluations(study: Study, address: Address) -> Evaluations:
+    """Every evaluation of one finished run, as its campaign held them.
+
+    Raises:
+        StoreError: the run is not finished, or what is stored of it is damaged.
+    """
+    path = study.folder / STUDY
+    with store_errors(path), closing(opened(path, "ro")) as connection:
+        query = "SELECT block FROM evaluations WHERE (scenario, method, run) = (?, ?, ?)"
+        row = connection.execute(query, tuple(address)).fetchone()
+    if row is None:
+        raise StoreError(
+            f"`{study.folder}` holds no finished run {address.run} of {address.method}", "go on with the study"
+        )
+    search = study.plan.subjects[address.scenario].config.search
+    try:
+        return unpack(row[0], search.seed, int(method_of(address.method)), address.run, search.aggregate)
+    except DamagedBlock as error:
+        raise _damaged(study.folder, str(error)) from error
+
+
+def _check(path: Path, connection: sqlite3.Connection) -> None:
+    if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
+        raise StoreError(f"`{path}` is a database of another program", "name the folder of a study")
+    found = connection.execute("PRAGMA user_version").fetchone()[0]
+    if found != SCHEMA_VERSION:
+        raise StoreError(
+            f"`{path}` has version {found} of a study, this program reads {SCHEMA_VERSION}",
+            "use the version of cortexc that wrote it",
+        )
+
+
+def _damaged(folder: Path, why: str) -> StoreError:
+    return StoreError(f"the study in `{folder}` is damaged: {why}", "restore it from a copy, or repeat it")
+
+
+def _plan(folder: Path, connection: sqlite3.Connection, manifest: dict[str, Any]) -> Plan:
+    rows = connection.execute("SELECT number, name, file, manifest, digest FROM scenario ORDER BY number")
+    subjects = tuple(_subject(folder, *row) for row in rows)
+    return Plan(subjects, tuple(manifest["methods"]), manifest["runs"], manifest["profile"])
+
+
+def _subject(folder: Path, number: int, name: str, file: str, manifest: str, digest: str) -> Subject:
+    program = load_program(program_file(folder, number))
+    if program.digest != digest:
+        raise ValueError(f"{program_file(folder, number)} is not the program that the study is about")
+    parts = json.loads(manifest)["settings"]
+    config = Config(
+        simulation=SimulationConfig(**parts["simulation"]),
+        contact=ContactConfig(**parts["contact"]),
+        search=SearchConfig(**parts["search"]),
+        ga=GAConfig(**parts["ga"]),
+    )
+    return Subject(name, file, program, config)
+
+
+def _records(connection: sqlite3.Connection) -> dict[Address, RunRecord]:
+    query = "SELECT scenario, method, run, figures, course, seconds FROM run JOIN pace USING (scenario, method, run)"
+    records = {}
+    for scenario, method, run, figures, course, seconds in connection.execute(query):
+        address = Address(scenario, method, run)
+        values = np.frombuffer(course, dtype="<f8").astype(np.float64).reshape(2, len(FIELDS), -1)
+        records[address] = RunRecord(address, unflat(json.loads(figures)), values, seconds)
+    return records
+
+
+def _edited(plan: Plan) -> Sequence[str]:
+    """Files of the study that are there and differ."""
+    texts = {subject.file: subject.program.source_text for subject in plan.subjects}
+    texts |= {file.name: file.text for subject in plan.subjects for file in subject.program.imported}
+    return [name for name, text in texts.items() if _differs(Path(name), text)]
+
+
+def _differs(path: Path, text: str) -> bool:
+    try:
+        return path.is_file() and path.read_bytes().decode() != text
+    except (OSError, ValueError):
+        return False

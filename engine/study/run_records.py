@@ -1,0 +1,306 @@
+"""What a study remembers of each run: its figures, their course over the generations, and all its evaluations as one
+compressed blob (`pack`, `unpack`). From the courses of all runs come the curves of a figure over the generations.
+
+    curve = curve_of(study.plan, study.records, 0, "ga", "rl")
+    curve.median, curve.band()              # (generations,)
+    smoothed(curve.median)                  # as the paper's figures
+
+A blob holds every number, and takes less room than the numbers themselves need: it is zlib over the length of a JSON
+header (uint32), the header (each array's name, type and shape), and the arrays, little-endian. Each array lies there
+byte by byte, all first bytes, then all second ones, as those are alike. An elite's repeated simulation is not stored
+again, and nothing that can be computed from the rest is: places, keys, verdicts of individuals and their fitness.
+"""
+
+import json
+import zlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from math import prod
+from typing import Any
+
+import numpy as np
+
+from engine.errors import Signal
+from engine.search.assessment import Assessment, map_arrays, take
+from engine.search.evaluations import Evaluations, Figures, GenerationFigures, flat_rollouts, judge
+from engine.search.insight.diversity import distinct_failures, grids
+from engine.search.protocol import Box
+from engine.search.run import Campaign
+from engine.streams import key_rows
+from engine.study.plan import Address, Plan
+from engine.tables import Floats, Ints
+
+# -- all evaluations of a run as a blob --------------------------------------------------------------------------------
+LEVEL = 1
+"""Of zlib: higher ones take several times as long and save a tenth."""
+INDIVIDUAL = ("genomes", "births", "operator", "parents", "reused")
+"""Fields of `Evaluations` that are stored as they are."""
+
+
+class DamagedBlock(Signal):
+    """A blob is not what `pack` made."""
+
+
+def pack(evaluations: Evaluations) -> bytes:
+    """A whole run as one blob."""
+    arrays = dict(_arrays(evaluations))
+    header = {name: [array.dtype.newbyteorder("<").str, array.shape] for name, array in arrays.items()}
+    text = json.dumps(header).encode()
+    parts = [np.uint32(len(text)).astype("<u4").tobytes(), text, *map(_bytes, arrays.values())]
+    return zlib.compress(b"".join(parts), LEVEL)
+
+
+def _arrays(evaluations: Evaluations) -> Iterator[tuple[str, np.ndarray]]:
+    yield "generation", np.bincount(evaluations.places[:, 0]).astype(np.int32)
+    yield "rollouts", np.array([evaluations.rollouts.verdict.shape[1]], dtype=np.int32)
+    for name in INDIVIDUAL:
+        yield name, getattr(evaluations, name)
+    runs = flat_rollouts(take(evaluations, evaluations.simulated))
+    for field in fields(Assessment):
+        yield f"run.{field.name}", getattr(runs, field.name)
+
+
+def _bytes(array: np.ndarray) -> bytes:
+    flat = np.ascontiguousarray(array.astype(array.dtype.newbyteorder("<")))
+    return flat.reshape(-1).view(np.uint8).reshape(flat.size, flat.itemsize).T.tobytes()
+
+
+def unpack(blob: bytes, seed: int, method: int, run: int, aggregate: str) -> Evaluations:
+    """Exactly what was packed; the fields of its stream keys and the aggregate are known from the plan.
+
+    Raises:
+        DamagedBlock: the blob is cut off, altered, or of another version.
+    """
+    try:
+        arrays = _read(blob)
+        runs = Assessment(**{field.name: arrays[f"run.{field.name}"] for field in fields(Assessment)})
+        return _evaluations(arrays, runs, (seed, method, run), aggregate)
+    except (zlib.error, ValueError, KeyError, IndexError, TypeError) as error:
+        raise DamagedBlock(f"{type(error).__name__}: {error}") from error
+
+
+def _read(blob: bytes) -> dict[str, np.ndarray]:
+    data = zlib.decompress(blob)
+    length = int(np.frombuffer(data, "<u4", 1)[0])
+    offset = 4 + length
+    arrays = {}
+    for name, (kind, shape) in json.loads(data[4:offset]).items():
+        dtype = np.dtype(kind)
+        count = prod(shape)
+        raw = np.frombuffer(data, np.uint8, count * dtype.itemsize, offset).reshape(dtype.itemsize, count)
+        arrays[name] = (
+            np.ascontiguousarray(raw.T).reshape(-1).view(dtype).reshape(shape).astype(dtype.newbyteorder("="))
+        )
+        offset += count * dtype.itemsize
+    return arrays
+
+
+def _evaluations(
+    arrays: dict[str, np.ndarray], runs: Assessment, stream: tuple[int, int, int], aggregate: str
+) -> Evaluations:
+    """Individuals with their simulations: a reused one has those of its birth."""
+    rollouts, sizes = int(arrays["rollouts"][0]), arrays["generation"]
+    first = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+    generation = np.repeat(np.arange(len(sizes)), sizes)
+    places = np.stack([generation, np.arange(len(generation)) - first[generation]], axis=1).astype(np.int32)
+    births, reused = arrays["births"], arrays["reused"]
+    born = first[births[:, 0]] + births[:, 1]
+    simulation = (np.cumsum(~reused) - 1)[born]
+    each = map_arrays(runs, lambda array: array.reshape(-1, rollouts, *array.shape[1:])[simulation])
+    verdict, fitness = judge(each, aggregate)
+    return Evaluations(
+        **{name: arrays[name] for name in INDIVIDUAL},
+        places=places,
+        verdict=verdict,
+        fitness=fitness,
+        keys=_keys(births, rollouts, stream),
+        rollouts=each,
+    )
+
+
+def _keys(births: Ints, rollouts: int, stream: tuple[int, int, int]) -> Ints:
+    """(n, k, 6) stream keys."""
+    rows = np.repeat(births.astype(np.int64), rollouts, axis=0)
+    keys = key_rows(*stream, 0, rows[:, 1])
+    keys[:, 3] = rows[:, 0]
+    keys[:, 5] = np.tile(np.arange(rollouts), len(births))
+    return keys.reshape(len(births), rollouts, keys.shape[1])
+
+
+# -- records -----------------------------------------------------------------------------------------------------------
+
+LAST = 10
+"""Generations at the end that are told apart, as in the paper."""
+FIELDS = tuple(field.name for field in fields(Figures))
+"""Rows of a course."""
+OWN = ("distinct_collisions", "distinct_failures", "failing_cells", "first_collision")
+"""Numbers of a run that are no `Figures`."""
+
+
+@dataclass(frozen=True)
+class RunFigures:
+    """One run in numbers; a pure function of plan and address."""
+
+    individuals: Figures
+    """Over the whole run, elites counted in each generation that kept them, as the paper does."""
+    simulations: Figures
+    """The same, each distinct simulation once."""
+    last_individuals: Figures
+    """Of the last ten generations."""
+    last_simulations: Figures
+    distinct_collisions: int
+    """Different genomes that collided: the primary outcome of a study."""
+    distinct_failures: int
+    """Collisions that differ enough from all counted before (see `engine.search.insight.diversity`)."""
+    failing_cells: int
+    """Cells with a collision, over all descriptor grids."""
+    first_collision: float
+    """Distinct simulations up to and with the first that collided; NaN where none did."""
+
+
+@dataclass(frozen=True)
+class RunRecord:
+    """One finished run."""
+
+    address: Address
+    figures: RunFigures
+    course: Floats
+    """(2, fields, generations): `FIELDS` of each generation, by individual and by simulation."""
+    seconds: float
+    """What it took; the one thing here that no second run repeats."""
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A run that has just ended, on its way into the store."""
+
+    record: RunRecord
+    block: bytes
+    """All its evaluations, see `engine.study.run_records`."""
+
+
+def finished(address: Address, campaign: Campaign) -> Finished:
+    """What is kept of a campaign that ran to its end."""
+    record = RunRecord(address, run_figures(campaign), course(campaign.generations), campaign.elapsed)
+    return Finished(record, pack(campaign.evaluations))
+
+
+def run_figures(campaign: Campaign) -> RunFigures:
+    evaluations = campaign.evaluations
+    return RunFigures(
+        individuals=campaign.by_individual,
+        simulations=campaign.by_simulation,
+        last_individuals=campaign.last(LAST),
+        last_simulations=campaign.last(LAST, by_simulation=True),
+        distinct_collisions=campaign.distinct_collisions,
+        distinct_failures=len(distinct_failures(evaluations, Box.of(campaign.space))),
+        failing_cells=sum(grid.failing for grid in grids(evaluations)),
+        first_collision=first_collision(evaluations),
+    )
+
+
+def first_collision(evaluations: Evaluations) -> float:
+    """How many distinct simulations it took to collide; NaN where it never did."""
+    hits = np.flatnonzero(evaluations.rollouts.collided[evaluations.simulated].ravel())
+    return float(hits[0] + 1) if len(hits) else float("nan")
+
+
+def course(generations: Sequence[GenerationFigures]) -> Floats:
+    """(2, fields, generations)"""
+    pairs = [(figures.by_individual, figures.by_simulation) for figures in generations]
+    rows = [[[getattr(figures, name) for name in FIELDS] for figures in pair] for pair in pairs]
+    return np.array(rows, dtype=np.float64).reshape(len(rows), 2, len(FIELDS)).transpose(1, 2, 0).copy()
+
+
+def flat(figures: RunFigures) -> dict[str, float]:
+    """Every number by a name of its own, such as `nc`, `simulated_nc`, `last_nc` and `last_simulated_nc`."""
+    groups = {"": "individuals", "simulated_": "simulations", "last_": "last_individuals"}
+    groups["last_simulated_"] = "last_simulations"
+    row: dict[str, float] = {name: getattr(figures, name) for name in OWN}
+    for prefix, group in groups.items():
+        row |= {f"{prefix}{name}": getattr(getattr(figures, group), name) for name in FIELDS}
+    return row
+
+
+def unflat(row: dict[str, Any]) -> RunFigures:
+    """Inverse of `flat`; None is NaN."""
+    numbers: dict[str, Any] = {name: float("nan") if value is None else value for name, value in row.items()}
+
+    def group(prefix: str) -> Figures:
+        return Figures(**{name: numbers[f"{prefix}{name}"] for name in FIELDS})
+
+    return RunFigures(
+        individuals=group(""),
+        simulations=group("simulated_"),
+        last_individuals=group("last_"),
+        last_simulations=group("last_simulated_"),
+        **{name: numbers[name] for name in OWN},
+    )
+
+
+# -- curves: metrics over the generations, every run, their median and a band ------------------------------------------
+
+WINDOW, ORDER = 7, 2
+"""Of the Savitzky-Golay filter; the paper names the filter, not its settings."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One field of `engine.search.evaluations.Figures` over the generations of all runs of a cell."""
+
+    scenario: str
+    method: str
+    field: str
+    values: Floats
+    """(runs, generations), NaN where a generation has no such number."""
+
+    @property
+    def median(self) -> Floats:
+        """(generations,) over the runs that have the number; NaN where none has."""
+        return self.quantile(0.5)
+
+    def band(self, low: float = 0.25, high: float = 0.75) -> tuple[Floats, Floats]:
+        """Two quantiles over the runs, (generations,) each."""
+        return self.quantile(low), self.quantile(high)
+
+    def quantile(self, level: float) -> Floats:
+        """(generations,)"""
+        result = np.full(self.values.shape[1], np.nan)
+        known = ~np.isnan(self.values).all(axis=0)
+        if known.any():
+            result[known] = np.nanquantile(self.values[:, known], level, axis=0)
+        return result
+
+
+def curve_of(
+    plan: Plan,
+    records: Sequence[RunRecord],
+    scenario: int,
+    method: str,
+    field: str,
+    by_simulation: bool = False,
+) -> Curve:
+    """The course of a field in one cell, over its finished runs.
+
+    Raises:
+        ValueError: no such field.
+    """
+    if field not in FIELDS:
+        raise ValueError(f"field: `{field}` is none of {', '.join(FIELDS)}")
+    chosen = [record.course for record in records if record.address[:2] == (scenario, method)]
+    generations = plan.subjects[scenario].config.search.generations
+    row = FIELDS.index(field)
+    values = np.array([course[int(by_simulation), row] for course in chosen], dtype=np.float64)
+    return Curve(plan.subjects[scenario].name, method, field, values.reshape(len(chosen), generations))
+
+
+def smoothed(values: Floats, window: int = WINDOW, order: int = ORDER) -> Floats:
+    """Each value replaced by that of a polynomial through its neighbours; short courses and gaps are left alone.
+
+    Savitzky and Golay (1964), "Smoothing and differentiation of data by simplified least squares procedures".
+    """
+    if len(values) < window or np.isnan(values).any():
+        return values
+    from scipy.signal import savgol_filter
+
+    return np.asarray(savgol_filter(values, window, order), dtype=np.float64)

@@ -1,0 +1,263 @@
+"""Everything that a study says, computed from its records, and its verdict in plain words.
+
+Beside its comparisons that is two things. Our numbers beside the paper's, scenario by scenario, where a study runs its
+six with its two methods and its budget: the simulators differ (the paper's is Scenic's own), and the paper has one run
+of each; agreement in size is not expected, agreement in direction is what can be asked. And rates of random sampling,
+each individual an independent draw, with exact intervals and a test against the paper; nothing of the kind is said of
+any other method, as what it draws depends on what it found before.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.paper import FILES, GA, GENERATIONS, INDIVIDUALS, POPULATION, RANDOM, SCENARIOS, STUDIES, Printed
+from engine.paper import Study as StudyRow
+from engine.search.statistics import Interval, OddsRatio, clopper_pearson, fisher
+from engine.study.comparisons import (
+    DISTINCT_FAILURES,
+    LEVEL,
+    MEASURES,
+    MEDIUM,
+    PRIMARY,
+    Comparison,
+    Measure,
+    compare_all,
+    ranked,
+    spread,
+)
+from engine.study.plan import BASELINE, RUNS, Plan
+from engine.study.run_records import RunRecord
+
+# -- our numbers beside the paper's ------------------------------------------------------------------------------------
+
+METHODS = ("ga", "random")
+CENTIMETRES = 100.0
+
+
+@dataclass(frozen=True)
+class Beside:
+    """One metric on one scenario: medians over our runs, the paper's one run, both methods."""
+
+    letter: str
+    scenario: str
+    measure: Measure
+    ga: float
+    random: float
+    paper_ga: float
+    paper_random: float
+
+    @property
+    def ratio(self) -> float:
+        return _ratio(self.ga, self.random)
+
+    @property
+    def paper_ratio(self) -> float:
+        return _ratio(self.paper_ga, self.paper_random)
+
+    @property
+    def same_direction(self) -> bool:
+        """Whether both say that the genetic algorithm has more, or both less."""
+        return bool(np.sign(self.ga - self.random) == np.sign(self.paper_ga - self.paper_random))
+
+
+def _ratio(first: float, second: float) -> float:
+    return first / second if second else float("nan")
+
+
+_PRINTED: dict[str, Callable[[Printed, int], float]] = {
+    "RL": lambda printed, letter: printed.rl[letter],
+    "NC": lambda printed, letter: printed.nc[letter],
+    "NIS": lambda printed, letter: printed.nis[letter],
+    "NC, last 10": lambda printed, letter: printed.nc_last[letter],
+    "MDG, last 10": lambda printed, letter: printed.mdg_last[letter] / CENTIMETRES,
+    "MDEC, last 10": lambda printed, letter: printed.mdec_last[letter] / CENTIMETRES,
+    "NIS, last 10": lambda printed, letter: printed.nis_last[letter],
+}
+"""What the paper prints for each scenario, by the name of our measure."""
+
+
+def beside_paper(plan: Plan, records: Sequence[RunRecord]) -> tuple[Beside, ...]:
+    """A row for each of the paper's scenarios and metrics that the study repeats; () unless it has both methods and
+    the paper's budget.
+    """
+    search = plan.subjects[0].config.search
+    budget = search.generations, search.population, search.rollouts
+    if budget != (GENERATIONS, POPULATION, 1) or not set(METHODS) <= set(plan.methods):
+        return ()
+    return tuple(
+        _beside(plan, records, number, measure)
+        for number, subject in enumerate(plan.subjects)
+        if subject.name in FILES
+        for measure in MEASURES
+        if measure.name in _PRINTED
+    )
+
+
+def _beside(plan: Plan, records: Sequence[RunRecord], number: int, measure: Measure) -> Beside:
+    name = plan.subjects[number].name
+    letter = FILES.index(name)
+    ga, random = (_median(records, number, method, measure) for method in METHODS)
+    printed = _PRINTED[measure.name]
+    return Beside(SCENARIOS[letter], name, measure, ga, random, printed(GA, letter), printed(RANDOM, letter))
+
+
+def _median(records: Sequence[RunRecord], number: int, method: str, measure: Measure) -> float:
+    return spread(ranked(records, number, method, measure)).median
+
+
+def studies(plan: Plan, records: Sequence[RunRecord]) -> tuple[StudyRow, ...]:
+    """The paper's table of studies with this one as its last row."""
+    return (*STUDIES, own_row(plan, records))
+
+
+def own_row(plan: Plan, records: Sequence[RunRecord]) -> StudyRow:
+    """What the finished runs came to. Shares are of individuals, as in the paper; seconds are those of one worker."""
+    simulations = sum(record.figures.simulations.runs for record in records)
+    seconds = sum(record.seconds for record in records)
+    return StudyRow(
+        name="this study",
+        cases=f"{simulations:,}",
+        seconds=f"{seconds / simulations:.2g}" if simulations else "none",
+        collisions=_shares(plan, records, "nc", counted=True),
+        valid=_shares(plan, records, "valid", counted=False),
+        metrics="RL, NC, MD, distinct failures",
+    )
+
+
+def _shares(plan: Plan, records: Sequence[RunRecord], field: str, *, counted: bool) -> str:
+    """`GA 3,249 (18.1 %), random 2,482 (13.8 %)`, or the shares alone."""
+    parts = []
+    for method in sorted(plan.methods, key=lambda name: name != METHODS[0]):  # the paper names its own first, too
+        runs = [record.figures.individuals for record in records if record.address.method == method]
+        total, of = sum(getattr(figures, field) for figures in runs), sum(figures.individuals for figures in runs)
+        share = f"{100.0 * total / of:.1f} %" if of else "none"
+        name = "GA" if method == "ga" else method
+        parts.append(f"{name} {total:,} ({share})" if counted else f"{name} {share}")
+    return ", ".join(parts)
+
+
+# -- rates of random sampling ------------------------------------------------------------------------------------------
+
+NOTHING = OddsRatio(float("nan"), float("nan"))
+
+
+@dataclass(frozen=True)
+class RandomRates:
+    """What a uniformly random genome of a scenario comes to, over all runs."""
+
+    scenario: str
+    individuals: int
+    valid: int
+    valid_rate: Interval
+    """95 %, Clopper and Pearson."""
+    collisions: int
+    collision_rate: Interval
+    """Of valid individuals, 95 %."""
+    against_paper: OddsRatio
+    """Collisions among valid ones: our odds to the paper's; NaN where the scenario is not one of its six."""
+
+
+def random_rates(plan: Plan, records: Sequence[RunRecord]) -> tuple[RandomRates, ...]:
+    """One row a scenario; () where the study has no random sampling."""
+    if BASELINE not in plan.methods:
+        return ()
+    return tuple(_rates(plan, records, number) for number in range(len(plan.subjects)))
+
+
+def _rates(plan: Plan, records: Sequence[RunRecord], number: int) -> RandomRates:
+    runs = [r.figures.individuals for r in records if r.address[:2] == (number, BASELINE)]
+    individuals = sum(figures.individuals - figures.errors for figures in runs)
+    valid, collisions = (sum(getattr(figures, name) for figures in runs) for name in ("valid", "nc"))
+    name = plan.subjects[number].name
+    return RandomRates(
+        scenario=name,
+        individuals=individuals,
+        valid=valid,
+        valid_rate=clopper_pearson(valid, individuals),
+        collisions=collisions,
+        collision_rate=clopper_pearson(collisions, valid),
+        against_paper=_against_paper(name, collisions, valid),
+    )
+
+
+def _against_paper(name: str, collisions: int, valid: int) -> OddsRatio:
+    if name not in FILES:
+        return NOTHING
+    letter = FILES.index(name)
+    return fisher((collisions, RANDOM.nc[letter]), (valid, INDIVIDUALS - RANDOM.nis[letter]))
+
+
+# -- findings ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What the finished runs of a study show."""
+
+    comparisons: tuple[Comparison, ...]
+    rates: tuple[RandomRates, ...]
+    beside: tuple[Beside, ...]
+    studies: tuple[StudyRow, ...]
+    verdict: tuple[str, ...]
+    """Sentences."""
+
+
+def findings(plan: Plan, records: Sequence[RunRecord]) -> Findings:
+    comparisons = compare_all(plan, records)
+    return Findings(
+        comparisons=comparisons,
+        rates=random_rates(plan, records),
+        beside=beside_paper(plan, records),
+        studies=studies(plan, records),
+        verdict=verdict(plan, comparisons),
+    )
+
+
+def verdict(plan: Plan, comparisons: Sequence[Comparison]) -> tuple[str, ...]:
+    """What may be claimed, and with how much caution."""
+    if not comparisons:
+        return ("one method alone: there is nothing to compare it with",)
+    sentences = [_about(plan, comparisons, method) for method in plan.contenders]
+    if plan.shares_draws:
+        sentences.append("scenarios share their random numbers: they are no independent repetitions of one another")
+    runs = min(row.runs for row in comparisons if row.measure is PRIMARY)
+    if runs < RUNS:
+        count = f"{runs} run{'' if runs == 1 else 's'}"
+        sentences.append(f"with {count} of each this is a hint at most; a claim asks for {RUNS}")
+    return tuple(sentences)
+
+
+def _about(plan: Plan, comparisons: Sequence[Comparison], method: str) -> str:
+    """One contender, by the primary outcome and by variety."""
+    collisions, failures = (_tally(method, comparisons, measure) for measure in (PRIMARY, DISTINCT_FAILURES))
+    return f"{method} against {plan.baseline}: {PRIMARY.name} {collisions}; {DISTINCT_FAILURES.name} {failures}"
+
+
+def _tally(method: str, comparisons: Sequence[Comparison], measure: Measure) -> str:
+    """`more in 5 of 6 scenarios, fewer in 1`, where each count is of differences that are sure and not small."""
+    rows = [row for row in comparisons if row.method == method and row.measure.name == measure.name]
+    more, fewer = sum(row.beats for row in rows), sum(row.loses for row in rows)
+    scenarios = f"{len(rows)} scenario{'' if len(rows) == 1 else 's'}"
+    parts = [f"{word} in {count}" for word, count in (("more", more), ("fewer", fewer)) if count]
+    if not all(row.decided for row in rows):
+        return f"undecided in {scenarios}"
+    if not parts:
+        return f"no clear difference in {scenarios}"
+    return f"{', '.join(parts)} of {scenarios}"
+
+
+RULE = (
+    f"beats: at least {RUNS} runs of each, better median, Holm-corrected Mann-Whitney p < {LEVEL:g}, A12 > {MEDIUM:g}; "
+    "A12: how often a run of the method is better than one of the baseline; one run is one observation; 95 %: "
+    "bootstrap, and no narrower than Newcombe's (2006), which is no single point where every run of one is better; "
+    "a run without a number, such as one that never collided, ranks last"
+)
+"""What the words of a verdict mean."""
+FAMILIES = (
+    "colliding genomes (yield: they differ in a bit) and distinct failures (variety) were named first and are one "
+    "family of tests; RL, MDG, MDEC and NIS are the second; all else is exploratory, each way of counting a family of "
+    "its own, and who picks one of them afterwards has not corrected for that"
+)
+"""Which tests may carry a claim."""
