@@ -30,7 +30,7 @@ def round_trip(item: Item) -> list[str]:
 
 
 def _read(file: Path) -> "Recording":
-    from engine.interchange.reading import read_openscenario
+    from engine.interchange.openscenario.read import read_openscenario
     from engine.interchange.tables import read_table
 
     return (read_openscenario(file) if file.suffix == ".xosc" else read_table(file)).recording

@@ -11,7 +11,7 @@ from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.run_report import pairs_content
 from cortex_dsl.report.findings.story import Moment, end_of, tell
 from engine.interchange.measuring import Measured
-from engine.interchange.reading import OdrNetwork, OdrRoad
+from engine.interchange.opendrive.read import OdrNetwork, OdrRoad
 from engine.interchange.recording import Recording
 from engine.program import Rule
 from engine.road.outline import Outline
@@ -19,8 +19,7 @@ from engine.tables import Floats, Ints
 from engine.vocabulary import EndReason
 
 if TYPE_CHECKING:
-    from engine.interchange.errors import InterchangeError
-    from engine.interchange.export import ExportOptions
+    from engine.interchange.contract import ExportOptions, InterchangeError
 
 APART = 2.0
 """Between two points of a line [m]."""
@@ -177,7 +176,7 @@ def measured_content(report: MeasuredReport) -> dict[str, Any]:
 
 
 class Exported(Protocol):
-    """A case that was exported: see `cortex_dsl.exports.cases`."""
+    """A case that was exported: see `cortex_dsl.interchange.cases`."""
 
     @property
     def recording(self) -> Recording: ...
@@ -186,7 +185,7 @@ class Exported(Protocol):
 
 
 class Gathered(Protocol):
-    """All files of an export, and what is to be said about them: see `cortex_dsl.exports.gathering`."""
+    """All files of an export, and what is to be said about them: see `cortex_dsl.interchange.writing`."""
 
     @property
     def files(self) -> Mapping[str, bytes]: ...

@@ -31,7 +31,7 @@ from engine.interchange.recording import Recording
 from engine.risk import PROFILES
 
 if TYPE_CHECKING:
-    from engine.interchange.export import ExportOptions
+    from engine.interchange.contract import ExportOptions
 
 
 DEFINITIONS = (
