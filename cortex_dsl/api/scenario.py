@@ -14,7 +14,7 @@ A search that keeps everything on disk, and can be gone on with: `search(…, ou
 `cortex_dsl.api.run_folder`, `cortex_dsl.api.runs`. A searcher of your own: `engine.search.searchers`.
 
 Arrays are row-aligned and in SI units, genomes in the file's own; their shapes stand at `engine.scenes.Scenes`,
-`engine.scenes.Outcomes` and `engine.search.evaluations.Evaluations`.
+`engine.outcomes.Outcomes` and `engine.search.evaluations.Evaluations`.
 """
 
 from collections.abc import Iterator, Mapping
@@ -40,8 +40,9 @@ if TYPE_CHECKING:
 
     from cortex_dsl.api.named_columns import Columns
     from cortex_dsl.report.page.notebook import Picture, Shown
+    from engine.outcomes import Outcomes
     from engine.risk import Risk
-    from engine.scenes import Outcomes, Scenes
+    from engine.scenes import Scenes
     from engine.search.ranking import Case
     from engine.search.run import Campaign, OnGeneration
     from engine.search.workers import Workers
@@ -152,7 +153,8 @@ class Scenario:
             ArgumentKindError: it is nothing of these.
         """
         from cortex_dsl.api import named_columns
-        from engine.scenes import Outcomes, Scenes
+        from engine.outcomes import Outcomes
+        from engine.scenes import Scenes
 
         if isinstance(thing, Scenes):
             return named_columns.of_scenes(self.program, self._own(thing))
@@ -191,8 +193,8 @@ class Scenario:
 
         `profile`: where the bands of the score end, `paper`, `paper-mm` or `literature` (see `engine.risk`).
         """
+        from engine.outcomes import Outcomes
         from engine.risk import PROFILES, assess
-        from engine.scenes import Outcomes
 
         arguments.kind("outcomes", outcomes, Outcomes, "`simulate` makes them of scenes")
         return assess(outcomes, PROFILES[arguments.one_of("profile", profile, PROFILES)])

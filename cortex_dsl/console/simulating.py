@@ -23,8 +23,9 @@ from cortex_dsl.report.terminal.requirements_view import exhausted_view
 from cortex_dsl.report.terminal.run_view import run_view
 from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
 from engine.metrics import recorded
+from engine.outcomes import Outcomes
 from engine.program import Program, Settings
-from engine.scenes import Outcomes, Scenes, Trajectory, actor_columns
+from engine.scenes import Scenes, Trajectory, actor_columns
 from engine.vocabulary import Column, EndReason, Verdict
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from cortex_dsl.interchange.cases import ExportCase
 from engine.interchange.contract import Export, ExportOptions, Finding
 from engine.interchange.measuring import OURS
 from engine.interchange.recording import Recording, recorded_run
-from engine.scenes import Outcomes
+from engine.outcomes import Outcomes
 from engine.streams import parse_key
 
 

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.interchange.contract import InterchangeError
+from engine.outcomes import Outcomes
 from engine.program import Program, RoadSpec
-from engine.scenes import Outcomes, Scenes, actor_columns
+from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, State

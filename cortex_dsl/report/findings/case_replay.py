@@ -19,11 +19,12 @@ from cortex_dsl.syntax import nodes
 from engine.kernels.conflict import Snapshot, snapshot
 from engine.kernels.geometry import box_distance
 from engine.metrics import Metric, measure_impacts, measure_trajectory, scored_samples, span_together, time_step
+from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import Risk
 from engine.road import build_network, outline
 from engine.road.outline import Outline
-from engine.scenes import Outcomes, Scenes, Trajectory, actor_columns
+from engine.scenes import Scenes, Trajectory, actor_columns
 from engine.search.ranking import Case
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, Column, State, Verdict

@@ -10,10 +10,12 @@ from cortex_dsl.api.arguments import Held
 from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
 from cortex_dsl.report.findings.story import RULE_TEXTS, Moment, in_order, tell
 from cortex_dsl.report.findings.tally import Tally, first_culprit
+from cortex_dsl.report.terminal.run_view import RunReport
 from engine.metrics import Metric, Recorded
+from engine.outcomes import PAIRS, Outcomes
 from engine.program import ParamSpace, Program
 from engine.road.outline import Outline
-from engine.scenes import Outcomes, Scenes, StreamKey, Trajectory
+from engine.scenes import Scenes, StreamKey, Trajectory
 from engine.streams import format_key
 from engine.vocabulary import EndReason, GeneKind, Verdict
 
@@ -167,15 +169,10 @@ def _place(program: Program, line: int) -> dict[str, Any]:
 
 def pairs_content(actors: Sequence[str], outcomes: Outcomes) -> list[dict[str, Any]]:
     """The metrics of each pair (ego, other) that decide the risk."""
-    fields = (
-        "min_distance",
-        "min_distance_time",
-        "max_closing_speed",
-        "max_closing_time",
-        "distance_at_ms",
-        "ttc_at_ms",
-    )
     return [
-        {"actors": [actors[0], other], **{name: getattr(outcomes, name)[0, pair] for name in fields}}
+        {
+            "actors": [actors[0], other],
+            **{row.name: getattr(outcomes, row.name)[0, pair] for row in PAIRS if row.in_document},
+        }
         for pair, other in enumerate(actors[1:])
     ]

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from cortex_dsl.report.findings.readable import KM_H, SpeedUnit, fixed, percent, speed_unit
 from engine.metrics import time_step
+from engine.outcomes import Outcomes
 from engine.program import Program, Rule
-from engine.scenes import Outcomes, Trajectory
+from engine.scenes import Trajectory
 from engine.tables import Floats, Ints
 from engine.vocabulary import EndReason, State
 

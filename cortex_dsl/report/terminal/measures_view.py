@@ -11,8 +11,8 @@ from cortex_dsl.report.findings.readable import ABSENT, KM_H, M_S, SpeedUnit, fi
 from cortex_dsl.report.findings.run_report import HIGHEST, PARTS
 from cortex_dsl.report.terminal.theme import actor_style, columns, left, quantity, right, section, sparkline
 from engine.metrics import Metric, Recorded
+from engine.outcomes import Outcomes
 from engine.risk import BANDS, Edges, RiskProfile
-from engine.scenes import Outcomes
 
 # -- measures that do not enter the risk, and what the actors did with wheel and pedals --------------------------------
 

@@ -14,9 +14,10 @@ from cortex_dsl.report.findings.story import Moment, end_of
 from cortex_dsl.report.terminal.measures_view import further_pairs, measures_view, metrics_view, records_view, risk_view
 from cortex_dsl.report.terminal.scene_view import KeyMoment, scene_view
 from cortex_dsl.report.terminal.theme import actor_style, columns, left, right, section, sparkline, title_of
+from engine.outcomes import Outcomes
 from engine.program import ParamSpace, Program
 from engine.risk import PROFILES
-from engine.scenes import Outcomes, Scenes, Trajectory
+from engine.scenes import Scenes, Trajectory
 from engine.vocabulary import GeneKind, State
 
 # -- the story as a table of moments, and the course of speeds and distance as small curves ----------------------------

@@ -22,9 +22,10 @@ from cortex_dsl.report.terminal.sample_view import sample_view
 from cortex_dsl.report.terminal.search_view import comparison_view, search_view
 from cortex_dsl.report.terminal.theme import THEME, title_of
 from engine.metrics import Metric, Recorded
+from engine.outcomes import Outcomes
 from engine.program import Program, RoadSpec, Rule
 from engine.road import build_network, outline
-from engine.scenes import Outcomes, Scenes, Trajectory
+from engine.scenes import Scenes, Trajectory
 from engine.vocabulary import EndReason, Method, RuleKind, State, Verdict
 
 WIDTHS = (60, 80, 100, 120)
