@@ -10,7 +10,6 @@ from cortex_dsl.api.arguments import Held
 from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
 from cortex_dsl.report.findings.story import RULE_TEXTS, Moment, in_order, tell
 from cortex_dsl.report.findings.tally import Tally, first_culprit
-from cortex_dsl.report.terminal.run_view import RunReport
 from engine.metrics import Metric, Recorded
 from engine.outcomes import PAIRS, Outcomes
 from engine.program import ParamSpace, Program

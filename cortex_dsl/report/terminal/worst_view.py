@@ -12,12 +12,9 @@ from rich.text import Text
 from cortex_dsl.report.findings.readable import ABSENT, column_decimals, fixed, format_gene, significant
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.search_report import SearchReport
-from cortex_dsl.report.terminal.measures_view import PARTS
-from cortex_dsl.report.terminal.run_view import format_gene
 from cortex_dsl.report.terminal.theme import bar, columns, left, right, sparkline
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
-from engine.search.assessment import Assessment
 from engine.search.insight.genes import GeneEffect
 from engine.search.ranking import Case, order_of_risk
 from engine.search.run import Campaign
