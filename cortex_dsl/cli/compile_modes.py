@@ -12,7 +12,7 @@ from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.documents import feasibility_content
 from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.report.terminal.check_view import feasibility_view
-from cortex_dsl.semantics.tree import everything_in
+from cortex_dsl.semantics.names.tree import everything_in
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
 from engine.feasibility import remembered
@@ -98,7 +98,7 @@ def _later_stage(request: Request, terminal: Terminal) -> str | Exit:
     if isinstance(compiled, Exit):
         return compiled
     if request.stage == "ir":
-        from cortex_dsl.semantics.printing.listing import format_ir
+        from cortex_dsl.semantics.printing import format_ir
 
         return format_ir(compiled.scenario)
     from cortex_dsl.lowering.program_listing import format_program

@@ -92,7 +92,7 @@ def _texts(desk: Desk, word: str) -> Iterator[str]:
     """What is known of a word, the nearest meaning first."""
     from cortex_dsl.editor import hover
     from cortex_dsl.editor.analysis import View, analyse
-    from cortex_dsl.semantics.builtins import BUILTINS, SPECIAL_NAMES
+    from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES
     from cortex_dsl.semantics.quantities.units import UNITS
 
     view = View(desk.name, desk.draft.text, analyse(desk.name, desk.draft.text))
@@ -113,9 +113,8 @@ def _texts(desk: Desk, word: str) -> Iterator[str]:
 
 def known(desk: Desk) -> list[str]:
     from cortex_dsl.editor.analysis import analyse
-    from cortex_dsl.semantics.builtins import BUILTINS, SPECIAL_NAMES
+    from cortex_dsl.semantics.names.builtins import BUILTINS, PROPERTIES, SPECIAL_NAMES
     from cortex_dsl.semantics.quantities.units import UNITS
-    from cortex_dsl.semantics.things.classes import PROPERTIES
 
     own = (symbol.name for symbol in analyse(desk.name, desk.draft.text).symbols)
     return [*own, *BUILTINS, *SPECIAL_NAMES, *UNITS, *PROPERTIES]

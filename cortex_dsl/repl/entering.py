@@ -10,7 +10,7 @@ from cortex_dsl.pipeline import compile_source
 from cortex_dsl.repl.draft import Draft, Placed, keys, place, place_last, place_new, split
 from cortex_dsl.repl.state import STILL_TO_COME, Checked, Desk, check, new_errors, remarks_on
 from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
-from cortex_dsl.semantics.sightings import Witness
+from cortex_dsl.semantics.model.context import ValueRecorder
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes, parse
 
@@ -28,7 +28,7 @@ def show_value(desk: Desk, expression: str, refuse: Refuse) -> None:
     """Print what an expression is; the draft stays as it is."""
     text = f"{desk.draft.text}{PLACE}{expression}\n"
     start = len(desk.draft.text) + len(PLACE)
-    witness = Witness()
+    witness = ValueRecorder()
     source = Source(desk.name, text)
     try:
         compile_source(source, desk.overrides, observe=witness)
@@ -62,7 +62,7 @@ def _as_typed(diagnostic: Diagnostic, start: int) -> Diagnostic:
     return replace(diagnostic, label=moved(diagnostic.label), secondary=tuple(map(moved, diagnostic.secondary)))
 
 
-def _widest(witness: Witness, start: int) -> Sequence:
+def _widest(witness: ValueRecorder, start: int) -> Sequence:
     """What was seen of the whole expression, whose span may leave out brackets around it."""
     fitting = [span for span in witness.seen if span.start >= start]
     return witness.seen[min(fitting, key=lambda span: (span.start, -span.end))] if fitting else ()
