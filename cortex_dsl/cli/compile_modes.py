@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 def check(request: CompileRequest, terminal: Terminal) -> int:
     """Compile a file, prove what can be proved, and say what was found."""
     from cortex_dsl.console.scenario_mistakes import misplaced, no_scene_at_all
-    from cortex_dsl.report.feasibility_view import feasibility_content, feasibility_view
+    from cortex_dsl.report.documents import feasibility_content
+    from cortex_dsl.report.terminal.check_view import feasibility_view
     from engine.feasibility import remembered
 
     compiled = compile_request(request, terminal)
@@ -45,7 +46,7 @@ def check(request: CompileRequest, terminal: Terminal) -> int:
 
 def _sizes(compiled: "Compiled") -> str:
     """How much a file holds, in words."""
-    from cortex_dsl.report.numbers import counted
+    from cortex_dsl.report.findings.readable import counted
 
     program = compiled.program
     sizes = ((program.space, "param"), (program.actors, "actor"), (program.variants, "variant"))
@@ -71,7 +72,7 @@ def emit(request: CompileRequest, stage: str, terminal: Terminal) -> int:
     if isinstance(text, Exit):
         return text
     if request.json:
-        from cortex_dsl.report.json_documents import document
+        from cortex_dsl.report.documents import document
 
         text = document("stage", {"file": str(request.file), "stage": stage, "text": text})
     terminal.write(text)
@@ -94,10 +95,10 @@ def _tree(source: Source) -> str:
 
 
 def _ast(source: Source) -> str:
-    from cortex_dsl.report.outline import outline
+    from cortex_dsl.report.dump import dump
     from cortex_dsl.syntax import parse
 
-    return outline(parse(source))
+    return dump(parse(source))
 
 
 _SYNTAX: dict[str, Callable[[Source], str]] = {"tree": _tree, "ast": _ast}

@@ -58,7 +58,7 @@ def format_list() -> str:
 
 def _formats_document() -> str:
     """The same as the one document of --json."""
-    from cortex_dsl.report.json_documents import document
+    from cortex_dsl.report.documents import document
 
     formats = [
         {"name": name, "suffixes": entry.suffixes, "summary": entry.summary, "readers": entry.readers}
@@ -170,7 +170,8 @@ def _write(
     terminal: Terminal,
 ) -> int:
     from cortex_dsl.interchange.writing import gather
-    from cortex_dsl.report.export_view import Written, export_document, export_view
+    from cortex_dsl.report.findings.interchange_report import Written, export_document
+    from cortex_dsl.report.terminal.interchange_view import export_view
     from engine.interchange.contract import ExportOptions, InterchangeError
 
     how = ExportOptions(options.osc or "1.2", options.mode or "trajectory")
@@ -182,7 +183,8 @@ def _write(
     formats = [name for name in formats if name not in gathered.refused]
     findings = _findings(cases, gathered, formats, folder, how) if options.check else None
     checked = {name: checked_of(name, how.mode) for name in formats} if options.check else {}
-    written = Written(cases, gathered, folder, same, findings, checked)
+    opened = {name: kind.opened for name, kind in FORMATS.items()}
+    written = Written(cases, gathered, folder, same, findings, checked, opened)
     if options.json:
         terminal.write(export_document(written, how))
     else:

@@ -20,7 +20,7 @@ from cortex_dsl.interchange.formats import FORMATS
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
-    from cortex_dsl.report.measured_view import MeasuredReport
+    from cortex_dsl.report.findings.interchange_report import MeasuredReport
     from engine.interchange.contract import Export, InterchangeError
     from engine.interchange.openscenario.read import Imported
 
@@ -99,8 +99,7 @@ def _similar(path: Path, reader: Reader) -> str:
 
 def _report(reader: Reader, options: argparse.Namespace, terminal: Terminal) -> "MeasuredReport":
     from cortex_dsl.console.simulating import announce_compilation
-    from cortex_dsl.report.measured_view import MeasuredReport
-    from cortex_dsl.report.road_lines import road_outline
+    from cortex_dsl.report.findings.interchange_report import MeasuredReport, road_outline
     from engine.interchange.measuring import measure
     from engine.road import build_network, outline
 
@@ -143,7 +142,7 @@ def _refused(error: "InterchangeError", options: argparse.Namespace, terminal: T
     message = f"{error.place}: {error.message}" if error.place else error.message
     terminal.complain(message, error.cure)
     if options.json:
-        from cortex_dsl.report.json_documents import document
+        from cortex_dsl.report.documents import document
 
         content = {"message": message, "help": error.cure or None, "exit_code": int(Exit.DIAGNOSTICS)}
         terminal.write(document("error", content))
@@ -151,10 +150,11 @@ def _refused(error: "InterchangeError", options: argparse.Namespace, terminal: T
 
 
 def _show(report: "MeasuredReport", options: argparse.Namespace, terminal: Terminal) -> None:
-    from cortex_dsl.report.measured_view import measured_content, measured_view
+    from cortex_dsl.report.findings.interchange_report import measured_content
+    from cortex_dsl.report.terminal.interchange_view import measured_view
 
     if options.json:
-        from cortex_dsl.report.json_documents import document
+        from cortex_dsl.report.documents import document
 
         terminal.write(document("measure", measured_content(report)))
     else:

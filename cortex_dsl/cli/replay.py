@@ -11,7 +11,7 @@ from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import write_output
 
 if TYPE_CHECKING:
-    from cortex_dsl.page.case import ToldCase
+    from cortex_dsl.report.findings.case_replay import ToldCase
     from engine.search.ranking import Case
 
 MOST_CASES = 10_000_000
@@ -50,7 +50,7 @@ def _of_run(folder: Path, rank: int) -> Found:
     """Case `rank` of a run, 1 the worst."""
     from cortex_dsl.api.runs import every_case
     from cortex_dsl.cli.search_output import opened_run
-    from cortex_dsl.page.run_page import told_case
+    from cortex_dsl.report.page.run_page import told_case
 
     run = opened_run(folder)
     cases = every_case(run.record)
@@ -64,7 +64,7 @@ def _of_run(folder: Path, rank: int) -> Found:
 def _of_file(options: argparse.Namespace, terminal: Terminal) -> Found | int:
     """The run that `cortexc FILE.scn` shows."""
     from cortex_dsl.cli.draw_modes import drawn_scene
-    from cortex_dsl.page.case import tell_case
+    from cortex_dsl.report.findings.case_replay import tell_case
 
     if options.case is not None:
         raise UsageError("--case names a case of a run, and a scenario has none", "name the run, or leave --case out")
@@ -76,7 +76,7 @@ def _of_file(options: argparse.Namespace, terminal: Terminal) -> Found | int:
 
 
 def _play(found: Found, speed: float, terminal: Terminal) -> None:
-    from cortex_dsl.page.terminal_replay import play
+    from cortex_dsl.report.terminal.replay_view import play
 
     try:
         play(found.told, terminal.out, speed)
@@ -88,10 +88,10 @@ def _content(found: Found, path: Path, speed: float) -> str | bytes:
     from engine.extras import MissingExtraError
 
     if path.suffix.lower() == ".html":
-        from cortex_dsl.page.case_page import case_page
+        from cortex_dsl.report.page.case_page import case_page
 
         return case_page(found.told, found.case, found.folder)
-    from cortex_dsl.page.film import gif
+    from cortex_dsl.report.page.film import gif
 
     try:
         return gif(found.told, speed)

@@ -41,7 +41,7 @@ def _report(options: argparse.Namespace, terminal: Terminal) -> Exit:
 def _run_page(options: argparse.Namespace, terminal: Terminal) -> tuple[Path, str, Figures]:
     """Folder and page of a run, and what draws its figures."""
     from cortex_dsl.cli.search_output import checked_run, usage_errors
-    from cortex_dsl.page.run_page import run_page
+    from cortex_dsl.report.page.run_page import run_page
 
     run = checked_run(options.run, terminal)
     with usage_errors():
@@ -51,7 +51,7 @@ def _run_page(options: argparse.Namespace, terminal: Terminal) -> tuple[Path, st
 def _study_page(options: argparse.Namespace, _terminal: Terminal) -> tuple[Path, str, Figures]:
     """The same of a whole study."""
     from cortex_dsl.cli.search_output import usage_errors
-    from cortex_dsl.page.study_page import study_page
+    from cortex_dsl.report.page.study_page import study_page
     from engine.study.database import read_study
 
     with usage_errors():
@@ -60,13 +60,13 @@ def _study_page(options: argparse.Namespace, _terminal: Terminal) -> tuple[Path,
 
 
 def _run_figures(run: "OpenedRun", folder: Path) -> Sequence[Path]:
-    from cortex_dsl.page.figures import write_figures
+    from cortex_dsl.report.page.paper_figures import write_figures
 
     return write_figures(run, folder)
 
 
 def _study_figures(study: "Study", folder: Path) -> Sequence[Path]:
-    from cortex_dsl.page.study_figures import write_study_figures
+    from cortex_dsl.report.page.paper_figures import write_study_figures
 
     return write_study_figures(study, folder)
 

@@ -96,7 +96,7 @@ def resume_study(folder: Path, terminal: Terminal, workers: "Workers", *, json: 
 
 def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore", job: Job, terminal: Terminal) -> bool:
     """Do what is left to do; whether Ctrl-C came first."""
-    from cortex_dsl.report.study_progress import StudyProgress
+    from cortex_dsl.report.terminal.progress import StudyProgress
     from engine.search.workers import open_workers
     from engine.study.execution import perform_all
     from engine.study.run_records import Finished
@@ -122,7 +122,7 @@ def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore"
 
 def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool = False) -> int:
     """Write the files beside the study, and show what it came to so far."""
-    from cortex_dsl.report.study_view import study_view
+    from cortex_dsl.report.terminal.study_view import study_view
     from engine.study.database import read_study
     from engine.study.study_files import summary, write_study
     from engine.study.verdict import findings
@@ -131,7 +131,7 @@ def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped:
     found = findings(study.plan, study.records)
     write_study(study, found)
     if json:
-        from cortex_dsl.report.json_documents import document
+        from cortex_dsl.report.documents import document
 
         terminal.write(document("study", {"folder": folder, **summary(study, found)}))
     else:
@@ -192,12 +192,12 @@ STUDY = Command(
 
 
 def _check_paper(options: argparse.Namespace, terminal: Terminal) -> Exit:
-    from cortex_dsl.report.paper_view import paper_view
+    from cortex_dsl.report.terminal.study_view import paper_view
     from engine.paper import claims
 
     checked = claims()
     if options.json:
-        from cortex_dsl.report.json_documents import document
+        from cortex_dsl.report.documents import document
 
         terminal.write(document("paper-check", {"claims": checked}))
     else:
