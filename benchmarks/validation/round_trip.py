@@ -10,8 +10,8 @@ from benchmarks.validation.items import Item
 
 if TYPE_CHECKING:
     from engine.interchange import Recording
+    from engine.outcomes import Outcomes
     from engine.risk import Risk
-    from engine.scenes import Outcomes
 
 NEAR = 1e-6
 """Of metrics in SI units."""

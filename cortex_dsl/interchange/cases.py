@@ -17,9 +17,10 @@ from cortex_dsl.lowering.code_tables import group_variants
 from cortex_dsl.source import Span
 from cortex_dsl.version import VERSION
 from engine.interchange.recording import Provenance, RecordedCase, SignalTimes, recorded_run
+from engine.outcomes import Outcomes
 from engine.risk import HIGHEST_RISK, Risk
 from engine.sampling import sample
-from engine.scenes import Outcomes, Scenes
+from engine.scenes import Scenes
 from engine.search.ranking import Case
 from engine.streams import format_key
 from engine.vocabulary import Verdict

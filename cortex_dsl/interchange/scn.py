@@ -10,7 +10,7 @@ from cortex_dsl.api.scenario import load
 from cortex_dsl.interchange.cases import ExportCase
 from engine.interchange.contract import OURS, Export, ExportOptions, Finding
 from engine.interchange.recording import Recording, recorded_run
-from engine.scenes import Outcomes
+from engine.outcomes import Outcomes
 from engine.streams import parse_key
 
 

@@ -6,19 +6,20 @@ was such a run has the same numbers again.
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from engine.host import MAX_SAMPLES
+from engine.host import MAX_SAMPLES, pair_arrays
 from engine.interchange.contract import OURS, Finding, InterchangeError
 from engine.interchange.recording import OF_STEPS, SAME_INSTANT, RecordedCase, Recording, states_at
 from engine.kernels.approach import Touch, search_contact
-from engine.kernels.pair import PairMetrics, measure_pair
+from engine.kernels.pair import measure_pair
 from engine.metrics import Metric, measure_trajectory
+from engine.outcomes import PAIRS, Outcomes
 from engine.risk import PROFILES, Risk, assess
-from engine.scenes import Outcomes, Trajectory
+from engine.scenes import Trajectory
 from engine.tables import ROAD_REGION, Floats
 from engine.vocabulary import EndReason, State, Verdict
 
@@ -143,9 +144,9 @@ def _judged(steps: Floats, end: _End) -> Floats:
 def _outcomes(recording: Recording, judged: Floats, outlines: Floats, end: _End) -> Outcomes:
     samples = len(judged) - (1 if end.part > 0.0 else 0)
     touched = end.touch.other if end.touch.one == 0 else -1
-    pairs = [
-        measure_pair(judged, samples, recording.step, other, outlines, other == touched, end.part)
-        for other in range(1, len(recording.actors))
+    others = range(1, len(recording.actors))
+    pairs: list[Sequence[float]] = [
+        measure_pair(judged, samples, recording.step, other, outlines, other == touched, end.part) for other in others
     ]
     return Outcomes(
         verdict=_row(int(Verdict.VALID)),
@@ -154,7 +155,7 @@ def _outcomes(recording: Recording, judged: Floats, outlines: Floats, end: _End)
         end_rule=_row(-1),
         end_time=np.array([end.time]),
         steps=_row(end.last + (1 if end.part > 0.0 else 0)),
-        **_of_pairs(pairs),
+        **pair_arrays(np.array(pairs, dtype=np.float64).reshape(1, len(others), len(PAIRS)) + 0.0),  # -0.0 is 0
         left_road_time=_left_road(recording, judged),
         contact_actors=_row(end.touch.one, end.touch.other).reshape(1, 2),
     )
@@ -169,29 +170,6 @@ def _reason(end: _End) -> EndReason:
         return EndReason.COLLISION if end.touch.one == 0 else EndReason.OTHER_COLLISION
     there = np.count_nonzero(end.states[:, State.PRESENT])
     return EndReason.TIMEOUT if there >= min(2, len(end.states)) else EndReason.ALL_DONE
-
-
-def _of_pairs(pairs: Sequence[PairMetrics]) -> dict[str, np.ndarray]:
-    """The columns of outcomes that hold a number for each pair."""
-    met = [pair.approach for pair in pairs]
-    return {
-        "min_distance": _line(pair.min_distance for pair in pairs),
-        "min_distance_time": _line(pair.min_distance_time for pair in pairs),
-        "max_closing_speed": _line(pair.max_closing_speed for pair in pairs),
-        "max_closing_time": _line(pair.max_closing_time for pair in pairs),
-        "distance_at_ms": _line(pair.distance_at_ms for pair in pairs),
-        "ttc_at_ms": _line(pair.ttc_at_ms for pair in pairs),
-        "ego_speed": _line(approach.ego_speed for approach in met),
-        "other_speed": _line(approach.other_speed for approach in met),
-        "approach_angle": _line(approach.angle for approach in met),
-        "closing_speed": _line(approach.closing_speed for approach in met),
-        "side": _row(*(approach.side for approach in met)).reshape(1, -1),
-    }
-
-
-def _line(values: Iterable[float]) -> Floats:
-    """(1, pairs); -0.0 is 0."""
-    return np.array(list(values), dtype=np.float64).reshape(1, -1) + 0.0
 
 
 def _left_road(recording: Recording, judged: Floats) -> Floats:

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.interchange.contract import InterchangeError
+from engine.outcomes import Outcomes
 from engine.program import Program, RoadSpec
-from engine.scenes import Outcomes, Scenes, actor_columns
+from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, State
@@ -73,7 +74,7 @@ def phase_of(arm: str) -> int:
 
 @dataclass(frozen=True)
 class SignalTimes:
-    """The fixed-time plan of all traffic lights [s]: see `cortex_dsl.semantics.road.signals`.
+    """The fixed-time plan of all traffic lights [s]: see `cortex_dsl.semantics.evaluation.signals`.
 
     Arms that face each other share a phase, north and south first. A phase begins `phase * (green + yellow + all_red)`
     into the plan, is green, yellow, then red until the plan starts again, after two phases.

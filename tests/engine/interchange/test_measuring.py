@@ -17,7 +17,7 @@ from engine.interchange import Contact, InterchangeError, RecordedActor, Recordi
 from engine.interchange.measuring import COMMANDS, Measured, measure
 from engine.interchange.recording import recorded_run
 from engine.metrics import measure_trajectory
-from engine.scenes import Outcomes
+from engine.outcomes import Outcomes
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, EndReason, Side, State, Verdict
 from engine.world import WorldRun, run
