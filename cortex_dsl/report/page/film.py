@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 
 from cortex_dsl.report.findings.case_replay import Frame, ToldCase, colour, outline_corners
-from cortex_dsl.report.page.scene_svg import Frame, colour
-from cortex_dsl.report.terminal.scene_view import outline_corners
 from engine.extras import needed
 from engine.tables import Floats
 from engine.vocabulary import State

@@ -13,8 +13,6 @@ import numpy as np
 
 from engine.atomic import write_one
 from engine.outcomes import Assessment
-from engine.scenes import Bools
-from engine.search.assessment import Assessment
 from engine.search.journal import finite
 from engine.search.statistics import Interval
 from engine.search.store import StoreError, store_errors
