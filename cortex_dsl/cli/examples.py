@@ -1,4 +1,4 @@
-"""`cortexc examples [NAME]` lists, prints or copies the scenarios that come with cortexc; `cortexc new FILE` begins one.
+"""`cortexc examples` lists, prints or copies the scenarios that come with cortexc; `cortexc new FILE` begins one.
 
 Neither writes over a file that is there.
 """
@@ -8,8 +8,9 @@ import ast
 from collections.abc import Sequence
 from importlib.resources.abc import Traversable
 from pathlib import Path
+from textwrap import wrap
 
-from cortex_dsl.console.command import Parser, add_common, command_parser
+from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import reason, write_bytes
 from cortex_dsl.resources import resource
@@ -54,34 +55,14 @@ terminate after 15 s
 """What `cortexc new` writes."""
 
 
-def list_examples(arguments: Sequence[str], terminal: Terminal) -> int:
-    """Run `cortexc examples`."""
-    parser = _examples_parser()
-    options = parser.parse_args(arguments)
-    if options.help:
-        terminal.write(parser.format_help())
-    elif options.copy is not None:
-        _copy([_found(options.name)] if options.name else _examples(), options.copy, terminal)
-    elif options.name:
-        terminal.write(_found(options.name).read_text(encoding="utf-8").rstrip("\n"))
+def _show(options: argparse.Namespace, terminal: Terminal) -> Exit:
+    if options.copy is not None:
+        _copy([_found(options.example)] if options.example else _examples(), options.copy, terminal)
+    elif options.example:
+        terminal.write(_found(options.example).read_text(encoding="utf-8").rstrip("\n"))
     else:
         _list(options.json, terminal)
     return Exit.FINE
-
-
-def _examples_parser() -> Parser:
-    parser = command_parser(
-        "examples",
-        "[NAME] [--copy FOLDER]",
-        "The scenarios that come with cortexc: a line for each, or the text of one.",
-        "examples:\n"
-        "  cortexc examples --copy examples      all of them, into a folder\n"
-        "  cortexc examples left_turn > my.scn   one, to be changed",
-    )
-    parser.add_argument("name", metavar="NAME", nargs="?", help="print this one, such as left_turn")
-    parser.add_argument("--copy", metavar="FOLDER", type=Path, help="write them, or the one, into a folder")
-    add_common(parser)
-    return parser
 
 
 def _examples() -> list[Traversable]:
@@ -118,14 +99,15 @@ def _found(name: str) -> Traversable:
 def _list(as_json: bool, terminal: Terminal) -> None:
     told = [(_name(example), _first_line(example)) for example in _examples()]
     if as_json:
-        from cortex_dsl.report.json_documents import document
+        from cortex_dsl.report.documents import document
 
         terminal.write(document("examples", {"examples": [{"name": name, "summary": text} for name, text in told]}))
         return
     width = max(len(name) for name, _ in told)
     for name, text in told:
+        first, *others = wrap(text, max(20, terminal.out.width - width - 2))
         terminal.out.print(f"{name:<{width}}  ", style="title", end="")
-        terminal.out.print(text)
+        terminal.out.print(f"\n{'':<{width + 2}}".join((first, *others)))
     terminal.out.print("\n`cortexc examples NAME` prints one, `--copy FOLDER` writes them.", style="quiet")
 
 
@@ -156,33 +138,50 @@ def _insist_on_new(path: Path) -> None:
 # -- a new file -------------------------------------------------------------------------------------------------------
 
 
-def new_file(arguments: Sequence[str], terminal: Terminal) -> int:
-    """Run `cortexc new`."""
-    parser = command_parser(
-        "new",
-        "FILE",
-        "Write a small scenario to begin with. A file that is there is never written over.",
-    )
-    parser.add_argument("file", metavar="FILE", nargs="?", type=Path, help="its name; it gets the suffix .scn")
-    add_common(parser, json=False)
-    options = parser.parse_args(arguments)
-    if options.help:
-        terminal.write(parser.format_help())
-        return Exit.FINE
-    path = _new_path(options)
+def _new(options: argparse.Namespace, terminal: Terminal) -> Exit:
+    path = options.file if options.file.suffix == SUFFIX else options.file.with_name(options.file.name + SUFFIX)
     _insist_on_new(path)
     write_bytes(path, TEMPLATE.encode())
     terminal.out.print(f"{path}: written; `cortexc {path}` runs it, `cortexc {path} --ga` searches it", soft_wrap=True)
     return Exit.FINE
 
 
-def _new_path(options: argparse.Namespace) -> Path:
-    """The file that is asked for, with its suffix.
+# -- the commands -----------------------------------------------------------------------------------------------------
 
-    Raises:
-        UsageError: none is named.
-    """
-    if options.file is None or not options.file.name:
-        raise UsageError("no file given", "try `cortexc new first.scn`")
-    path: Path = options.file
-    return path if path.suffix == SUFFIX else path.with_name(path.name + SUFFIX)
+
+def _examples_options(parser: Parser) -> None:
+    parser.add_argument("example", metavar="NAME", nargs="?", help="print this one, such as left_turn")
+    parser.add_argument("--copy", metavar="FOLDER", type=Path, help="write them, or the one, into a folder")
+
+
+def _new_options(parser: Parser) -> None:
+    parser.add_argument("file", metavar="FILE", nargs="?", type=_file, help="its name; it gets the suffix .scn")
+
+
+def _file(text: str) -> Path:
+    path = Path(text)
+    if not path.name:
+        raise argparse.ArgumentTypeError(f"`{text}` names no file")
+    return path
+
+
+EXAMPLES = Command(
+    name="examples",
+    usage="[NAME] [--copy FOLDER] [--json]",
+    description="The scenarios that come with cortexc: a line for each, or the text of one.",
+    options=_examples_options,
+    function=_show,
+    epilog="""\
+examples:
+  cortexc examples --copy examples     all of them, into a folder
+  cortexc examples left_turn > my.scn  one, to be changed""",
+)
+NEW = Command(
+    name="new",
+    usage="FILE",
+    description="Write a small scenario to begin with, never over a file that is there.",
+    options=_new_options,
+    function=_new,
+    needs=("file", "no file given", "try `cortexc new first.scn`"),
+    json=False,
+)

@@ -91,6 +91,18 @@ def write_bytes(path: Path, content: bytes) -> None:
         raise UsageError(f"`{path}` cannot be the name of a file") from None
 
 
+def write_output(path: Path, content: str | bytes, cure: str = "") -> None:
+    """Write what a command makes to the place that the user named, which may be a pipe or a device.
+
+    Raises:
+        UsageError: it cannot be written.
+    """
+    try:
+        path.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
+    except OSError as error:
+        raise UsageError(f"cannot write `{path}`: {reason(error)}", cure) from None
+
+
 def _replace(target: Path, content: bytes) -> None:
     import tempfile
 
