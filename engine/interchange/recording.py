@@ -74,7 +74,7 @@ def phase_of(arm: str) -> int:
 
 @dataclass(frozen=True)
 class SignalTimes:
-    """The fixed-time plan of all traffic lights [s]: see `cortex_dsl.semantics.road.signals`.
+    """The fixed-time plan of all traffic lights [s]: see `cortex_dsl.semantics.evaluation.signals`.
 
     Arms that face each other share a phase, north and south first. A phase begins `phase * (green + yellow + all_red)`
     into the plan, is green, yellow, then red until the plan starts again, after two phases.

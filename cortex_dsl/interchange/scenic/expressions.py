@@ -26,11 +26,17 @@ from cortex_dsl.interchange.scenic.words import (
     place_text,
     verbatim,
 )
-from cortex_dsl.semantics.builtins import BUILTINS, Kind
-from cortex_dsl.semantics.definitions import Actor
+from cortex_dsl.semantics.model.values import (
+    Actor,
+    BuiltinValue,
+    DirectionField,
+    GlobalParameters,
+    Pose,
+    Quantity,
+    Value,
+)
+from cortex_dsl.semantics.names.builtins import ACTOR_KINDS, BUILTINS, Kind
 from cortex_dsl.semantics.quantities.units import UNITS
-from cortex_dsl.semantics.things.classes import ACTOR_KINDS
-from cortex_dsl.semantics.values import BuiltinValue, DirectionField, GlobalParameters, Pose, Quantity, Value
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.unparse_expressions import Level, write

@@ -18,10 +18,9 @@ from cortex_dsl.interchange.scenic.words import (
     is_comment,
     verbatim,
 )
-from cortex_dsl.semantics.composition.imports import ImportedFile
-from cortex_dsl.semantics.definitions import Actor
+from cortex_dsl.semantics.model.values import Actor, Pose, Value
+from cortex_dsl.semantics.names.linking import ImportedFile
 from cortex_dsl.semantics.quantities.algebra import closed_value
-from cortex_dsl.semantics.values import Pose, Value
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.unparse_expressions import Level, write

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from cortex_dsl.semantics.values import Centerline, DirectionField, Region, Value
+from cortex_dsl.semantics.model.values import Centerline, DirectionField, Region, Value
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
 from engine.errors import Signal

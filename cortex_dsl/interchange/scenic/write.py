@@ -13,8 +13,8 @@ from cortex_dsl.interchange.scenic.expressions import Expressions
 from cortex_dsl.interchange.scenic.statements import Statements, made
 from cortex_dsl.interchange.scenic.words import STAND_INS, Sheet
 from cortex_dsl.pipeline import Compiled, compile_source
-from cortex_dsl.semantics.sightings import Witness
-from cortex_dsl.semantics.tree import everything_in
+from cortex_dsl.semantics.model.context import ValueRecorder
+from cortex_dsl.semantics.names.tree import everything_in
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.literals import write_docstring
@@ -62,7 +62,7 @@ def write_scenic(case: ExportCase, name: str, road_file: str) -> Export:
     Raises:
         InterchangeError: what the scenario imports cannot be put into one file.
     """
-    witness = Witness()
+    witness = ValueRecorder()
     compiled = _concrete(case, witness)
     sheet = Sheet(compiled.source)
     to = Expressions(
@@ -87,7 +87,7 @@ def _written(module: nodes.Module) -> Iterator[nodes.Statement]:
     return (each for each in module.statements if not isinstance(each, nodes.Pass))
 
 
-def _concrete(case: ExportCase, witness: Witness) -> Compiled:
+def _concrete(case: ExportCase, witness: ValueRecorder) -> Compiled:
     """The case as a scenario of its own, compiled; the witness sees what each expression is worth."""
     texts = case.scenario.concrete_files(case.scenes, laid_out=False)
     main = next(iter(texts))

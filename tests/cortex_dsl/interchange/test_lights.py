@@ -107,7 +107,7 @@ def test_no_scene_no_plan() -> None:
 
 def test_the_listing_shows_the_plan() -> None:
     """`--emit ir` prints what the stage holds."""
-    from cortex_dsl.semantics.printing.listing import format_ir
+    from cortex_dsl.semantics.printing import format_ir
 
     listing = format_ir(scenario("signals(green=4 s)\n").compiled.scenario)
     assert "lights green 4.0, yellow 3.0, all_red 2.0, offset 0.0" in listing

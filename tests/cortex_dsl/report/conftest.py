@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cortex_dsl.report.search_report import SearchReport
+from cortex_dsl.report.findings.search_report import SearchReport
 from engine.config import SearchConfig
 from engine.outcomes import MEASURED, Assessment, Outcomes, blank_outcomes
 from engine.program import (
