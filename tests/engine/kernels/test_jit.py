@@ -14,7 +14,17 @@ import engine
 
 SOURCES = Path(engine.__file__).parent
 
-INNER = "from engine.kernels.jit import kernel\n@kernel\ndef inner(x):\n    return x + {number}\n"
+INNER = """
+from engine.kernels.jit import inlined, kernel
+
+@inlined
+def added(x):
+    return x + {number}
+
+@kernel
+def inner(x):
+    return added(x)
+"""
 OUTER = """
 from engine.kernels.inner import inner
 from engine.kernels.jit import kernel
