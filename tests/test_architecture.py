@@ -17,7 +17,7 @@ def test_import_contracts_hold(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_kernels_import_nothing_but_numbers() -> None:
-    """Kernels import numba, numpy, the standard library, themselves, vocabulary, tables, results, and where to cache."""
+    """Kernels import numba, numpy, the standard library, themselves, words, tables and results, and where to cache."""
     graph = grimp.build_graph("engine", include_external_packages=True, cache_dir=None)
     kernels = {"engine.kernels", *graph.find_descendants("engine.kernels")}
     allowed = {
