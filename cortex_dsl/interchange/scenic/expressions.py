@@ -5,7 +5,7 @@ map, and functions and behaviors go by the names that its library has for them.
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from cortex_dsl import ir
 from cortex_dsl.interchange.scenic.words import (
@@ -44,9 +44,6 @@ from engine.interchange.recording import Recording
 from engine.road.network import Intersection, Network
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
-
-if TYPE_CHECKING:
-    pass
 
 # -- calls: functions, the library of behaviors, and what is called otherwise there ------------------------------------
 
