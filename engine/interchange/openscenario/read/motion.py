@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.interchange.opendrive.geometry import Pose
+from engine.interchange.opendrive.places import Pose
 from engine.interchange.opendrive.read import OdrNetwork
 from engine.interchange.xml import Node
 from engine.tables import Floats

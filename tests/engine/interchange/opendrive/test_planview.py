@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from scipy.special import fresnel
 
 from engine.interchange import InterchangeError
-from engine.interchange.opendrive.geometry import CURVES, Pose, arc, clothoid, read_piece
+from engine.interchange.opendrive.places import CURVES, Pose, arc, clothoid, read_piece
 from engine.interchange.xml import Node
 
 lengths, curvatures = st.floats(0.0, 200.0), st.floats(-0.2, 0.2)

@@ -5,7 +5,15 @@ import math
 import pytest
 
 from engine.interchange.openscenario.maneuvers import formula
-from engine.interchange.openscenario.maneuvers.plan import EARLY, HARDEST, PLANNED, Bend, Change, Way, phases_of
+from engine.interchange.openscenario.maneuvers.maneuver_plan import (
+    EARLY,
+    HARDEST,
+    PLANNED,
+    Bend,
+    Change,
+    Way,
+    phases_of,
+)
 from engine.kernels import steering
 
 SPEED = formula.parameter("SPEED")

@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 import pytest
 
 from engine.interchange.openscenario.maneuvers import champions_file, is_listed, ranges_file
-from engine.interchange.openscenario.maneuvers.plan import Parameter
+from engine.interchange.openscenario.maneuvers.maneuver_plan import Parameter
 from engine.interchange.openscenario.versions import VERSIONS
 from engine.interchange.recording import Provenance
 from tests.schemas import findings

@@ -13,7 +13,7 @@ import pytest
 from engine.interchange.contract import OSC_VERSIONS, Export, ExportOptions, InterchangeError
 from engine.interchange.opendrive import road_map
 from engine.interchange.openscenario.maneuvers import ManeuverPlan, formula, write_maneuvers
-from engine.interchange.openscenario.maneuvers.plan import (
+from engine.interchange.openscenario.maneuvers.maneuver_plan import (
     ActorPlan,
     Bend,
     Change,

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.interchange.openscenario.maneuvers import formula
-from engine.interchange.openscenario.maneuvers.plan import (
+from engine.interchange.openscenario.maneuvers.maneuver_plan import (
     ALWAYS,
     NEVER,
     Condition,
