@@ -193,6 +193,7 @@ def _search(work: _Work, record: Record | None) -> Campaign:
             past=record.past() if record else (),
             spent=record.spent if record else 0.0,
             workers=work.workers,
+            number=manifest.method_number,
         )
     except ForeignPastError as error:
         raise _foreign(work, error) from error

@@ -21,4 +21,4 @@ class SearchReport:
 
     @property
     def method(self) -> str:
-        return self.name or self.campaign.method.name.lower()
+        return self.name or self.campaign.method

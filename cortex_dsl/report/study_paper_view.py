@@ -8,6 +8,7 @@ from rich.text import Text
 
 from cortex_dsl.report.layout import columns, left, right, section
 from cortex_dsl.report.numbers import fixed, percent, ratio
+from cortex_dsl.report.theme import method_style
 from engine.paper import Study as StudyRow
 from engine.study.verdict import Beside, Findings, RandomRates
 
@@ -30,8 +31,8 @@ def _beside_table(rows: Sequence[Beside], width: int) -> RenderableType:
     head = (
         left(),
         left(),
-        right("ga", "method.ga"),
-        right("random", "method.random"),
+        right("ga", method_style("ga")),
+        right("random", method_style("random")),
         right("ga / random"),
         right("paper: ga"),
         right("random"),

@@ -14,6 +14,7 @@ from rich.text import Text
 
 from cortex_dsl.report.layout import columns, left
 from cortex_dsl.report.numbers import duration, whole
+from cortex_dsl.report.theme import method_style
 from engine.study.plan import Plan
 from engine.study.run_records import RunRecord
 
@@ -115,4 +116,4 @@ class StudyProgress:
         found = self.found[place]
         filled = width * len(found) // self.plan.runs
         number = whole(float(np.median(found))) if found else ""
-        return Text.assemble(("━" * filled, f"method.{place[1]}"), ("─" * (width - filled), "quiet"), f" {number:>5}")
+        return Text.assemble(("━" * filled, method_style(place[1])), ("─" * (width - filled), "quiet"), f" {number:>5}")

@@ -9,6 +9,7 @@ from cortex_dsl.report.layout import MARGIN, columns, heading, indented, left, r
 from cortex_dsl.report.numbers import counted, duration, fixed
 from cortex_dsl.report.study_numbers import missing_lines, p_text, quartiles, told
 from cortex_dsl.report.study_paper_view import paper_sections
+from cortex_dsl.report.theme import method_style
 from engine.study.comparisons import Comparison, Spread
 from engine.study.database import Study
 from engine.study.plan import Plan
@@ -104,7 +105,7 @@ def _pair(plan: Plan, rows: Sequence[Comparison]) -> RenderableType:
     (contender,) = plan.contenders
     head = [left()]
     for method in (plan.baseline, contender):
-        head += [right(method, f"method.{method}"), left("[IQR]", "quiet")]
+        head += [right(method, method_style(method)), left("[IQR]", "quiet")]
     head += [right("p, Holm"), left(), right("A12"), left("95 %", "quiet")]
     body = [
         (_name(row), *_spread(row.baseline_spread, row), *_spread(row.spread, row), *_test(row))
@@ -148,7 +149,7 @@ def _of(rows: Sequence[Comparison], name: str) -> list[Comparison]:
 
 
 def _method(name: str) -> Text:
-    return Text(name, f"method.{name}")
+    return Text(name, method_style(name))
 
 
 def _name(row: Comparison) -> Text:

@@ -16,20 +16,6 @@ THEME = Theme(
         "part.MD": "yellow",
         "part.D_MS": "magenta",
         "part.TTC_MS": "blue",
-        "method.ga": "cyan",
-        "method.random": "yellow",
-        "method.niching": "green",
-        "method.sobol": "bright_yellow",
-        "method.halton": "bright_yellow",
-        "method.lhs": "bright_yellow",
-        "method.cross_entropy": "magenta",
-        "method.annealing": "red",
-        "method.differential_evolution": "bright_cyan",
-        "method.cmaes": "bright_magenta",
-        "method.nsga2": "blue",
-        "method.map_elites": "bright_green",
-        "method.cma_me": "bright_green",
-        "method.custom": "bright_blue",
         "actor.0": "bold cyan",
         "actor.1": "bold magenta",
         "actor.2": "bold yellow",
@@ -52,6 +38,7 @@ def actor_style(actor: int) -> str:
 
 
 def method_style(name: str) -> str:
-    """The style of a method; those of other packages share one."""
-    style = f"method.{name}"
-    return style if style in THEME.styles else "method.custom"
+    """The style of a search method, from its row; those of other packages share one."""
+    from engine.search.methods.table import PLUGIN_STYLE, SEARCHERS  # not for those who only read the language
+
+    return SEARCHERS[name].style if name in SEARCHERS else PLUGIN_STYLE

@@ -13,7 +13,6 @@ from engine.search.assessment import SCALARS, Assessment, from_columns, map_arra
 from engine.search.evaluations import Evaluations, Figures, GenerationFigures, aggregate, generation_figures
 from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION
 from engine.search.manifest import Link, Manifest, Origin, Parameter, Text
-from engine.search.searchers import method_of
 from engine.search.store import StoreError, example_run, store_errors
 from engine.tables import Ints
 
@@ -128,6 +127,7 @@ def _manifest(connection: sqlite3.Connection) -> Manifest:
         values[name] = tuple(values[name])
     values["parameters"] = tuple(Parameter(**{**row, "options": tuple(row["options"])}) for row in values["parameters"])
     values["origin"] = _origin(values["origin"])
+    values.setdefault("number", None)
     return Manifest(**{field.name: values[field.name] for field in fields(Manifest)})
 
 
@@ -185,7 +185,7 @@ def _simulations(connection: sqlite3.Connection, requirements: int) -> tuple[dic
 def _keys(births: Ints, rollouts: int, manifest: Manifest) -> Ints:
     """(n, k, 6) stream keys."""
     keys = np.empty((len(births), rollouts, 6), dtype=np.int64)
-    keys[:] = (manifest.seed, int(method_of(manifest.method)), manifest.run, 0, 0, 0)
+    keys[:] = (manifest.seed, manifest.method_number, manifest.run, 0, 0, 0)
     keys[:, :, 3:5] = births[:, np.newaxis]
     keys[:, :, 5] = np.arange(rollouts)
     return keys

@@ -5,7 +5,7 @@ belong.
 import platform
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -14,6 +14,7 @@ from engine.config import Config, ContactConfig, GAConfig, SearchConfig, Simulat
 from engine.program import Program
 from engine.search.methods.table import SEARCHERS
 from engine.search.searchers import distribution_of
+from engine.streams import method_number, old_number
 
 DISTRIBUTIONS = ("cortexc", "numpy", "numba", "pymunk")
 """Whose versions may decide a result."""
@@ -97,6 +98,19 @@ class Manifest:
     rules: tuple[str, ...]
     actors: tuple[str, ...]
     origin: Origin = NO_ORIGIN
+    number: int | None = None
+    """Of the method in every stream key, where its name makes it (see `engine.streams`); None for a method of
+    `Method`, and in a manifest from before names made numbers."""
+
+    @property
+    def method_number(self) -> int:
+        """Of the method in every stream key."""
+        return old_number(self.method) if self.number is None else self.number
+
+    def stored(self) -> dict[str, Any]:
+        """What is stored of it; a number that there is none of is left out."""
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        return {name: value for name, value in values.items() if name != "number" or value is not None}
 
     @property
     def config(self) -> Config:
@@ -139,6 +153,7 @@ def make_manifest(
         rules=tuple(rule.name for rule in program.rules),
         actors=program.actors,
         origin=origin,
+        number=method_number(method) if method_number(method) != old_number(method) else None,
     )
 
 
