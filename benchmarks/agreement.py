@@ -14,11 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cortex_dsl.session import Scenario, load
+from cortex_dsl.api.scenario import Scenario, load
 from engine import batch, world
-from engine.genomes import uniform_genomes
-from engine.records import recorded
-from engine.sampling import sample
+from engine.metrics import recorded
+from engine.sampling import sample, uniform_genomes
 from engine.scenes import Scenes
 from engine.search.assessment import take
 from engine.streams import key_rows

@@ -11,17 +11,17 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.config import SimulationConfig
+from engine.host import samples_of
+from engine.kernels.approach import circles_apart, first_contact
 from engine.kernels.bicycle import GRAVITY, Demand, Motion, Vehicle, drive
-from engine.kernels.geometry import Box, circles_apart, first_contact
+from engine.kernels.geometry import Box, View, sees
 from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
-from engine.kernels.measure import measure_pair
+from engine.kernels.pair import measure_pair
 from engine.kernels.path import path_project, path_project_near
 from engine.kernels.region import region_contains
 from engine.kernels.steering import pedals_towards, planned_speed, steer_along
-from engine.kernels.view import View, sees
 from engine.program import Program
-from engine.runs import samples_of
 from engine.scenes import Scenes
 from engine.tables import ROAD_REGION, Floats, Ints, RoadTables
 from engine.vehicles import MODELS

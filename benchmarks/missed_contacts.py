@@ -15,7 +15,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from engine.kernels.geometry import TOUCH, Box, box_distance, first_contact
+from engine.kernels.approach import TOUCH, first_contact
+from engine.kernels.geometry import Box, box_distance
 
 STEP = 0.05
 """[s]"""

@@ -13,9 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cortex_dsl.session import Scenario, load
-from engine.genomes import draw_genomes
-from engine.sampling import sample
+from cortex_dsl.api.scenario import Scenario, load
+from engine.sampling import draw_genomes, sample
 from engine.scenes import Scenes
 from engine.streams import key_rows
 from engine.vocabulary import Method, Verdict

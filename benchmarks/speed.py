@@ -18,11 +18,11 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks import limit
-from cortex_dsl.session import Scenario, load
+from cortex_dsl.api.scenario import Scenario, load
 from engine import batch, world
-from engine.genomes import uniform_genomes
-from engine.sampling import sample
-from engine.scenes import Outcomes, Scenes
+from engine.outcomes import Outcomes
+from engine.sampling import sample, uniform_genomes
+from engine.scenes import Scenes
 from engine.search.assessment import take
 from engine.streams import key_rows
 from engine.vocabulary import Method

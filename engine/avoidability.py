@@ -19,9 +19,9 @@ import numpy as np
 
 from engine.batch import simulate
 from engine.config import SimulationConfig
+from engine.host import memory, plan, requested, samples_of
 from engine.kernels.avoidance import NEVER, PATH_COLUMNS, Case, Driver, Weighed, weigh
 from engine.program import Program
-from engine.runs import memory, plan, requested, samples_of
 from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats
 from engine.vocabulary import Column

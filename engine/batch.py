@@ -10,12 +10,13 @@ from itertools import pairwise
 import numpy as np
 
 from engine.config import SimulationConfig
+from engine.host import empty_results, memory, outcomes, outlines, plan, requested, samples_of
 from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import simulate_rows
 from engine.kernels.stage import Status
+from engine.outcomes import Outcomes
 from engine.program import Program
-from engine.runs import empty_results, memory, outcomes, outlines, plan, requested, samples_of
-from engine.scenes import Outcomes, Scenes, Trajectory
+from engine.scenes import Scenes, Trajectory
 
 DEFAULTS = SimulationConfig()
 CHUNK = 1000

@@ -1,7 +1,8 @@
 """Every metric of one run by name, with its unit: what a report shows and an export writes.
 
 MD, MS, D_MS and TTC_MS decide the risk and come with the outcomes; the others are told beside them. Each metric is one
-function; the definitions and sources of those of a pair stand in `engine.kernels.measure` and `.conflict`.
+function; the definitions and sources of those of a pair stand in `engine.kernels.pair` and `.conflict`. Beside them is
+what a file asks to be recorded: the values of each `record` over time, or at one end of it.
 """
 
 import math
@@ -20,12 +21,15 @@ from engine.kernels.conflict import (
     time_headway,
     time_to_collision,
 )
-from engine.scenes import Outcomes, Trajectory
+from engine.outcomes import PAIRS, Outcomes
+from engine.program import Program
+from engine.scenes import Trajectory
 from engine.tables import Floats
 from engine.vocabulary import State
 
 if TYPE_CHECKING:
     from engine.world.impacts import Impact
+
 
 STEERING_DEAD_BAND = 0.01
 """A slower turn of the wheels has no sign [rad/s]."""
@@ -71,10 +75,11 @@ def _of_pair(trajectory: Trajectory, outlines: Floats, outcomes: Outcomes, row: 
     nearest = _at_time(states, together, nearest_time, step, other, outlines)
     pet = 0.0 if touched else post_encroachment_time(states, together, step, other, outlines)
     return (
-        Metric("MD", who, float(outcomes.min_distance[row, pair]), "m", "least distance between the outlines"),
-        Metric("MS", who, float(outcomes.max_closing_speed[row, pair]), "m/s", "largest closing speed of the centres"),
-        Metric("D_MS", who, float(outcomes.distance_at_ms[row, pair]), "m", "distance at the instant of MS"),
-        Metric("TTC_MS", who, float(outcomes.ttc_at_ms[row, pair]), "s", "D_MS / MS"),
+        *(
+            Metric(each.symbol, who, float(getattr(outcomes, each.name)[row, pair]), each.unit, each.meaning)
+            for each in PAIRS
+            if each.symbol
+        ),
         Metric("V_MD", who, relative_speed(nearest), "m/s", "relative speed at the instant of MD"),
         Metric("TTC_MD", who, 0.0 if touched else time_to_collision(nearest), "s", "TTC at the instant of MD"),
         Metric("TTC", who, 0.0 if touched else min(map(time_to_collision, run)), "s", "least TTC of the run"),
@@ -156,3 +161,39 @@ def _stretch(flags: np.ndarray) -> tuple[int, int]:
     first = int(np.argmax(flags))
     rest = flags[first:]
     return first, len(rest) if rest.all() else int(np.argmin(rest))
+
+
+# -- records -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """The values of one `record` in one run. SI units."""
+
+    name: str
+    when: str
+    """`series`, or `initial` or `final`: then there is one value."""
+    unit: str
+    """SI unit word, "" for pure numbers and truths."""
+    line: int
+    time: Floats
+    """(n,) [s]"""
+    values: Floats
+    """(n,) truths as 1 and 0."""
+
+
+def recorded(program: Program, trajectory: Trajectory) -> tuple[Recorded, ...]:
+    """All records of a program, in the order of the file, from the first sample to the end of the scored run."""
+    parts = {"series": slice(None), "initial": slice(None, 1), "final": slice(-1, None)}
+    time = trajectory.time[: len(trajectory.watched)]
+    return tuple(
+        Recorded(
+            record.name,
+            record.when,
+            record.unit,
+            record.line,
+            time[parts[record.when]],
+            trajectory.watched[parts[record.when], record.rule],
+        )
+        for record in program.records
+    )

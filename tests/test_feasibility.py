@@ -8,12 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cortex_dsl.session import compile_text, load
+from cortex_dsl.api.scenario import compile_text, load
 from engine.config import SimulationConfig
 from engine.feasibility import Feasibility, explain, infeasible, pruner
-from engine.genomes import draw_genomes, uniform_genomes
 from engine.program import Program
-from engine.sampling import groups_of, sample
+from engine.sampling import draw_genomes, groups_of, sample, uniform_genomes
 from engine.scenes import Scenes
 from engine.streams import key_rows
 from engine.vocabulary import Method, Verdict

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.cli.parser import build_parser
+from cortex_dsl.cli.file_options import build_parser
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
-from cortex_dsl.session import Scenario, compile_text
-from engine.scenes import Outcomes
+from cortex_dsl.api.scenario import Scenario, compile_text
+from engine.outcomes import Outcomes
 from engine.vocabulary import EndReason, Verdict
 
 HEAD = "map intersection(approach=60 m)\nsimulation(time_step=0.05 s, max_time=4 s)\n"

@@ -9,7 +9,6 @@ from cortex_dsl.lowering.code_tables import code_tables, floats, group_variants,
 from cortex_dsl.lowering.templates import VariantCode, lower_variant
 from cortex_dsl.semantics.quantities.units import UNITS, si_word
 from cortex_dsl.source import FileText, Source
-from engine.archive import program_digest
 from engine.program import (
     ChoiceLabel,
     DrawSite,
@@ -20,6 +19,7 @@ from engine.program import (
     Requirement,
     Rule,
     VariantLabel,
+    program_digest,
 )
 from engine.road import road_tables
 

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 
-from cortex_dsl.cli.exits import UsageError
-from cortex_dsl.repl.desk import Desk
-from cortex_dsl.repl.reading import BARE_COMMANDS
+from cortex_dsl.console.terminal import UsageError
+from cortex_dsl.repl.chunks import BARE_COMMANDS
+from cortex_dsl.repl.state import Desk
 from cortex_dsl.spelling import nearest
 
 
@@ -25,27 +25,31 @@ class Command:
 
 
 _ROWS = (
-    Command("help", "[COMMAND]", "this page, or one line about a command", "telling", "command"),
-    Command("list", "", "the scenario, with the numbers of lines and entries", "revising"),
-    Command("undo", "", "take the last change back", "revising"),
-    Command("redo", "", "take the last undo back", "revising"),
-    Command("edit", "N", "bring entry N back to be changed; from a pipe the next entry replaces it", "revising"),
-    Command("delete", "N", "remove entry N", "revising"),
-    Command("check", "", "everything that the compiler says, and what can hold at all", "telling"),
-    Command("sample", "[N]", "draw N scenes and count (10,000)", "drawing"),
-    Command("scene", "", "draw one accepted scene here; again: the next one", "drawing"),
-    Command("plot", "PARAM", "the accepted values of a param against those drawn", "drawing", "param"),
-    Command("relax", "[SHARE%]", "which requirement to relax, and by how much, to accept that share", "drawing"),
-    Command("run", "[SEED]", "run one scene and tell what happened", "running"),
-    Command("ga", "[GENERATIONS]", "search with the genetic algorithm (10 generations of 100)", "running"),
-    Command("random", "[GENERATIONS]", "search at random", "running"),
-    Command("show", "NAME", "what a name, unit or construct is", "telling", "name"),
-    Command("explain", "[CODE]", "what a code such as SCN203 means", "telling", "code"),
-    Command("seed", "[N]", "the seed of all that is drawn", "telling"),
-    Command("set", "[PARAM=VALUE]", "hold a param at a value; `:set PARAM` lets it go", "telling", "param"),
-    Command("load", "FILE", "begin anew with a file", "filing", "file"),
-    Command("save", "[FILE]", "write the scenario, formatted; `:save! FILE` over another file", "filing", "file"),
-    Command("quit", "", "leave (also Ctrl-D)", "telling"),
+    Command("help", "[COMMAND]", "this page, or one line about a command", "commands_info", "command"),
+    Command("list", "", "the scenario, with the numbers of lines and entries", "commands_draft"),
+    Command("undo", "", "take the last change back", "commands_draft"),
+    Command("redo", "", "take the last undo back", "commands_draft"),
+    Command("edit", "N", "bring entry N back to be changed; from a pipe the next entry replaces it", "commands_draft"),
+    Command("delete", "N", "remove entry N", "commands_draft"),
+    Command("check", "", "everything that the compiler says, and what can hold at all", "commands_info"),
+    Command("sample", "[N]", "draw N scenes and count (10,000)", "commands_scenes"),
+    Command("scene", "", "draw one accepted scene here; again: the next one", "commands_scenes"),
+    Command("plot", "PARAM", "the accepted values of a param against those drawn", "commands_scenes", "param"),
+    Command(
+        "relax", "[SHARE%]", "which requirement to relax, and by how much, to accept that share", "commands_scenes"
+    ),
+    Command("run", "[SEED]", "run one scene and tell what happened", "commands_scenes"),
+    Command("ga", "[GENERATIONS]", "search with the genetic algorithm (10 generations of 100)", "commands_scenes"),
+    Command("random", "[GENERATIONS]", "search at random", "commands_scenes"),
+    Command("show", "NAME", "what a name, unit or construct is", "commands_info", "name"),
+    Command("explain", "[CODE]", "what a code such as SCN203 means", "commands_info", "code"),
+    Command("seed", "[N]", "the seed of all that is drawn", "commands_info"),
+    Command("set", "[PARAM=VALUE]", "hold a param at a value; `:set PARAM` lets it go", "commands_info", "param"),
+    Command("load", "FILE", "begin anew with a file", "commands_draft", "file"),
+    Command(
+        "save", "[FILE]", "write the scenario, formatted; `:save! FILE` over another file", "commands_draft", "file"
+    ),
+    Command("quit", "", "leave (also Ctrl-D)", "commands_info"),
 )
 COMMANDS: dict[str, Command] = {row.name: row for row in _ROWS}
 SAME = {"exit": "quit", "q": "quit", "h": "help", "?": "help", "ls": "list", "l": "list"}

@@ -7,8 +7,7 @@ is ever wrong; all may know less than is true.
 tape -> slices (what holds for the program) -> narrowing (what holds in a box) -> explanation, pruning
 """
 
-from engine.feasibility.explanation import Cut, Feasibility, conflicts, explain
-from engine.feasibility.proofs import remembered
+from engine.feasibility.explanation import Cut, Feasibility, conflicts, explain, remembered
 from engine.feasibility.pruning import Bounds, Pruner, groups_of, infeasible, pruner
 from engine.feasibility.tape import genes_read
 

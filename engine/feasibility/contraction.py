@@ -9,9 +9,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from engine.feasibility.arithmetic import Bools, Interval, surely_false
+from engine.feasibility.bounds import GEOMETRY
 from engine.feasibility.forward import FORWARD, TRUTHS, table
-from engine.feasibility.geometry import GEOMETRY
-from engine.feasibility.intervals import Bools, Interval, surely_false
 from engine.feasibility.inverses import Ends, narrowed
 from engine.feasibility.tape import Instruction, Tape
 from engine.frozen import frozen

@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from engine.feasibility.arithmetic import RELATIVE, Interval, surely_false, surely_true
 from engine.feasibility.forward import TRUTHS
-from engine.feasibility.intervals import RELATIVE, Interval, surely_false, surely_true
 from engine.tables import Floats
 from engine.vocabulary import Op
 

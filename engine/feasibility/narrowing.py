@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from engine.feasibility.arithmetic import Bools
 from engine.feasibility.contraction import ALIVE
-from engine.feasibility.intervals import Bools
 from engine.feasibility.slices import EVERY, MOST, Bench, Sliced
 from engine.tables import Floats, Ints
 

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from engine.feasibility.arithmetic import Bools
+from engine.feasibility.bounds import GEOMETRY
 from engine.feasibility.contraction import ALIVE, Boxes, empty_boxes
-from engine.feasibility.geometry import GEOMETRY
-from engine.feasibility.intervals import Bools
 from engine.feasibility.tape import Instruction, Tape, record, variant_leaves
 from engine.frozen import frozen
 from engine.program import Program

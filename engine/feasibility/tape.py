@@ -9,8 +9,8 @@ from functools import cached_property
 
 import numpy as np
 
+from engine.feasibility.bounds import OPERANDS, RESULTS
 from engine.feasibility.forward import FORWARD
-from engine.feasibility.geometry import OPERANDS, RESULTS
 from engine.frozen import frozen
 from engine.program import Program
 from engine.tables import CodeTables

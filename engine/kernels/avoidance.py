@@ -16,7 +16,8 @@ motion models for vehicle tracking"). It is perceived when it has been in sight 
 import math
 from typing import NamedTuple
 
-from engine.kernels.geometry import Box, first_contact, shortest_turn
+from engine.kernels.approach import first_contact
+from engine.kernels.geometry import Box, shortest_turn
 from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
 from engine.kernels.rollout import advance, begin

@@ -7,18 +7,18 @@ Each function says which one it is. Infinity means that the danger measured is n
 import math
 from typing import NamedTuple
 
-from engine.kernels.closest import closest_in_step
+from engine.kernels.approach import closest_in_step
 from engine.kernels.geometry import Box, shortest_turn
 from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
-from engine.kernels.measure import NOISE_FLOOR, Rate, center_velocity
+from engine.kernels.pair import NOISE_FLOOR, Rate, center_velocity
 from engine.tables import Floats
 from engine.vocabulary import State
 
 SAME_WAY = math.pi / 4.0
 """A leader's heading differs by less than this from the follower's [rad]."""
 OVERLAP = 1e-4
-"""Outlines nearer than this share a place [m]; as in `geometry.TOUCH`."""
+"""Outlines nearer than this share a place [m]; as in `approach.TOUCH`."""
 MAX_SHIFTS = 10_000
 
 

@@ -1,12 +1,4 @@
-"""Distance between outlines (oriented rectangles), at an instant and over the continuous motion of one step.
-
-Within a step, centres and headings move linearly, each heading by the shortest turn. Two facts carry the search for
-contact. For any unit vector n, the gap between the shadows of two outlines on n never exceeds their distance; and
-turning by w about its centre moves the edge of a shadow by at most |w| r, r = half diagonal.
-
-Source of the search for first contact: conservative advancement (Mirtich 1996, "Impulse-based dynamic simulation of
-rigid body systems", section 2.3), with the motion bound taken along the direction of the nearest points.
-"""
+"""Outlines (oriented rectangles) at one instant: how far apart two are, and whether one who looks sees another."""
 
 import math
 from typing import NamedTuple
@@ -14,12 +6,6 @@ from typing import NamedTuple
 from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
 
-TOUCH = 1e-4
-"""Outlines nearer than this are in contact [m]."""
-FRACTION_AT_START = 1e-9
-"""Reported where outlines touch already at the start of a step: contact belongs to (0, 1]."""
-MAX_ADVANCES = 4096
-"""After so many advances the gap was on average below 1/4096 of the way of one step (1 mm for 4 m): contact."""
 CORNERS, SIDE_OF_A, SIDE_OF_B = 0, 1, 2
 
 
@@ -54,63 +40,10 @@ class Nearest(NamedTuple):
     """Whose side the direction stands on: `CORNERS`, `SIDE_OF_A`, `SIDE_OF_B`."""
 
 
-class Motion(NamedTuple):
-    """How one pair moves in a step: b's way relative to a [m], both turns [rad], and the bounds that follow."""
-
-    x: float
-    y: float
-    turn_a: float
-    turn_b: float
-    swing: float
-    """|turn_a| r_a + |turn_b| r_b: the most that turning can bring the outlines nearer [m]."""
-    reach: float
-    """The largest distance between the centres [m]."""
-
-
-class Probe(NamedTuple):
-    """An instant of a step (`fraction`), looked at: both frames and what is nearest."""
-
-    fraction: float
-    a: Frame
-    b: Frame
-    nearest: Nearest
-
-
 @kernel
 def box_distance(a: Box, b: Box) -> float:
     """Distance between two outlines [m]; 0.0 when they touch or overlap."""
     return nearest_points(frame(a), frame(b)).distance
-
-
-@kernel
-def first_contact(a0: Box, a1: Box, b0: Box, b1: Box) -> float:
-    """Fraction in (0, 1] of the step at which the outlines first come within `TOUCH`; -1.0 if they do not."""
-    if circles_apart(a0, a1, b0, b1):
-        return -1.0
-    return _advance_to_contact(a0, a1, b0, b1)
-
-
-@inlined
-def circles_apart(a0: Box, a1: Box, b0: Box, b1: Box) -> bool:
-    """Whether the circumscribed circles stay apart during the step: the cheap test that nearly always answers.
-
-    (r1 + r2)^2 is replaced by its bound 2 (r1^2 + r2^2), exact for equal outlines, so that there is no root.
-    """
-    return centers_apart(a0, a1, b0, b1, 0.5 * (a0.length**2 + a0.width**2 + b0.length**2 + b0.width**2))
-
-
-@inlined
-def centers_apart(a0: Box, a1: Box, b0: Box, b1: Box, reach2: float) -> bool:
-    """Whether the squared distance between the centres exceeds `reach2` all through the step."""
-    x0, y0 = b0.x - a0.x, b0.y - a0.y
-    x1, y1 = b1.x - a1.x, b1.y - a1.y
-    way_x, way_y = x1 - x0, y1 - y0
-    if x0 * way_x + y0 * way_y >= 0.0:  # moving apart: nearest at the start
-        return x0 * x0 + y0 * y0 > reach2
-    if x1 * way_x + y1 * way_y <= 0.0:  # still approaching: nearest at the end
-        return x1 * x1 + y1 * y1 > reach2
-    cross = x0 * way_y - y0 * way_x
-    return cross * cross > reach2 * (way_x * way_x + way_y * way_y)
 
 
 @inlined
@@ -130,21 +63,6 @@ def shortest_turn(start: float, end: float) -> float:
 def frame(box: Box) -> Frame:
     """The box as a frame."""
     return Frame(box.x, box.y, math.cos(box.heading), math.sin(box.heading), 0.5 * box.length, 0.5 * box.width)
-
-
-@inlined
-def relative_motion(a0: Box, a1: Box, b0: Box, b1: Box) -> Motion:
-    """Motion of the pair over the step."""
-    turn_a, turn_b = shortest_turn(a0.heading, a1.heading), shortest_turn(b0.heading, b1.heading)
-    radius_a, radius_b = half_diagonal(a0), half_diagonal(b0)
-    return Motion(
-        (b1.x - b0.x) - (a1.x - a0.x),
-        (b1.y - b0.y) - (a1.y - a0.y),
-        turn_a,
-        turn_b,
-        abs(turn_a) * radius_a + abs(turn_b) * radius_b,
-        math.sqrt(max((b0.x - a0.x) ** 2 + (b0.y - a0.y) ** 2, (b1.x - a1.x) ** 2 + (b1.y - a1.y) ** 2)),
-    )
 
 
 @kernel
@@ -199,33 +117,46 @@ def _nearest_corner(
     return best, best_x, best_y
 
 
-@inlined
-def _moved(box: Box, x: float, y: float, turn: float) -> Frame:
-    """The box's frame after a shift and a turn."""
-    heading = box.heading + turn
-    return Frame(box.x + x, box.y + y, math.cos(heading), math.sin(heading), 0.5 * box.length, 0.5 * box.width)
+# -- Who sees whom: a sector of a given angle and radius at the viewer's centre, against another's outline -------------
+
+
+class View(NamedTuple):
+    """A field of view: apex x, y [m], axis heading [rad], full opening angle [rad], radius [m]."""
+
+    x: float
+    y: float
+    heading: float
+    angle: float
+    distance: float
 
 
 @kernel
-def probe(a0: Box, b0: Box, motion: Motion, fraction: float) -> Probe:
-    """The pair at a fraction of the step, in axes that move with a's centre."""
-    a = _moved(a0, 0.0, 0.0, fraction * motion.turn_a)
-    b = _moved(b0, fraction * motion.x, fraction * motion.y, fraction * motion.turn_b)
-    return Probe(fraction, a, b, nearest_points(a, b))
+def sees(view: View, outline: Box) -> bool:
+    """Whether a corner or the centre of the outline lies in the viewer's sector (edges of the sector count)."""
+    dx, dy = outline.x - view.x, outline.y - view.y
+    half_diagonal = 0.5 * math.hypot(outline.length, outline.width)
+    if dx * dx + dy * dy > (view.distance + half_diagonal) ** 2:
+        return False
+    cos_view, sin_view = math.cos(view.heading), math.sin(view.heading)
+    # In the viewer's frame the axis is +x, so a point is inside when its x is at least r cos(angle / 2).
+    ahead, aside = dx * cos_view + dy * sin_view, dy * cos_view - dx * sin_view
+    cos_half = -2.0 if view.angle >= 2.0 * math.pi else math.cos(0.5 * view.angle)
+    if _in_sector(ahead, aside, cos_half, view.distance):
+        return True
+    turn = outline.heading - view.heading
+    cos_turn, sin_turn = math.cos(turn), math.sin(turn)
+    for corner in range(4):
+        along = 0.5 * outline.length if corner < 2 else -0.5 * outline.length
+        across = 0.5 * outline.width if corner % 2 == 0 else -0.5 * outline.width
+        x = ahead + along * cos_turn - across * sin_turn
+        y = aside + along * sin_turn + across * cos_turn
+        if _in_sector(x, y, cos_half, view.distance):
+            return True
+    return False
 
 
 @kernel
-def _advance_to_contact(a0: Box, a1: Box, b0: Box, b1: Box) -> float:
-    """Conservative advancement: t += d / (approach along the nearest direction + swing), until d < `TOUCH`."""
-    motion = relative_motion(a0, a1, b0, b1)
-    fraction = 0.0
-    for _ in range(MAX_ADVANCES):
-        nearest = probe(a0, b0, motion, fraction).nearest
-        if nearest.distance < TOUCH:
-            return max(fraction, FRACTION_AT_START)
-        rate = max(0.0, -(nearest.x * motion.x + nearest.y * motion.y)) + motion.swing
-        # Written so that no motion at all, an infinity and NaN all end the search.
-        if not nearest.distance <= rate * (1.0 - fraction):
-            return -1.0
-        fraction = min(1.0, fraction + nearest.distance / rate)
-    return fraction
+def _in_sector(x: float, y: float, cos_half: float, radius: float) -> bool:
+    """Whether a point in the viewer's frame is in the sector; the apex itself is."""
+    distance = math.sqrt(x * x + y * y)
+    return distance <= radius and x >= distance * cos_half

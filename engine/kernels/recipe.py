@@ -1,15 +1,22 @@
-"""What sampling reads and what it writes; made by `engine.sampling`.
+"""What an attempt at a scene is made of: what it reads and writes, its coins and draws, the built-in requirements.
 
-The registers of an attempt: literals | variant values | genes (SI) | uniform draws | temporaries. Literals are written
-once a thread, genes once a scene, the rest every attempt.
+The tuples are made by `engine.sampling`. The registers of an attempt: literals | variant values | genes (SI) | uniform
+draws | temporaries. Literals are written once a thread, genes once a scene, the rest every attempt. The built-in
+requirements are that outlines lie inside the road, and that none overlap at the start.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from engine.kernels.philox import Stream
-from engine.tables import CodeTables, Floats, Ints, RoadTables
+from engine.kernels.geometry import Box, box_distance
+from engine.kernels.inline import inlined
+from engine.kernels.jit import kernel
+from engine.kernels.philox import COIN_CHANNEL, Stream, open_stream, uniform, uniform_pair
+from engine.kernels.region import region_contains_box
+from engine.tables import ROAD_REGION, CodeTables, Floats, Ints, RoadTables
+from engine.vocabulary import Column, Purpose
 
 
 class Layout(NamedTuple):
@@ -95,3 +102,102 @@ class Scratch(NamedTuple):
     registers: Floats
     enforced: Ints
     """(requirements,): 0 where the coin of a soft requirement spares this scene."""
+
+
+# -- coins, the choice of a variant, and the draws of one attempt ------------------------------------------------------
+
+LINEAR_SEARCH = 16
+"""Groups of up to so many variants are searched without a branch that could be mispredicted."""
+
+
+@inlined
+def copy(source: Floats, target: Floats, offset: int) -> None:
+    """Write `source` into `target` from `offset` on."""
+    for i in range(len(source)):
+        target[offset + i] = source[i]
+
+
+@kernel
+def toss_coins(probabilities: Floats, key: Ints, enforced: Ints) -> None:
+    """One coin a soft requirement and scene: heads, and the requirement counts."""
+    coins = open_stream(key, Purpose.SCENE, COIN_CHANNEL)
+    for requirement in range(len(probabilities)):
+        probability = probabilities[requirement]
+        enforced[requirement] = 1 if probability >= 1.0 or uniform(coins, requirement) < probability else 0
+
+
+@inlined
+def pick_variant(group_start: Ints, cumulative: Floats, group: int, choice: float) -> int:
+    """The variant of a group whose share of [0, 1) holds the uniform number `choice`."""
+    start, last = group_start[group], group_start[group + 1] - 1
+    if last - start < LINEAR_SEARCH:
+        position = start
+        for candidate in range(start, last):
+            position += 1 if choice >= cumulative[candidate] else 0
+        return position
+    while start < last:
+        middle = (start + last) // 2
+        if choice >= cumulative[middle]:
+            start = middle + 1
+        else:
+            last = middle
+    return start
+
+
+@inlined
+def make_draws(layout: Layout, draws: Draws, known: int, needed: int, registers: Floats) -> int:
+    """Make draws until at least `needed` of them are known; the number known then."""
+    while known < needed:
+        first, second = uniform_pair(draws.stream, draws.block + np.uint64((known + 1) >> 1))
+        registers[layout.draws + known] = first
+        if known + 1 < layout.draw_count:
+            registers[layout.draws + known + 1] = second
+        known += 2
+    return known
+
+
+@kernel
+def has_nan(values: Floats) -> bool:
+    count = 0
+    for value in values:
+        count += 1 if math.isnan(value) else 0
+    return count > 0
+
+
+# -- the built-in requirements -----------------------------------------------------------------------------------------
+
+VALUES_PER_ACTOR = len(Column)
+
+
+@inlined
+def _outline(values: Floats, actor: int) -> Box:
+    first = actor * VALUES_PER_ACTOR
+    return Box(
+        values[first + Column.X],
+        values[first + Column.Y],
+        values[first + Column.HEADING],
+        values[first + Column.LENGTH],
+        values[first + Column.WIDTH],
+    )
+
+
+@inlined
+def inside_road(road: RoadTables, checked: Ints, values: Floats) -> bool:
+    """Whether the outlines of all actors that must be on the road lie in it."""
+    for actor in range(len(checked)):
+        if checked[actor] != 0:
+            box = _outline(values, actor)
+            if not region_contains_box(road, ROAD_REGION, box.x, box.y, box.heading, box.length, box.width):
+                return False
+    return True
+
+
+@kernel
+def overlap(checked: Ints, values: Floats) -> bool:
+    """Whether two actors touch that both must not overlap."""
+    for one in range(len(checked)):
+        for other in range(one):
+            both = checked[one] != 0 and checked[other] != 0
+            if both and box_distance(_outline(values, one), _outline(values, other)) == 0.0:
+                return True
+    return False

@@ -8,8 +8,8 @@ the last before contact, or the end.
 
 How a host uses it:
 
-    plan = engine.runs.plan(program, config)            # once a program
-    run = engine.runs.memory(program, samples)          # once a thread; `samples` rows of record
+    plan = engine.host.plan(program, config)            # once a program
+    run = engine.host.memory(program, samples)          # once a thread; `samples` rows of record
     begin(plan, run, variant, values, key)              # once a scene
     advance(plan, run, until, True)                     # to contact, end, or sample `until`
 
@@ -24,9 +24,9 @@ neither, and their rows of sample k + 1 are left for the host to write. Monitors
 
 import math
 
+from engine.kernels.approach import circles_apart, first_contact
 from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, Turn, interpret
 from engine.kernels.bicycle import Demand, Motion, clip, drive, stand, walk
-from engine.kernels.geometry import circles_apart, first_contact
 from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
 from engine.kernels.region import region_contains

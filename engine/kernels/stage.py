@@ -39,7 +39,7 @@ class Layout(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """Everything about a program that its runs read; made by `engine.runs.plan`."""
+    """Everything about a program that its runs read; made by `engine.host.plan`."""
 
     code: Ints
     """(n, 6) `CodeTables.step_code`."""
@@ -130,7 +130,7 @@ NO_SPEED = -1e300
 
 
 class Run(NamedTuple):
-    """The memory of one run; made by `engine.runs.memory`, filled by `rollout.begin`, used again for the next."""
+    """The memory of one run; made by `engine.host.memory`, filled by `rollout.begin`, used again for the next."""
 
     states: Floats
     """(samples, actors, len(State)): the record. Row 0 is the start; the row after the current one may be written."""

@@ -20,9 +20,9 @@ import math
 from typing import NamedTuple
 
 from engine.kernels.bicycle import clip
+from engine.kernels.evaluate import wrap_angle
 from engine.kernels.inline import inlined
 from engine.kernels.path import PathPoint, path_curvature, speed_limit_ahead
-from engine.kernels.scalar import wrap_angle
 from engine.tables import RoadTables
 
 PREVIEW = 0.2

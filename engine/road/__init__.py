@@ -1,13 +1,11 @@
 """Gridded intersections: lanes, maneuvers, paths as chains of lines and arcs, regions. Pure Python and numpy."""
 
 from engine.road.build import build_network
-from engine.road.errors import RoadError
-from engine.road.network import Intersection, Lane, LaneRole, Leg, Maneuver, Network
+from engine.road.network import Intersection, Lane, LaneRole, Leg, Maneuver, Network, road_tables
 from engine.road.outline import Outline, outline
-from engine.road.overlap import Strip, conflict_areas
 from engine.road.paths import PathBook, Pose, Primitive
 from engine.road.regions import RegionBook
-from engine.road.tables import road_tables
+from engine.road.specification import RoadError
 
 __all__ = [
     "Intersection",
@@ -22,9 +20,7 @@ __all__ = [
     "Primitive",
     "RegionBook",
     "RoadError",
-    "Strip",
     "build_network",
-    "conflict_areas",
     "outline",
     "road_tables",
 ]

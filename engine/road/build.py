@@ -4,14 +4,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from engine.program import RoadSpec
-from engine.road.errors import check_spec
 from engine.road.grid import Grid, Site
 from engine.road.junction import CHORD_TOLERANCE, Direction, Turn
 from engine.road.linking import link
 from engine.road.network import Intersection, Lane, LaneRole, Leg, Maneuver, Network
 from engine.road.paths import PathBook, Primitive
-from engine.road.regions import Shape
-from engine.road.strips import strip
+from engine.road.regions import Shape, strip
+from engine.road.specification import check_spec
 from engine.tables import ROAD_REGION
 
 

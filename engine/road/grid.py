@@ -8,8 +8,7 @@ import numpy as np
 from engine.frozen import frozen
 from engine.program import RoadSpec
 from engine.road.junction import Direction, Junction
-from engine.road.polygon import anticlockwise, edges, triangulate
-from engine.road.regions import Shape, shape_of, shape_of_parts, with_cores
+from engine.road.regions import Shape, anticlockwise, ring_edges, shape_of, shape_of_parts, triangulate, with_cores
 from engine.tables import Floats
 
 
@@ -82,7 +81,7 @@ class Grid:
             ring = self.arm_ring(site, arm)
             is_border = self.neighbour(site, arm) is None
             if is_border or (arm.x, arm.y) in ((1, 0), (0, 1)):  # a road between two junctions counts once
-                boundary.append(edges(ring)[[0, 1, 2] if is_border else [0, 2]])
+                boundary.append(ring_edges(ring)[[0, 1, 2] if is_border else [0, 2]])
                 tiles.append(np.array([[*ring[0], *ring[1], *ring[2]], [*ring[0], *ring[2], *ring[3]]]))
         return with_cores(shape_of_parts(np.vstack(boundary), np.vstack(tiles)), self.bands())
 
@@ -105,7 +104,7 @@ class Grid:
 
     def kerbs(self) -> Floats:
         """Boundary edges of one junction: its outline without the stop lines."""
-        outline = edges(self.junction.outline)
+        outline = ring_edges(self.junction.outline)
         middle = 0.5 * (outline[:, :2] + outline[:, 2:])
         is_stop = np.zeros(len(outline), dtype=bool)
         for arm in self.junction.arms:

@@ -12,8 +12,8 @@ import numpy as np
 
 from engine.frozen import frozen
 from engine.program import RoadSpec
-from engine.road.errors import half_width, stop_distance
 from engine.road.paths import Pose, Primitive, chord_count
+from engine.road.specification import half_width, stop_distance
 from engine.tables import Floats
 from engine.vocabulary import ManeuverType
 

@@ -1,16 +1,21 @@
 """What a scenario can point at: intersections, lanes, maneuvers. Built by `engine.road.build`.
 
 Elements refer to one another (a lane to its maneuvers, those to their lanes), so each holds ids and looks the others up
-in its network. Two elements are equal only if they are the same one.
+in its network. Two elements are equal only if they are the same one. `road_tables` writes a network as arrays for the
+kernels.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+
+import numpy as np
 
 from engine.frozen import frozen_identity
 from engine.program import RoadSpec
 from engine.road.paths import PathBook
-from engine.road.regions import RegionBook
+from engine.road.regions import RegionBook, Shape, triangle_areas
+from engine.tables import Floats, Ints, RoadTables
 from engine.vocabulary import ManeuverType
 
 
@@ -225,3 +230,48 @@ class Network:
     """Lanes of all roads first, connecting lanes last."""
     maneuvers: tuple[Maneuver, ...] = ()
     links: Links = field(default_factory=Links, repr=False)
+
+
+# -- as arrays for the kernels -----------------------------------------------------------------------------------------
+
+
+def road_tables(network: Network) -> RoadTables:
+    """All paths (also those joined since the network was built), lanes and regions."""
+    shapes = [network.regions.shape(region) for region in range(len(network.regions))]
+    lanes = network.lanes
+    return RoadTables(
+        primitives=_primitive_rows(network.paths),
+        path_start=_offsets([len(network.paths.primitives(path)) for path in range(len(network.paths))]),
+        path_length=np.array([network.paths.length(path) for path in range(len(network.paths))]),
+        lane_path=np.array([lane.path for lane in lanes], dtype=np.int32),
+        lane_route=np.array([lane.default_route for lane in lanes], dtype=np.int32),
+        lane_width=np.array([lane.width for lane in lanes]),
+        edges=np.vstack([shape.edges for shape in shapes]),
+        region_start=_offsets([len(shape.edges) for shape in shapes]),
+        hull=np.vstack([shape.hull for shape in shapes]),
+        hull_start=_offsets([len(shape.hull) for shape in shapes]),
+        triangles=np.vstack([_shares(shape) for shape in shapes]),
+        triangle_start=_offsets([len(shape.triangles) for shape in shapes]),
+        cores=np.vstack([shape.cores for shape in shapes]),
+        core_start=_offsets([len(shape.cores) for shape in shapes]),
+    )
+
+
+def _primitive_rows(paths: PathBook) -> Floats:
+    rows = [
+        (start, *primitive)
+        for path in range(len(paths))
+        for start, primitive in zip(paths.starts(path), paths.primitives(path), strict=False)
+    ]
+    primitives = np.array(rows)
+    heading = primitives[:, 3]
+    return np.column_stack([primitives, np.cos(heading), np.sin(heading)])
+
+
+def _offsets(counts: Sequence[int]) -> Ints:
+    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+
+
+def _shares(shape: Shape) -> Floats:
+    areas = np.cumsum(triangle_areas(shape.triangles))
+    return np.column_stack([areas / areas[-1], shape.triangles])

@@ -1,4 +1,8 @@
-"""Regions: areas bounded by straight edges. Inside is decided by the even-odd rule over all edges of a region."""
+"""Regions: areas bounded by straight edges, the polygons that they are made of, and the strips that lanes cover.
+
+Polygons are simple: (n, 2) rings of vertices, anticlockwise, without a repeated last vertex. Metres. Inside a region is
+decided by the even-odd rule over all its edges. A strip is made from the lane's centre line and width.
+"""
 
 from collections.abc import Sequence
 from dataclasses import field, replace
@@ -6,8 +10,75 @@ from dataclasses import field, replace
 import numpy as np
 
 from engine.frozen import frozen
-from engine.road import polygon
+from engine.road.paths import PathBook
 from engine.tables import Floats
+
+# -- polygons ----------------------------------------------------------------------------------------------------------
+
+
+def area(ring: Floats) -> float:
+    """Signed area: positive when the ring is anticlockwise [m^2]."""
+    x, y = (ring - ring[0]).T
+    return 0.5 * float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
+
+
+def anticlockwise(ring: Floats) -> Floats:
+    return ring if area(ring) > 0.0 else ring[::-1]
+
+
+def ring_edges(ring: Floats) -> Floats:
+    """(n, 4): x1, y1, x2, y2 of each edge."""
+    return np.hstack([ring, np.roll(ring, -1, axis=0)])
+
+
+def convex_hull(points: Floats) -> Floats:
+    """Corners of the hull, anticlockwise (monotone chain); points on a hull edge are left out."""
+    ordered = sorted({(float(x), float(y)) for x, y in points})
+    lower, upper = _chain(ordered), _chain(ordered[::-1])
+    return np.array(lower[:-1] + upper[:-1])
+
+
+def _chain(ordered: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    chain: list[tuple[float, float]] = []
+    for point in ordered:
+        while len(chain) >= 2 and _turn(chain[-2], chain[-1], point) <= 0.0:
+            chain.pop()
+        chain.append(point)
+    return chain
+
+
+def _turn(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
+    """Twice the signed area of a triangle: positive where the way a, b, c turns left."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def triangulate(ring: Floats) -> Floats:
+    """(n - 2, 6) triangles x1, y1, x2, y2, x3, y3 that tile a simple anticlockwise ring, by ear clipping."""
+    left = [(float(x), float(y)) for x, y in ring]
+    triangles: list[tuple[float, ...]] = []
+    while len(left) > 3:
+        index = _best_ear(left)
+        triangles.append((*left[index - 1], *left[index], *left[(index + 1) % len(left)]))
+        del left[index]
+    triangles.append((*left[0], *left[1], *left[2]))
+    return np.array(triangles)
+
+
+def _best_ear(ring: list[tuple[float, float]]) -> int:
+    """The first convex vertex whose triangle holds no other vertex; the flattest would do where rounding hides it."""
+    for index in range(len(ring)):
+        a, b, c = ring[index - 1], ring[index], ring[(index + 1) % len(ring)]
+        if _turn(a, b, c) > 0.0 and not any(_inside(a, b, c, point) for point in ring if point not in (a, b, c)):
+            return index
+    return min(range(len(ring)), key=lambda i: abs(_turn(ring[i - 1], ring[i], ring[(i + 1) % len(ring)])))
+
+
+def _inside(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float], point: tuple[float, float]) -> bool:
+    """Whether a point lies in the anticlockwise triangle or on its boundary."""
+    return _turn(a, b, point) >= 0.0 and _turn(b, c, point) >= 0.0 and _turn(c, a, point) >= 0.0
+
+
+# -- regions -----------------------------------------------------------------------------------------------------------
 
 
 @frozen
@@ -32,8 +103,8 @@ class Shape:
 
 def shape_of(ring: Floats) -> Shape:
     """The shape of one simple polygon."""
-    ring = polygon.anticlockwise(np.asarray(ring, dtype=np.float64))
-    return shape_of_parts(polygon.edges(ring), polygon.triangulate(ring))
+    ring = anticlockwise(np.asarray(ring, dtype=np.float64))
+    return shape_of_parts(ring_edges(ring), triangulate(ring))
 
 
 def shape_of_parts(edges: Floats, triangles: Floats) -> Shape:
@@ -90,10 +161,41 @@ def triangle_areas(triangles: Floats) -> Floats:
 
 
 def _hull_rows(edges: Floats) -> Floats:
-    hull = polygon.edges(polygon.convex_hull(edges[:, :2]))
+    hull = ring_edges(convex_hull(edges[:, :2]))
     both_ways = {tuple(edge) for edge in np.vstack([edges, np.roll(edges, 2, axis=1)]).tolist()}
     shared = np.array([[float(tuple(edge) in both_ways)] for edge in hull.tolist()])
     direction = hull[:, 2:] - hull[:, :2]
     length = np.hypot(direction[:, 0], direction[:, 1])[:, None]
     rows = np.hstack([hull, shared, direction / length, length])
     return rows[np.argsort(-shared[:, 0], kind="stable")]
+
+
+# -- strips ------------------------------------------------------------------------------------------------------------
+
+
+def strip(paths: PathBook, path: int, width: float, tolerance: float) -> Shape:
+    """The region within half a width to either side of a path, ends cut square; tiled along the path."""
+    left, right = borders(paths, path, width, tolerance)
+    ring = anticlockwise(_without_repeats(np.vstack([right, left[::-1]])))
+    shape = shape_of_parts(ring_edges(ring), _tiles(left, right))
+    is_rectangle = len(ring) == 4 and np.any(np.abs(left[1] - left[0]) < 1e-9)
+    return with_cores(shape, [[*ring.min(axis=0), *ring.max(axis=0)]]) if is_rectangle else shape
+
+
+def borders(paths: PathBook, path: int, width: float, tolerance: float) -> tuple[Floats, Floats]:
+    """(n, 2) left and right border of a path's strip."""
+    poses = np.array([paths.pose(path, s) for s in paths.stations(path, tolerance)])
+    normal = np.column_stack([-np.sin(poses[:, 2]), np.cos(poses[:, 2])])
+    return poses[:, :2] + 0.5 * width * normal, poses[:, :2] - 0.5 * width * normal
+
+
+def _tiles(left: Floats, right: Floats) -> Floats:
+    """Two triangles for each stretch between two stations."""
+    lower = np.hstack([right[:-1], right[1:], left[1:]])
+    upper = np.hstack([right[:-1], left[1:], left[:-1]])
+    return np.vstack([lower, upper])
+
+
+def _without_repeats(ring: Floats) -> Floats:
+    # The inner border of a turn about its own centre is a single point.
+    return ring[np.hypot(*(ring - np.roll(ring, 1, axis=0)).T) > 1e-9]

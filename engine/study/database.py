@@ -25,9 +25,9 @@ from typing import Any
 
 import numpy as np
 
-from engine import archive
 from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
 from engine.errors import CortexError
+from engine.program import ArchiveError, load_program, save_program
 from engine.search.evaluations import Evaluations
 from engine.search.journal import finite
 from engine.search.store import StoreError, insist_on, store_errors
@@ -157,7 +157,7 @@ def _check_streams(folder: Path, connection: sqlite3.Connection) -> None:
 def _save_programs(folder: Path, plan: Plan) -> None:
     (folder / PROGRAMS).mkdir(exist_ok=True)
     for number, subject in enumerate(plan.subjects):
-        archive.save(subject.program, program_file(folder, number))
+        save_program(subject.program, program_file(folder, number))
 
 
 def program_file(folder: Path, number: int) -> Path:
@@ -213,7 +213,7 @@ def read_study(folder: Path) -> Study:
             manifest = {field: json.loads(value) for field, value in connection.execute("SELECT * FROM manifest")}
             plan = _plan(folder, connection, manifest)
             records = _records(connection)
-        except (ValueError, KeyError, TypeError, IndexError, AttributeError, archive.ArchiveError) as error:
+        except (ValueError, KeyError, TypeError, IndexError, AttributeError, ArchiveError) as error:
             raise _damaged(folder, error.message if isinstance(error, CortexError) else str(error)) from error
     ordered = tuple(records[address] for address in plan.addresses() if address in records)
     return Study(folder, plan, ordered, manifest, tuple(_edited(plan)))
@@ -267,7 +267,7 @@ def _plan(folder: Path, connection: sqlite3.Connection, manifest: dict[str, Any]
 
 
 def _subject(folder: Path, number: int, name: str, file: str, manifest: str, digest: str) -> Subject:
-    program = archive.load(program_file(folder, number))
+    program = load_program(program_file(folder, number))
     if program.digest != digest:
         raise ValueError(f"{program_file(folder, number)} is not the program that the study is about")
     parts = json.loads(manifest)["settings"]

@@ -6,7 +6,7 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from engine.world.host import WorldRun, run, simulate
+    from engine.world.pymunk_host import WorldRun, run, simulate
 
 __all__ = ["WorldRun", "run", "simulate"]
 
@@ -14,7 +14,7 @@ __all__ = ["WorldRun", "run", "simulate"]
 def __getattr__(name: str) -> Any:
     """Import pymunk and the kernels when they are first asked for, not when the package is named."""
     if name in __all__:
-        from engine.world import host
+        from engine.world import pymunk_host
 
-        return getattr(host, name)
+        return getattr(pymunk_host, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

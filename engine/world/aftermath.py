@@ -17,8 +17,7 @@ from engine.kernels.rollout import advance
 from engine.kernels.stage import Plan, Run, Slot, Status
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, State
-from engine.world.bodies import Physique, new_space, solid
-from engine.world.friction import REST_SPEED, rub
+from engine.world.bodies import REST_SPEED, Physique, new_space, rub, solid
 from engine.world.impacts import Impact, Recorder
 
 

@@ -1,15 +1,20 @@
-"""Actors as rigid bodies: an outline with mass and yaw inertia, its centre of gravity at the outline's centre."""
+"""Actors as rigid bodies: an outline with mass and yaw inertia, its centre of gravity at the outline's centre.
+
+Before contact, pymunk carries the poses that the shared kernels drive: each step it gets the chord velocity. A body
+that slides is rubbed by the road: Coulomb friction at its two axles.
+"""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import pymunk
 
 from engine.config import ContactConfig
 from engine.tables import Floats, Ints
 from engine.vehicles import MODELS
-from engine.vocabulary import ActorKind, Column
+from engine.vocabulary import ActorKind, Column, State
 
 GRAVITY = 9.81
 """[m/s^2]"""
@@ -112,3 +117,81 @@ def solid(space: pymunk.Space, actor: Physique, config: ContactConfig) -> pymunk
 def kinetic_energy(body: pymunk.Body) -> float:
     """Of a moving body [J]; `Body.kinetic_energy` is twice this."""
     return 0.5 * (body.mass * body.velocity.dot(body.velocity) + body.moment * body.angular_velocity**2)
+
+
+# -- before contact ----------------------------------------------------------------------------------------------------
+
+POSE = [State.X, State.Y, State.HEADING]
+# pymunk checks the name at every `body.name = value`, which costs as much as the rest of a write; setters do not.
+set_velocity = pymunk.Body.__dict__["velocity"].fset
+set_spin = pymunk.Body.__dict__["angular_velocity"].fset
+
+LANDING = 1e-9
+"""How far pymunk may land from where it was sent [m, rad]; it lands within some 1e-13."""
+
+
+def carry(space: pymunk.Space, bodies: Sequence[pymunk.Body], states: Floats, samples: int, time_step: float) -> None:
+    """Take the bodies through the poses of the first `samples` rows of `states`; then those are pymunk's own poses.
+
+    Velocities are only written: what pymunk makes of them is read when it has landed.
+    """
+    driven = states[:samples, :, POSE]
+    chords = np.diff(driven, axis=0) / time_step
+    for body, (x, y, heading) in zip(bodies, driven[0].tolist(), strict=True):
+        body.position, body.angle = (x, y), heading
+    landed: list[tuple[float, float, float]] = []
+    step, note = space.step, landed.append
+    for chord in chords.tolist():
+        for body, (vx, vy, turn) in zip(bodies, chord, strict=True):
+            set_velocity(body, (vx, vy))
+            set_spin(body, turn)
+        step(time_step)
+        for body in bodies:
+            position = body.position
+            note((position.x, position.y, body.angle))
+    poses = np.array(landed).reshape(len(chords), len(bodies), 3)
+    if not np.all(np.abs(poses - driven[1:]) <= LANDING):
+        raise RuntimeError(f"pymunk left the driven path by {np.abs(poses - driven[1:]).max():.3g}")
+    states[1:samples, :, POSE] = poses
+
+
+# -- friction of the road ----------------------------------------------------------------------------------------------
+
+REST_SPEED = 0.01
+"""A body slower than this stands still [m/s]; so does one that turns no faster, in rad/s."""
+
+
+def rub(body: pymunk.Body, actor: Physique, duration: float) -> bool:
+    """Slow a free body down for a time [s]; whether it stands still afterwards.
+
+    Each axle in turn gets an impulse against its own motion, at most its load times the duration and at most what
+    stops it there, so that friction never reverses a motion and energy never rises.
+    """
+    (vx, vy), spin = body.velocity, body.angular_velocity
+    cos, sin = math.cos(body.angle), math.sin(body.angle)
+    for axle in actor.axles:
+        vx, vy, spin = _rub_axle(axle, actor, (cos, sin), (vx, vy, spin), duration)
+    still = vx * vx + vy * vy < REST_SPEED**2 and abs(spin) < REST_SPEED
+    body.velocity, body.angular_velocity = ((0.0, 0.0), 0.0) if still else ((vx, vy), spin)
+    return still
+
+
+def _rub_axle(
+    axle: Axle,
+    actor: Physique,
+    heading: tuple[float, float],
+    motion: tuple[float, float, float],
+    duration: float,
+) -> tuple[float, float, float]:
+    """Velocity and spin after the friction of one axle."""
+    vx, vy, spin = motion
+    arm_x, arm_y = axle.offset * heading[0], axle.offset * heading[1]
+    slide_x, slide_y = vx - spin * arm_y, vy + spin * arm_x
+    slide = math.hypot(slide_x, slide_y)
+    if slide == 0.0:
+        return motion
+    x, y = slide_x / slide, slide_y / slide
+    lever = arm_x * y - arm_y * x
+    stopping = slide / (1.0 / actor.mass + lever * lever / actor.inertia)
+    impulse = min(axle.load * duration, stopping)
+    return vx - impulse * x / actor.mass, vy - impulse * y / actor.mass, spin - impulse * lever / actor.inertia

@@ -15,7 +15,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from cortex_dsl.cli import main
-from cortex_dsl.cli.commands import SUBCOMMANDS
+from cortex_dsl.cli.command_table import SUBCOMMANDS
 from engine.search.searchers import SEARCHERS
 
 ROOT = Path(__file__).parent.parent.parent

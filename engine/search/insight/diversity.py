@@ -3,7 +3,7 @@
 The rule: a failure counts when at least a third of its genes (rounded up) differ by more than a tenth of their range
 from those of every failure counted before. Genes that take options differ when the options do.
 
-Descriptors are taken at the instant of closest approach, or of contact (see `engine.kernels.measure.Approach`). Edges
+Descriptors are taken at the instant of closest approach, or of contact (see `engine.kernels.pair.Approach`). Edges
 of grids are the same for every scenario and search, so that their cells can be compared.
 """
 
@@ -14,10 +14,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from engine.scenes import Bools
 from engine.search.evaluations import Evaluations
 from engine.search.protocol import Box
-from engine.tables import Floats, Ints
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import GeneKind, Side
 
 SHARE = 0.1

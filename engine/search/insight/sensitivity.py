@@ -29,12 +29,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator, Philox, default_rng
 
+from engine.outcomes import Assessment
 from engine.program import ParamSpace
-from engine.scenes import Bools
-from engine.search.assessment import Assessment, Evaluate
+from engine.search.assessment import Evaluate
 from engine.search.statistics import Interval
 from engine.streams import key_rows
-from engine.tables import Floats, Ints
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Method, Verdict
 
 TWICE = 2
@@ -141,7 +141,7 @@ def _designs(space: ParamSpace, rows: int, seed: int) -> tuple[Floats, Ints]:
 
 
 def _run(space: ParamSpace, evaluate: Evaluate, uniforms: Floats, keys: Ints) -> Assessment:
-    from engine.genomes import from_uniforms
+    from engine.sampling import from_uniforms
     from engine.search.assessment import concatenate
 
     genomes = from_uniforms(space, np.clip(uniforms, 0.0, np.nextafter(1.0, 0.0)))

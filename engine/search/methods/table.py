@@ -30,10 +30,12 @@ class SearcherEntry:
     """One way to search."""
 
     name: str
-    """What it is called, everywhere."""
+    """What users write."""
     summary: str
     """One line for lists."""
     build: Build
+    title: str = ""
+    """What reports call it, where that is not its name."""
     style: str = PLUGIN_STYLE
     """Colour of reports in a terminal, one of its own sixteen."""
     alias: str = ""
@@ -72,64 +74,110 @@ def _annealing(box: Box, config: Config, streams: StreamAt) -> Searcher:
     return Annealing(box, config.search.population, config.search.generations, streams)
 
 
+def _preset(config: Config) -> str:
+    return config.ga.preset
+
+
 SEARCHERS: dict[str, SearcherEntry] = {
     row.name: row
     for row in (
         SearcherEntry(
-            "ga",
-            "the paper's genetic algorithm: most risk, few kinds",
-            _ga,
-            "cyan",
-            preset=lambda config: config.ga.preset,
+            name="ga",
+            summary="the paper's genetic algorithm: most risk, few kinds",
+            build=_ga,
+            title="genetic algorithm",
+            style="cyan",
+            preset=_preset,
         ),
-        SearcherEntry("random", "independent uniform draws: the baseline", _plain(RandomSearch), "yellow"),
-        SearcherEntry("niching", "our genetic algorithm: failures that differ", _plain(NichingSearch), "green"),
-        SearcherEntry("sobol", "scrambled Sobol points: an even cover of the box", _quasi("sobol"), "bright_yellow"),
         SearcherEntry(
-            "halton", "randomized Halton points: an even cover of the box", _quasi("halton"), "bright_yellow"
+            name="random",
+            summary="independent uniform draws: the baseline",
+            build=_plain(RandomSearch),
+            style="yellow",
         ),
-        SearcherEntry("lhs", "a Latin hypercube in each generation", _quasi("lhs"), "bright_yellow"),
         SearcherEntry(
-            "cross_entropy",
-            "a distribution that moves to the riskiest tenth",
-            _plain(CrossEntropy),
-            "magenta",
+            name="niching",
+            summary="our genetic algorithm: failures that differ",
+            build=_plain(NichingSearch),
+            title="niching genetic algorithm",
+            style="green",
+        ),
+        SearcherEntry(
+            name="sobol",
+            summary="scrambled Sobol points: an even cover of the box",
+            build=_quasi("sobol"),
+            title="Sobol points",
+            style="bright_yellow",
+        ),
+        SearcherEntry(
+            name="halton",
+            summary="randomized Halton points: an even cover of the box",
+            build=_quasi("halton"),
+            title="Halton points",
+            style="bright_yellow",
+        ),
+        SearcherEntry(
+            name="lhs",
+            summary="a Latin hypercube in each generation",
+            build=_quasi("lhs"),
+            title="Latin hypercubes",
+            style="bright_yellow",
+        ),
+        SearcherEntry(
+            name="cross_entropy",
+            summary="a distribution that moves to the riskiest tenth",
+            build=_plain(CrossEntropy),
+            title="cross-entropy method",
+            style="magenta",
             alias="ce",
         ),
-        SearcherEntry("annealing", "walkers that cool down together", _annealing, "red", alias="sa", paced=True),
         SearcherEntry(
-            "differential_evolution",
-            "differences of members, DE/rand/1/bin",
-            _plain(DifferentialEvolution),
-            "bright_cyan",
+            name="annealing",
+            summary="walkers that cool down together",
+            build=_annealing,
+            title="simulated annealing",
+            style="red",
+            alias="sa",
+            paced=True,
+        ),
+        SearcherEntry(
+            name="differential_evolution",
+            summary="differences of members, DE/rand/1/bin",
+            build=_plain(DifferentialEvolution),
+            title="differential evolution",
+            style="bright_cyan",
             alias="de",
         ),
         SearcherEntry(
-            "cmaes",
-            "a normal distribution that learns the risk's shape",
-            _plain(CovarianceAdaptation),
-            "bright_magenta",
+            name="cmaes",
+            summary="a normal distribution that learns the risk's shape",
+            build=_plain(CovarianceAdaptation),
+            title="CMA-ES",
+            style="bright_magenta",
             package="cma",
         ),
         SearcherEntry(
-            "nsga2",
-            "NSGA-II: close and fast at once, a Pareto front",
-            _plain(NonDominatedSorting),
-            "blue",
+            name="nsga2",
+            summary="NSGA-II: close and fast at once, a Pareto front",
+            build=_plain(NonDominatedSorting),
+            title="NSGA-II",
+            style="blue",
             package="pymoo",
         ),
         SearcherEntry(
-            "map_elites",
-            "the riskiest run for every pair of speeds",
-            _grid("map_elites"),
-            "bright_green",
+            name="map_elites",
+            summary="the riskiest run for every pair of speeds",
+            build=_grid("map_elites"),
+            title="MAP-Elites",
+            style="bright_green",
             package="ribs",
         ),
         SearcherEntry(
-            "cma_me",
-            "the same, by strategies that seek what is new",
-            _grid("cma_me"),
-            "bright_green",
+            name="cma_me",
+            summary="the same, by strategies that seek what is new",
+            build=_grid("cma_me"),
+            title="CMA-ME",
+            style="bright_green",
             package="ribs",
         ),
     )

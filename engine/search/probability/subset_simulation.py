@@ -18,8 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.random import Generator
 
+from engine.outcomes import Assessment
 from engine.program import ParamSpace
-from engine.search.assessment import Assessment, Evaluate, concatenate, take
+from engine.search.assessment import Evaluate, concatenate, take
 from engine.search.probability.estimates import MOST_DRIVEN, NOT_KNOWN, Count, Judge, Probability
 from engine.search.statistics import Interval
 from engine.streams import key_rows, operator_generator
@@ -121,7 +122,7 @@ def subset_simulation(
     Raises:
         ValueError: fewer than 100 runs a repetition.
     """
-    from engine.genomes import from_uniforms
+    from engine.sampling import from_uniforms
 
     size = samples // REPETITIONS
     if size < 100:

@@ -17,8 +17,8 @@ from typing import Any
 
 import pytest
 
-from cortex_dsl.hunting import hunt
-from cortex_dsl.session import load
+from cortex_dsl.api.run_folder import search_and_keep
+from cortex_dsl.api.scenario import load
 from engine.search.journal import SCHEMA_VERSION
 from engine.search.journal_reader import read_journal
 from engine.search.run import Progress
@@ -313,7 +313,7 @@ def test_a_folder_that_is_removed_is_told_at_once(cortexc: Command, left_turn: P
         heard.append(progress.generation)
 
     run.mkdir()
-    found = hunt(scenario, "ga", run, on_generation=on_generation, on_removed=heard.append)
+    found = search_and_keep(scenario, "ga", run, on_generation=on_generation, on_removed=heard.append)
     assert [each if isinstance(each, int) else "removed" for each in heard] == [0, 1, "removed", 2, 3, 4]
     assert isinstance(found.trouble, RemovedError)
     assert len(found.campaign.generations) == 5

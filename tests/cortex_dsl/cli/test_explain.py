@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from cortex_dsl import catalogue
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.problems import Problem
+from cortex_dsl.api import codes
+from cortex_dsl.semantics.errors.chance import STUCK, UNDEFINED
+from cortex_dsl.semantics.errors.problems import Problem
 
 Command = Callable[..., Any]
 
@@ -25,11 +25,11 @@ def test_a_page(cortexc: Command) -> None:
     assert "    require ego.speed < 3 m/s" in result.out.split("Mended")[1]
 
 
-@pytest.mark.parametrize("entry", catalogue.entries(), ids=lambda entry: entry.code)
-def test_every_page_can_be_shown(entry: catalogue.Entry, cortexc: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("entry", codes.entries(), ids=lambda entry: entry.code)
+def test_every_page_can_be_shown(entry: codes.Entry, cortexc: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     """Within the width, with the diagnostic wherever compiling shows it, and without a character that acts."""
-    monkeypatch.setattr("cortex_dsl.semantics.state.EVALUATION_LIMIT", 20_000)
-    monkeypatch.setattr("cortex_dsl.semantics.state.BODY_LIMIT", 200)
+    monkeypatch.setattr("cortex_dsl.semantics.model.state.EVALUATION_LIMIT", 20_000)
+    monkeypatch.setattr("cortex_dsl.semantics.model.state.BODY_LIMIT", 200)
     result = cortexc("explain", entry.code)
     assert result.code == 0
     assert entry.title in result.out
@@ -40,7 +40,7 @@ def test_every_page_can_be_shown(entry: catalogue.Entry, cortexc: Command, monke
 def test_the_list(cortexc: Command) -> None:
     """All codes, by family."""
     out = cortexc("explain").out
-    assert all(f"{entry.code}  {entry.title}" in out for entry in catalogue.entries())
+    assert all(f"{entry.code}  {entry.title}" in out for entry in codes.entries())
     assert "SCN3xx  units and types" in out
 
 
@@ -50,7 +50,7 @@ def test_documents(cortexc: Command) -> None:
     assert (page["schema"], page["code"], page["severity"]) == ("cortexc/code", "SCN302", "error")
     assert page["says"][0]["code"] == "SCN302"
     codes = cortexc("explain", "--json").document["codes"]
-    assert [each["code"] for each in codes] == [entry.code for entry in catalogue.entries()]
+    assert [each["code"] for each in codes] == [entry.code for entry in codes.entries()]
 
 
 def test_an_unknown_code(cortexc: Command) -> None:
@@ -67,7 +67,7 @@ def test_help_names_the_command(cortexc: Command) -> None:
     assert "such as SCN203" in cortexc("explain", "--help").out
 
 
-@pytest.mark.parametrize("problem", [errors.STUCK, errors.UNDEFINED], ids=lambda problem: problem.code)
+@pytest.mark.parametrize("problem", [STUCK, UNDEFINED], ids=lambda problem: problem.code)
 def test_what_only_a_run_shows(problem: Problem, cortexc: Command, tmp_path: Path) -> None:
     """The examples of these pages are run: one is told, the other ends well."""
     assert problem.page

@@ -6,11 +6,10 @@ from pathlib import Path
 
 import pytest
 
-import cortex_dsl.cli.commands
+import cortex_dsl.cli.command_table
 from cortex_dsl.cli import main
-from cortex_dsl.cli.exits import UsageError
-from cortex_dsl.cli.files import read_source
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.terminal import Terminal, UsageError
+from cortex_dsl.console.user_files import read_source
 
 
 def test_missing_file_suggests_the_nearest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -52,7 +51,7 @@ def broken(*_: object) -> int:
 
 def test_our_bug(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """A bug of ours ends with 70, one line, and a file to send; never with a traceback."""
-    monkeypatch.setattr(cortex_dsl.cli.commands, "execute", broken)
+    monkeypatch.setattr(cortex_dsl.cli.command_table, "execute", broken)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     monkeypatch.delenv("CORTEXC_DEBUG", raising=False)
     assert main(["a.scn"]) == 70
@@ -66,7 +65,7 @@ def test_our_bug(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
 
 def test_our_bug_with_nowhere_to_write(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """Where no file can be written, the line itself says where it happened."""
-    monkeypatch.setattr(cortex_dsl.cli.commands, "execute", broken)
+    monkeypatch.setattr(cortex_dsl.cli.command_table, "execute", broken)
     monkeypatch.setattr("tempfile.tempdir", "/nonexistent")
     assert main(["a.scn"]) == 70
     assert "broken in line" in capsys.readouterr().err
@@ -74,7 +73,7 @@ def test_our_bug_with_nowhere_to_write(monkeypatch: pytest.MonkeyPatch, capsys: 
 
 def test_debug_shows_the_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
     """CORTEXC_DEBUG=1 lets the exception through, for a developer."""
-    monkeypatch.setattr(cortex_dsl.cli.commands, "execute", broken)
+    monkeypatch.setattr(cortex_dsl.cli.command_table, "execute", broken)
     monkeypatch.setenv("CORTEXC_DEBUG", "1")
     with pytest.raises(ValueError, match="the cat"):
         main(["a.scn"])
@@ -86,7 +85,7 @@ def test_interrupted(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixt
     def interrupted(*_: object) -> int:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(cortex_dsl.cli.commands, "execute", interrupted)
+    monkeypatch.setattr(cortex_dsl.cli.command_table, "execute", interrupted)
     assert main(["a.scn"]) == 130
     assert "interrupted" in capsys.readouterr().err
 
@@ -123,7 +122,7 @@ def test_json_documents_an_interrupt(monkeypatch: pytest.MonkeyPatch, capsys: py
     def interrupted(*_: object) -> int:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(cortex_dsl.cli.commands, "execute", interrupted)
+    monkeypatch.setattr(cortex_dsl.cli.command_table, "execute", interrupted)
     assert main(["a.scn", "--json"]) == 130
     assert json.loads(capsys.readouterr().out)["exit_code"] == 130
 
@@ -135,6 +134,6 @@ def test_json_writes_one_document_only(monkeypatch: pytest.MonkeyPatch, capsys: 
         terminal.write("{}")
         raise UsageError("the disk is full")
 
-    monkeypatch.setattr(cortex_dsl.cli.commands, "execute", late)
+    monkeypatch.setattr(cortex_dsl.cli.command_table, "execute", late)
     assert main(["a.scn", "--json"]) == 2
     assert json.loads(capsys.readouterr().out) == {}

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from cortex_dsl.cli.compiling import MOST_CODES
+from cortex_dsl.console.compiling import MOST_CODES
 
 Command = Callable[..., Any]
 GOLDEN = Path(__file__).parent / "golden"

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from cortex_dsl.report.theme import method_style
-from cortex_dsl.runs import open_run
-from cortex_dsl.session import load
+from cortex_dsl.api.runs import open_run
+from cortex_dsl.api.scenario import load
+from cortex_dsl.report.findings.search_report import method_name, method_style
 from engine.extras import installing
 from engine.search.methods.table import SEARCHERS
 from engine.streams import method_number
@@ -33,10 +33,12 @@ def test_a_row_is_all_that_a_method_needs(
     cortexc: Command, left_turn: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A new one of ours is listed, searches under numbers of its own, is replayed, studied and coloured by its row."""
-    row = replace(SEARCHERS["annealing"], name="strolls", summary="walks of a test", alias="st", style="bright_red")
+    row = replace(
+        SEARCHERS["annealing"], name="strolls", title="Sunday strolls", summary="walks", alias="st", style="bright_red"
+    )
     monkeypatch.setitem(SEARCHERS, "strolls", row)
     assert "strolls (st)" in cortexc("--method", "list").out
-    assert method_style("strolls") == "bright_red"
+    assert (method_style("strolls"), method_name("strolls")) == ("bright_red", "Sunday strolls")
     assert cortexc(left_turn, "--method", "st", *SMALL, "--out", tmp_path / "run").code == 0
     run = open_run(tmp_path / "run")
     assert set(run.record.evaluations.keys[..., 1].flat) == {method_number("strolls")}
@@ -47,6 +49,7 @@ def test_a_row_is_all_that_a_method_needs(
     study = cortexc("study", left_turn, *few)
     assert study.code == 0
     assert "strolls" in study.out
+    assert "Sunday strolls" in (tmp_path / "page.html").read_text(encoding="utf-8")
     read = read_study(tmp_path / "study")
     keys = read_evaluations(read, Address(0, "strolls", 1)).keys
     assert set(keys[..., 1].flat) == {method_number("strolls")}
@@ -113,7 +116,7 @@ def test_a_broken_searcher_of_another_package(
 
 def test_from_python(tmp_path: Path, left_turn: Path) -> None:
     """`search(out=…)` keeps what it finds; `resume` goes on with it; both are what a longer search gives."""
-    from cortex_dsl.hunting import resume
+    from cortex_dsl.api.runs import resume
 
     scenario = load(left_turn, EGO_SPEED="50 km/h")
     short = scenario.search("de", generations=2, population=10, seed=3, out=tmp_path / "run")

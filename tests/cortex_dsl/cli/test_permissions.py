@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.cli.writing import write_bytes
+from cortex_dsl.console.user_files import write_bytes
 
 ROOT = Path(__file__).parents[3]
 EGO = "ego = new Car on road\n"

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from cortex_dsl.cli.exits import Exit
+from cortex_dsl.console.terminal import Exit
 
 TINY = ("--runs", "2", "--generations", "3", "--population", "12", "--jobs", "1")
 

@@ -11,17 +11,16 @@ import numpy as np
 import pytest
 
 from cortex_dsl import ir
+from cortex_dsl.api.scenario import compile_text
 from cortex_dsl.lowering import lower
 from cortex_dsl.lowering.program_listing import format_program
-from cortex_dsl.semantics.printing.listing import format_ir
-from cortex_dsl.session import compile_text
+from cortex_dsl.semantics.printing import format_ir
 from cortex_dsl.source import Span
 from engine import batch, world
 from engine.config import Config, SimulationConfig
-from engine.genomes import draw_genomes
+from engine.metrics import recorded
 from engine.program import Program
-from engine.records import recorded
-from engine.sampling import sample
+from engine.sampling import draw_genomes, sample
 from engine.scenes import Scenes, Trajectory
 from engine.streams import key_rows
 from engine.vocabulary import Command, EndReason, Op, RuleKind, State, TemporalOp, Verdict

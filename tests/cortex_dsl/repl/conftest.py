@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.cli.terminal import Terminal
-from cortex_dsl.repl.desk import Desk
+from cortex_dsl.console.terminal import Terminal
 from cortex_dsl.repl.loop import do
+from cortex_dsl.repl.state import Desk
 
 ROOT = Path(__file__).parents[3]
 LEFT_TURN = ROOT / "examples" / "left_turn.scn"

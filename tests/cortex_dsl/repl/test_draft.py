@@ -4,9 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.repl.draft import Draft, History
-from cortex_dsl.repl.placing import place, place_last
-from cortex_dsl.repl.splitting import keys, split
+from cortex_dsl.repl.draft import Draft, History, keys, place, place_last, split
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 

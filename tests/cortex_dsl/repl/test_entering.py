@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.repl import splitting
+from cortex_dsl.repl import draft as drafts
 from cortex_dsl.syntax import parse
 
 from .conftest import LEFT_TURN, Talk
@@ -204,7 +204,7 @@ def test_one_param_is_plotted_at_a_time(talk: Talk) -> None:
 def test_thousands_of_lines_are_pasted(talk: Talk, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each is parsed a few times and no more, however many there are."""
     read: list[int] = []
-    monkeypatch.setattr(splitting, "parse", lambda source: (read.append(1), parse(source))[1])
+    monkeypatch.setattr(drafts, "parse", lambda source: (read.append(1), parse(source))[1])
     talk("\n".join(f"x{i} = {i} m" for i in range(1500)))
     assert len(talk.desk.draft.entries) == 1500
     assert len(read) < 2 * 1500

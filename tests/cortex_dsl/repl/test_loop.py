@@ -2,9 +2,9 @@
 
 import pytest
 
-from cortex_dsl.cli.terminal import Terminal
+from cortex_dsl.console.terminal import Terminal
 from cortex_dsl.repl import commands, loop
-from cortex_dsl.repl.desk import Desk
+from cortex_dsl.repl.state import Desk
 
 
 class Script:

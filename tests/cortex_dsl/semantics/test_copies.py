@@ -5,12 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.concrete import concrete_source
+from cortex_dsl.api.concrete import concrete_source
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source
 from engine.config import SimulationConfig
-from engine.genomes import draw_genomes
-from engine.sampling import sample
+from engine.sampling import draw_genomes, sample
 from engine.streams import key_rows
 from engine.vocabulary import Column, Method
 

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from engine.feasibility.arithmetic import Interval, everything, surely_false, surely_true
 from engine.feasibility.forward import FORWARD
-from engine.feasibility.intervals import Interval, everything, surely_false, surely_true
 from engine.feasibility.inverses import narrowed
 from engine.feasibility.tape import THREE, TWO
-from engine.kernels import scalar
+from engine.kernels import evaluate
 from engine.kernels.normal import normal_cdf, normal_quantile
 from engine.vocabulary import Op
 
@@ -28,10 +28,10 @@ def computed(op: Op, values: list[float]) -> float:
         if op in (Op.NORMAL_QUANTILE, Op.NORMAL_CDF):
             return float((normal_quantile if op == Op.NORMAL_QUANTILE else normal_cdf)(float(x)))
         if op < Op.SQRT:
-            return float(plain(scalar.arithmetic)(op, x, y))  # type: ignore[operator]
+            return float(plain(evaluate.arithmetic)(op, x, y))  # type: ignore[operator]
         if op < Op.LT:
             return float(_function(op, float(x), float(y)))
-        return float(plain(scalar.comparison)(op, x, y, z))  # type: ignore[operator]
+        return float(plain(evaluate.comparison)(op, x, y, z))  # type: ignore[operator]
     except OverflowError:
         return math.inf
     except ValueError:
@@ -43,7 +43,7 @@ def _function(op: Op, x: float, y: float) -> float:
         inside = -math.pi <= x < math.pi
         turned = x - math.tau * np.floor((x + math.pi) / math.tau)
         return x if inside else turned - math.tau if turned >= math.pi else turned
-    return plain(scalar.function)(op, np.float64(x), np.float64(y))  # type: ignore[operator]
+    return plain(evaluate.function)(op, np.float64(x), np.float64(y))  # type: ignore[operator]
 
 
 def random_intervals(rng: np.random.Generator, count: int) -> Interval:

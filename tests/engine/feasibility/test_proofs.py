@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.session import compile_text
+from cortex_dsl.api.scenario import compile_text
 from engine.feasibility import Feasibility, explain, remembered
 from engine.program import Program
 from engine.user_cache import ENVIRONMENT_VARIABLE
@@ -29,7 +29,7 @@ def no_proofs(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(_program: Program) -> Feasibility:
         raise AssertionError
 
-    monkeypatch.setattr("engine.feasibility.proofs.explain", refuse)
+    monkeypatch.setattr("engine.feasibility.explanation.explain", refuse)
 
 
 def same(one: Feasibility, other: Feasibility) -> bool:

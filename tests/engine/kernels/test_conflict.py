@@ -15,7 +15,7 @@ from engine.kernels.conflict import (
     time_to_collision,
 )
 from engine.kernels.geometry import Box, box_distance
-from engine.kernels.measure import Rate
+from engine.kernels.pair import Rate
 from engine.tables import Floats
 from engine.vocabulary import State
 

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.kernels.closest import DISTANCE_TOLERANCE, closest_in_step
-from engine.kernels.geometry import TOUCH, Box, box_distance, first_contact
+from engine.kernels.approach import DISTANCE_TOLERANCE, TOUCH, closest_in_step, first_contact
+from engine.kernels.geometry import Box, box_distance
 
 compiled = settings(deadline=None)
 """The first call compiles."""

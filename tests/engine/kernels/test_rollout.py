@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from engine import runs
+from engine import host
 from engine.config import SimulationConfig
 from engine.kernels.rollout import advance, begin
 from engine.kernels.stage import Slot, Status
@@ -255,7 +255,7 @@ def test_a_run_goes_on_around_free_bodies(hand, crossing, crossing_scenes) -> No
     """Unscored, a free body's next row is left alone, while the other actor goes on as it would have."""
     config = SimulationConfig()
     scenes = crossing_scenes(1, seed=3)
-    plan, run = runs.plan(crossing, config), runs.memory(crossing, 200)
+    plan, run = host.plan(crossing, config), host.memory(crossing, 200)
     begin(plan, run, 0, scenes.values[0], scenes.keys[0])
     advance(plan, run, 10, True)
     assert run.status[Status.SAMPLE] == 10

@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.program import RoadSpec
-from engine.road import Lane, LaneRole, Maneuver, Network, RoadError, Strip, build_network, conflict_areas
+from engine.road import Lane, LaneRole, Maneuver, Network, RoadError, build_network
 from engine.vocabulary import ManeuverType
+from tests.engine.road.conflict_areas import Strip, conflict_areas
 
 STRAIGHT, LEFT, RIGHT = ManeuverType.STRAIGHT, ManeuverType.LEFT_TURN, ManeuverType.RIGHT_TURN
 

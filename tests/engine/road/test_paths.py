@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.road import PathBook, Pose, Primitive, Strip, conflict_areas
+from engine.road import PathBook, Pose, Primitive
+from tests.engine.road.conflict_areas import Strip, conflict_areas
 
 moderate = st.floats(-100.0, 100.0)
 curvatures = st.just(0.0) | st.floats(0.01, 0.3) | st.floats(-0.3, -0.01)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.program import RoadSpec
-from engine.road import LaneRole, build_network, outline, polygon, road_tables
+from engine.road import LaneRole, build_network, outline, regions, road_tables
 from engine.road.junction import Junction
 from engine.tables import ROAD_REGION
 
@@ -43,11 +43,11 @@ def test_triangles_tile_a_star_shaped_polygon(rays: list[tuple[float, float]]) -
     angles = np.cumsum([step for step, _ in rays])
     angles *= 2 * math.pi / angles[-1]  # no gap as wide as half a turn: the ring is simple
     radii = np.array([radius for _, radius in rays])
-    ring = polygon.anticlockwise(np.column_stack([radii * np.cos(angles), radii * np.sin(angles)]))
-    triangles = polygon.triangulate(ring)
-    areas = np.array([polygon.area(triangle.reshape(3, 2)) for triangle in triangles])
+    ring = regions.anticlockwise(np.column_stack([radii * np.cos(angles), radii * np.sin(angles)]))
+    triangles = regions.triangulate(ring)
+    areas = np.array([regions.area(triangle.reshape(3, 2)) for triangle in triangles])
     assert len(triangles) == len(ring) - 2
-    assert areas.sum() == pytest.approx(polygon.area(ring), rel=1e-9)
+    assert areas.sum() == pytest.approx(regions.area(ring), rel=1e-9)
     assert (areas > -1e-12).all()
 
 
@@ -55,8 +55,8 @@ def test_triangles_tile_a_star_shaped_polygon(rays: list[tuple[float, float]]) -
 def test_convex_hull_holds_every_point(points: list[tuple[float, float]]) -> None:
     """No point lies right of any edge of the hull."""
     cloud = np.array(points)
-    hull = polygon.convex_hull(cloud)
-    for x1, y1, x2, y2 in polygon.edges(hull):
+    hull = regions.convex_hull(cloud)
+    for x1, y1, x2, y2 in regions.ring_edges(hull):
         right = (cloud[:, 0] - x1) * (y2 - y1) - (cloud[:, 1] - y1) * (x2 - x1)
         assert (right <= 1e-9 * (1.0 + math.hypot(x2 - x1, y2 - y1))).all()
 

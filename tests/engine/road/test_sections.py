@@ -6,9 +6,9 @@ import pytest
 
 from engine.program import RoadSpec
 from engine.road.build import build_network
+from engine.road.linking import NOWHERE, windows
 from engine.road.network import LaneRole
 from engine.road.sections import faster, group_of, is_forward, road_of, roads, slower, to_left, to_right
-from engine.road.yielding import NOWHERE, windows
 from engine.vocabulary import ManeuverType
 
 SPECS = [

@@ -5,8 +5,7 @@ import pytest
 from scipy import stats
 
 from engine.config import SimulationConfig
-from engine.genomes import uniform_genomes
-from engine.sampling import sample
+from engine.sampling import sample, uniform_genomes
 from engine.streams import key_rows
 from engine.vocabulary import Column, ManeuverType, Method, Op, Verdict
 

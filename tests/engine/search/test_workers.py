@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cortex_dsl.hunting import hunt
-from cortex_dsl.session import Scenario, load
+from cortex_dsl.api.run_folder import search_and_keep
+from cortex_dsl.api.scenario import Scenario, load
 from engine.extras import MissingExtraError
 from engine.search.run import Progress
 from engine.search.workers import (
@@ -55,7 +55,7 @@ def tables(run: Path) -> dict[str, list[Any]]:
 def alone(scenario: Scenario, tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
     """The tables of a search on one thread."""
     folder = tmp_path_factory.mktemp("alone")
-    hunt(scenario, "niching", folder)
+    search_and_keep(scenario, "niching", folder)
     return tables(folder)
 
 
@@ -63,7 +63,7 @@ def test_processes_write_the_same_journal(scenario: Scenario, alone: dict[str, l
     """Two processes, row by row; the same for threads."""
     for kind in ("threads", "processes"):
         (tmp_path / kind).mkdir()
-        hunt(scenario, "niching", tmp_path / kind, workers=Workers(kind, 2))
+        search_and_keep(scenario, "niching", tmp_path / kind, workers=Workers(kind, 2))
         assert tables(tmp_path / kind) == alone
 
 
@@ -75,7 +75,7 @@ def test_the_world_in_processes(scenario: Scenario, tmp_path: Path) -> None:
     world = replace(scenario, config=replace(scenario.config, search=search))
     for jobs in (1, 2):
         (tmp_path / str(jobs)).mkdir()
-        hunt(world, "random", tmp_path / str(jobs), workers=workers_for("world", jobs))
+        search_and_keep(world, "random", tmp_path / str(jobs), workers=workers_for("world", jobs))
     assert tables(tmp_path / "1") == tables(tmp_path / "2")
 
 
@@ -127,7 +127,7 @@ def test_a_cluster_that_loses_a_worker(
         if progress.generation == 1:
             threading.Timer(0.005, workers[0].send_signal, (signal.SIGKILL,)).start()
 
-    hunt(scenario, "niching", tmp_path, on_generation=kill_one, workers=Workers("dask", 2, address))
+    search_and_keep(scenario, "niching", tmp_path, on_generation=kill_one, workers=Workers("dask", 2, address))
     assert workers[0].wait(timeout=60) == -signal.SIGKILL
     assert workers[1].poll() is None
     assert tables(tmp_path) == alone

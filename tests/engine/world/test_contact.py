@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from engine.config import ContactConfig
 from engine.vehicles import CAR, MODELS
 from engine.vocabulary import ActorKind, Column
-from engine.world.bodies import Physique, kinetic_energy, new_space, physique, solid
-from engine.world.friction import rub
+from engine.world.bodies import Physique, kinetic_energy, new_space, physique, rub, solid
 from engine.world.impacts import Impact, Recorder, clock_position
 
 SUBSTEP = 0.0025

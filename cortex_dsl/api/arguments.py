@@ -1,0 +1,193 @@
+"""What comes in from outside: the arguments of a Python call, checked, and the params that a command holds fixed.
+
+A wrong argument is answered by its name, what was expected, what was given, and the cure.
+"""
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cortex_dsl.diagnostics import Diagnostic
+from cortex_dsl.semantics.names.linking import override_text, param_entries
+from cortex_dsl.spelling import nearest
+from cortex_dsl.syntax import nodes
+from cortex_dsl.syntax.literals import UNIT_WORDS
+from engine.config import SearchConfig
+from engine.errors import ArgumentError, ArgumentKindError, RowError
+from engine.program import Program
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from engine.scenes import Scenes
+    from engine.tables import Floats, Ints
+
+COUNTS = tuple(field.name for field in fields(SearchConfig) if field.type in (int, "int"))
+LEFT_OUT = "leave it out for the default"
+
+
+def whole(name: str, value: object, least: int) -> int:
+    """A whole number, of Python or of numpy, that is not too small.
+
+    Raises:
+        ArgumentKindError: it is none.
+        ArgumentError: it is below `least`.
+    """
+    if isinstance(value, bool) or not hasattr(value, "__index__"):
+        raise ArgumentKindError(f"{name}: expected a whole number, got {value!r}", LEFT_OUT)
+    number = int(value.__index__())  # type: ignore[attr-defined]
+    if number < least:
+        raise ArgumentError(f"{name}: expected {least} or more, got {number}", LEFT_OUT)
+    return number
+
+
+def row_of(things: Any, row: int) -> int:
+    """A row that there is.
+
+    Raises:
+        RowError: there is none.
+    """
+    if not -len(things) <= whole("row", row, -len(things)) < len(things):
+        rows = f"its rows are 0 to {len(things) - 1}" if len(things) else "it has none"
+        raise RowError(f"row: there is no {row} in {things!r}", rows)
+    return range(len(things))[row]
+
+
+def kind(name: str, value: object, expected: type | tuple[type, ...], cure: str) -> None:
+    """Raises ArgumentKindError where a thing is of another kind."""
+    if not isinstance(value, expected):
+        kinds = expected if isinstance(expected, tuple) else (expected,)
+        wanted = " or ".join(each.__name__ for each in kinds)
+        raise ArgumentKindError(f"{name}: expected {wanted}, got {type(value).__name__}", cure)
+
+
+def one_of(name: str, value: object, choices: Iterable[str]) -> str:
+    """A word that is among those that there are.
+
+    Raises:
+        ArgumentError: it is not.
+    """
+    known = list(choices)
+    if not isinstance(value, str) or value not in known:
+        near = nearest(value, known) if isinstance(value, str) else None
+        given = f"`{value}`" if isinstance(value, str) else repr(value)
+        cure = f"did you mean `{near}`?" if near else LEFT_OUT
+        wanted = " or ".join(known) if len(known) == 2 else f"one of {', '.join(known)}"
+        raise ArgumentError(f"{name}: expected {wanted}, got {given}", cure)
+    return value
+
+
+def settings(given: Mapping[str, object]) -> None:
+    """Raises ArgumentKindError where a search has no such setting, or a count is no number; ArgumentError where it is
+    too low.
+    """
+    known = [field.name for field in fields(SearchConfig)]
+    for name, value in given.items():
+        if name not in known:
+            near = nearest(name, known)
+            meant = f"did you mean `{near}`?" if near else f"there are {', '.join(known)}"
+            raise ArgumentKindError(f"a search has no setting `{name}`", meant)
+        if name in COUNTS:
+            whole(name, value, 0 if name in ("seed", "run", "probes") else 1)
+
+
+def genome_of(program: Program, genome: "ArrayLike") -> "Floats":
+    """A value (d,) for each param.
+
+    Raises:
+        ArgumentError: it has another length.
+    """
+    values, names = np.asarray(genome, dtype=np.float64), program.space.names
+    if values.shape != (len(names),):
+        raise ArgumentError(
+            f"genome: expected a value for each of {', '.join(names)}, got shape {values.shape}",
+            "name the others' values too, or fix params when the file is loaded",
+        )
+    return values
+
+
+def key_of(key: "ArrayLike") -> "Ints":
+    """A stream key (6,).
+
+    Raises:
+        ArgumentError: it has another shape.
+    """
+    from engine.scenes import StreamKey
+
+    keys = np.asarray(key, dtype=np.int64)
+    if keys.shape != (len(StreamKey._fields),):
+        raise ArgumentError(
+            f"key: expected {', '.join(StreamKey._fields)}, got shape {keys.shape}",
+            "take a row of `keys` of some scenes, or `key` of a case",
+        )
+    return keys
+
+
+def scenes_of(program: Program, scenes: object) -> "Scenes":
+    """Scenes that can be of this program.
+
+    Raises:
+        ArgumentKindError, ArgumentError: they are none, or of another.
+    """
+    from engine.scenes import Scenes
+
+    kind("scenes", scenes, Scenes, "`sample` draws some, `scene` is that of a case")
+    assert isinstance(scenes, Scenes)
+    widths = len(program.space), program.code.output_register.shape[1]
+    if (scenes.genomes.shape[1], scenes.values.shape[1]) != widths:
+        raise ArgumentError(
+            "scenes: these are of another scenario, or of this one with other params fixed",
+            "draw them from this one: `sample` draws some",
+        )
+    return scenes
+
+
+def in_python(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """The same for somebody who fixed a param by a keyword, and knows of no `-p`."""
+    return tuple(
+        replace(each, message=_words(each.message), reason=_words(each.reason), cure=_words(each.cure))
+        for each in diagnostics
+    )
+
+
+def _words(text: str) -> str:
+    text = re.sub(r'`-p "(\w+)=([^"`]+)"`', r'`\1="\2"`', text)
+    return re.sub(r"`-p (\w+)", r"`\1", text).replace("`-p`", "a keyword")
+
+
+# -- Params that the command line holds fixed, told as the file would write them ---------------------------------------
+
+AMOUNT = re.compile(r"(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?) *(?P<unit>\S*)")
+
+
+@dataclass(frozen=True)
+class Held:
+    """One param that is no gene in this run."""
+
+    name: str
+    value: float | str
+    """A number in the file's own unit, or what the command line says."""
+    unit: str = ""
+
+    @property
+    def text(self) -> str:
+        """The value without its unit."""
+        return self.value if isinstance(self.value, str) else f"{self.value:.10g}"
+
+
+def held_params(module: nodes.Module, overrides: Mapping[str, str]) -> tuple[Held, ...]:
+    """What `-p` and `--freeze` hold, in the order in which they were given."""
+    entries = param_entries(module)
+    return tuple(
+        _held(name, override_text(entries[name], text) if name in entries else text) for name, text in overrides.items()
+    )
+
+
+def _held(name: str, text: str) -> Held:
+    amount = AMOUNT.fullmatch(text.strip())
+    if amount is None or amount["unit"] not in ("", *UNIT_WORDS):
+        return Held(name, text)
+    return Held(name, float(amount["number"]), amount["unit"])

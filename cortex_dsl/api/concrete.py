@@ -1,0 +1,239 @@
+"""A found case as a scenario of its own: the author's text with every random value replaced by what was drawn.
+
+Numbers are written with the digits that bring back the same floating-point value, nuisance values in SI units and
+genes in the unit of the file, so that compiling the copy gives the registers of the original and a run of it the same
+outcome, bit for bit. Comments of the author stay; the layout is that of `cortexc fmt`.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import Any
+
+from cortex_dsl.diagnostics import CompileError
+from cortex_dsl.semantics.composition.setting_up import pinned_scenario
+from cortex_dsl.semantics.names.linking import ImportedFile, import_statements, override_text
+from cortex_dsl.semantics.names.tree import bound_name, everything_in
+from cortex_dsl.source import FileText, Source, Span
+from cortex_dsl.syntax import nodes
+from cortex_dsl.syntax.formatting import format_source
+from engine.config import SimulationConfig
+from engine.program import ChoiceLabel, DrawSite, Program
+from engine.scenes import Scenes, StreamKey
+from engine.streams import format_key
+from engine.vocabulary import GeneKind
+
+Imports = Mapping[Span, ImportedFile]
+NO_OVERRIDES: Mapping[str, str] = {}
+NO_IMPORTS: Imports = {}
+
+
+@dataclass(frozen=True)
+class Edit:
+    """Put `text` in the place of `span`."""
+
+    span: Span
+    text: str
+
+
+def concrete_source(
+    program: Program,
+    module: nodes.Module,
+    scenes: Scenes,
+    row: int,
+    config: SimulationConfig,
+    *,
+    overrides: Mapping[str, str] = NO_OVERRIDES,
+    remark: str = "",
+    **imports: Any,
+) -> str:
+    """The scenario that is scene `row` and nothing else: the main text of `concrete_files`."""
+    files = concrete_files(program, module, scenes, row, config, overrides=overrides, remark=remark, **imports)
+    return next(iter(files.values()))
+
+
+def concrete_files(
+    program: Program,
+    module: nodes.Module,
+    scenes: Scenes,
+    row: int,
+    config: SimulationConfig,
+    *,
+    overrides: Mapping[str, str] = NO_OVERRIDES,
+    remark: str = "",
+    imports: Imports = NO_IMPORTS,
+    scenario: str | None = None,
+    name: str = "copy.scn",
+    laid_out: bool = True,
+) -> dict[str, str]:
+    """The scenario that is scene `row` and nothing else, by file name: the main text first, then what it imports.
+
+    Args:
+        program: what the scenes were drawn from.
+        module: the syntax tree of its text.
+        scenes: the drawn scenes; `row` must be valid.
+        row: which of them.
+        config: the settings it was run with; what the file leaves open is pinned in the copy.
+        overrides: constants given on the command line (`-p`), which the copy must hold as well.
+        remark: text put as a comment at the top.
+        imports: the file behind each import statement of the original.
+        scenario: the scenario that was asked for, if it is not the file's own choice.
+        name: of the copy; what it imports is written beside it, under names that begin with its stem.
+        laid_out: as `cortexc fmt` would; else every line of the author stays where it is.
+    """
+    source = Source(program.name, program.source_text)
+    for file in program.imported:
+        source = source.with_import(file.name, file.text)
+    modules = (module, *dict.fromkeys(file.module for file in imports.values()))
+    names = _copied_names(source, name)
+    edits = [
+        *_param_edits(program, scenes.genomes[row], overrides, modules),
+        *_variant_edits(program, scenes, row, source),
+        *_import_edits(imports, source, modules, names),
+        *_mutation_edits(modules, source),
+        _simulation_edit(config, StreamKey(*scenes.keys[row].tolist()), module, source, scenario),
+    ]
+    texts = {names[file.start]: _apply(file, edits) for file in source.files}
+    texts[name] = "".join(f"# {line}\n" for line in remark.splitlines()) + texts[name]
+    return {file: _laid_out(file, text) for file, text in texts.items()} if laid_out else texts
+
+
+def _laid_out(name: str, text: str) -> str:
+    """In the one layout, so that `cortexc fmt` has nothing to do to a copy; what is drawn makes lines longer."""
+    try:
+        return format_source(Source(name, text))
+    except CompileError:
+        return text  # its own compilation tells why
+
+
+def _copied_names(source: Source, name: str) -> dict[int, str]:
+    """Names of the copies, by the offset at which their originals begin."""
+    stem = PurePath(name).stem
+    names = {0: name}
+    for file in source.imported:
+        wanted = f"{stem}.{PurePath(file.name).stem}"
+        taken = sum(each.startswith(f"{wanted}.") for each in names.values())
+        names[file.start] = f"{wanted}.{taken + 1}.scn" if taken else f"{wanted}.scn"
+    return names
+
+
+def _apply(file: FileText, edits: Sequence[Edit]) -> str:
+    """All edits of a file at once; one inside another is dropped, since the outer one replaces its text anyway."""
+    result, position, text = [], 0, file.text
+    for edit in sorted(edits, key=lambda edit: (edit.span.start, -edit.span.end)):
+        start, end = edit.span.start - file.start, edit.span.end - file.start
+        if start < position or end > len(text):
+            continue
+        result += [text[position:start], edit.text]
+        position = end
+    return "".join([*result, text[position:]])
+
+
+def _import_edits(
+    imports: Imports, source: Source, modules: Sequence[nodes.Module], names: Mapping[int, str]
+) -> Iterator[Edit]:
+    """Imports read the copies."""
+    for statement in (s for module in modules for s in import_statements(module)):
+        path = f'"{names[source.file(imports[statement.span].module.span.start).start]}"'
+        if isinstance(statement, nodes.Import):
+            yield Edit(statement.span, f"import {path} as {bound_name(statement)}")
+        else:
+            yield Edit(statement.path_span, path)
+
+
+def _mutation_edits(modules: Sequence[nodes.Module], source: Source) -> Iterator[Edit]:
+    """The noise is in the places already."""
+    for node in (n for module in modules for n in everything_in(module) if isinstance(n, nodes.Mutate)):
+        yield Edit(node.span, f"pass  # {source.slice(node.span)}")
+
+
+def _param_edits(
+    program: Program, genome: Sequence[float], overrides: Mapping[str, str], modules: Sequence[nodes.Module]
+) -> Iterator[Edit]:
+    genes = {name: index for index, name in enumerate(program.space.names)}
+    for statement in (s for module in modules for s in module.statements):
+        for entry in statement.entries if isinstance(statement, nodes.Param) else ():
+            if entry.name in overrides:
+                yield Edit(entry.value.span, override_text(entry, overrides[entry.name]))
+            elif entry.name in genes:
+                yield Edit(entry.value.span, gene_text(program, genes[entry.name], float(genome[genes[entry.name]])))
+
+
+def gene_text(program: Program, gene: int, value: float) -> str:
+    """A gene's value as the file would write it, with every digit; `value` in its unit, which stays away if bare."""
+    space = program.space
+    unit = "" if space.names[gene] in space.bare else space.units[gene]
+    match GeneKind(space.kinds[gene]):
+        case GeneKind.INDEX:
+            return space.options[gene][int(value)]
+        case GeneKind.INTEGER:
+            return _number(int(value), unit)
+        case GeneKind.CONTINUOUS:
+            return _number(value, unit)
+
+
+def _number(value: float, unit: str) -> str:
+    return f"{value!r} {unit}".rstrip()
+
+
+def _variant_edits(program: Program, scenes: Scenes, row: int, source: Source) -> Iterator[Edit]:
+    variant = program.variants[int(scenes.variant[row])]
+    choices: dict[Span, list[ChoiceLabel]] = defaultdict(list)
+    for choice in variant.choices:
+        choices[Span(choice.start, choice.end)].append(choice)
+    for span, made in choices.items():
+        yield Edit(span, _successive([choice.option_source for choice in made]))
+    sites: dict[Span, list[DrawSite]] = defaultdict(list)
+    for site in variant.sites:
+        sites[Span(site.start, site.end)].append(site)
+    for span, evaluated in sites.items():
+        drawn = [scenes.values[row][list(site.values)].tolist() for site in evaluated]
+        text = _site_text(evaluated[0], drawn)
+        if not evaluated[0].kind.endswith(" added"):
+            yield Edit(span, text)
+        else:
+            yield Edit(span, f"{source.slice(span)} {text}{_comma(source, span)}")
+
+
+def _comma(source: Source, span: Span) -> str:
+    """What separates a specifier put behind a class name from those that follow it."""
+    rest = source.whole[span.end :].lstrip(" ")
+    return "" if not rest or rest[0] in "\r\n#,)]}" else ","
+
+
+def _successive(texts: Sequence[str]) -> str:
+    """One value, or those that successive evaluations of the same place had (in a comprehension, say)."""
+    return texts[0] if len(texts) == 1 else f"Fixed({', '.join(texts)})"
+
+
+def _site_text(site: DrawSite, drawn: Sequence[Sequence[float]]) -> str:
+    if site.kind == "number":
+        return _successive([_number(values[0], site.unit) for values in drawn])
+    if site.kind == "heading":
+        return f"facing {_successive([_number(values[0], 'rad') for values in drawn])}"
+    place = _successive([f"({values[0]!r} m, {values[1]!r} m)" for values in drawn])
+    if site.kind.startswith("point"):
+        return f"at {place}"
+    return f"at {place}, facing {_successive([_number(values[2], 'rad') for values in drawn])}"
+
+
+def _simulation_edit(
+    config: SimulationConfig, key: StreamKey, module: nodes.Module, source: Source, scenario: str | None
+) -> Edit:
+    """The `simulation(...)` statement: what the file leaves to the command line is pinned.
+
+    The stream is pinned too: coins of soft requirements and random numbers inside behaviours come from it.
+    """
+    settings = [f"time_step={config.time_step!r} s", f"max_attempts={config.max_attempts}"]
+    if not any(isinstance(statement, nodes.TerminateAfter) for statement in module.statements):
+        settings.append(f"max_time={config.max_time!r} s")
+    scenario = scenario or pinned_scenario(module)
+    if scenario is not None:
+        settings.append(f'scenario="{scenario}"')
+    text = f'simulation({", ".join(settings)}, stream="{format_key(key)}")'
+    for statement in module.statements:
+        if isinstance(statement, nodes.Simulation):
+            return Edit(statement.span, text)
+    end = len(source.text.rstrip())
+    return Edit(Span(end, len(source.text)), f"\n\n{text}\n")

@@ -1,0 +1,104 @@
+"""Arrays by name, as columns of a table: what pandas, or a reader, wants to have of scenes, outcomes and a run.
+
+A name ends in its unit, if it has one: `ego.speed [m/s]`. Values are those of the arrays: SI units, and of params the
+file's own; what an invalid scene does not have is NaN.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from engine.outcomes import PAIRS
+from engine.program import Program
+from engine.vocabulary import Column, EndReason, State, Verdict
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from engine.outcomes import Outcomes
+    from engine.scenes import Scenes
+    from engine.world import WorldRun
+
+    Columns = dict[str, NDArray]
+    Named = Iterator[tuple[str, NDArray]]
+
+
+START_UNITS: Mapping[Column, str] = {
+    Column.X: "m",
+    Column.Y: "m",
+    Column.HEADING: "rad",
+    Column.SPEED: "m/s",
+    Column.LENGTH: "m",
+    Column.WIDTH: "m",
+    Column.WHEELBASE: "m",
+    Column.REAR_TO_CENTER: "m",
+    Column.MASS: "kg",
+    Column.MAX_STEER: "rad",
+    Column.MAX_ACCELERATION: "m/s^2",
+    Column.MAX_BRAKING: "m/s^2",
+    Column.FRICTION: "",
+    Column.VIEW_ANGLE: "rad",
+    Column.VIEW_DISTANCE: "m",
+}
+STATE_UNITS: Mapping[State, str] = {
+    State.X: "m",
+    State.Y: "m",
+    State.HEADING: "rad",
+    State.SPEED: "m/s",
+    State.STEER: "rad",
+    State.ACCELERATION: "m/s^2",
+    State.THROTTLE: "",
+    State.BRAKE: "",
+    State.PRESENT: "",
+}
+
+
+def of_scenes(program: Program, scenes: "Scenes") -> "Columns":
+    """(n,) each: the verdict, the params, and how everybody starts."""
+    return dict(_scenes(program, scenes))
+
+
+def _scenes(program: Program, scenes: "Scenes") -> "Named":
+    yield "verdict", _words(Verdict, scenes.verdict)
+    for gene, (name, unit) in enumerate(zip(program.space.names, program.space.units, strict=True)):
+        yield _named(name, unit), scenes.genomes[:, gene]
+    for actor, who in enumerate(program.actors):
+        for column, unit in START_UNITS.items():
+            yield _named(f"{who}.{column.name.lower()}", unit), scenes.values[:, actor * len(Column) + column]
+
+
+def of_outcomes(program: Program, outcomes: "Outcomes") -> "Columns":
+    """(n,) each: how each run ended, and the metrics of each pair of the ego and another."""
+    return dict(_outcomes(program, outcomes))
+
+
+def _outcomes(program: Program, outcomes: "Outcomes") -> "Named":
+    yield "verdict", _words(Verdict, outcomes.verdict)
+    yield "collided", outcomes.collided
+    yield "end", _words(EndReason, outcomes.end_reason)
+    yield "end_time [s]", outcomes.end_time
+    for pair, other in enumerate(program.actors[1:]):
+        for row in (each for each in PAIRS if each.kind is float):
+            yield _named(f"{other}.{row.name}", row.unit), getattr(outcomes, row.name)[:, pair]
+
+
+def of_run(program: Program, run: "WorldRun") -> "Columns":
+    """(samples,) each: the time, and the state of everybody."""
+    return dict(_run(program, run))
+
+
+def _run(program: Program, run: "WorldRun") -> "Named":
+    yield "time [s]", run.trajectory.time
+    for actor, who in enumerate(program.actors):
+        for state, unit in STATE_UNITS.items():
+            yield _named(f"{who}.{state.name.lower()}", unit), run.trajectory.states[:, actor, state]
+
+
+def _named(name: str, unit: str) -> str:
+    return f"{name} [{unit}]" if unit else name
+
+
+def _words(names: type[Verdict] | type[EndReason], codes: "NDArray") -> "NDArray":
+    """Codes as words; -1, where there is none, as an empty one."""
+    return np.array([names(code).name.lower() if code >= 0 else "" for code in codes.tolist()])

@@ -1,0 +1,219 @@
+"""A run folder: the journal, tables and worst cases that a search leaves, written while it goes on.
+
+    >>> found = search_and_keep(scenario, "niching", new_directory(Path("runs/mine")))
+    >>> found.campaign.distinct_collisions, found.worst_files[0]
+
+`finished` stands in a journal only once everything beside it is in place: whatever ends a process earlier,
+`cortex_dsl.api.runs.resume` does the rest.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from cortex_dsl.pipeline import Compiled
+from cortex_dsl.semantics.names.linking import import_statements
+from cortex_dsl.syntax import nodes
+from engine.config import Config
+from engine.program import Program
+from engine.search.journal import Journal
+from engine.search.journal_reader import Record
+from engine.search.manifest import Link, Manifest, Origin, Text, changed_versions, make_manifest
+from engine.search.ranking import Case
+from engine.search.result_files import write_exports
+from engine.search.run import Campaign, ForeignPastError, OnGeneration, Progress, search
+from engine.search.searchers import canonical
+from engine.search.store import JOURNAL, RemovedError, StoreError, hold, store_errors
+from engine.search.workers import Workers, workers_for
+
+if TYPE_CHECKING:
+    from engine.scenes import Scenes
+
+OnRemoved = Callable[[RemovedError], None]
+"""Hears, as soon as it is noticed, that a run's folder is gone; the search goes on in memory."""
+WORST_FOLDER = "worst"
+"""Folder of the concrete scenarios inside a run directory."""
+
+
+class Searchable(Protocol):
+    """What a search asks of a scenario: what to run, by which settings, and how to write a case as a file."""
+
+    @property
+    def compiled(self) -> Compiled: ...
+    @property
+    def config(self) -> Config: ...
+    @property
+    def overrides(self) -> Mapping[str, str]: ...
+    @property
+    def chosen(self) -> str | None: ...
+    @property
+    def program(self) -> Program: ...
+    def scene(self, case: Case) -> "Scenes": ...
+    def concrete_files(self, scenes: "Scenes", row: int = 0, remark: str = "", name: str = "") -> dict[str, str]: ...
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search came to. What went wrong when it was put away does not keep it from being shown."""
+
+    campaign: Campaign
+    folder: Path
+    manifest: Manifest
+    worst_files: Sequence[Path] = ()
+    """Concrete scenarios of the worst cases, in their order; fewer where some could not be written."""
+    trouble: StoreError | None = None
+
+
+@dataclass(frozen=True)
+class Work:
+    """One search and where it is kept."""
+
+    scenario: Searchable
+    folder: Path
+    manifest: Manifest
+    on_generation: OnGeneration | None
+    on_removed: OnRemoved | None
+    workers: Workers
+
+
+def search_and_keep(
+    scenario: Searchable,
+    method: str,
+    folder: Path,
+    *,
+    profile: str = "paper",
+    command_line: Sequence[str] = (),
+    on_generation: OnGeneration | None = None,
+    on_removed: OnRemoved | None = None,
+    workers: Workers | None = None,
+) -> Found:
+    """Search a scenario by its own settings, and keep everything in an empty folder.
+
+    Raises:
+        StoreError: the folder cannot be written, or another process writes it.
+        UnknownMethodError, MissingExtraError, PluginError: there is no such method here.
+        WorkersLostError: nobody is there to run simulations, or no longer.
+    """
+    method, source = canonical(method), scenario.compiled.source
+    manifest = make_manifest(
+        scenario.program, scenario.config, method, profile, source.name, command_line, origin_of(scenario)
+    )
+    work = Work(scenario, folder, manifest, on_generation, on_removed, workers or default_workers(scenario))
+    with hold(folder), closing(Journal.create(folder / JOURNAL, manifest)) as journal:
+        return carry_out(work, journal)
+
+
+def default_workers(scenario: Searchable) -> Workers:
+    """Those that its own settings ask for."""
+    search = scenario.config.search
+    return workers_for(search.engine, search.jobs)
+
+
+def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Found:
+    """Search, with every generation written as it ends; then put everything in its place."""
+    heard = work.on_generation
+
+    removed: list[RemovedError] = []
+
+    def on_generation(progress: Progress) -> None:
+        try:
+            if not removed:
+                journal.write(progress)
+        except RemovedError as error:
+            removed.append(error)
+            if work.on_removed is not None:
+                work.on_removed(error)
+        if heard is not None:
+            heard(progress)
+
+    campaign = campaign_of(replace(work, on_generation=on_generation), record)
+    found = Found(campaign, work.folder, work.manifest)
+    if removed:
+        return replace(found, trouble=removed[0])
+    try:
+        journal.complete(campaign)
+        write_exports(work.folder, campaign, work.manifest)
+        files = _write_worst(work, campaign)
+        journal.finish(campaign)
+    except StoreError as error:
+        return replace(found, trouble=error)
+    return replace(found, worst_files=files)
+
+
+def campaign_of(work: Work, record: Record | None) -> Campaign:
+    """The search itself, from its beginning or from where its journal ends."""
+    manifest = work.manifest
+    try:
+        return search(
+            work.scenario.program,
+            manifest.method,
+            manifest.config,
+            manifest.profile,
+            work.on_generation,
+            past=record.past() if record else (),
+            spent=record.spent if record else 0.0,
+            workers=work.workers,
+            number=manifest.method_number,
+        )
+    except ForeignPastError as error:
+        raise _foreign(work, error) from error
+
+
+def _foreign(work: Work, error: ForeignPastError) -> StoreError:
+    """What to say where the journal does not follow from its own beginning."""
+    changed = changed_versions(work.manifest)
+    what = f"generation {error.generation} in the journal of `{work.folder}` is not the one that follows here"
+    if changed:
+        return StoreError(what, f"use the versions that it was started with: {', '.join(changed)}")
+    return StoreError(
+        what, f"start the search again; {work.manifest.method} does not repeat itself, or the file is damaged"
+    )
+
+
+def worst_files(folder: Path) -> list[Path]:
+    """The scenarios of the worst cases, in their order."""
+    return sorted((folder / WORST_FOLDER).glob("[0-9][0-9].scn"))
+
+
+def _write_worst(work: Work, campaign: Campaign) -> list[Path]:
+    """The worst cases, and none of those that were the worst before the run went on."""
+    files = [_write_case(work, case) for case in campaign.worst]
+    with store_errors(work.folder / WORST_FOLDER):
+        for path in set(worst_files(work.folder)) - set(files):
+            path.unlink()
+    return files
+
+
+def _write_case(work: Work, case: Case) -> Path:
+    """One of the worst as a scenario that runs to the same outcome."""
+    remark = f"case {case.rank} of a search in {work.manifest.file}: risk {case.score}"
+    path = work.folder / WORST_FOLDER / f"{case.rank:02d}.scn"
+    files = work.scenario.concrete_files(work.scenario.scene(case), remark=remark, name=path.name)
+    with store_errors(path):
+        path.parent.mkdir(exist_ok=True)
+        for name, text in files.items():
+            path.with_name(name).write_text(text, encoding="utf-8")
+    return path
+
+
+def origin_of(scenario: Searchable) -> Origin:
+    """What a manifest keeps of a scenario beside its main text."""
+    compiled = scenario.compiled
+    imports = tuple(Text(file.name, file.text) for file in compiled.source.imported)
+    return Origin(imports, tuple(_links(compiled)), dict(scenario.overrides), scenario.chosen)
+
+
+def _links(compiled: Compiled) -> Iterator[Link]:
+    """The file behind each import statement, of the main file and of all others."""
+    modules: dict[str, nodes.Module] = {compiled.source.name: compiled.module}
+    modules |= {file.name: file.module for file in compiled.imports.values()}
+    for importer, module in modules.items():
+        for statement in import_statements(module):
+            if statement.span in compiled.imports:
+                yield Link(importer, _first_path(statement), compiled.imports[statement.span].name)
+
+
+def _first_path(node: nodes.Import | nodes.ImportFrom) -> str:
+    return node.path if node.quoted else node.path.replace(".", "/") + ".scn"

@@ -1,0 +1,249 @@
+"""Runs on disk: a journal alone is enough to compile its scenario again and to go on with what was done with it.
+
+>>> import cortex_dsl as cx
+>>> run = cx.open_run("runs/left_turn-ga-001")
+>>> run.record.evaluations.collided.sum()
+>>> run.scenario.watch(run.scenario.scene_of(genome, key))
+>>> cx.resume("runs/left_turn-ga-001", generations=60).campaign.distinct_collisions
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing, suppress
+from dataclasses import dataclass, replace
+from errno import ENOENT
+from pathlib import Path
+from typing import Any
+
+from cortex_dsl.api.run_folder import Found, OnRemoved, Work, campaign_of, carry_out, default_workers, worst_files
+from cortex_dsl.api.scenario import Scenario
+from cortex_dsl.diagnostics import CompileError
+from cortex_dsl.pipeline import Compiled, compile_source
+from cortex_dsl.source import Source
+from cortex_dsl.spelling import nearest
+from cortex_dsl.syntax.reading import read_source
+from engine.search.journal import Journal
+from engine.search.journal_reader import Record, read_journal
+from engine.search.manifest import Manifest, Origin, Text
+from engine.search.protocol import Box
+from engine.search.ranking import Case, order_of_risk, worst_cases
+from engine.search.run import OnGeneration, follow
+from engine.search.searchers import build_searcher, find_searcher
+from engine.search.store import JOURNAL, StoreError, example_run, hold
+from engine.search.workers import Workers
+from engine.study.database import is_study
+from engine.vocabulary import GeneKind
+
+WORST = 10
+"""Cases of which the run's folder has a scenario each; no two of them are nearly the same."""
+
+
+@dataclass(frozen=True)
+class OpenedRun:
+    """A run and the scenario that it searched, compiled from the texts that its journal keeps."""
+
+    folder: Path
+    record: Record
+    scenario: Scenario
+    """With the settings of the run."""
+    edited: tuple[str, ...]
+    """Files that say something else now; the run goes by what they said when it was started."""
+
+
+@dataclass(frozen=True)
+class KeptFiles:
+    """The imported files of a manifest, as a compiler asks for them (see `cortex_dsl.files.Files`)."""
+
+    origin: Origin
+
+    def find(self, importer: str, paths: Sequence[str]) -> str | None:
+        links = (link for link in self.origin.links if (link.importer, link.path) == (importer, paths[0]))
+        return next((link.name for link in links), None)
+
+    def read(self, name: str) -> Source:
+        for file in self.origin.imports:
+            if file.name == name:
+                return Source(name, file.text)
+        raise FileNotFoundError(ENOENT, "the journal does not hold its text", name)
+
+    def identity(self, name: str) -> str:
+        return name
+
+    def beside(self, importer: str, path: str) -> list[str]:  # noqa: ARG002 - asked for spellings, which a journal has right
+        return []
+
+
+def open_run(folder: str | Path) -> OpenedRun:
+    """Read a run directory and compile its scenario.
+
+    Raises:
+        StoreError: there is no readable journal, or this version of cortexc compiles the scenario to something else.
+    """
+    folder = _run_folder(Path(folder))
+    record = read_journal(folder / JOURNAL)
+    manifest = record.manifest
+    compiled = _compiled(folder, manifest)
+    origin = manifest.origin
+    scenario = Scenario(compiled, manifest.config, origin.overrides, origin.scenario)
+    return OpenedRun(folder, record, scenario, tuple(_edited(manifest)))
+
+
+def check_journal(run: OpenedRun) -> None:
+    """Whether a journal follows from its own beginning: a new searcher, told the results one generation after the
+    other, must propose every individual of it, by the same operator and from the same parents. Nothing is simulated.
+
+    Raises:
+        ForeignPastError: it does not.
+        UnknownMethodError, MissingExtraError, PluginError: there is no such searcher here.
+    """
+    space, config = run.scenario.program.space, run.scenario.config
+    manifest = run.record.manifest
+    searcher = build_searcher(manifest.method, Box.of(space), config, manifest.method_number)
+    follow(searcher, run.record.past())
+
+
+def _run_folder(path: Path) -> Path:
+    """The folder of a run, named itself or by its journal."""
+    folder = path.parent if path.name == JOURNAL else path
+    if (folder / JOURNAL).exists():
+        return folder
+    if not folder.exists():
+        names = [each.name for each in folder.parent.iterdir() if each.is_dir()] if folder.parent.is_dir() else []
+        near = nearest(folder.name, names)
+        cure = (
+            f"did you mean `{folder.with_name(near)}`?"
+            if near
+            else f"name the folder of a run, such as {example_run()}"
+        )
+        raise StoreError(f"there is no folder `{folder}`", cure)
+    if not folder.is_dir():
+        raise StoreError(f"`{folder}` is no folder", f"name the folder of a run, such as {example_run()}")
+    if inside := sorted(each.parent for each in folder.glob(f"*/{JOURNAL}")):
+        raise StoreError(f"`{folder}` holds {len(inside)} runs", f"name one of them, such as `{inside[0]}`")
+    if is_study(folder):
+        raise StoreError(f"`{folder}` is a study, and no single run", f"`cortexc report {folder}` tells it")
+    raise StoreError(
+        f"there is no journal in `{folder}`", "if a search into it was ended before it began, start that search again"
+    )
+
+
+def _compiled(folder: Path, manifest: Manifest) -> Compiled:
+    """The program of the manifest, and no other."""
+    wrote = manifest.versions.get("cortexc", "unknown")
+    cure = f"use the version that started it, cortexc {wrote}; what it found can still be read from its journal"
+    source, origin = Source(manifest.file, manifest.file_text), manifest.origin
+    overrides: Mapping[str, str] = origin.overrides
+    try:
+        compiled = compile_source(source, overrides, scenario=origin.scenario, files=KeptFiles(origin))
+    except CompileError as error:
+        raise StoreError(f"this version of cortexc does not compile the scenario of `{folder}`", cure) from error
+    if compiled.program.digest != manifest.program_digest:
+        raise StoreError(f"this version of cortexc compiles the scenario of `{folder}` to another program", cure)
+    return compiled
+
+
+def _edited(manifest: Manifest) -> Iterator[str]:
+    """Files of the run that are there and differ."""
+    for file in (Text(manifest.file, manifest.file_text), *manifest.origin.imports):
+        with suppress(OSError, ValueError):
+            if _text_of(file.name) != file.text:
+                yield file.name
+
+
+def _text_of(name: str) -> str | None:
+    """The text of a file as the compiler reads it; None where it could not."""
+    try:
+        return read_source(name).text
+    except CompileError:
+        return None
+
+
+# -- going on with one -----------------------------------------------------------------------------------------------
+
+
+def resume(
+    folder: str | Path,
+    *,
+    generations: int | None = None,
+    on_generation: OnGeneration | None = None,
+    on_removed: OnRemoved | None = None,
+    workers: Workers | None = None,
+) -> Found:
+    """Go on with a run that was stopped or killed, to the journal that an undisturbed one would have written.
+
+    `generations`: as many in all as this, more or fewer than the run was started with. Of a finished run nothing is
+    written, and nothing simulated but the probes of its genes.
+
+    Raises:
+        StoreError: there is no run to go on with, this version would go on otherwise, or another process is at it.
+        and as `search_and_keep`.
+    """
+    return go_on(
+        open_run(folder), generations=generations, on_generation=on_generation, on_removed=on_removed, workers=workers
+    )
+
+
+def go_on(
+    run: OpenedRun,
+    *,
+    generations: int | None = None,
+    on_generation: OnGeneration | None = None,
+    on_removed: OnRemoved | None = None,
+    workers: Workers | None = None,
+) -> Found:
+    """`resume`, of a run that is open already."""
+    manifest = run.record.manifest
+    longer = _with_generations(run, generations)
+    scenario = replace(run.scenario, config=longer.config)
+    work = Work(scenario, run.folder, longer, on_generation, on_removed, workers or default_workers(scenario))
+    if run.record.status == "finished" and longer == manifest:
+        campaign = replace(campaign_of(work, run.record), elapsed=run.record.seconds)
+        return Found(campaign, run.folder, manifest, worst_files(run.folder))
+    with hold(run.folder):
+        record = read_journal(run.folder / JOURNAL)  # as nobody can change it any more
+        with closing(Journal.reopen(run.folder / JOURNAL, longer)) as journal:
+            return carry_out(work, journal, record)
+
+
+def _with_generations(run: OpenedRun, generations: int | None) -> Manifest:
+    """The manifest of the run as it is to end."""
+    manifest, done = run.record.manifest, len(run.record.generations)
+    settings: dict[str, Any] = manifest.settings
+    if generations is None or generations == settings["search"]["generations"]:
+        return manifest
+    if generations < done:
+        raise StoreError(f"`{run.folder}` has {done} generations already", f"give --generations {done} or more")
+    if find_searcher(manifest.method).paced:
+        planned = settings["search"]["generations"]
+        raise StoreError(
+            f"{manifest.method} paces itself by the number of its generations, and this run was planned for {planned}",
+            f"start a search of {generations} generations; without --generations this one goes on as it was planned",
+        )
+    return replace(manifest, settings={**settings, "search": {**settings["search"], "generations": generations}})
+
+
+# -- its cases by number: those of its folder `worst` first, then all others, worst first ------------------------------
+
+
+def every_case(record: Record) -> tuple[Case, ...]:
+    """Every genome with a valid simulation. Number 7 is `worst/07.scn`; from 11 on it is what is left."""
+    evaluations = record.evaluations
+    first = worst_cases(evaluations, WORST, box_of(record))
+    taken = {case.row for case in first}
+    rest = [c for c in worst_cases(evaluations, len(order_of_risk(evaluations))) if c.row not in taken]
+    return (*first, *(replace(case, rank=rank) for rank, case in enumerate(rest, start=len(first) + 1)))
+
+
+def first_cases(record: Record, count: int) -> tuple[Case, ...]:
+    """The first `count` of them."""
+    return every_case(record)[:count]
+
+
+def box_of(record: Record) -> Box:
+    """The space that a run searched."""
+    rows = record.manifest.parameters
+    return Box(
+        tuple(p.name for p in rows),
+        tuple(p.low for p in rows),
+        tuple(p.high for p in rows),
+        tuple(GeneKind(p.kind) for p in rows),
+    )

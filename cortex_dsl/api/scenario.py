@@ -1,0 +1,334 @@
+"""A scenario in Python: load it, draw scenes, run them, judge them, search. Prints nothing.
+
+    >>> import cortex_dsl as cx
+    >>> scenario = cx.load("examples/left_turn.scn")
+    >>> scenes = scenario.sample(1000, seed=1)
+    >>> outcomes = scenario.simulate(scenes)
+    >>> outcomes.collided.mean(), scenario.assess(outcomes).score.max()
+    >>> campaign = scenario.search("ga", generations=30, population=100)
+    >>> print(scenario.concrete(scenario.scene(campaign.worst[0])))
+
+`docs/reference/python.md` goes through all of it.
+
+A search that keeps everything on disk, and can be gone on with: `search(…, out="runs/mine")`,
+`cortex_dsl.api.run_folder`, `cortex_dsl.api.runs`. A searcher of your own: `engine.search.searchers`.
+
+Arrays are row-aligned and in SI units, genomes in the file's own; their shapes stand at `engine.scenes.Scenes`,
+`engine.outcomes.Outcomes` and `engine.search.evaluations.Evaluations`.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cortex_dsl.api import arguments
+from cortex_dsl.api.concrete import concrete_files
+from cortex_dsl.diagnostics import CompileError
+from cortex_dsl.files import DISK, Folder
+from cortex_dsl.pipeline import Compiled, compile_source
+from cortex_dsl.source import Source
+from engine.config import Config, SimulationConfig
+from engine.errors import ArgumentError, ArgumentKindError
+from engine.program import Program, Settings
+from engine.vocabulary import Method, Verdict
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from cortex_dsl.api.named_columns import Columns
+    from cortex_dsl.report.page.notebook import Picture, Shown
+    from engine.outcomes import Outcomes
+    from engine.risk import Risk
+    from engine.scenes import Scenes
+    from engine.search.ranking import Case
+    from engine.search.run import Campaign, OnGeneration
+    from engine.search.workers import Workers
+    from engine.tables import Ints
+    from engine.world import WorldRun
+
+
+def load(path: str | Path, config: Config | None = None, scenario: str | None = None, **params: object) -> "Scenario":
+    """Compile a file. Keywords fix params to constants: `load(path, EGO_SPEED="50 km/h", EGO_BRAKE=0)`; `scenario`
+    names the one to run where the file has several.
+
+    Raises:
+        CompileError: with every mistake in the file.
+        OSError: the file cannot be read.
+    """
+    text = Path(path).read_text(encoding="utf-8")
+    return compile_text(text, str(path), config, scenario, None, **params)
+
+
+def compile_text(
+    text: str,
+    name: str = "<text>",
+    config: Config | None = None,
+    scenario: str | None = None,
+    folder: str | Path | None = None,
+    **params: object,
+) -> "Scenario":
+    """Compile a scenario given as text; `name` is what messages call it, `folder` is where its imports lie."""
+    overrides = {param: str(value) for param, value in params.items()}
+    files = DISK if folder is None else Folder(Path(folder))
+    try:
+        compiled = compile_source(Source(name, text), overrides, scenario=scenario, files=files)
+    except CompileError as error:
+        raise CompileError(error.source, arguments.in_python(error.diagnostics)) from None
+    compiled = replace(compiled, diagnostics=arguments.in_python(compiled.diagnostics))
+    config = config or Config()
+    simulation = in_file(config.simulation, compiled.program.settings)
+    return Scenario(compiled, replace(config, simulation=simulation), overrides, scenario)
+
+
+def in_file(config: SimulationConfig, settings: Settings) -> SimulationConfig:
+    """The config, with what the file itself says about its simulation put in."""
+    said = {name: getattr(settings, name) for name in ("time_step", "max_time", "max_attempts")}
+    return replace(config, **{name: value for name, value in said.items() if value is not None})
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A compiled file and the settings that everything it is asked for uses."""
+
+    compiled: Compiled
+    config: Config
+    overrides: Mapping[str, str]
+    chosen: str | None = None
+    """The scenario of the file that was asked for; None: the file's own choice."""
+
+    def __repr__(self) -> str:
+        """One line, for notebooks: the whole would be the compiler's every table."""
+        params, actors = ", ".join(self.program.space.names) or "none", ", ".join(self.program.actors)
+        return f"Scenario({self.program.name}: params {params}; actors {actors})"
+
+    @property
+    def program(self) -> Program:
+        """What the simulators run: params, actors, rules and requirements by name, and the compiled tables."""
+        return self.compiled.program
+
+    def sample(self, count: int = 1, seed: int = 0, genome: "ArrayLike | None" = None, jobs: int = 1) -> "Scenes":
+        """Draw scenes: their genes from the file's own distributions, or all from one genome (d,) in file units.
+
+        Raises:
+            ArgumentKindError, ArgumentError: `count`, `seed` or `jobs` cannot be, or the genome has another length.
+        """
+        from engine.sampling import draw_genomes, sample
+        from engine.streams import key_rows
+
+        count, jobs = arguments.whole("count", count, 0), arguments.whole("jobs", jobs, 1)
+        keys = key_rows(arguments.whole("seed", seed, 0), Method.SAMPLE, 0, 0, range(count))
+        if genome is None:
+            return sample(self.program, draw_genomes(self.program.space, keys), keys, self.config.simulation, jobs)
+        drawn = np.tile(arguments.genome_of(self.program, genome), (count, 1))
+        return sample(self.program, drawn, keys, self.config.simulation, jobs)
+
+    def scene_of_seed(self, seed: int | None = None) -> "Scenes":
+        """The one scene of `cortexc FILE --seed N`, or without a seed that of `cortexc FILE`: up to a hundred genomes
+        are drawn until one allows a scene. It is not valid where none did.
+        """
+        *_, scenes = self.attempts(seed)
+        return scenes
+
+    def attempts(self, seed: int | None = None) -> "Iterator[Scenes]":
+        """One scene after another, each of a genome of its own; the last one is the scene of the seed, if it is valid.
+
+        Without a seed: of the stream that a concrete file names, or else of seed 0.
+        """
+        from engine.sampling import draw_genomes, sample
+
+        for key in _keys(self.program, None if seed is None else arguments.whole("seed", seed, 0)):
+            scenes = sample(self.program, draw_genomes(self.program.space, key), key, self.config.simulation)
+            yield scenes
+            if scenes.verdict[0] not in (Verdict.EXHAUSTED, Verdict.INFEASIBLE):
+                return
+
+    def table(self, thing: "Scenes | Outcomes | WorldRun") -> "Columns":
+        """Columns by name with their units, as for `pandas.DataFrame`: of scenes the verdict, the params and how
+        everybody starts, of outcomes how they ended and the metrics of each pair, of a run everybody over time.
+
+        Raises:
+            ArgumentKindError: it is nothing of these.
+        """
+        from cortex_dsl.api import named_columns
+        from engine.outcomes import Outcomes
+        from engine.scenes import Scenes
+
+        if isinstance(thing, Scenes):
+            return named_columns.of_scenes(self.program, self._own(thing))
+        if isinstance(thing, Outcomes):
+            return named_columns.of_outcomes(self.program, thing)
+        if hasattr(thing, "trajectory"):
+            return named_columns.of_run(self.program, thing)
+        raise ArgumentKindError(
+            f"thing: expected scenes, outcomes or a run, got {type(thing).__name__}",
+            "`sample`, `simulate` and `watch` make them",
+        )
+
+    def simulate(self, scenes: "Scenes", engine: str = "batch", jobs: int = 1) -> "Outcomes":
+        """Run scenes up to first contact or their end, in the batch host or in the pymunk world."""
+        self._own(scenes)
+        jobs = arguments.whole("jobs", jobs, 1)
+        if arguments.one_of("engine", engine, ("batch", "world")) == "batch":
+            from engine import batch
+
+            return batch.simulate(self.program, scenes, self.config.simulation, jobs)
+        from engine import world
+
+        return world.simulate(self.program, scenes, self.config, jobs)
+
+    def watch(self, scenes: "Scenes", row: int = 0) -> "WorldRun":
+        """Run one scene in the pymunk world, through contact and its aftermath, and keep its states over time.
+
+        `.records` of what comes back holds what the file asks to be recorded, up to contact or the end.
+        """
+        from engine import world
+
+        return world.run(self.program, self._own(scenes), arguments.row_of(scenes, row), self.config)
+
+    def assess(self, outcomes: "Outcomes", profile: str = "paper") -> "Risk":
+        """Risk of each outcome: the integer score 0 .. 22 (-1 invalid), its parts, the continuous score.
+
+        `profile`: where the bands of the score end, `paper`, `paper-mm` or `literature` (see `engine.risk`).
+        """
+        from engine.outcomes import Outcomes
+        from engine.risk import PROFILES, assess
+
+        arguments.kind("outcomes", outcomes, Outcomes, "`simulate` makes them of scenes")
+        return assess(outcomes, PROFILES[arguments.one_of("profile", profile, PROFILES)])
+
+    def search(
+        self,
+        method: str = "ga",
+        *,
+        profile: str = "paper",
+        preset: str = "cortex",
+        on_generation: "OnGeneration | None" = None,
+        workers: "Workers | None" = None,
+        out: str | Path | None = None,
+        **settings: Any,
+    ) -> "Campaign":
+        """Hunt for the worst by `method`, a name of `engine.search.searchers.known_searchers()` such as `ga`, `random`,
+        `niching`, `cmaes`; `preset` of the genetic algorithm is `cortex` or `cortex-literal`.
+
+        Settings are fields of `engine.config.SearchConfig`: generations, population, seed, rollouts, aggregate, jobs,
+        engine. `on_generation` is called with a `Progress` after each generation; `workers` run the simulations (see
+        `engine.search.workers`; processes need a main module that can be imported). `out` is a new folder for journal,
+        tables and worst cases; `cortex_dsl.open_run` opens it, `cortex_dsl.resume` goes on with it.
+
+        Raises:
+            ArgumentKindError: there is no such setting, or it is no number.
+            UnknownMethodError, ArgumentError: an unknown method, preset, profile, aggregate or engine, or a number that
+                cannot be.
+            MissingExtraError, PluginError: the method cannot be used here.
+        """
+        from engine.search.run import search
+
+        arguments.settings(settings)
+        config = replace(
+            self.config,
+            search=replace(self.config.search, **settings),
+            ga=replace(self.config.ga, preset=preset),
+        )
+        if out is None:
+            return search(self.program, method, config, profile, on_generation, workers=workers)
+        return self._kept(method, Path(out), config, profile=profile, on_generation=on_generation, workers=workers)
+
+    def _kept(self, method: str, out: Path, config: Config, **how: Any) -> "Campaign":
+        """A search in a run directory of its own."""
+        from cortex_dsl.api.run_folder import search_and_keep
+        from engine.search.store import new_directory
+
+        found = search_and_keep(replace(self, config=config), method, new_directory(out), **how)
+        if found.trouble is not None:
+            raise found.trouble
+        return found.campaign
+
+    def scene(self, case: "Case") -> "Scenes":
+        """The one scene of a campaign's case, drawn again from its genome and stream key."""
+        from engine.search.ranking import Case
+
+        arguments.kind("case", case, Case, "a campaign has some in `worst`")
+        return self.scene_of(np.array(case.genome), np.array(case.key, dtype=np.int64))
+
+    def scene_of(self, genome: "ArrayLike", key: "ArrayLike") -> "Scenes":
+        """The one scene of a genome (d,) and a stream key (6,)."""
+        from engine.sampling import sample
+
+        values, keys = arguments.genome_of(self.program, genome), arguments.key_of(key)
+        return sample(self.program, values[np.newaxis], keys[np.newaxis], self.config.simulation)
+
+    def _own(self, scenes: object) -> "Scenes":
+        """Scenes that can be of this scenario."""
+        return arguments.scenes_of(self.program, scenes)
+
+    def show(self, thing: "Scenes | Case | Campaign", row: int = 0) -> "Picture | Shown":
+        """For notebooks: one of some scenes as a picture, a case as a page that plays, a campaign as a table."""
+        from cortex_dsl.report.page import notebook
+
+        return notebook.show(self, thing, row)
+
+    def replay(self, scenes: "Scenes", row: int = 0) -> "Shown":
+        """For notebooks: one scene run in the pymunk world, as a page that plays."""
+        from cortex_dsl.report.page import notebook
+
+        return notebook.replay(self, scenes, row)
+
+    def _repr_html_(self) -> str:
+        from cortex_dsl.report.page import notebook
+
+        return str(notebook.scenario_table(self))
+
+    def concrete(self, scenes: "Scenes", row: int = 0, remark: str = "") -> str:
+        """One scene as a scenario of its own, which runs to the same outcome bit for bit. See `concrete_files` for one
+        with imports.
+        """
+        return next(iter(self.concrete_files(scenes, row, remark).values()))
+
+    def concrete_files(
+        self, scenes: "Scenes", row: int = 0, remark: str = "", name: str = "copy.scn", *, laid_out: bool = True
+    ) -> dict[str, str]:
+        """The same with the files that it imports, by the names under which they must be written side by side. Without
+        `laid_out` every line stays where the author has it.
+
+        Raises:
+            RowError, ArgumentError: there is no such row, or its scene is not valid.
+        """
+        row = arguments.row_of(self._own(scenes), row)
+        if not scenes.valid[row]:
+            raise ArgumentError(
+                f"scene {row} is not valid; only a valid one can be written", "`scenes.valid` tells which are"
+            )
+        return concrete_files(
+            self.program,
+            self.compiled.module,
+            scenes,
+            row,
+            self.config.simulation,
+            overrides=self.overrides,
+            remark=remark,
+            imports=self.compiled.imports,
+            scenario=self.chosen,
+            name=name,
+            laid_out=laid_out,
+        )
+
+
+# -- the scene of a single run: genomes of a seed, one after the other, until one of them allows a scene ---------------
+
+DRAWS = 100
+"""How many genomes a single run draws until one allows a scene; Scenic, too, draws its params anew at every attempt."""
+
+
+def _keys(program: Program, seed: int | None) -> "Iterator[Ints]":
+    """The streams to try; a concrete file has just its own."""
+    from engine.streams import key_rows, parse_key
+
+    pinned = program.settings.stream
+    if pinned is not None and seed is None:
+        yield np.array([parse_key(pinned)], dtype=np.int64)
+        return
+    for index in range(DRAWS if len(program.space) else 1):
+        yield key_rows(seed or 0, Method.SINGLE, 0, 0, [index])

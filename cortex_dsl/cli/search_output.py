@@ -1,0 +1,183 @@
+"""What the commands that search, or show a search, share.
+
+For those that search: who runs the simulations, the progress, the report, the document, the exit code. For those that
+show a run: its journal opened and checked, and what a user can mend said as a usage error.
+"""
+
+import shlex
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from math import nan
+from pathlib import Path
+
+from cortex_dsl.api.run_folder import Found, OnRemoved
+from cortex_dsl.api.runs import OpenedRun, check_journal, open_run
+from cortex_dsl.api.scenario import Scenario
+from cortex_dsl.console.compiling import show
+from cortex_dsl.console.request import CompileRequest
+from cortex_dsl.console.simulating import mistake_of
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.report.documents import document
+from cortex_dsl.report.findings.search_report import SearchReport
+from cortex_dsl.report.terminal.progress import SearchProgress
+from cortex_dsl.report.terminal.search_view import comparison_view, failures_line, search_view
+from engine.extras import MissingExtraError
+from engine.program import Program
+from engine.search.journal_reader import Record
+from engine.search.manifest import changed_versions
+from engine.search.result_files import summary
+from engine.search.run import Campaign, ForeignPastError, OnGeneration, Progress
+from engine.search.searchers import PluginError, UnknownMethodError
+from engine.search.store import StoreError
+from engine.search.workers import Workers, WorkersLostError, workers_for
+
+
+@contextmanager
+def usage_errors() -> Iterator[None]:
+    """Turn what a user can mend into a UsageError."""
+    try:
+        yield
+    except (StoreError, WorkersLostError, MissingExtraError, PluginError) as error:
+        raise UsageError(error.message, error.cure) from error
+
+
+def removed(terminal: Terminal) -> OnRemoved:
+    """Says at once that what is found from now on is kept nowhere."""
+    return lambda error: terminal.complain(error.message, "what follows is in memory alone; Ctrl-C shows it")
+
+
+def chosen_workers(engine: str, jobs: int, dask: str | None) -> Workers:
+    """Who is to run the simulations: threads or processes of this machine, or a cluster."""
+    return workers_for(engine, jobs) if dask is None else Workers("dask", jobs, dask)
+
+
+@contextmanager
+def watched(terminal: Terminal, method: str, total: int, record: Record | None = None) -> Iterator[OnGeneration]:
+    """Shows how far a search is; `record` holds what there was of it before."""
+    before = [each.by_individual for each in record.generations] if record else []
+    with SearchProgress(terminal.err, method, total, before, spent=record.spent if record else 0.0) as progress:
+
+        def on_generation(done: Progress) -> None:
+            best = done.best.score if done.best else nan
+            progress.generation_done(done.figures.by_individual, done.simulations, best)
+
+        yield on_generation
+
+
+def show_found(found: Sequence[Found], scenario: Scenario, request: CompileRequest, terminal: Terminal) -> Exit:
+    """Show what was found, and say how the command ends."""
+    campaigns = [each.campaign for each in found]
+    mistake = next((m for campaign in campaigns if (m := mistake_of(scenario, campaign)) is not None), None)
+    if request.json:
+        terminal.write(_document(request, found))
+    else:
+        _show(scenario.program, found, terminal, ours=mistake is None)
+        for each in found:
+            if each.campaign.stopped and each.folder.is_dir():
+                terminal.err.print(f"to go on: cortexc resume {shlex.quote(str(each.folder))}", soft_wrap=True)
+    for each in found:
+        if each.trouble is not None:
+            raise UsageError(each.trouble.message, each.trouble.cure)
+    if mistake is not None:
+        show(scenario.compiled.source, [mistake], replace(request, json=False), terminal)
+        return Exit.DIAGNOSTICS
+    return _exit_code(campaigns)
+
+
+def _show(program: Program, found: Sequence[Found], terminal: Terminal, *, ours: bool) -> None:
+    """The report; `ours` says that failed runs are no mistake of the file."""
+    reports = [_report(each) for each in found]
+    console, settings = terminal.out, _settings(found)
+    if len(reports) == 1:
+        console.print(search_view(program, reports[0], settings, console.width))
+    else:
+        console.print(comparison_view(program, reports, settings, console.width))
+    for report in reports:
+        if ours and (line := failures_line(program, report)) is not None:
+            terminal.err.print(line)
+
+
+def _report(found: Found) -> SearchReport:
+    folder = found.folder if found.folder.is_dir() else None
+    return SearchReport(found.campaign, folder, found.worst_files, found.manifest.method)
+
+
+def _settings(found: Sequence[Found]) -> str:
+    """The settings that a reader must know, in one line."""
+    manifest = found[0].manifest
+    search = manifest.config.search
+    parts = [f"{search.generations} x {search.population}", f"seed {search.seed}"]
+    parts += [f"preset {each.manifest.preset}" for each in found if each.manifest.preset]
+    if search.rollouts > 1:
+        parts.append(f"{search.aggregate} of {search.rollouts} rollouts")
+    return ", ".join([*parts, f"profile {manifest.profile}", f"{search.engine} engine"])
+
+
+def _document(request: CompileRequest, found: Sequence[Found]) -> str:
+    searches = [
+        {
+            "method": each.manifest.method,
+            "folder": each.folder,
+            "worst_files": each.worst_files,
+            **summary(each.campaign, each.manifest),
+            "figures": each.campaign.generations,
+        }
+        for each in found
+    ]
+    return document("search", {"file": request.file, "searches": searches})
+
+
+def _exit_code(campaigns: Sequence[Campaign]) -> Exit:
+    if any(campaign.stopped for campaign in campaigns):
+        return Exit.INTERRUPTED
+    if any(campaign.by_simulation.error_runs for campaign in campaigns):
+        return Exit.BUG
+    if not any(campaign.by_individual.valid for campaign in campaigns):
+        return Exit.NO_SCENE
+    return Exit.FINE
+
+
+# -- runs that commands show: opened, and held against the searcher that their journals name --------------------------
+
+
+def opened_run(folder: Path) -> OpenedRun:
+    """A run.
+
+    Raises:
+        UsageError: there is no readable run.
+    """
+    with usage_errors():
+        return open_run(folder)
+
+
+def checked_run(folder: Path, terminal: Terminal) -> OpenedRun:
+    """A run with a finished generation, whose individuals are those that its method proposes.
+
+    What the simulations came to is not simulated again: a changed result shows only where it changes what the method
+    proposed next, or the figures of its generation.
+
+    Raises:
+        UsageError: there is no readable run, or its journal does not follow from its own beginning.
+    """
+    run = opened_run(folder)
+    if not len(run.record.evaluations):
+        raise UsageError(f"`{folder}` has no finished generation", "`cortexc resume` goes on with it")
+    try:
+        check_journal(run)
+    except ForeignPastError as error:
+        _foreign(run, error, terminal)
+    except (MissingExtraError, PluginError, UnknownMethodError):
+        method = run.record.manifest.method
+        terminal.err.print(f"not checked: the searcher {method} of this journal is not installed here", style="quiet")
+    return run
+
+
+def _foreign(run: OpenedRun, error: ForeignPastError, terminal: Terminal) -> None:
+    """Other versions may well search otherwise; the same ones do not, unless a searcher never repeats itself."""
+    what = f"generation {error.generation} in the journal of `{run.folder}` is not what {run.record.manifest.method} "
+    what += "proposes after the ones before it"
+    if changed := changed_versions(run.record.manifest):
+        terminal.err.print(f"{what}; it was started with {', '.join(changed)}", style="warn")
+        return
+    raise UsageError(what, "rows were changed since they were written: restore the file from a copy, or search again")

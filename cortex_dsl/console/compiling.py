@@ -1,0 +1,157 @@
+"""From the request's file to a program: params held, and everything that the compiler has to say shown on the way."""
+
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from cortex_dsl.console.request import CompileRequest
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.console.user_files import read_source
+from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
+from cortex_dsl.report.findings.snippet import as_json
+from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
+from cortex_dsl.source import Source
+from cortex_dsl.spelling import did_you_mean
+
+if TYPE_CHECKING:
+    from cortex_dsl.pipeline import Compiled
+    from engine.program import ParamSpace
+
+MOST_CODES = 5
+"""Further codes that a listing names at its end."""
+
+
+def compile_request(request: CompileRequest, terminal: Terminal) -> "Compiled | Exit":
+    """The compiled file, or the exit code once its errors are shown."""
+    from cortex_dsl.pipeline import compile_source
+
+    try:
+        source = read_source(request.file)
+        compiled = compile_source(source, request.overrides, scenario=request.scenario)
+    except CompileError as error:
+        show(error.source, error.diagnostics, request, terminal, failed=True)
+        return Exit.DIAGNOSTICS
+    if not request.json:
+        shown = [d for d in compiled.diagnostics if request.hints or d.severity is not Severity.HINT]
+        show(compiled.source, shown, request, terminal)
+    return compiled
+
+
+def show(
+    source: Source,
+    diagnostics: Sequence[Diagnostic],
+    request: CompileRequest,
+    terminal: Terminal,
+    *,
+    failed: bool = False,
+    feasibility: Mapping[str, Any] | None = None,
+) -> None:
+    """Show diagnostics in the form that was asked for: text on stderr, documents and annotations on stdout."""
+    if request.json:
+        if failed:
+            terminal.write(diagnostics_document(source, diagnostics, feasibility))
+    elif request.diagnostics_format == "json":
+        terminal.write(diagnostics_document(source, diagnostics))
+    elif request.diagnostics_format == "github":
+        for line in github_annotations(source, diagnostics):
+            terminal.write(line)
+    elif diagnostics:
+        print_diagnostics(source, diagnostics, terminal.err)
+        if terminal.err.is_terminal and (more := _where_to_read_more(diagnostics)):
+            terminal.err.print(f"\nfor more: {more}", style="quiet", soft_wrap=True)
+        sys.stderr.flush()
+
+
+def _where_to_read_more(diagnostics: Sequence[Diagnostic]) -> str:
+    """The command that explains the first code, and which others it could; nothing for notes and hints alone."""
+    grave = (d.code for d in diagnostics if d.severity in (Severity.ERROR, Severity.WARNING))
+    first, *others = list(dict.fromkeys(grave)) or [""]
+    more = f" (or {', '.join(others[:MOST_CODES])}{', …' if len(others) > MOST_CODES else ''})" if others else ""
+    return f"cortexc explain {first}{more}" if first else ""
+
+
+def diagnostics_document(
+    source: Source, diagnostics: Sequence[Diagnostic], feasibility: Mapping[str, Any] | None = None
+) -> str:
+    """What a compilation said, as the one document of --json; `feasibility`: what was proved beyond that."""
+    from cortex_dsl.report.documents import document
+
+    errors = sum(d.severity is Severity.ERROR for d in diagnostics)
+    content = {"file": source.name, "errors": errors, "diagnostics": as_json(source, diagnostics)}
+    content |= {} if feasibility is None else {"feasibility": feasibility}
+    return document("diagnostics", content)
+
+
+def github_annotations(source: Source, diagnostics: Sequence[Diagnostic]) -> list[str]:
+    """Workflow commands that GitHub shows beside the line."""
+    lines = []
+    for d in diagnostics:
+        start, end = source.position(d.label.span.start), source.position(d.label.span.end)
+        level = d.severity.value if d.severity in (Severity.ERROR, Severity.WARNING) else "notice"
+        file = _property(source.file(d.label.span.start).name)
+        place = f"file={file},line={start.line},endLine={end.line},col={start.column}"
+        if start.line == end.line:
+            place += f",endColumn={max(end.column, start.column)}"
+        text = ". ".join(part for part in (d.message, d.label.text, d.reason, d.cure) if part)
+        lines.append(f"::{level} {place},title={_property(d.code)}::{_data(text)}")
+    return lines
+
+
+def _data(text: str) -> str:
+    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+
+def _property(text: str) -> str:
+    return _data(text).replace(":", "%3A").replace(",", "%2C")
+
+
+# -- `--freeze`: the params of the system under test are held fixed, so that no search wins by switching brakes off ----
+
+
+def freeze_params(request: CompileRequest) -> CompileRequest:
+    """The request with a value for each param to freeze that has none: the middle of its range, or its middle option.
+
+    Raises:
+        UsageError: there is no such param, or the file names none.
+    """
+    if request.freeze is None:
+        return request
+    from cortex_dsl.pipeline import compile_source
+
+    try:
+        compiled = compile_source(read_source(request.file), request.overrides, scenario=request.scenario)
+    except CompileError:
+        return request  # the command itself will say why
+    space = compiled.program.space
+    names = request.freeze or _of_system(space, request)
+    return replace(request, overrides={**request.overrides, **_middles(space, names, request.overrides)})
+
+
+def _of_system(space: "ParamSpace", request: CompileRequest) -> tuple[str, ...]:
+    if not space.system:
+        raise UsageError(
+            f"`{request.file}` does not say which params belong to the system under test",
+            "write `simulation(system=[NAME, …])` in it, or name them here: `--freeze NAME,NAME`",
+        )
+    return space.system
+
+
+def _middles(space: "ParamSpace", names: tuple[str, ...], given: Mapping[str, str]) -> dict[str, str]:
+    values: dict[str, str] = {}
+    for name in names:
+        if name in space.names:
+            values[name] = _middle(space, space.names.index(name))
+        elif name not in given and name not in space.system:
+            raise UsageError(f"`--freeze {name}`: the file has no such param", did_you_mean(name, space.names))
+    return values
+
+
+def _middle(space: "ParamSpace", gene: int) -> str:
+    """As `-p` takes it: a bare number is in the param's own unit."""
+    from engine.vocabulary import GeneKind
+
+    middle = float(space.low[gene] + space.high[gene]) / 2.0
+    if space.kinds[gene] == GeneKind.CONTINUOUS:
+        return repr(middle)
+    return space.options[gene][int(middle)] if space.kinds[gene] == GeneKind.INDEX else str(int(middle))

@@ -1,0 +1,169 @@
+"""What a command line asks for: the request that its options make, in parts, and the types of their values."""
+
+import math
+import re
+from argparse import ArgumentTypeError
+from collections.abc import Callable, Mapping
+from dataclasses import field
+from enum import Enum
+from pathlib import Path
+
+from engine.frozen import frozen
+
+
+class Mode(Enum):
+    """What `cortexc FILE` is to do with the file."""
+
+    RUN = "run"
+    SEARCH = "search"
+    SAMPLE = "sample"
+    CHECK = "check"
+    EMIT = "emit"
+
+
+@frozen
+class CompileRequest:
+    """Which file is compiled, with which params held, and how what the compiler says is shown."""
+
+    file: Path
+    overrides: Mapping[str, str] = field(default_factory=dict)
+    """The `-p NAME=VALUE` pairs; values are read by the rules of the language."""
+    freeze: tuple[str, ...] | None = None
+    """Params to hold fixed; (): those that the file calls the system's."""
+    scenario: str | None = None
+    """Which of several scenarios to run; None: the file's own choice."""
+    json: bool = False
+    diagnostics_format: str = "text"
+    hints: bool = False
+    """Whether hints are shown: they belong to `--check`, not to every run."""
+
+
+@frozen
+class RunRequest:
+    """How scenes are drawn and simulated. An option that was not given is None, so that the file may decide."""
+
+    seed: int | None = None
+    """None: what a concrete file pins, else 0."""
+    engine: str | None = None
+    max_attempts: int | None = None
+    time_step: float | None = None
+    profile: str = "paper"
+    prune: bool = False
+    jobs: int = 1
+    target: float | None = None
+    """Of `--sample`: the acceptance that a requirement is to be relaxed for."""
+
+
+@frozen
+class SearchRequest:
+    """What is searched, how long, and where the results go."""
+
+    methods: tuple[str, ...] = ()
+    """Names of `engine.search.searchers`, each once."""
+    generations: int = 30
+    population: int = 100
+    preset: str = "cortex"
+    rollouts: int = 1
+    aggregate: str = "mean"
+    dask: str | None = None
+    """Address of a scheduler, or `local`."""
+    out: Path | None = None
+    command_line: tuple[str, ...] = ()
+    """As typed, without the program's name; kept in the manifest of a search."""
+
+
+@frozen
+class Request:
+    """One `cortexc FILE ...`: what to do, and the parts of the command line, of which a mode gets those it reads."""
+
+    mode: Mode
+    compile: CompileRequest
+    run: RunRequest = field(default_factory=RunRequest)
+    search: SearchRequest = field(default_factory=SearchRequest)
+    samples: int = 0
+    """Of `--sample`."""
+    stage: str = ""
+    """Of `--emit`."""
+
+
+# -- types of arguments: each takes the text and gives a value, or says what would be right ----------------------------
+
+SEED_LIMIT = 2**63 - 1
+"""Seeds are part of a stream's key, which holds signed 64-bit integers."""
+GENERATION_LIMIT = 2**16 - 1
+"""Generations have sixteen bits of a stream's address."""
+
+
+def whole_number(minimum: int, maximum: int, why: str = "") -> Callable[[str], int]:
+    """A whole number within inclusive bounds; `why` explains the lower one."""
+
+    def parse(text: str) -> int:
+        value = _int(text)
+        if value is None:
+            raise ArgumentTypeError(f"must be a whole number, not `{text}`")
+        if value < minimum:
+            reason = f" ({why})" if why else ""
+            raise ArgumentTypeError(f"must be at least {minimum}{reason}, not {text}")
+        if value > maximum:
+            raise ArgumentTypeError(f"must be at most {maximum:,}, not {text}")
+        return value
+
+    return parse
+
+
+def seconds(minimum: float, maximum: float) -> Callable[[str], float]:
+    """A finite duration within inclusive bounds; a trailing `s` is understood."""
+
+    def parse(text: str) -> float:
+        try:
+            value = float(text.removesuffix("s"))
+        except ValueError:
+            raise ArgumentTypeError(f"must be a number of seconds, not `{text}`") from None
+        if not math.isfinite(value) or not minimum <= value <= maximum:
+            raise ArgumentTypeError(f"must lie between {minimum:g} and {maximum:g} seconds, not {text}")
+        return value
+
+    return parse
+
+
+def share(text: str) -> float:
+    """A share of a whole above 0: `50%`, `50 %` or `0.5`."""
+    number = text.strip().removesuffix("%")
+    try:
+        value = float(number) * (0.01 if number != text.strip() else 1.0)
+    except ValueError:
+        raise ArgumentTypeError(f"must be a share such as `50%`, not `{text}`") from None
+    if not 0.0 < value <= 1.0:
+        raise ArgumentTypeError(f"must be above 0% and at most 100%, not {text}")
+    return value
+
+
+def aggregate(text: str) -> str:
+    """`mean`, `max` or a quantile `q01` .. `q99`."""
+    if text in ("mean", "max") or re.fullmatch(r"q(0[1-9]|[1-9][0-9]?)", text):
+        return text
+    raise ArgumentTypeError(f"must be `mean`, `max` or a quantile such as `q90`, not `{text}`")
+
+
+def assignment(text: str) -> tuple[str, str]:
+    """`NAME=VALUE`; the value is read later, by the rules of the language."""
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not equals or not value:
+        raise ArgumentTypeError(f"must be NAME=VALUE, such as `EGO_SPEED=50 km/h`, not `{text}`")
+    if not name.isidentifier():
+        raise ArgumentTypeError(f"`{name}` cannot be the name of a param")
+    return name, value
+
+
+def param_names(text: str) -> tuple[str, ...]:
+    """`NAME,NAME`; nothing at all is fine, too."""
+    words = tuple(word.strip() for word in text.split(",") if word.strip())
+    for word in words:
+        if not word.isidentifier():
+            raise ArgumentTypeError(f"`{word}` cannot be the name of a param")
+    return words
+
+
+def _int(text: str) -> int | None:
+    """The text as a whole number written in plain digits (`1_000` and `1e3` are not)."""
+    return int(text) if re.fullmatch(r"[+-]?[0-9]{1,30}", text.strip()) else None

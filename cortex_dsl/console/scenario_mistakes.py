@@ -1,0 +1,257 @@
+"""Mistakes of a scenario that show only after it compiled, as diagnostics like any other.
+
+Before anything is drawn it may be proved that nothing can be drawn, or that objects cannot stand where they are put. A
+draw or a run may meet a number that does not exist, or a behaviour that never acts.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from itertools import combinations, islice
+
+import numpy as np
+
+from cortex_dsl import ir
+from cortex_dsl.diagnostics import Diagnostic, Label
+from cortex_dsl.lowering.code_tables import group_variants
+from cortex_dsl.pipeline import Compiled
+from cortex_dsl.report.findings.readable import significant
+from cortex_dsl.semantics.errors.chance import INFEASIBLE, OFF_THE_ROAD, ON_TOP, STUCK, UNDEFINED
+from cortex_dsl.semantics.quantities.algebra import Numbers, closed_value, operands, parts
+from cortex_dsl.source import Source, Span
+from engine.feasibility import Feasibility, conflicts
+from engine.feasibility.distances import boundary_distance, region_edges
+from engine.program import ParamSpace, Program
+from engine.scenes import Scenes
+from engine.tables import ROAD_REGION, Ints
+from engine.vocabulary import Column, Op
+
+
+def no_scene_at_all(program: Program, source: Source, found: Feasibility) -> Diagnostic:
+    """The diagnostic for an infeasible file."""
+    named = [r for r in found.conflict if program.requirements[r].line] or list(found.conflict)
+    spans = [_line_span(source, program.requirements[r].line) for r in named if program.requirements[r].line]
+    names = [f"`{program.requirements[r].name}`" for r in found.conflict]
+    return INFEASIBLE.at(
+        spans[0] if spans else Span(0, 0),
+        label="cannot hold" if len(names) == 1 else "cannot hold together with the rest",
+        secondary=tuple(Label(span, "and this") for span in spans[1:]),
+        reason=_reason(names),
+        cure=_cure(len(names), built_in=not spans),
+    )
+
+
+def _cure(requirements: int, *, built_in: bool) -> str:
+    if built_in:
+        return "place the objects elsewhere, or widen the range of a param that their places depend on"
+    if requirements > 1:
+        return "relax one of them, or widen the range of a param that it reads"
+    return (
+        "relax it (without `--check` you are told by how much); or, as a `require` speaks of the start, write "
+        "`require always …` of the whole run, `require eventually …` of some moment in it"
+    )
+
+
+def _reason(names: list[str]) -> str:
+    if not names:
+        return "each way of making the file's choices is ruled out by some requirement"
+    if len(names) == 1:
+        return f"{names[0]} fails for everything that can be drawn"
+    return f"{', '.join(names[:-1])} and {names[-1]} exclude each other for everything that can be drawn"
+
+
+def _line_span(source: Source, line: int) -> Span:
+    """A line without its indentation."""
+    text, start = source.line(line), source.line_starts[line - 1]
+    return Span(start + len(text) - len(text.lstrip()), start + len(text.rstrip()))
+
+
+# -- objects that cannot stand where the file puts them: which they are, where the proof only says that some are -------
+
+MOST_PAIRS = 50
+"""Pairs of objects that are looked at."""
+
+
+def misplaced(compiled: Compiled, conflict: Sequence[int]) -> list[Diagnostic]:
+    """Objects off the road and pairs that overlap, wherever chance puts them.
+
+    `conflict` are requirements of which it is proved that they cannot hold together; objects without a known place are
+    looked at only if all of them are built in.
+    """
+    found = list(_at_known_places(compiled))
+    requirements = compiled.program.requirements
+    if not found and conflict and all(requirements[r].line == 0 for r in conflict):
+        found = [*_off_the_road(compiled), *_overlapping(compiled)]
+    return found
+
+
+def _actors(compiled: Compiled) -> tuple[ir.Actor, ...]:
+    """Of the first variant that can be; the others have the same."""
+    return next((v.actors for v in compiled.scenario.variants if v.rejection is None), ())
+
+
+def _at_known_places(compiled: Compiled) -> Iterator[Diagnostic]:
+    """Objects at two numbers that are no place of the road, whose heading the road does not say."""
+    edges = region_edges(compiled.program.road, ROAD_REGION)
+    possible = [variant.actors for variant in compiled.scenario.variants if variant.rejection is None]
+    for number, actor in enumerate(_actors(compiled)):
+        place = _known_place([actors[number] for actors in possible])
+        if place is None or not (actor.inside_road and actor.present):
+            continue
+        with np.errstate(divide="ignore", invalid="ignore"):
+            (distance,), (inside,) = boundary_distance(edges, np.array(place[:1]), np.array(place[1:]))
+        if not inside:
+            label = f"({place[0]:g}, {place[1]:g}) is {distance:.1f} m off the road"
+            yield OFF_THE_ROAD.at(actor.span, name=actor.name, label=label)
+
+
+def _known_place(versions: Sequence[ir.Actor]) -> tuple[float, float] | None:
+    """X and y of an object, if they are the same two numbers in every variant."""
+    numbers = [version.columns[column] for version in versions for column in (Column.X, Column.Y)]
+    known = [number.value for number in numbers if isinstance(number, ir.Literal)]
+    if len(known) == len(numbers) and len(places := set(zip(known[::2], known[1::2], strict=True))) == 1:
+        return places.pop()
+    return None
+
+
+def _off_the_road(compiled: Compiled) -> Iterator[Diagnostic]:
+    for number, actor in enumerate(_actors(compiled)):
+        program = _checking(compiled.program, road=[number], overlap=[])
+        if actor.inside_road and conflicts(program, [len(program.requirements) - 2]):
+            yield OFF_THE_ROAD.at(actor.span, name=actor.name, label="part of its outline is off the road")
+
+
+def _overlapping(compiled: Compiled) -> Iterator[Diagnostic]:
+    for (i, one), (j, other) in islice(combinations(enumerate(_actors(compiled)), 2), MOST_PAIRS):
+        program = _checking(compiled.program, road=[], overlap=[i, j])
+        if one.no_overlap and other.no_overlap and conflicts(program, [len(program.requirements) - 1]):
+            secondary = (Label(one.span, f"`{one.name}`"),)
+            yield ON_TOP.at(other.span, name=other.name, other=one.name, secondary=secondary)
+
+
+def _checking(program: Program, road: list[int], overlap: list[int]) -> Program:
+    """The same program, whose built-in requirements look at these actors alone."""
+    code = program.code._replace(
+        road_check=_only(program.code.road_check, road), overlap_check=_only(program.code.overlap_check, overlap)
+    )
+    return replace(program, code=code)
+
+
+def _only(flags: Ints, kept: list[int]) -> Ints:
+    limited = np.zeros_like(flags)
+    limited[kept] = flags[kept]
+    return limited
+
+
+# -- a behaviour that was caught looping without an action while it ran ------------------------------------------------
+
+
+def never_acts(compiled: Compiled, budget: int, row: int, time: float) -> Diagnostic:
+    """The diagnostic for a run stuck at this row of step code, after `time` seconds and `budget` instructions."""
+    return STUCK.at(
+        _line_span(compiled.source, int(compiled.program.step_lines[row])),
+        label=f"still here after {budget:,} instructions, at {time:.2f} s",
+    )
+
+
+# -- a scene or run that holds a number which does not exist, such as a root of -1 -------------------------------------
+# What cannot be excluded when the file is compiled is told here, once it happened: with the genes and draws of the very
+# scene, the first operation on the way to the value that has no finite result.
+
+_WHY = {
+    Op.DIV: "it divides by {1:.6g}",
+    Op.MOD: "it divides by {1:.6g}",
+    Op.FLOORDIV: "it divides by {1:.6g}",
+    Op.SQRT: "it is the square root of {0:.6g}",
+    Op.POW: "it is {0:.6g} to the power of {1:.6g}",
+    Op.LOG: "it is the logarithm of {0:.6g}",
+    Op.ASIN: "it is the arc sine of {0:.6g}",
+    Op.ACOS: "it is the arc cosine of {0:.6g}",
+    Op.EXP: "it is e to the power of {0:.6g}",
+}
+"""Operations that do not have a finite result everywhere, and what to say of their operands."""
+
+
+@dataclass(frozen=True)
+class _Culprit:
+    part: ir.Apply
+    why: str
+
+
+def undefined_value(compiled: Compiled, scenes: Scenes, row: int = 0) -> Diagnostic | None:
+    """What to tell of a row whose scene or run failed over a value that is no number; None if the file has no part."""
+    variant = group_variants(compiled.scenario).variants[max(0, int(scenes.variant[row]))]
+    space, source = compiled.program.space, compiled.source
+    genes = dict(enumerate((scenes.genomes[row] * space.scale).tolist()))
+    draws = dict(enumerate(scenes.draws[row].tolist()))
+    for what, expression in _values(variant, scenes.values[row], source):
+        if (culprit := _culprit(expression, genes, draws)) is not None:
+            return _diagnostic(what, culprit, _drawn(compiled.program.space, expression, scenes, row))
+    return None
+
+
+def _values(variant: ir.Variant, values: np.ndarray, source: Source) -> Iterator[tuple[str, ir.Expr]]:
+    """Expressions to look at, with what they are: properties that are no number, then all that a run computes."""
+    for i, actor in enumerate(variant.actors):
+        for column, expression in zip(Column, actor.columns, strict=True):
+            if not math.isfinite(values[i * len(Column) + column]):
+                yield f"a number of `{actor.name}`", expression
+    for node in (*(actor.behaviour for actor in variant.actors), *(rule.condition for rule in variant.rules)):
+        for expression in _expressions(node):
+            yield f"`{_shortened(source, expression.span)}`", expression
+
+
+def _expressions(node: object) -> Iterator[ir.Expr]:
+    """All expressions in a block of acts."""
+    if isinstance(node, ir.Expr):
+        yield node
+    elif isinstance(node, tuple):
+        for item in node:
+            yield from _expressions(item)
+    elif is_dataclass(node):
+        for part in fields(node):
+            yield from _expressions(getattr(node, part.name))
+
+
+def _culprit(expression: ir.Expr, genes: Numbers, draws: Numbers) -> _Culprit | None:
+    """The first operation without a finite result; of what changes during the run, the first that may have none."""
+    suspect = None
+    for part in parts(expression):
+        if not (isinstance(part, ir.Apply) and part.op in _WHY):
+            continue
+        known = [closed_value(operand, genes=genes, draws=draws) for operand in operands(part)]
+        result = closed_value(part, genes=genes, draws=draws)
+        if result is not None and not math.isfinite(result):
+            return _Culprit(part, _WHY[part.op].format(*known))
+        if result is None and suspect is None and not _divides_safely(part, known):
+            suspect = _Culprit(part, "it has no value for every number")
+    return suspect
+
+
+def _divides_safely(part: ir.Apply, known: list[float | None]) -> bool:
+    return part.op in (Op.DIV, Op.MOD, Op.FLOORDIV) and known[1] not in (None, 0.0)
+
+
+def _drawn(space: ParamSpace, expression: ir.Expr, scenes: Scenes, row: int) -> str:
+    """The params that the value depends on, as they were drawn."""
+    indices = sorted({part.index for part in parts(expression) if isinstance(part, ir.Gene)})
+    return ", ".join(
+        f"{space.names[i]} = {significant(float(scenes.genomes[row, i]))} {space.units[i]}".rstrip() for i in indices
+    )
+
+
+def _diagnostic(what: str, culprit: _Culprit, drawn: str) -> Diagnostic:
+    return UNDEFINED.at(
+        culprit.part.span,
+        label=culprit.why,
+        what=what,
+        reason=f"it happened with {drawn}" if drawn else "it happens with some of the numbers that can be drawn",
+    )
+
+
+def _shortened(source: Source, span: Span, width: int = 40) -> str:
+    text = " ".join(source.slice(span).split())
+    return text if len(text) <= width else text[: width - 3] + "..."
+
+
+# -- What a search tells of runs that failed over the file itself, whichever command searched --------------------------

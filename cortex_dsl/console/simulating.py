@@ -1,0 +1,281 @@
+"""Draw and simulate: the settings that apply, the word about the first compile, and the one run of `cortexc FILE`."""
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cortex_dsl.api.arguments import held_params
+from cortex_dsl.api.scenario import Scenario, in_file
+from cortex_dsl.console.compiling import show
+from cortex_dsl.console.request import CompileRequest, RunRequest, SearchRequest
+from cortex_dsl.console.scenario_mistakes import never_acts, undefined_value
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.diagnostics import Diagnostic
+from cortex_dsl.pipeline import Compiled
+from cortex_dsl.report.documents import document
+from cortex_dsl.report.findings.run_report import RunReport, run_content
+from cortex_dsl.report.findings.story import Moment, aftermath, end_of
+from cortex_dsl.report.findings.tally import Tally
+from cortex_dsl.report.terminal.requirements_view import exhausted_view
+from cortex_dsl.report.terminal.run_view import run_view
+from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
+from engine.metrics import recorded
+from engine.outcomes import Outcomes
+from engine.program import Program, Settings
+from engine.scenes import Scenes, Trajectory, actor_columns
+from engine.vocabulary import Column, EndReason, Verdict
+
+if TYPE_CHECKING:
+    from engine.acceptance import Account
+    from engine.metrics import Metric
+    from engine.search.run import Campaign
+    from engine.world.impacts import Impact
+
+
+def open_scenario(
+    request: CompileRequest, run: RunRequest, compiled: Compiled, search: SearchRequest | None = None
+) -> Scenario:
+    """The compiled file with every setting that applies: defaults, overridden by the file, overridden by flags.
+
+    Raises:
+        UsageError: a run of more steps, or a scene of more attempts, than there may be.
+    """
+    search = search or SearchRequest()
+    simulation = _simulation_config(run, compiled.program.settings)
+    _check_attempts(compiled.program, simulation.max_attempts)
+    searching = SearchConfig(
+        generations=search.generations,
+        population=search.population,
+        seed=run.seed or 0,
+        rollouts=search.rollouts,
+        aggregate=search.aggregate,
+        jobs=run.jobs,
+        engine=run.engine or "batch",
+    )
+    ga = replace(GAConfig(), preset=search.preset)
+    config = Config(simulation=simulation, search=searching, ga=ga)
+    return Scenario(compiled, config, request.overrides, request.scenario)
+
+
+def _simulation_config(run: RunRequest, settings: Settings) -> SimulationConfig:
+    from engine.host import MAX_SAMPLES, samples_of
+
+    flags = {"time_step": run.time_step, "max_attempts": run.max_attempts}
+    config = in_file(SimulationConfig(), settings)
+    config = replace(config, **{name: value for name, value in flags.items() if value is not None}, prune=run.prune)
+    if samples_of(config) > MAX_SAMPLES:
+        raise UsageError(
+            f"{config.max_time:g} s in steps of {config.time_step:g} s are more than {MAX_SAMPLES:,} steps",
+            "take a longer --time-step, or `terminate after` a shorter time",
+        )
+    return config
+
+
+def _check_attempts(program: Program, attempts: int) -> None:
+    """A stream of random numbers is long, but not endless."""
+    from engine.sampling import attempt_limit
+
+    if attempts > (limit := attempt_limit(program)):
+        raise UsageError(
+            f"{attempts:,} attempts at one scene are more than the {limit:,} that its random numbers last for",
+            "lower --max-attempts, or `max_attempts` in the file",
+        )
+
+
+def announce_compilation(terminal: Terminal) -> bool:
+    """The first command after an installation or update compiles kernels; say so before it seems to hang."""
+    from engine.kernels.jit import kernels_are_cached
+
+    if kernels_are_cached():
+        return False
+    terminal.err.print("compiling kernels (once, about half a minute) …", style="quiet")
+    return True
+
+
+def compile_kernels(scenario: Scenario, terminal: Terminal) -> None:
+    """Compile now what a search will need, so that its pace and the time it has left are told without that."""
+    if announce_compilation(terminal):
+        scenario.simulate(scenario.sample(), scenario.config.search.engine)
+
+
+# -- `cortexc FILE`: draw one scene, run it, and tell what happened ----------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """One scene, run by one of the hosts."""
+
+    outcomes: Outcomes
+    trajectory: Trajectory
+    aftermath: Sequence[Moment]
+    impacts: "Sequence[Impact]" = ()
+
+
+def perform_run(
+    request: CompileRequest, run: RunRequest, scenario: Scenario, terminal: Terminal, reproduce: str = ""
+) -> Exit:
+    """Draw, run and tell. `reproduce`: how to see the run again, where that is not the command line of the request."""
+    scenes, tally = draw(scenario, run.seed)
+    if not scenes.valid[0]:
+        return _no_scene(request, run, scenario, scenes, tally, terminal)
+    engine = run.engine or "world"
+    simulated = _simulate(scenario, scenes, engine)
+    verdict = Verdict(int(simulated.outcomes.verdict[0]))
+    if verdict == Verdict.ERROR:
+        return _failed(request, scenario, scenes, simulated.outcomes, terminal)
+    again = reproduce or _reproduce(request, run, scenario)
+    _show(_report(run, scenario, scenes, simulated, again), request, terminal)
+    return Exit.NO_SCENE if verdict == Verdict.ABORTED else Exit.FINE
+
+
+def draw(scenario: Scenario, seed: int | None) -> tuple[Scenes, Tally]:
+    """The first genome of the seed that allows a scene, or the last one tried; and the counts of all that were."""
+    tried, tally = list(scenario.attempts(seed)), Tally()
+    for scenes in tried:
+        tally = tally.plus(scenes)
+    return tried[-1], tally
+
+
+def _simulate(scenario: Scenario, scenes: Scenes, engine: str) -> Simulated:
+    if engine == "world":
+        run = scenario.watch(scenes)
+        told = aftermath(scenario.program, run.impacts, run.trajectory)
+        return Simulated(run.outcomes, run.trajectory, told, run.impacts)
+    from engine import batch
+
+    outcomes = scenario.simulate(scenes)
+    return Simulated(outcomes, batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation), ())
+
+
+def _report(run: RunRequest, scenario: Scenario, scenes: Scenes, simulated: Simulated, again: str) -> RunReport:
+    from engine.road import build_network, outline
+
+    risk = scenario.assess(simulated.outcomes, run.profile)
+    return RunReport(
+        program=scenario.program,
+        scenes=scenes,
+        outcomes=simulated.outcomes,
+        trajectory=simulated.trajectory,
+        aftermath=simulated.aftermath,
+        metrics=_metrics(scenario, scenes, simulated),
+        records=recorded(scenario.program, simulated.trajectory),
+        score=int(risk.score[0]),
+        parts=risk.parts[0].tolist(),
+        pair=max(0, int(risk.pair[0])),
+        profile=run.profile,
+        engine=run.engine or "world",
+        road=outline(build_network(scenario.program.road_spec)),
+        reproduce=again,
+        held=held_params(scenario.compiled.module, scenario.overrides),
+    )
+
+
+def _metrics(scenario: Scenario, scenes: Scenes, simulated: Simulated) -> "Sequence[Metric]":
+    """All that a valid run can be measured by."""
+    from engine.metrics import measure_impacts, measure_trajectory
+
+    if int(simulated.outcomes.verdict[0]) != Verdict.VALID:
+        return ()
+    behind = actor_columns(scenario.program, scenes.values[0])[:, Column.REAR_TO_CENTER]
+    driven = measure_trajectory(simulated.trajectory, simulated.outcomes, rear_to_center=behind.tolist())
+    return (*driven, *measure_impacts(simulated.impacts))
+
+
+def _reproduce(request: CompileRequest, run: RunRequest, scenario: Scenario) -> str:
+    """The command with everything that decides the run."""
+    words = ["cortexc", str(request.file), *(["--scenario", request.scenario] if request.scenario else [])]
+    words += [word for name, value in request.overrides.items() for word in ("-p", f"{name}={value}")]
+    pinned = scenario.program.settings.stream is not None and run.seed is None
+    words += [] if pinned else ["--seed", str(run.seed or 0)]
+    for flag, value in (("--max-attempts", run.max_attempts), ("--time-step", run.time_step)):
+        words += [] if value is None else [flag, f"{value!r}"]
+    words += ["--prune"] if run.prune else []
+    words += ["--engine", run.engine] if run.engine else []
+    words += ["--profile", run.profile] if run.profile != "paper" else []
+    return shlex.join(words)
+
+
+def _show(report: RunReport, request: CompileRequest, terminal: Terminal) -> None:
+    if request.json:
+        terminal.write(document("run", run_content(report, str(request.file))))
+    else:
+        console = terminal.out
+        console.print(run_view(report, console.width, ascii_only=console.options.ascii_only))
+
+
+def _no_scene(
+    request: CompileRequest, run: RunRequest, scenario: Scenario, scenes: Scenes, tally: Tally, terminal: Terminal
+) -> Exit:
+    verdict = Verdict(int(scenes.verdict[0]))
+    if verdict == Verdict.ERROR:
+        return _undefined(request, scenario, scenes, terminal, "a scene held a value that is not a number")
+    from engine.acceptance import account, weigh
+
+    genome = scenes.genomes[0] if tally.scenes == 1 else None
+    told = account(weigh(scenario.program, seed=run.seed or 0, genome=genome), run.target)
+    if request.json:
+        from cortex_dsl.report.findings.run_report import no_scene_content
+        from cortex_dsl.report.findings.tally import blame_content
+
+        content = no_scene_content(scenario.program, tally, verdict, str(request.file))
+        terminal.write(document("run", {**content, "blame": blame_content(told)}))
+    else:
+        terminal.err.print(exhausted_view(scenario.program, tally, verdict, scenes.genomes[0], told))
+        tell_misplaced(scenario.compiled, told, request, terminal)
+    return Exit.NO_SCENE
+
+
+def tell_misplaced(compiled: Compiled, told: "Account", request: CompileRequest, terminal: Terminal) -> None:
+    """The objects whose places alone keep every scene away, where there are such."""
+    from cortex_dsl.console.scenario_mistakes import misplaced
+
+    proved = told.conflict.requirements if told.conflict is not None and told.conflict.proved else ()
+    if mistakes := misplaced(compiled, proved):
+        terminal.err.print()
+        show(compiled.source, mistakes, request, terminal)
+
+
+def _undefined(request: CompileRequest, scenario: Scenario, scenes: Scenes, terminal: Terminal, otherwise: str) -> Exit:
+    """Arithmetic without a result is the file's mistake; anything else is ours."""
+    diagnostic = undefined_value(scenario.compiled, scenes)
+    if diagnostic is None:
+        raise RuntimeError(otherwise)
+    show(scenario.compiled.source, [diagnostic], request, terminal, failed=True)
+    return Exit.DIAGNOSTICS
+
+
+def _failed(
+    request: CompileRequest, scenario: Scenario, scenes: Scenes, outcomes: Outcomes, terminal: Terminal
+) -> Exit:
+    """A behaviour that never acts is the file's mistake; anything else may be ours."""
+    time = float(outcomes.end_time[0])
+    if outcomes.end_reason[0] == EndReason.STUCK:
+        budget = scenario.config.simulation.instruction_budget
+        diagnostic = never_acts(scenario.compiled, budget, int(outcomes.end_rule[0]), time)
+        show(scenario.compiled.source, [diagnostic], request, terminal, failed=True)
+        return Exit.DIAGNOSTICS
+    what = f"the simulation failed after {time:.2f} s: {end_of(scenario.program, outcomes, 0).text}"
+    return _undefined(request, scenario, scenes, terminal, what)
+
+
+# -- what a search tells of runs that failed over the file itself, whichever command searched --------------------------
+
+
+def mistake_of(scenario: Scenario, campaign: "Campaign") -> Diagnostic | None:
+    """A behaviour that never acts, or a number that does not exist; None where no run failed over either."""
+    evaluations = campaign.evaluations
+    rollouts = evaluations.rollouts
+    stuck = np.argwhere(rollouts.end_reason == EndReason.STUCK)
+    if len(stuck):
+        first = tuple(stuck[0])
+        budget = scenario.config.simulation.instruction_budget
+        return never_acts(scenario.compiled, budget, int(rollouts.end_rule[first]), float(rollouts.end_time[first]))
+    failed = np.argwhere(rollouts.verdict == Verdict.ERROR)
+    if not len(failed):
+        return None
+    row, rollout = failed[0]
+    scene = scenario.scene_of(evaluations.genomes[row], evaluations.keys[row, rollout])
+    return undefined_value(scenario.compiled, scene)

@@ -1,0 +1,135 @@
+"""Where output goes, and how a command ends.
+
+stdout is for results, stderr for everything about them; both are plain where nobody watches. A command ends with one of
+a few exit codes; a slip of the user's is an exception with its cure; of a bug of ours one line is shown, and a file to
+send.
+"""
+
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum
+from functools import cached_property
+from typing import TYPE_CHECKING, TextIO
+
+from cortex_dsl.version import VERSION
+from engine.errors import CortexError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+WIDEST = 100
+"""Columns that a view uses at most: longer lines are hard to read."""
+
+
+@dataclass(frozen=True)
+class Terminal:
+    """The two streams of a command. rich is imported with the first view that is drawn."""
+
+    colour: bool | None = None
+    """False: never; None: where the stream is a terminal."""
+    quiet: bool = False
+    """stdout is for a document: views are not drawn."""
+
+    wrote: list[str] = field(default_factory=list, repr=False)
+    """The first words of what went to stdout: under --json there is one document, whatever happens."""
+
+    @cached_property
+    def out(self) -> "Console":
+        return _console(sys.stdout, self.colour)
+
+    @cached_property
+    def err(self) -> "Console":
+        return _console(sys.stderr, self.colour)
+
+    def write(self, text: str) -> None:
+        """Text for stdout, as it is."""
+        self.wrote.append(text[:20])
+        sys.stdout.write(text if text.endswith("\n") else text + "\n")
+
+    def complain(self, message: str, cure: str = "") -> None:
+        """An error of the command itself, on stderr."""
+        bold, plain = ("\x1b[1;31m", "\x1b[0m") if self.colour is not False and _wants_colour(sys.stderr) else ("", "")
+        sys.stderr.write(f"{bold}cortexc:{plain} {message}\n")
+        if cure:
+            sys.stderr.write(f"  help: {cure}\n")
+
+
+def _console(stream: TextIO, colour: bool | None) -> "Console":
+    from rich.console import Console
+
+    from cortex_dsl.report.terminal.theme import THEME
+
+    plain = colour is False or "NO_COLOR" in os.environ
+    console = Console(
+        file=stream,
+        theme=THEME,
+        highlight=False,
+        emoji=False,
+        markup=False,
+        color_system=None if plain else "auto",
+        legacy_windows=False,
+    )
+    if console.width > WIDEST:
+        console.width = WIDEST
+    return console
+
+
+def _wants_colour(stream: TextIO) -> bool:
+    return stream.isatty() and "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
+
+
+# -- how a command ends ------------------------------------------------------------------------------------------------
+
+
+class Exit(IntEnum):
+    """Exit codes of every command."""
+
+    FINE = 0
+    DIAGNOSTICS = 1
+    """The file has errors."""
+    USAGE = 2
+    """A wrong command line, or a path that cannot be read or written."""
+    NO_SCENE = 3
+    """Infeasible, exhausted, or a single run that was aborted."""
+    BUG = 70
+    """Ours. `EX_SOFTWARE` of sysexits.h."""
+    INTERRUPTED = 130
+    """Ctrl-C: 128 + SIGINT."""
+
+
+class UsageError(CortexError):
+    """The command cannot go on, and the user can mend it: what is wrong, and how to cure it."""
+
+
+def report_bug(error: Exception, arguments: Sequence[str], terminal: Terminal) -> None:
+    """Write the details to a file and say where it is; without a file, say them shortly."""
+    import tempfile
+    import traceback
+
+    summary = f"{type(error).__name__}: {error}".splitlines()[0][:200]
+    details = _details(error, arguments)
+    try:
+        with tempfile.NamedTemporaryFile("w", prefix="cortexc-bug-", suffix=".txt", delete=False) as file:
+            file.write(details)
+        cure = f"please report it with the details in {file.name}"
+    except OSError:
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        cure = f"please report it: version {VERSION}, {where.name} in line {where.lineno} of {where.filename}"
+    terminal.complain(f"a bug in cortexc, not in your file: {summary}", cure)
+
+
+def _details(error: Exception, arguments: Sequence[str]) -> str:
+    import platform
+    import traceback
+    from datetime import datetime
+
+    head = (
+        f"cortexc {VERSION}",
+        f"time: {datetime.now().astimezone().isoformat(timespec='seconds')}",
+        f"command: cortexc {' '.join(arguments)}",
+        f"Python {sys.version} on {platform.platform()}",
+    )
+    return "\n".join((*head, "", *traceback.format_exception(error)))

@@ -1,0 +1,170 @@
+"""Files that the user named: read with messages that help, written at once or not at all."""
+
+import contextlib
+import errno
+import os
+import stat
+from collections.abc import Mapping
+from pathlib import Path
+
+from cortex_dsl.console.terminal import UsageError
+from cortex_dsl.source import Source
+from cortex_dsl.spelling import nearest
+from cortex_dsl.syntax import reading
+from cortex_dsl.syntax.errors import MAX_BYTES
+
+
+def read_source(path: Path) -> Source:
+    """The text of a scenario.
+
+    Raises:
+        UsageError: missing, a folder, or unreadable.
+        CompileError: what it holds is no scenario: not text, empty, too large.
+    """
+    return reading.decode(str(path), read_bytes(path))
+
+
+def read_bytes(path: Path) -> bytes:
+    """The content of a file, or as much of one that is too large as shows that.
+
+    Raises:
+        UsageError: missing, a folder, or unreadable.
+    """
+    try:
+        if is_folder(path):
+            raise UsageError(f"`{path}` is a folder", _scenarios_in(path))
+        with path.open("rb") as file:
+            return file.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise UsageError(f"there is no file `{path}`", _similar(path)) from None
+    except OSError as error:
+        raise UsageError(f"cannot read `{path}`: {reason(error)}") from None
+    except ValueError:
+        raise UsageError(f"`{path}` cannot be the name of a file") from None
+
+
+def is_folder(path: Path) -> bool:
+    """Whether a path is known to be a folder; one that may not be looked at is none."""
+    return os.path.isdir(path)  # noqa: PTH112 - that of pathlib raises
+
+
+def _scenarios_in(folder: Path) -> str:
+    found = sorted(folder.glob("*.scn"))[:3]
+    return "try " + " or ".join(f"`{path}`" for path in found) if found else "name a scenario file (*.scn)"
+
+
+def _similar(path: Path) -> str:
+    """The file that was probably meant."""
+    try:
+        names = [p.name for p in path.parent.iterdir() if p.suffix == ".scn"]
+    except OSError:
+        return f"there is no folder `{path.parent}` either"
+    match = nearest(path.name, names)
+    if match is None:
+        return _scenarios_in(path.parent) if names else ""
+    return f"did you mean `{path.parent / match}`?"
+
+
+def reason(error: OSError) -> str:
+    """An operating system's complaint in small letters, e.g. `permission denied`."""
+    if error.errno == errno.ENOSPC:
+        return "the disk is full"
+    return (error.strerror or str(error)).lower()
+
+
+# -- writing -----------------------------------------------------------------------------------------------------------
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Put a content into a file at once: whoever reads it, at whatever moment, sees all of the old or all of the new.
+
+    Mode and owner of a file that is there stay; one that may not be written is left alone.
+
+    Raises:
+        UsageError: it cannot be written.
+    """
+    try:
+        _replace(Path(os.path.realpath(path)), content)
+    except OSError as error:
+        raise UsageError(f"cannot write `{path}`: {reason(error)}") from None
+    except ValueError:
+        raise UsageError(f"`{path}` cannot be the name of a file") from None
+
+
+def write_output(path: Path, content: str | bytes, cure: str = "") -> None:
+    """Write what a command makes to the place that the user named, which may be a pipe or a device.
+
+    Raises:
+        UsageError: it cannot be written.
+    """
+    try:
+        path.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
+    except OSError as error:
+        raise UsageError(f"cannot write `{path}`: {reason(error)}", cure) from None
+
+
+def _replace(target: Path, content: bytes) -> None:
+    import tempfile
+
+    old = target.stat() if target.exists() else None
+    if old is not None and not os.access(target, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    number, name = tempfile.mkstemp(dir=target.parent, prefix=".cortexc-")
+    try:
+        with os.fdopen(number, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(number)
+        Path(name).chmod(0o666 & ~_umask() if old is None else stat.S_IMODE(old.st_mode))
+        if old is not None:
+            with contextlib.suppress(OSError):  # only root gives files away
+                os.chown(name, old.st_uid, old.st_gid)
+        Path(name).replace(target)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+
+
+def _umask() -> int:
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return mask
+
+
+# -- files of an export: nothing in their folder is overwritten by something else unless it is forced ------------------
+
+
+def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool) -> frozenset[str]:
+    """Write all files; the names of those that were there with the same contents.
+
+    Raises:
+        UsageError: they cannot be written, or something else stands in their place.
+    """
+    from engine.atomic import standing, write_all
+
+    try:
+        there = standing(folder, files)
+        if there.other and not force:
+            first, *others = there.other
+            more = f" and {len(others):,} more" if others else ""
+            raise UsageError(
+                f"`{folder / first}`{more} holds something else",
+                "name another folder with --out, or write over it with --force",
+            )
+        write_all(folder, {name: content for name, content in files.items() if name not in there.same})
+    except OSError as error:
+        place = error.filename2 or error.filename or folder
+        raise UsageError(f"cannot write `{place}`: {reason(error)}", _cure(error, folder)) from None
+    except ValueError:
+        raise UsageError(f"`{folder}` cannot be the name of a folder", "name another one with --out") from None
+    return there.same
+
+
+def _cure(error: OSError, folder: Path) -> str:
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return "free some space, or name another disk with --out DIR"
+    if isinstance(error, IsADirectoryError):
+        return "take that folder away, or name another place with --out DIR"
+    if isinstance(error, FileExistsError | NotADirectoryError):
+        return f"a part of `{folder}` is a file; name another folder with --out DIR"
+    return "make it writable, or name another folder with --out DIR"

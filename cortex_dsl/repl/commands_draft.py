@@ -1,0 +1,206 @@
+"""Commands that look at the draft and change it."""
+
+import contextlib
+from pathlib import Path
+
+from rich.text import Text
+
+from cortex_dsl.console.terminal import UsageError
+from cortex_dsl.console.user_files import is_folder, read_source, reason, write_bytes
+from cortex_dsl.diagnostics import CompileError
+from cortex_dsl.repl import entering
+from cortex_dsl.repl.colours import coloured
+from cortex_dsl.repl.commands import whole_number
+from cortex_dsl.repl.draft import Draft, History, comments_above, split
+from cortex_dsl.repl.entering import refuse
+from cortex_dsl.repl.state import Desk, check, new_errors
+from cortex_dsl.report.findings.readable import counted
+from cortex_dsl.source import Source
+from cortex_dsl.syntax import parse
+from cortex_dsl.syntax.formatting import format_source
+
+
+def do_list(desk: Desk, _argument: str) -> None:
+    """The text with line numbers, and before the first line of each entry its own number."""
+    draft, out = desk.draft, desk.terminal.out
+    if not draft.entries:
+        out.print("nothing has been entered yet", style="quiet")
+        return
+    heads = {line + _skipped(draft, i): i + 1 for i, line in enumerate(draft.first_lines[:-1])}
+    lines = coloured(draft.text).split("\n")
+    digits, deep = len(str(len(lines))), len(str(len(heads))) + 2
+    for number, line in enumerate(lines[: draft.first_lines[-1] - 1], 1):
+        entry = f"[{heads[number]}]" if number in heads else ""
+        out.print(
+            Text.assemble((f"{entry:>{deep}} ", "bar"), (f"{number:>{digits}} │ ", "quiet"), line), soft_wrap=True
+        )
+
+
+def _skipped(draft: Draft, index: int) -> int:
+    """Lines of comments with which an entry begins, unless it has nothing else."""
+    above = comments_above(draft.entries[index] + "\n")
+    return 0 if above.strip() == draft.entries[index].strip() else above.count("\n")
+
+
+def do_undo(desk: Desk, _argument: str) -> None:
+    _go(desk, desk.history.undone(), "undo")
+
+
+def do_redo(desk: Desk, _argument: str) -> None:
+    _go(desk, desk.history.redone(), "redo")
+
+
+def _go(desk: Desk, history: History | None, word: str) -> None:
+    if history is None:
+        raise UsageError(f"there is nothing to {word}")
+    old, new = desk.draft, history.present
+    desk.adopt(history)
+    gone, come = (_first_line(a, b) for a, b in ((old, new), (new, old)))
+    words = " and ".join(filter(None, (gone and f"without `{gone}`", come and f"with `{come}`")))
+    desk.terminal.out.print(words or "as before", style="quiet", soft_wrap=True)
+
+
+def _first_line(some: Draft, others: Draft) -> str:
+    """The beginning of the first entry that only the one draft has."""
+    entry = next((entry for entry in some.entries if entry not in others.entries), "")
+    code = (entry.removeprefix(comments_above(entry + "\n")) or entry).strip().split("\n")
+    return code[0] + (" …" if len(code) > 1 else "")
+
+
+def do_edit(desk: Desk, argument: str) -> None:
+    index = _entry(desk, argument)
+    desk.editing, desk.proposal = index, desk.draft.entries[index].lstrip("\n")
+
+
+def do_delete(desk: Desk, argument: str) -> None:
+    before = desk.checked
+    draft = desk.draft.without(_entry(desk, argument))
+    checked = check(draft, desk.name, desk.overrides)
+    if wrong := new_errors(before, checked):
+        refuse(desk, checked.source, wrong)
+        return
+    desk.adopt(desk.history.step(draft), checked)
+    entering.tell_change(desk, before, checked)
+
+
+def _entry(desk: Desk, argument: str) -> int:
+    count = len(desk.draft.entries)
+    if not argument or not count:
+        raise UsageError("which entry?" if count else "there are no entries yet", "`:list` numbers them")
+    return whole_number(argument.strip("[]"), 1, "the number of an entry", count) - 1
+
+
+# -- Commands that read and write files --------------------------------------------------------------------------------
+
+SUFFIX = ".scn"
+
+
+def do_load(desk: Desk, argument: str) -> None:
+    if not argument:
+        raise UsageError("which file?", "as in `:load left_turn.scn`")
+    if desk.interactive and desk.unsaved and not _agreed("What was entered is not saved. Drop it?"):
+        return
+    load(desk, _path(argument))
+
+
+def load(desk: Desk, path: Path) -> None:
+    """Begin anew with a file; one with mistakes is loaded too, as long as it can be read as statements.
+
+    Raises:
+        UsageError: there is no such file, or it cannot be read.
+    """
+    try:
+        source = read_source(path)
+        draft = Draft(split(source, parse(source)))
+    except CompileError as error:
+        refuse(desk, error.source, error.diagnostics)
+        return
+    checked = check(draft, str(path), {})
+    desk.file, desk.on_disk, desk.saved, desk.overrides = path, source.text, draft, {}
+    desk.adopt(History(draft), checked)
+    if checked.errors:
+        refuse(desk, checked.source, checked.errors)
+    if desk.interactive:
+        what = f"{path}: {counted(len(draft.entries), 'entry', 'entries')}"
+        desk.terminal.out.print(what, style="quiet", soft_wrap=True)
+
+
+def _path(name: str) -> Path:
+    """A path as typed, `~` being the home of a user.
+
+    Raises:
+        UsageError: it cannot be one.
+    """
+    if "\0" in name:
+        raise UsageError(f"`{name}` cannot be the name of a file")
+    try:
+        return Path(name).expanduser()
+    except RuntimeError:
+        raise UsageError(f"there is no home folder `{name.split('/')[0]}`", "write the whole path") from None
+
+
+def do_save(desk: Desk, argument: str) -> None:
+    loud, name = argument.startswith("!"), argument.removeprefix("!").strip()
+    if not desk.draft.entries:
+        raise UsageError("there is nothing to save yet")
+    if not name and desk.file is None:
+        raise UsageError("under which name?", "as in `:save crossing.scn`")
+    path = _path(name) if name else desk.file
+    assert path is not None
+    if is_folder(path):
+        raise UsageError(f"`{path}` is a folder", f"name a file in it, as in `:save {path / 'crossing.scn'}`")
+    path = path if path.suffix else path.with_name(path.name + SUFFIX)
+    if not loud and not _may_write(desk, path):
+        return
+    text = _formatted(desk)
+    write_bytes(path, text.encode("utf-8", errors="replace"))
+    _adopt_file(desk, path, text)
+    desk.terminal.out.print(f"saved {path}", style="quiet", soft_wrap=True)
+    if desk.overrides:
+        held = ", ".join(desk.overrides)
+        desk.terminal.out.print(f"what `:set` holds is not part of the file: {held}", style="quiet", soft_wrap=True)
+
+
+def _formatted(desk: Desk) -> str:
+    """The text in the one layout; where that cannot be had, as it is."""
+    try:
+        return format_source(Source(desk.name, desk.draft.text))
+    except CompileError:
+        return desk.draft.text
+
+
+def _adopt_file(desk: Desk, path: Path, text: str) -> None:
+    """The draft is what is in the file now, layout included."""
+    source = Source(str(path), text)
+    with contextlib.suppress(CompileError):
+        draft = Draft(split(source, parse(source)))
+        desk.adopt(desk.history.step(draft), None)
+    desk.file, desk.on_disk, desk.saved = path, text, desk.draft
+
+
+def _may_write(desk: Desk, path: Path) -> bool:
+    """Whether the file is the session's own as it left it, a new one, or the user says so.
+
+    Raises:
+        UsageError: it is another one, and nobody can be asked.
+    """
+    try:
+        there = path.read_bytes()
+    except FileNotFoundError:
+        return True
+    except OSError as error:
+        raise UsageError(f"cannot write `{path}`: {reason(error)}") from None
+    own = desk.file is not None and path.resolve() == desk.file.resolve()
+    if own and there.decode("utf-8-sig", errors="replace") == desk.on_disk:
+        return True
+    what = "has been changed since it was read" if own else "is another file"
+    if not desk.interactive:
+        raise UsageError(f"`{path}` {what}", f"`:save! {path}` writes over it")
+    return _agreed(f"`{path}` {what}. Write over it?")
+
+
+def _agreed(question: str) -> bool:
+    try:
+        return input(f"{question} [y/N] ").strip().lower() in ("y", "yes")
+    except EOFError:
+        return False

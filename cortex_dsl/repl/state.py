@@ -1,0 +1,290 @@
+"""The state of a session: the one mutable object that entries and commands work on."""
+
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cortex_dsl.console.terminal import Terminal, UsageError
+from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
+from cortex_dsl.pipeline import Compiled, compile_source
+from cortex_dsl.repl.draft import Draft, History
+from cortex_dsl.semantics.errors.names import DEAD_GENE, UNUSED_BEHAVIOUR, UNUSED_GENE, UNUSED_NAME
+from cortex_dsl.semantics.errors.objects import NO_EGO
+from cortex_dsl.semantics.errors.roads import DEFAULT_MAP
+from cortex_dsl.semantics.errors.scenarios import UNUSED_MONITOR
+from cortex_dsl.semantics.errors.statements import EMPTY_FILE
+from cortex_dsl.source import Source
+from cortex_dsl.syntax.reading import decode
+from engine.program import Program
+
+if TYPE_CHECKING:
+    from cortex_dsl.api.scenario import Scenario
+    from engine.acceptance import Weighing
+
+# -- A draft, compiled: what is wrong with it, and what is merely still to come ----------------------------------------
+
+STILL_TO_COME = (NO_EGO.code, EMPTY_FILE.code)
+OF_THE_WHOLE = (
+    DEFAULT_MAP.code,
+    UNUSED_BEHAVIOUR.code,
+    UNUSED_MONITOR.code,
+    UNUSED_GENE.code,
+    DEAD_GENE.code,
+    UNUSED_NAME.code,
+)
+"""Remarks that make sense when a scenario is complete."""
+STAND_IN = "\nego = new Car on road, with regionContainedIn None\n"
+"""Takes the place of an ego that is still to come, so that requirements on params alone can be weighed."""
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What the compiler says of a draft."""
+
+    draft: Draft
+    source: Source
+    compiled: Compiled | None = None
+    errors: tuple[Diagnostic, ...] = ()
+    remarks: tuple[Diagnostic, ...] = ()
+    """Warnings and notes."""
+    missing: bool = False
+    """Whether there is no ego yet."""
+    overrides: Mapping[str, str] = field(default_factory=dict)
+
+    @cached_property
+    def weighable(self) -> Program | None:
+        """What requirements can be weighed with."""
+        if self.compiled is not None:
+            return self.compiled.program
+        waits = self.missing and not self.errors and self.source.text
+        return _with_stand_in(self.source, self.overrides) if waits else None
+
+
+def check(draft: Draft, name: str, overrides: Mapping[str, str]) -> Checked:
+    """Compile a draft; `overrides` are params that are held. Mistakes of the overrides are errors, too."""
+    if not draft.text.strip():
+        return Checked(draft, Source(name, ""), missing=True, overrides=overrides)
+    try:
+        source = decode(name, draft.text.encode("utf-8", errors="replace"))
+        compiled = compile_source(source, overrides)
+    except CompileError as error:
+        return _failed(draft, error, overrides)
+    return Checked(draft, compiled.source, compiled, (), compiled.diagnostics, overrides=overrides)
+
+
+def _failed(draft: Draft, error: CompileError, overrides: Mapping[str, str]) -> Checked:
+    grave = tuple(d for d in error.diagnostics if d.severity is Severity.ERROR)
+    remarks = tuple(d for d in error.diagnostics if d.severity is not Severity.ERROR)
+    wrong = tuple(d for d in grave if d.code not in STILL_TO_COME)
+    return Checked(draft, error.source, None, wrong, remarks, len(wrong) < len(grave), overrides)
+
+
+def _with_stand_in(source: Source, overrides: Mapping[str, str]) -> Program | None:
+    try:
+        return compile_source(Source(source.name, source.text + STAND_IN), overrides).program
+    except CompileError:
+        return None
+
+
+def new_errors(before: Checked, after: Checked) -> tuple[Diagnostic, ...]:
+    """The errors that a draft had not before: a file that is loaded with some can be mended one by one."""
+    known = {(d.code, d.message) for d in before.errors}
+    return tuple(d for d in after.errors if (d.code, d.message) not in known)
+
+
+def remarks_on(checked: Checked, index: int) -> list[Diagnostic]:
+    """What is to be said of one entry at once: warnings and notes about its lines."""
+    first, last = checked.draft.first_lines[index : index + 2]
+    fitting = (d for d in checked.remarks if d.severity is not Severity.HINT and d.code not in OF_THE_WHOLE)
+    return [d for d in fitting if first <= checked.source.row(d.label.span.start) < last]
+
+
+# -- Compiling kernels while the user types, since the very first time takes half a minute -----------------------------
+
+TINY = """map intersection(ways=4)
+param V = Range(1, 9) m/s
+ego = new Car on road, with speed V
+require V > 2 m/s
+terminate after 1 s
+"""
+"""A scenario that needs every kernel."""
+
+
+PATIENCE = 0.6
+"""Seconds of waiting after which a word is due."""
+
+
+@dataclass
+class Kernels:
+    """Kernels that are compiled in the background from `start` on, or by whoever needs them first."""
+
+    thread: threading.Thread | None = None
+    cold: bool = False
+    """Whether they have to be compiled, not only loaded."""
+    failed: list[BaseException] = field(default_factory=list)
+
+    def start(self) -> None:
+        self.thread = threading.Thread(target=self._work, daemon=True)
+        self.thread.start()
+
+    @property
+    def ready(self) -> bool:
+        """Whether nothing has to be waited for; without a background, work is done when it is needed."""
+        return self.thread is None or not self.thread.is_alive()
+
+    def wait(self, terminal: "Terminal") -> None:
+        """Until they are there; Ctrl-C ends the waiting, not the work."""
+        if self.thread is None:
+            self._announce(terminal)
+            return
+        self.thread.join(PATIENCE)
+        if self.thread.is_alive():
+            what = "compiling kernels (once, about half a minute)" if self.cold else "loading kernels"
+            terminal.err.print(f"{what} …", style="quiet")
+        while self.thread.is_alive():
+            self.thread.join(0.1)
+
+    def _announce(self, terminal: "Terminal") -> None:
+        """Nothing was begun: whoever waits will compile, which is said once."""
+        from cortex_dsl.console.simulating import announce_compilation
+
+        self.cold = self.cold or announce_compilation(terminal)
+
+    def _work(self) -> None:
+        try:
+            from engine.kernels.jit import kernels_are_cached
+
+            self.cold = not kernels_are_cached()
+            warm_up()
+        except BaseException as error:  # whoever needs a kernel meets the same error and tells it
+            self.failed.append(error)
+
+
+def warm_up() -> None:
+    """Load, or compile, all that a session calls."""
+    from cortex_dsl.api.scenario import compile_text
+    from engine.acceptance import weigh
+
+    scenario = compile_text(TINY)
+    weigh(scenario.program, 1)
+    scenes = scenario.sample(1)
+    scenario.simulate(scenes)
+    scenario.watch(scenes)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+UNNAMED = "session"
+"""What messages call a scenario that is in no file."""
+LIKE = "such as `ego = new Car on road`"
+
+
+@dataclass
+class Desk:
+    """Everything that a session knows."""
+
+    terminal: Terminal
+    interactive: bool = False
+    """Whether somebody can be asked."""
+    history: History = field(default_factory=History)
+    file: Path | None = None
+    on_disk: str = ""
+    """Text of the file when the session last read or wrote it."""
+    saved: Draft = field(default_factory=Draft)
+    """The draft that is in the file."""
+    overrides: Mapping[str, str] = field(default_factory=dict)
+    """Params that are held."""
+    seed: int = 0
+    scenes_tried: int = 0
+    """Draws of the params that `:scene` has looked at, those without a scene among them."""
+    scenes_shown: int = 0
+    """How many scenes of the present draft were looked at."""
+    editing: int | None = None
+    """The entry that the next chunk takes the place of."""
+    proposal: str = ""
+    """Text to put into the next prompt."""
+    kernels: Kernels = field(default_factory=Kernels)
+    mistakes: int = 0
+    """Entries and commands that were refused."""
+    bugs: int = 0
+    no_scene: bool = False
+    """Whether the last command that needed a scene found none."""
+    leaving: bool = False
+    _checked: Checked | None = None
+    _weighings: "list[Weighing]" = field(default_factory=list)
+
+    @property
+    def draft(self) -> Draft:
+        return self.history.present
+
+    @property
+    def name(self) -> str:
+        return UNNAMED if self.file is None else str(self.file)
+
+    @property
+    def unsaved(self) -> bool:
+        return self.draft != self.saved
+
+    @property
+    def checked(self) -> Checked:
+        """What the compiler says of the draft as it is."""
+        if self._checked is None or self._checked.draft != self.draft:
+            self._checked = check(self.draft, self.name, self.overrides)
+        return self._checked
+
+    def adopt(self, history: History, checked: Checked | None = None) -> None:
+        """Go on with another draft."""
+        self.history = history
+        self._checked = checked
+        self.scenes_tried = self.scenes_shown = 0
+
+    def hold(self, overrides: Mapping[str, str], checked: Checked) -> None:
+        """Go on with other params held."""
+        self.overrides = overrides
+        self._checked = checked
+        self.scenes_tried = self.scenes_shown = 0
+
+    def weighing(self, program: "Program") -> "Weighing":
+        """A program's requirements on ten thousand draws; those of the last programs are kept."""
+        for known in self._weighings:
+            if known.program is program:
+                return known
+        from engine.acceptance import weigh
+
+        weighing = weigh(program, seed=self.seed)
+        self._weighings = [*self._weighings[-2:], weighing]
+        return weighing
+
+    def forget_weighings(self) -> None:
+        self._weighings = []
+
+    @property
+    def acceptance(self) -> float | None:
+        """Share of draws that the draft accepts; None while it is not known."""
+        program = self.checked.weighable
+        return self.weighing(program).acceptance if program is not None and self.kernels.ready else None
+
+    def scenario(self) -> "Scenario":
+        """The draft, ready to be sampled and run.
+
+        Raises:
+            UsageError: it is not complete.
+        """
+        compiled = self.checked.compiled
+        if compiled is None:
+            raise self.not_ready()
+        from cortex_dsl.api.scenario import Scenario, in_file
+        from engine.config import Config, SimulationConfig
+
+        self.kernels.wait(self.terminal)
+        simulation = in_file(SimulationConfig(), compiled.program.settings)
+        return Scenario(compiled, Config(simulation=simulation), self.overrides)
+
+    def not_ready(self) -> UsageError:
+        """Why nothing can be drawn yet."""
+        if self.checked.errors:
+            return UsageError("the scenario has errors", "`:check` shows them, `:edit N` mends an entry")
+        return UsageError("still to come: an ego", LIKE)

@@ -1,0 +1,134 @@
+"""What both hosts prepare around the kernels of `engine.kernels.rollout`: a plan, memory for runs, rows for results."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.config import SimulationConfig
+from engine.kernels.rows import Requested, Results
+from engine.kernels.stage import Layout, Plan, Run, Slot, Status
+from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
+from engine.program import Program
+from engine.scenes import Scenes, actor_columns
+from engine.tables import Floats, Ints
+from engine.vehicles import MODELS
+from engine.vocabulary import ActorKind, Column, RuleKind, State
+
+MAX_SAMPLES = 100_000
+"""Steps that a run may have; a record of so many takes 7 MB an actor."""
+PLAIN = ("C", "A", "W")
+"""Contiguous, aligned, writable arrays: numba would compile the kernels anew for any others."""
+
+
+def plan(program: Program, config: SimulationConfig) -> Plan:
+    """The part of a program that its runs read. Raises ValueError for settings that make no simulation."""
+    _check(config)
+    code = program.code
+    models = [MODELS[ActorKind(kind)] for kind in code.actor_kind]
+    return Plan(
+        code=_integers(code.step_code),
+        pool=_numbers(code.pool),
+        variant_values=_numbers(code.variant_values),
+        variant_template=_integers(code.variant_template),
+        entries=_integers(code.behaviour_entry),
+        main_blocks=_integers(code.main_block),
+        rules=_integers(code.rule_segment),
+        rule_kinds=_integers(code.rule_kind),
+        formula=_integers(code.formula),
+        temporal_root=_integers(code.temporal_root),
+        temporal_rule=_integers(code.temporal_rule),
+        monitors=_integers(code.monitor_entry),
+        monitor_blocks=_integers(code.monitor_block),
+        monitor_started=_integers(code.monitor_started),
+        present=_integers(code.actor_present),
+        kinds=_integers(code.actor_kind),
+        limits=np.array([(model.steer_rate, model.max_speed) for model in models]),
+        road=program.road._make(np.require(array, requirements=PLAIN) for array in program.road),
+        layout=Layout(
+            variant_values=len(code.literals),
+            scene_values=len(code.literals) + code.variant_values.shape[1],
+            locals=int(code.sizes[4]),
+            time_step=float(config.time_step),
+            last_sample=samples_of(config),
+            budget=int(config.instruction_budget),
+        ),
+    )
+
+
+def _check(config: SimulationConfig) -> None:
+    if not (math.isfinite(config.time_step) and config.time_step > 0.0):
+        raise ValueError(f"time_step is {config.time_step} s; it must be a positive number")
+    if not (math.isfinite(config.max_time) and config.max_time >= 0.0):
+        raise ValueError(f"max_time is {config.max_time} s; it must be a number that is not negative")
+    if samples_of(config) > MAX_SAMPLES:
+        raise ValueError(f"{config.max_time} s in steps of {config.time_step} s are more than {MAX_SAMPLES:,} steps")
+
+
+def samples_of(config: SimulationConfig) -> int:
+    """Number of the sample at which the time limit ends a run; a limit between two samples counts as the later."""
+    return math.ceil(config.max_time / config.time_step - 1e-9)
+
+
+def memory(program: Program, samples: int) -> Run:
+    """Memory for one run after another, with a record of up to `samples` samples; literals are in place."""
+    code = program.code
+    actors = len(program.actors)
+    registers = np.zeros(int(code.sizes[3]))
+    registers[: len(code.literals)] = code.literals
+    watching = bool(np.any(code.rule_kind == RuleKind.WATCH))
+    return Run(
+        states=np.zeros((samples, actors, len(State))),
+        registers=registers,
+        resume=np.full(int(code.sizes[5]), -1, dtype=np.int32),
+        actors=np.zeros((actors, len(Slot))),
+        status=np.zeros(len(Status), dtype=np.int64),
+        end=np.zeros(2),
+        key=np.zeros(6, dtype=np.int64),
+        watched=np.zeros((samples, len(code.rule_kind)) if watching else (0, 0)),
+        truth=np.zeros((2, len(code.formula)), dtype=np.bool_),
+        decided=np.zeros(len(code.temporal_root), dtype=np.int64),
+    )
+
+
+def requested(scenes: Scenes) -> Requested:
+    """The arrays of scenes that a run reads."""
+    return Requested(
+        verdict=_integers(scenes.verdict),
+        variant=_integers(scenes.variant),
+        values=_numbers(scenes.values),
+        keys=np.require(scenes.keys, np.int64, PLAIN),
+    )
+
+
+def empty_results(actors: int, scenes: Requested) -> Results:
+    """Rows for results, filled for none: NaN and -1 and the verdict of sampling."""
+    rows = len(scenes.verdict)
+    arrays = {row.name: row.blank(rows, actors) for row in OUTCOMES if row.per is not Per.PAIR}
+    pairs = np.tile(np.array([row.fill for row in PAIRS], dtype=np.float64), (rows, actors - 1, 1))
+    return Results(**arrays | {"verdict": scenes.verdict.copy(), "pairs": pairs})
+
+
+def outcomes(results: Results) -> Outcomes:
+    """Results under the names that everybody knows."""
+    arrays = results._asdict()
+    return Outcomes(**pair_arrays(arrays.pop("pairs")), **arrays)
+
+
+def pair_arrays(metrics: Floats) -> dict[str, NDArray[Any]]:
+    """The arrays (n, pairs) of `Outcomes` from what `kernels.pair` measures, (n, pairs, len(PAIRS))."""
+    return {row.name: metrics[:, :, number].astype(row.dtype) for number, row in enumerate(PAIRS)}
+
+
+def outlines(program: Program, values: Floats) -> Floats:
+    """(actors, 2): length and width of each actor of one scene [m]; `values` is its row of scene values."""
+    return np.ascontiguousarray(actor_columns(program, values)[:, [Column.LENGTH, Column.WIDTH]])
+
+
+def _numbers(array: Floats) -> Floats:
+    return np.require(array, np.float64, PLAIN)
+
+
+def _integers(array: Ints) -> Ints:
+    return np.require(array, np.int32, PLAIN)

@@ -1,0 +1,316 @@
+"""How near two outlines come over the continuous motion of a step, and when they touch.
+
+Within a step, centres and headings move linearly, each heading by the shortest turn. Two facts carry the search for
+first contact. For any unit vector n, the gap between the shadows of two outlines on n never exceeds their distance; and
+turning by w about its centre moves the edge of a shadow by at most |w| r, r = half diagonal. Its source: conservative
+advancement (Mirtich 1996, "Impulse-based dynamic simulation of rigid body systems", section 2.3), with the motion bound
+taken along the direction of the nearest points.
+
+The closest approach is searched only if it can beat a best one. While a unit vector n turns at a steady rate u, the gap
+between two outlines' shadows on n lies above the chord between its end values less the bound of its bend / 8: seen from
+n, the way p + v t between the centres has a second derivative of at most u^2 |p| + 2 |u| |v|, and a corner at r from a
+centre that turns by w one of at most (w - u)^2 r. Letting n turn with the side that it stands on keeps this bound tight
+where a side faces a corner.
+"""
+
+import math
+from typing import NamedTuple
+
+from engine.kernels.geometry import (
+    SIDE_OF_A,
+    SIDE_OF_B,
+    Box,
+    Frame,
+    Nearest,
+    box_distance,
+    half_diagonal,
+    nearest_points,
+    shortest_turn,
+)
+from engine.kernels.inline import inlined
+from engine.kernels.jit import kernel
+from engine.tables import Floats
+from engine.vocabulary import State
+
+TOUCH = 1e-4
+"""Outlines nearer than this are in contact [m]."""
+FRACTION_AT_START = 1e-9
+"""Reported where outlines touch already at the start of a step: contact belongs to (0, 1]."""
+MAX_ADVANCES = 4096
+"""After so many advances the gap was on average below 1/4096 of the way of one step (1 mm for 4 m): contact."""
+DISTANCE_TOLERANCE = 1e-5
+"""How far above the true minimum over a step the distance found may lie [m]."""
+MAX_SPLITS = 256
+"""Bound on the work of one search; reached only where the motion in a step is absurd."""
+
+
+class Motion(NamedTuple):
+    """How one pair moves in a step: b's way relative to a [m], both turns [rad], and the bounds that follow."""
+
+    x: float
+    y: float
+    turn_a: float
+    turn_b: float
+    swing: float
+    """|turn_a| r_a + |turn_b| r_b: the most that turning can bring the outlines nearer [m]."""
+    reach: float
+    """The largest distance between the centres [m]."""
+
+
+class Probe(NamedTuple):
+    """An instant of a step (`fraction`), looked at: both frames and what is nearest."""
+
+    fraction: float
+    a: Frame
+    b: Frame
+    nearest: Nearest
+
+
+@kernel
+def first_contact(a0: Box, a1: Box, b0: Box, b1: Box) -> float:
+    """Fraction in (0, 1] of the step at which the outlines first come within `TOUCH`; -1.0 if they do not."""
+    if circles_apart(a0, a1, b0, b1):
+        return -1.0
+    return _advance_to_contact(a0, a1, b0, b1)
+
+
+@inlined
+def circles_apart(a0: Box, a1: Box, b0: Box, b1: Box) -> bool:
+    """Whether the circumscribed circles stay apart during the step: the cheap test that nearly always answers.
+
+    (r1 + r2)^2 is replaced by its bound 2 (r1^2 + r2^2), exact for equal outlines, so that there is no root.
+    """
+    return centers_apart(a0, a1, b0, b1, 0.5 * (a0.length**2 + a0.width**2 + b0.length**2 + b0.width**2))
+
+
+@inlined
+def centers_apart(a0: Box, a1: Box, b0: Box, b1: Box, reach2: float) -> bool:
+    """Whether the squared distance between the centres exceeds `reach2` all through the step."""
+    x0, y0 = b0.x - a0.x, b0.y - a0.y
+    x1, y1 = b1.x - a1.x, b1.y - a1.y
+    way_x, way_y = x1 - x0, y1 - y0
+    if x0 * way_x + y0 * way_y >= 0.0:  # moving apart: nearest at the start
+        return x0 * x0 + y0 * y0 > reach2
+    if x1 * way_x + y1 * way_y <= 0.0:  # still approaching: nearest at the end
+        return x1 * x1 + y1 * y1 > reach2
+    cross = x0 * way_y - y0 * way_x
+    return cross * cross > reach2 * (way_x * way_x + way_y * way_y)
+
+
+@inlined
+def relative_motion(a0: Box, a1: Box, b0: Box, b1: Box) -> Motion:
+    """Motion of the pair over the step."""
+    turn_a, turn_b = shortest_turn(a0.heading, a1.heading), shortest_turn(b0.heading, b1.heading)
+    radius_a, radius_b = half_diagonal(a0), half_diagonal(b0)
+    return Motion(
+        (b1.x - b0.x) - (a1.x - a0.x),
+        (b1.y - b0.y) - (a1.y - a0.y),
+        turn_a,
+        turn_b,
+        abs(turn_a) * radius_a + abs(turn_b) * radius_b,
+        math.sqrt(max((b0.x - a0.x) ** 2 + (b0.y - a0.y) ** 2, (b1.x - a1.x) ** 2 + (b1.y - a1.y) ** 2)),
+    )
+
+
+@inlined
+def _moved(box: Box, x: float, y: float, turn: float) -> Frame:
+    """The box's frame after a shift and a turn."""
+    heading = box.heading + turn
+    return Frame(box.x + x, box.y + y, math.cos(heading), math.sin(heading), 0.5 * box.length, 0.5 * box.width)
+
+
+@kernel
+def probe(a0: Box, b0: Box, motion: Motion, fraction: float) -> Probe:
+    """The pair at a fraction of the step, in axes that move with a's centre."""
+    a = _moved(a0, 0.0, 0.0, fraction * motion.turn_a)
+    b = _moved(b0, fraction * motion.x, fraction * motion.y, fraction * motion.turn_b)
+    return Probe(fraction, a, b, nearest_points(a, b))
+
+
+@kernel
+def _advance_to_contact(a0: Box, a1: Box, b0: Box, b1: Box) -> float:
+    """Conservative advancement: t += d / (approach along the nearest direction + swing), until d < `TOUCH`."""
+    motion = relative_motion(a0, a1, b0, b1)
+    fraction = 0.0
+    for _ in range(MAX_ADVANCES):
+        nearest = probe(a0, b0, motion, fraction).nearest
+        if nearest.distance < TOUCH:
+            return max(fraction, FRACTION_AT_START)
+        rate = max(0.0, -(nearest.x * motion.x + nearest.y * motion.y)) + motion.swing
+        # Written so that no motion at all, an infinity and NaN all end the search.
+        if not nearest.distance <= rate * (1.0 - fraction):
+            return -1.0
+        fraction = min(1.0, fraction + nearest.distance / rate)
+    return fraction
+
+
+# -- the closest approach ----------------------------------------------------------------------------------------------
+
+
+@kernel
+def closest_in_step(a0: Box, a1: Box, b0: Box, b1: Box, best: float) -> tuple[float, float]:
+    """Least distance [m] over the step and its fraction, if below `best`; else `(best, -1.0)`.
+
+    The result is a distance that occurs, at most `DISTANCE_TOLERANCE` above the least one.
+    """
+    reach = best + half_diagonal(a0) + half_diagonal(b0)
+    if centers_apart(a0, a1, b0, b1, reach * reach):
+        return best, -1.0
+    motion = relative_motion(a0, a1, b0, b1)
+    start = probe(a0, b0, motion, 0.0)
+    closing = start.nearest.x * motion.x + start.nearest.y * motion.y
+    if start.nearest.distance + min(0.0, closing) - motion.swing >= best:
+        return best, -1.0
+    return _search_closest(a0, b0, motion, start, best)
+
+
+@kernel
+def _search_closest(a0: Box, b0: Box, motion: Motion, start: Probe, best: float) -> tuple[float, float]:
+    """Sweep over the step: an interval that cannot hold a distance below `best` is passed, any other is split.
+
+    Relative translation of convex bodies has a convex distance, so the planes at an interval's two ends bound it well
+    and their crossing is where to look next; turning only adds the small bend.
+    """
+    end = probe(a0, b0, motion, 1.0)
+    best, at = _better(end, *_better(start, best, -1.0))
+    low, high = start, end
+    for _ in range(MAX_SPLITS):
+        bound, crossing = _lower_bound(a0, b0, motion, low, high)
+        span = high.fraction - low.fraction
+        if max(0.0, bound) < best - DISTANCE_TOLERANCE:
+            high = probe(a0, b0, motion, low.fraction + crossing * span)
+        elif high.fraction >= 1.0:
+            break
+        elif high.fraction + 3.0 * span >= 1.0:
+            low, high = high, end
+        else:
+            low, high = high, probe(a0, b0, motion, high.fraction + 2.0 * span)
+        best, at = _better(high, best, at)
+    return best, at
+
+
+@inlined
+def _better(seen: Probe, best: float, at: float) -> tuple[float, float]:
+    """The lesser of a distance seen and the best one, each with its fraction."""
+    if seen.nearest.distance < best:
+        return seen.nearest.distance, seen.fraction
+    return best, at
+
+
+@kernel
+def _lower_bound(a0: Box, b0: Box, motion: Motion, low: Probe, high: Probe) -> tuple[float, float]:
+    """Lower bound of the distance between two instants [m], and where in between (0..1) it is attained."""
+    square = (high.fraction - low.fraction) ** 2
+    slack_low = square * _bend(a0, b0, motion, low.nearest.owner) / 8.0
+    slack_high = square * _bend(a0, b0, motion, high.nearest.owner) / 8.0
+    falling_start, falling_end = low.nearest.distance - slack_low, _gap_later(low, high) - slack_low
+    rising_start, rising_end = _gap_later(high, low) - slack_high, high.nearest.distance - slack_high
+    left, right = falling_start - rising_start, rising_end - falling_end
+    if falling_end >= falling_start or left <= 0.0:
+        return min(falling_start, falling_end), 0.5
+    if rising_end <= rising_start or right <= 0.0:
+        return min(rising_start, rising_end), 0.5
+    where = left / (left + right)
+    return falling_start + (falling_end - falling_start) * where, min(0.9, max(0.1, where))
+
+
+@inlined
+def _bend(a0: Box, b0: Box, motion: Motion, owner: int) -> float:
+    """Bound on the second derivative of the gap along a direction that turns with its owner [m per step^2]."""
+    turn = _turn_of(motion, owner)
+    way = turn * turn * motion.reach + 2.0 * abs(turn) * math.sqrt(motion.x * motion.x + motion.y * motion.y)
+    return way + (motion.turn_a - turn) ** 2 * half_diagonal(a0) + (motion.turn_b - turn) ** 2 * half_diagonal(b0)
+
+
+@inlined
+def _turn_of(motion: Motion, owner: int) -> float:
+    """How far the owner of a direction turns in the step [rad]; a direction between corners stands still."""
+    if owner == SIDE_OF_A:
+        return motion.turn_a
+    return motion.turn_b if owner == SIDE_OF_B else 0.0
+
+
+@inlined
+def _gap_later(found: Probe, other: Probe) -> float:
+    """Gap between the shadows at another instant, on the nearest direction of the first carried on by its owner [m]."""
+    nearest = found.nearest
+    if nearest.owner == SIDE_OF_A:
+        x, y = _turned(nearest.x, nearest.y, found.a, other.a)
+    elif nearest.owner == SIDE_OF_B:
+        x, y = _turned(nearest.x, nearest.y, found.b, other.b)
+    else:
+        x, y = nearest.x, nearest.y
+    a, b = other.a, other.b
+    return (b.x - a.x) * x + (b.y - a.y) * y - _shadow(a, x, y) - _shadow(b, x, y)
+
+
+@inlined
+def _turned(x: float, y: float, before: Frame, after: Frame) -> tuple[float, float]:
+    """A direction fixed to a frame, after that frame has turned."""
+    along, across = before.cos * x + before.sin * y, before.cos * y - before.sin * x
+    return after.cos * along - after.sin * across, after.sin * along + after.cos * across
+
+
+@inlined
+def _shadow(outline: Frame, x: float, y: float) -> float:
+    """Half the length of an outline's shadow on a direction [m]."""
+    along, across = outline.cos * x + outline.sin * y, outline.cos * y - outline.sin * x
+    return outline.half_length * abs(along) + outline.half_width * abs(across)
+
+
+# -- First contact of any two in a recording: between samples everybody moves linearly, whoever drove ------------------
+
+
+class Touch(NamedTuple):
+    """Where two touch: after sample `sample` by `part` (0 .. 1) of the way to the next; sample -1: nobody does."""
+
+    sample: int
+    part: float
+    one: int
+    other: int
+
+
+@kernel
+def search_contact(states: Floats, outlines: Floats) -> Touch:
+    """The first contact; ties go to the lower pair, as in a run of ours.
+
+    `states` (samples, actors, len(State)) with headings that are not wrapped, at times that need not be even;
+    `outlines` (actors, at least 2): length, width [m]. Two who are there at one sample alone, or at the last one, touch
+    if they do then.
+    """
+    samples, actors = states.shape[0], states.shape[1]
+    for k in range(samples):
+        first, first_one, first_other = 2.0, -1, -1
+        for one in range(actors):
+            if states[k, one, State.PRESENT] == 0.0:
+                continue
+            for other in range(one + 1, actors):
+                if states[k, other, State.PRESENT] == 0.0:
+                    continue
+                part = _part_until_contact(states, samples, k, one, other, outlines)
+                if 0.0 <= part < first:
+                    first, first_one, first_other = part, one, other
+        if first_one >= 0:
+            return Touch(k, first if first > FRACTION_AT_START else 0.0, first_one, first_other)
+    return Touch(-1, 0.0, -1, -1)
+
+
+@inlined
+def _part_until_contact(states: Floats, samples: int, k: int, one: int, other: int, outlines: Floats) -> float:
+    """Fraction of the way to the next sample; -1.0 without contact in it."""
+    a0, b0 = _box(states, k, one, outlines), _box(states, k, other, outlines)
+    after = min(k + 1, samples - 1)
+    if after == k or states[after, one, State.PRESENT] == 0.0 or states[after, other, State.PRESENT] == 0.0:
+        return 0.0 if box_distance(a0, b0) < TOUCH else -1.0
+    return first_contact(a0, _box(states, after, one, outlines), b0, _box(states, after, other, outlines))
+
+
+@inlined
+def _box(states: Floats, k: int, actor: int, outlines: Floats) -> Box:
+    return Box(
+        states[k, actor, State.X],
+        states[k, actor, State.Y],
+        states[k, actor, State.HEADING],
+        outlines[actor, 0],
+        outlines[actor, 1],
+    )

@@ -1,0 +1,293 @@
+"""MD, MS, D_MS and TTC_MS of one pair (ego, other) from recorded states: the one definition for every host.
+
+With p the way from the ego's centre to the other's and v its rate of change:
+
+    closing speed   c = -(p . v) / |p|                                     centres
+    MS              the largest c over the samples of the pair
+    instant of MS   the first sample with c >= MS - 0.01 m/s: on a constant-bearing course the arg max is rounding noise
+    D_MS            distance between the outlines at that instant
+    TTC_MS          D_MS / MS; where MS is no more than rounding noise the two never approach, and D_MS and TTC_MS are
+                    infinite
+    MD              least distance between the outlines over continuous time; 0 on contact
+    approach        speeds, angle, c and side at the instant of MD, or of contact
+
+Two who are never in the scene together have an infinite MD, at no time, and an MS of minus infinity.
+"""
+
+import math
+from collections import namedtuple
+from typing import Any, NamedTuple
+
+from engine.kernels.approach import centers_apart, closest_in_step
+from engine.kernels.geometry import Box, box_distance, half_diagonal, shortest_turn
+from engine.kernels.inline import inlined
+from engine.kernels.jit import kernel
+from engine.outcomes import PAIRS
+from engine.tables import Floats
+from engine.vocabulary import Side, State
+
+CLOSING_SPEED_TOLERANCE = 0.01
+"""How far below the maximum a closing speed may lie and still mark the instant of MS [m/s]."""
+NOISE_FLOOR = 1e-9
+"""Only what closes faster approaches [m/s]: two who keep their distance have a closing speed of some 1e-15 either way,
+and whether D_MS is a number must not hang on its sign."""
+FRONT, LEFT, REAR, RIGHT = map(int, Side)
+
+
+PairMetrics: Any = namedtuple("PairMetrics", [row.name for row in PAIRS])
+"""Metrics of one pair, by the table in `engine.outcomes`; all of them floats. Times count from the start of the run."""
+
+
+class Approach(NamedTuple):
+    """How the two met: the pair at the instant of MD, or of contact."""
+
+    ego_speed: float
+    """Of the rear axle, along its heading [m/s]."""
+    other_speed: float
+    """[m/s]"""
+    angle: float
+    """The other's heading seen from the ego's, -pi .. pi [rad]: 0 the same way, +-pi head-on, positive to the left."""
+    closing_speed: float
+    """Of the centres [m/s]."""
+    side: int
+    """`Side` of the ego's outline on which the other is."""
+
+
+class Rate(NamedTuple):
+    """Centre's velocity in world axes [m/s]."""
+
+    x: float
+    y: float
+
+
+@kernel
+def measure_pair(
+    states: Floats,
+    samples: int,
+    time_step: float,
+    other: int,
+    outlines: Floats,
+    contacted: bool,
+    ending: float = 0.0,
+) -> PairMetrics:
+    """Metrics of the pair (actor 0, `other`), from when both are present until one of the two is absent.
+
+    `states` (rows, actors, len(State)), of which the first `samples` (at least 1) belong to the run; `outlines`
+    (actors, 3): length, width, distance from rear axle to centre [m]. Where first contact (of any pair) ended the run
+    inside a step, `ending` in (0, 1] is the part of the step that came before it, and row `samples` holds where
+    everybody would be had nothing touched. `contacted`: it was this pair that touched.
+    """
+    first = _first_together(states, samples, other)
+    if first == samples:
+        return _never_together()
+    states, samples = states[first:], samples - first
+    together = _samples_together(states, samples, other)
+    seed, fastest = _survey(states, together, time_step, other, outlines)
+    at = _first_as_fast(states, together, time_step, other, outlines, fastest)
+    distance_at_ms, ttc_at_ms = math.inf, math.inf
+    if fastest > NOISE_FLOOR:
+        distance_at_ms = box_distance(_box(states, at, 0, outlines), _box(states, at, other, outlines))
+        ttc_at_ms = distance_at_ms / fastest
+    beyond = together == samples and ending > 0.0 and states[samples, other, State.PRESENT] != 0.0
+    if contacted:
+        least, least_at = 0.0, together - 1 + ending
+    else:
+        least, least_at = _least_distance(states, together, other, outlines, seed)
+        if beyond:
+            least, least_at = _least_in_ending(states, samples - 1, other, outlines, ending, least, least_at)
+    least_time, fastest_time = (first + least_at) * time_step, (first + at) * time_step
+    approach = _approach(states, together + (1 if beyond else 0), least_at, time_step, other, outlines)
+    return PairMetrics(
+        min_distance=least,
+        min_distance_time=least_time,
+        max_closing_speed=fastest,
+        max_closing_time=fastest_time,
+        distance_at_ms=distance_at_ms,
+        ttc_at_ms=ttc_at_ms,
+        ego_speed=approach.ego_speed,
+        other_speed=approach.other_speed,
+        approach_angle=approach.angle,
+        closing_speed=approach.closing_speed,
+        side=float(approach.side),
+    )
+
+
+@inlined
+def _never_together() -> PairMetrics:
+    """Those of two who are never in the scene together; how they met has no numbers."""
+    return PairMetrics(
+        min_distance=math.inf,
+        min_distance_time=math.nan,
+        max_closing_speed=-math.inf,
+        max_closing_time=math.nan,
+        distance_at_ms=math.inf,
+        ttc_at_ms=math.inf,
+        ego_speed=math.nan,
+        other_speed=math.nan,
+        approach_angle=math.nan,
+        closing_speed=math.nan,
+        side=-1.0,
+    )
+
+
+@inlined
+def _first_together(states: Floats, samples: int, other: int) -> int:
+    """The first sample at which both are present; `samples` if there is none."""
+    for k in range(samples):
+        if states[k, 0, State.PRESENT] != 0.0 and states[k, other, State.PRESENT] != 0.0:
+            return k
+    return samples
+
+
+@inlined
+def _samples_together(states: Floats, samples: int, other: int) -> int:
+    """Number of samples, from one that has both, at which both are present without a gap."""
+    for k in range(1, samples):
+        if states[k, 0, State.PRESENT] == 0.0 or states[k, other, State.PRESENT] == 0.0:
+            return k
+    return samples
+
+
+@kernel
+def _survey(states: Floats, together: int, time_step: float, other: int, outlines: Floats) -> tuple[int, float]:
+    """The sample at which the centres are nearest, and the largest closing speed [m/s]."""
+    nearest, seed, fastest = math.inf, 0, -math.inf
+    for k in range(together):
+        x, y = states[k, other, State.X] - states[k, 0, State.X], states[k, other, State.Y] - states[k, 0, State.Y]
+        square = x * x + y * y
+        if square < nearest:
+            nearest, seed = square, k
+        fastest = max(fastest, closing_speed(states, together, k, time_step, other, outlines))
+    return seed, fastest
+
+
+@kernel
+def _first_as_fast(
+    states: Floats, together: int, time_step: float, other: int, outlines: Floats, fastest: float
+) -> int:
+    """The first sample whose closing speed is the largest but for the tolerance."""
+    for k in range(together):
+        if closing_speed(states, together, k, time_step, other, outlines) >= fastest - CLOSING_SPEED_TOLERANCE:
+            return k
+    return 0
+
+
+@inlined
+def closing_speed(states: Floats, samples: int, k: int, time_step: float, other: int, outlines: Floats) -> float:
+    """-(p . v) / |p| at sample k [m/s]; 0 where the centres coincide."""
+    x, y = states[k, other, State.X] - states[k, 0, State.X], states[k, other, State.Y] - states[k, 0, State.Y]
+    mine = center_velocity(states, samples, k, time_step, 0, outlines[0, 2])
+    theirs = center_velocity(states, samples, k, time_step, other, outlines[other, 2])
+    distance = math.sqrt(x * x + y * y)
+    if distance == 0.0:
+        return 0.0
+    return -(x * (theirs.x - mine.x) + y * (theirs.y - mine.y)) / distance
+
+
+@kernel
+def _approach(states: Floats, samples: int, at: float, time_step: float, other: int, outlines: Floats) -> Approach:
+    """The pair `at` steps after the first of `samples` samples, in between linearly."""
+    k = min(int(at), samples - 1)
+    after, part = min(k + 1, samples - 1), at - k
+    ego = _between(_box(states, k, 0, outlines), _box(states, after, 0, outlines), part)
+    them = _between(_box(states, k, other, outlines), _box(states, after, other, outlines), part)
+    start = closing_speed(states, samples, k, time_step, other, outlines)
+    end = closing_speed(states, samples, after, time_step, other, outlines)
+    return Approach(
+        _mix(states[k, 0, State.SPEED], states[after, 0, State.SPEED], part),
+        _mix(states[k, other, State.SPEED], states[after, other, State.SPEED], part),
+        shortest_turn(ego.heading, them.heading),
+        _mix(start, end, part),
+        _side(ego, them),
+    )
+
+
+@inlined
+def _mix(start: float, end: float, part: float) -> float:
+    return start + part * (end - start)
+
+
+@inlined
+def _side(ego: Box, other: Box) -> int:
+    """The `Side` beyond which the other lies farthest; where the outlines overlap, that which it has passed least."""
+    cos, sin = math.cos(ego.heading), math.sin(ego.heading)
+    x, y = other.x - ego.x, other.y - ego.y
+    ahead, aside = cos * x + sin * y, cos * y - sin * x
+    turned_cos = abs(math.cos(other.heading - ego.heading))
+    turned_sin = abs(math.sin(other.heading - ego.heading))
+    along = 0.5 * (ego.length + other.length * turned_cos + other.width * turned_sin)
+    across = 0.5 * (ego.width + other.length * turned_sin + other.width * turned_cos)
+    if abs(ahead) - along >= abs(aside) - across:
+        return FRONT if ahead >= 0.0 else REAR
+    return LEFT if aside > 0.0 else RIGHT
+
+
+@inlined
+def center_velocity(states: Floats, samples: int, k: int, time_step: float, actor: int, to_center: float) -> Rate:
+    """Velocity of an outline's centre at sample k: the rear axle's speed along the heading, and the swing about it.
+
+    The yaw rate is the central difference of the headings, so that it holds whatever limited the turn; at the last of
+    the samples it is that of the step before.
+    """
+    heading, speed = states[k, actor, State.HEADING], states[k, actor, State.SPEED]
+    cos, sin = math.cos(heading), math.sin(heading)
+    before, after = max(k - 1, 0), min(k + 1, samples - 1)
+    turn = shortest_turn(states[before, actor, State.HEADING], states[after, actor, State.HEADING])
+    swing = 0.0
+    if turn != 0.0:
+        swing = to_center * turn / ((after - before) * time_step)
+    return Rate(speed * cos - swing * sin, speed * sin + swing * cos)
+
+
+@kernel
+def _least_distance(states: Floats, together: int, other: int, outlines: Floats, seed: int) -> tuple[float, float]:
+    """MD over whole steps [m] and when, in steps. A good first value (at `seed`) lets nearly all steps be skipped."""
+    first, second = _box(states, seed, 0, outlines), _box(states, seed, other, outlines)
+    best, at = box_distance(first, second), float(seed)
+    radii = half_diagonal(first) + half_diagonal(second)
+    reach2 = (best + radii) ** 2
+    for k in range(together - 1):
+        a0, a1 = _box(states, k, 0, outlines), _box(states, k + 1, 0, outlines)
+        b0, b1 = _box(states, k, other, outlines), _box(states, k + 1, other, outlines)
+        if centers_apart(a0, a1, b0, b1, reach2):
+            continue
+        best, fraction = closest_in_step(a0, a1, b0, b1, best)
+        if fraction >= 0.0:
+            at, reach2 = k + fraction, (best + radii) ** 2
+    return best, at
+
+
+@kernel
+def _least_in_ending(
+    states: Floats, k: int, other: int, outlines: Floats, ending: float, best: float, at: float
+) -> tuple[float, float]:
+    """MD and its time, with the part `ending` of the step after sample k, in which a third actor was in contact."""
+    a0, b0 = _box(states, k, 0, outlines), _box(states, k, other, outlines)
+    a1 = _between(a0, _box(states, k + 1, 0, outlines), ending)
+    b1 = _between(b0, _box(states, k + 1, other, outlines), ending)
+    best, fraction = closest_in_step(a0, a1, b0, b1, best)
+    return best, (k + fraction * ending if fraction >= 0.0 else at)
+
+
+@inlined
+def _between(start: Box, end: Box, part: float) -> Box:
+    """The outline after a part of its step; recorded headings are not wrapped."""
+    return Box(
+        start.x + part * (end.x - start.x),
+        start.y + part * (end.y - start.y),
+        start.heading + part * (end.heading - start.heading),
+        start.length,
+        start.width,
+    )
+
+
+@inlined
+def _box(states: Floats, k: int, actor: int, outlines: Floats) -> Box:
+    """An actor's outline at sample k."""
+    return Box(
+        states[k, actor, State.X],
+        states[k, actor, State.Y],
+        states[k, actor, State.HEADING],
+        outlines[actor, 0],
+        outlines[actor, 1],
+    )
