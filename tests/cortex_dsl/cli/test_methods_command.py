@@ -45,7 +45,7 @@ def test_a_row_is_all_that_a_method_needs(
     worst = run.record.evaluations.score.max()
     assert cortexc(tmp_path / "run" / "worst" / "01.scn", "--json").document["risk"]["score"] == worst
     assert cortexc("report", tmp_path / "run", "--out", tmp_path / "page.html").code == 0
-    few = ("--method", "strolls,random", "--runs", 2, *SMALL, "--out", tmp_path / "study")
+    few = ("--methods", "strolls,random", "--runs", 2, *SMALL, "--out", tmp_path / "study")
     study = cortexc("study", left_turn, *few)
     assert study.code == 0
     assert "strolls" in study.out
