@@ -8,7 +8,7 @@ from math import floor
 import numpy as np
 from numpy.random import Generator
 
-from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, StreamAt, check_answer
+from engine.search.protocol import Birth, Box, GenerationSearcher, Genome, Operator, Proposal, StreamAt
 from engine.tables import Floats
 from engine.vocabulary import GeneKind
 
@@ -51,37 +51,6 @@ class Cube:
         return np.where(self._discrete, (offset + 0.5) / self._values, continuous)
 
 
-class GenerationSearcher:
-    """Proposes one generation after the other, and is told of the last one; each kind has its own `_proposals` and, if
-    it learns anything, its own `_learn`.
-    """
-
-    def __init__(self, population: int, streams: StreamAt) -> None:
-        self._population = population
-        self._streams = streams
-        self._generation = -1
-        self._asked: list[Proposal] = []
-
-    def ask(self) -> list[Proposal]:
-        self._generation += 1
-        self._asked = self._proposals()
-        return self._asked
-
-    def tell(self, results: Sequence[Result]) -> None:
-        check_answer(self._asked, results)
-        self._learn(results)
-
-    def _proposals(self) -> list[Proposal]:
-        raise NotImplementedError
-
-    def _learn(self, results: Sequence[Result]) -> None:
-        """Take in what became of `_asked`."""
-
-    def _birth(self, slot: int) -> Birth:
-        """Of an individual that is new in this generation."""
-        return Birth(self._generation, slot)
-
-
 class InCube(GenerationSearcher):
     """A searcher in the cube."""
 
@@ -92,7 +61,8 @@ class InCube(GenerationSearcher):
     def _at(self, points: Iterable[Floats], operator: Operator) -> list[Proposal]:
         """One individual for each point (d,), all born now of the same operator and without parents."""
         return [
-            Proposal(genome, operator, self._birth(slot)) for slot, genome in enumerate(map(self._cube.genome, points))
+            Proposal(genome, operator, Birth(self._generation, slot))
+            for slot, genome in enumerate(map(self._cube.genome, points))
         ]
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from engine.extras import needed
 from engine.search.methods.cube import InCube
-from engine.search.protocol import Box, Operator, Proposal, Result, StreamAt, measure
+from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, measure
 from engine.tables import Floats
 
 CMAES_STEP = 0.3
@@ -102,7 +102,7 @@ class NonDominatedSorting(InCube):
         operators = [bred] * len(points) + [Operator.RANDOM] * missing
         genomes = self._cube.genomes(np.concatenate([points, drawn]))
         return [
-            Proposal(genome, operator, self._birth(slot))
+            Proposal(genome, operator, Birth(self._generation, slot))
             for slot, (genome, operator) in enumerate(zip(genomes, operators, strict=True))
         ]
 

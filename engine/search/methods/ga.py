@@ -30,8 +30,8 @@ from dataclasses import dataclass
 from numpy.random import Generator
 
 from engine.config import GAConfig
-from engine.search.methods.cube import GenerationSearcher, draw_gene, draw_genome, pick
-from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, StreamAt
+from engine.search.methods.cube import draw_gene, draw_genome, pick
+from engine.search.protocol import Birth, Box, GenerationSearcher, Genome, Operator, Proposal, Result, StreamAt
 
 # -- operators: pure functions of a stream of random numbers, the parents and the box ----------------------------------
 
@@ -159,7 +159,7 @@ class GeneticAlgorithm(GenerationSearcher):
 
     def _born(self, slot: int, children: Sequence[_Child]) -> list[Proposal]:
         return [
-            Proposal(child.genome, child.operator, self._birth(slot + place), child.parents)
+            Proposal(child.genome, child.operator, Birth(self._generation, slot + place), child.parents)
             for place, child in enumerate(children)
         ]
 

@@ -77,7 +77,7 @@ class NichingSearch(InCube):
     def _proposal(self, slot: int, parents: Sequence[int]) -> Proposal:
         births = tuple(self._births[parent] for parent in parents if parent >= 0)
         operator = (Operator.RANDOM, Operator.MUTATION, Operator.CROSSOVER_MUTATION)[len(births)]
-        return Proposal(self._cube.genome(self._points[slot]), operator, self._birth(slot), births)
+        return Proposal(self._cube.genome(self._points[slot]), operator, Birth(self._generation, slot), births)
 
     def _learn(self, results: Sequence[Result]) -> None:
         known = [slot for slot, result in enumerate(results) if result.judged]

@@ -47,14 +47,16 @@ class Annealing(InCube):
         stream = self._streams(self._generation, slot)
         here = self._walkers[slot]
         if here is None:
-            return Proposal(self._cube.genome(stream.random(self._cube.size)), Operator.RANDOM, self._birth(slot))
+            return Proposal(
+                self._cube.genome(stream.random(self._cube.size)), Operator.RANDOM, Birth(self._generation, slot)
+            )
         genome, parent, _ = here
         moved = stream.random(self._cube.size) < CHANGED
         if self._cube.size:
             moved[int(stream.random() * self._cube.size)] = True
         steps = stream.standard_normal(self._cube.size) * self._between(WIDE, NARROW) * moved
         moved_to = self._cube.genome(reflected(self._cube.point(genome) + steps))
-        return Proposal(moved_to, Operator.MUTATION, self._birth(slot), (parent,))
+        return Proposal(moved_to, Operator.MUTATION, Birth(self._generation, slot), (parent,))
 
     def _learn(self, results: Sequence[Result]) -> None:
         temperature = self._between(HOT, COLD)
@@ -156,7 +158,7 @@ class DifferentialEvolution(InCube):
         self._trials = np.array([point for point, _ in rows]).reshape(self._population, self._cube.size)
         operator = Operator.CROSSOVER if self._generation else Operator.RANDOM
         return [
-            Proposal(self._cube.genome(point), operator, self._birth(slot), parents)
+            Proposal(self._cube.genome(point), operator, Birth(self._generation, slot), parents)
             for slot, (point, parents) in enumerate(rows)
         ]
 

@@ -11,8 +11,8 @@ from typing import Any
 
 from numpy.random import default_rng
 
-from engine.search.methods.cube import GenerationSearcher, InCube, draw_genome
-from engine.search.protocol import Box, Operator, Proposal, StreamAt
+from engine.search.methods.cube import InCube, draw_genome
+from engine.search.protocol import Birth, Box, GenerationSearcher, Operator, Proposal, StreamAt
 
 
 class RandomSearch(GenerationSearcher):
@@ -23,7 +23,7 @@ class RandomSearch(GenerationSearcher):
         self._box = box
 
     def _proposals(self) -> list[Proposal]:
-        births = map(self._birth, range(self._population))
+        births = [Birth(self._generation, slot) for slot in range(self._population)]
         return [Proposal(draw_genome(self._streams(*birth), self._box), Operator.RANDOM, birth) for birth in births]
 
 
