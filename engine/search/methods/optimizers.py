@@ -45,18 +45,17 @@ class Annealing(InCube):
 
     def _proposal(self, slot: int) -> Proposal:
         stream = self._streams(self._generation, slot)
+        birth = Birth(self._generation, slot)
         here = self._walkers[slot]
         if here is None:
-            return Proposal(
-                self._cube.genome(stream.random(self._cube.size)), Operator.RANDOM, Birth(self._generation, slot)
-            )
+            return Proposal(self._cube.genome(stream.random(self._cube.size)), Operator.RANDOM, birth)
         genome, parent, _ = here
         moved = stream.random(self._cube.size) < CHANGED
         if self._cube.size:
             moved[int(stream.random() * self._cube.size)] = True
         steps = stream.standard_normal(self._cube.size) * self._between(WIDE, NARROW) * moved
         moved_to = self._cube.genome(reflected(self._cube.point(genome) + steps))
-        return Proposal(moved_to, Operator.MUTATION, Birth(self._generation, slot), (parent,))
+        return Proposal(moved_to, Operator.MUTATION, birth, (parent,))
 
     def _learn(self, results: Sequence[Result]) -> None:
         temperature = self._between(HOT, COLD)
