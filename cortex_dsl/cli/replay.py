@@ -49,7 +49,7 @@ def _check_target(path: Path | None) -> None:
 def _of_run(folder: Path, rank: int) -> Found:
     """Case `rank` of a run, 1 the worst."""
     from cortex_dsl.api.runs import every_case
-    from cortex_dsl.cli.search_output import opened_run
+    from cortex_dsl.cli.search_output import opened_run, usage_errors
     from cortex_dsl.report.page.run_page import told_case
 
     run = opened_run(folder)
@@ -58,7 +58,8 @@ def _of_run(folder: Path, rank: int) -> Found:
         cure = f"name one of 1 to {len(cases):,}; 1 is the worst" if cases else "none of its simulations was valid"
         raise UsageError(f"`{folder}` has no case {rank:,}", cure)
     case = cases[rank - 1]
-    return Found(told_case(run, case), case, run.folder)
+    with usage_errors():
+        return Found(told_case(run, case), case, run.folder)
 
 
 def _of_file(options: argparse.Namespace, terminal: Terminal) -> Found | int:

@@ -2,7 +2,6 @@
 
 import argparse
 import textwrap
-from importlib.util import find_spec
 from pathlib import Path
 
 from cortex_dsl.api.run_folder import Found, search_and_keep
@@ -16,7 +15,7 @@ from cortex_dsl.console.request import GENERATION_LIMIT, CompileRequest, RunRequ
 from cortex_dsl.console.simulating import compile_kernels, open_scenario
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.spelling import nearest
-from engine.extras import installing
+from engine.extras import installing, is_installed
 from engine.program import Program
 from engine.search.manifest import changed_versions
 from engine.search.protocol import Box
@@ -111,7 +110,7 @@ def method_list() -> str:
 
 
 def _missing(entry: SearcherEntry) -> list[str]:
-    if not entry.package or find_spec(entry.package) is not None:
+    if is_installed(entry.package):
         return []
     return ["not installed; to have it:", f"  {installing('search')}"]
 

@@ -125,10 +125,11 @@ def study_plan(options: argparse.Namespace, terminal: Terminal) -> "Plan | Exit"
 
 def _methods(text: str) -> list[str]:
     """The names of a list with commas."""
+    from engine.extras import is_installed
     from engine.search.searchers import UnknownMethodError, canonical, known_searchers
 
     if text.strip() == "all":
-        return [name for name, entry in known_searchers().items() if _installed(entry.package)]
+        return [name for name, entry in known_searchers().items() if is_installed(entry.package)]
     try:
         return [canonical(word) for word in text.split(",")]
     except UnknownMethodError as error:
@@ -138,12 +139,6 @@ def _methods(text: str) -> list[str]:
         raise UsageError(
             f"--methods: no method is called `{error.name.strip()}`{meant}", f"there are {', '.join(known)}"
         ) from error
-
-
-def _installed(package: str) -> bool:
-    from importlib.util import find_spec
-
-    return not package or find_spec(package) is not None
 
 
 def _unfolded(paths: Sequence[Path]) -> list[Path]:

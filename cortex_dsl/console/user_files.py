@@ -1,9 +1,7 @@
 """Files that the user named: read with messages that help, written at once or not at all."""
 
-import contextlib
 import errno
 import os
-import stat
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -83,8 +81,10 @@ def write_bytes(path: Path, content: bytes) -> None:
     Raises:
         UsageError: it cannot be written.
     """
+    from engine.atomic import write_one
+
     try:
-        _replace(Path(os.path.realpath(path)), content)
+        write_one(path, content)
     except OSError as error:
         raise UsageError(f"cannot write `{path}`: {reason(error)}") from None
     except ValueError:
@@ -101,34 +101,6 @@ def write_output(path: Path, content: str | bytes, cure: str = "") -> None:
         path.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
     except OSError as error:
         raise UsageError(f"cannot write `{path}`: {reason(error)}", cure) from None
-
-
-def _replace(target: Path, content: bytes) -> None:
-    import tempfile
-
-    old = target.stat() if target.exists() else None
-    if old is not None and not os.access(target, os.W_OK):
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-    number, name = tempfile.mkstemp(dir=target.parent, prefix=".cortexc-")
-    try:
-        with os.fdopen(number, "wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(number)
-        Path(name).chmod(0o666 & ~_umask() if old is None else stat.S_IMODE(old.st_mode))
-        if old is not None:
-            with contextlib.suppress(OSError):  # only root gives files away
-                os.chown(name, old.st_uid, old.st_gid)
-        Path(name).replace(target)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
-
-
-def _umask() -> int:
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask
 
 
 # -- files of an export: nothing in their folder is overwritten by something else unless it is forced ------------------

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine.host import MAX_SAMPLES, pair_arrays
-from engine.interchange.contract import Finding, InterchangeError
+from engine.interchange.contract import OURS, Finding, InterchangeError
 from engine.interchange.recording import OF_STEPS, SAME_INSTANT, RecordedCase, Recording, states_at
 from engine.kernels.approach import Touch, search_contact
 from engine.kernels.pair import measure_pair
@@ -201,7 +201,6 @@ METRICS = {
     "D_MS": "distance_at_ms",
     "TTC_MS": "ttc_at_ms",
 }
-OURS = "this is a bug in cortexc: please report it"
 
 
 def same_run(case: RecordedCase, read: Recording, name: str) -> Iterator[Finding]:
