@@ -1,6 +1,6 @@
 """Addresses of random numbers: who asks, for which individual, for what. Two addresses never share a number.
 
-Scenes and behaviours draw from Philox4x32-10 (`engine.kernels.philox`): a 64-bit key and a 128-bit counter.
+Scenes and behaviours draw from Philox4x32-10 (`engine.kernels.random_numbers`): a 64-bit key and a 128-bit counter.
 
 | word      | bits, from the most significant                             |
 |-----------|-------------------------------------------------------------|

@@ -50,6 +50,8 @@ MODES: dict[Mode, ModeRow] = {
 }
 
 SUBCOMMANDS: dict[str, Subcommand] = {
+    "new": Subcommand("cortex_dsl.cli.examples:NEW", "a small scenario to begin with", "FILE"),
+    "examples": Subcommand("cortex_dsl.cli.examples:EXAMPLES", "the scenarios that come with cortexc", "[NAME]"),
     "repl": Subcommand("cortex_dsl.repl:REPL", "write a scenario interactively, weighed as you type", "[FILE]"),
     "explain": Subcommand(
         "cortex_dsl.console.code_pages:EXPLAIN", "what a code such as SCN203 means, with an example", "[CODE]"

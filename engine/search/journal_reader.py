@@ -124,6 +124,9 @@ def _check(path: Path, connection: sqlite3.Connection) -> None:
             f"`{path}` has version {found} of the journal, this program reads {SCHEMA_VERSION}",
             "use the version of cortexc that wrote it",
         )
+    kept = [row[1] for row in connection.execute("PRAGMA table_info(simulation)")][3:-1]
+    if tuple(kept) != SCALARS:
+        raise StoreError(f"`{path}` keeps other results than this program", "use the version of cortexc that wrote it")
 
 
 def _manifest(connection: sqlite3.Connection) -> Manifest:

@@ -24,6 +24,8 @@ DISTRIBUTIONS = ("cortexc", "numpy", "numba", "pymunk")
 """Whose versions may decide a result."""
 PYTHON = ".".join(map(str, sys.version_info[:3]))
 LARGEST = MappingProxyType({int: 2**63 - 1, float: sys.float_info.max})
+ALWAYS_THERE = ("generations", "population", "seed", "aggregate")
+"""Settings of a search that every manifest has; those that are newer than it have their defaults."""
 LIMITS: Mapping[str, Mapping[str, tuple[float, float]]] = MappingProxyType(
     {
         "simulation": {
@@ -237,9 +239,10 @@ def read_manifest(values: Mapping[str, Any]) -> Manifest:
     fitting = {each.name: values[each.name] for each in fields(Manifest) if each.name in values}
     manifest: Manifest = _typed(Manifest, fitting, "")
     settings = _typed(Config, manifest.settings, "settings")
+    for place in (*((table,) for table in LIMITS), *(("search", name) for name in ALWAYS_THERE)):
+        if place[0] not in manifest.settings or not set(place[1:]) <= manifest.settings[place[0]].keys():
+            raise ManifestError(f"its manifest has no `{'.'.join(('settings', *place))}`")
     for table, limits in LIMITS.items():
-        if table not in manifest.settings:
-            raise ManifestError(f"its manifest has no `settings.{table}`")
         for name, (low, high) in limits.items():
             if not low <= getattr(getattr(settings, table), name) <= high:
                 raise ManifestError(f"`settings.{table}.{name}` of its manifest must be from {low:,} to {high:,}")

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.outcomes import Outcomes
+from engine.outcomes import Outcomes, blank_outcomes
 from engine.risk import (
     HIGHEST_RISK,
     LITERATURE,
@@ -39,26 +39,17 @@ def outcomes(*runs: tuple[Pair, ...], contact: dict[int, tuple[int, int]] | None
         touching[row] = actors
         if actors[0] == 0:
             values[row, actors[1] - 1, 0] = 0.0
-    nothing = np.full((n, pairs), np.nan)
-    return Outcomes(
+    return blank_outcomes(
+        n,
+        pairs + 1,
         verdict=np.zeros(n, np.int32),
         collided=touching[:, 0] == 0,
         end_reason=np.full(n, EndReason.TIMEOUT, np.int32),
-        end_rule=np.full(n, -1, np.int32),
         end_time=np.full(n, 20.0),
         steps=np.full(n, 400, np.int32),
         min_distance=values[..., 0],
-        min_distance_time=nothing,
-        max_closing_speed=nothing,
-        max_closing_time=nothing,
         distance_at_ms=values[..., 1],
         ttc_at_ms=values[..., 2],
-        ego_speed=nothing,
-        other_speed=nothing,
-        approach_angle=nothing,
-        closing_speed=nothing,
-        side=np.full((n, pairs), -1, np.int32),
-        left_road_time=np.full((n, pairs + 1), np.nan),
         contact_actors=touching.astype(np.int32),
     )
 

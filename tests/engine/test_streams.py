@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.kernels.philox import fill_uniform
+from engine.kernels.random_numbers import fill_uniform
 from engine.scenes import StreamKey
 from engine.streams import (
     FIELD_BITS,
