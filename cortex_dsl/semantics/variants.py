@@ -23,6 +23,7 @@ from cortex_dsl.semantics.model.context import Evaluator, Handler, Moment, Obser
 from cortex_dsl.semantics.model.state import FileContext, RuleKey, Variant
 from cortex_dsl.semantics.model.values import POISON, Actor, Value
 from cortex_dsl.semantics.names.builtins import OFF_ROAD, PROPERTIES
+from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
@@ -70,7 +71,7 @@ class Draft:
     """A variant before the rules of all variants are known."""
 
     variant: ir.Variant
-    conditions: Mapping[RuleKey, ir.Expr]
+    conditions: Mapping[RuleKey, Term]
     span: Span
     """Where it was rejected, or its first object."""
 
