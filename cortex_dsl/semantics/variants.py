@@ -140,7 +140,10 @@ def _compose(ev: Evaluator, composer: Composer | None) -> None:
     run = ev.run
     run.monitors[:] = [None] * len(run.required_monitors)
     if composer is not None:
-        run_by(composer)
+        try:
+            run_by(composer)
+        except Mistake as mistake:
+            ev.report(mistake)
 
 
 def _rules(ev: Evaluator, statements: Sequence[nodes.Statement], composer: Composer | None) -> None:

@@ -51,10 +51,14 @@ Condition = Callable[[nodes.Expression], Term]
 def tested_guards(
     ev: Evaluator, guards: Iterable[nodes.Guard], kind: str, name: str, condition: Condition, call: Span
 ) -> tuple[tuple[Term, int], ...]:
-    """The conditions of guards and the rules that abort the run where they are false."""
+    """The conditions of guards and the rules that abort the run where they are false; reports those that are none."""
     found = []
     for guard in guards:
-        holds = condition(guard.condition)
+        try:
+            holds = condition(guard.condition)
+        except Mistake as mistake:
+            ev.report(mistake)
+            continue
         rule = abort_rule(ev, guard.condition.span, f"{kind} of {name}: {source_of(ev, guard.condition)}")
         if closed_value(holds) == 0.0:
             where = (Label(call, "started here"),)

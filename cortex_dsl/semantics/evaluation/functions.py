@@ -194,12 +194,13 @@ def _range(ev: Evaluator, given: Sequence[Given], span: Span) -> Value:
         raise TOO_FEW_ARGUMENTS.mistake(
             span, function="range", missing="an end, or a start and an end", signature="range(start, end)"
         )
-    numbers_within = range(*bounds)
-    if len(numbers_within) > RANGE_LIMIT:
+    within = range(*bounds)
+    count = max(0, -((within.start - within.stop) // within.step))  # `len` refuses what no memory could hold
+    if count > RANGE_LIMIT:
         raise OUT_OF_RANGE.mistake(
-            span, what="the length of a `range`", actual=len(numbers_within), expected=f"at most {RANGE_LIMIT}", cure=""
+            span, what="the length of a `range`", actual=count, expected=f"at most {RANGE_LIMIT}", cure=""
         )
-    return tuple(_count(ev, n) for n in numbers_within)
+    return tuple(_count(ev, n) for n in within)
 
 
 def whole_number(ev: Evaluator, value: Value, span: Span, what: str) -> int:
