@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from cortex_dsl.api.named_columns import Columns
-    from cortex_dsl.page.notebook import Picture, Shown
+    from cortex_dsl.report.page.notebook import Picture, Shown
     from engine.outcomes import Outcomes
     from engine.risk import Risk
     from engine.scenes import Scenes
@@ -266,18 +266,18 @@ class Scenario:
 
     def show(self, thing: "Scenes | Case | Campaign", row: int = 0) -> "Picture | Shown":
         """For notebooks: one of some scenes as a picture, a case as a page that plays, a campaign as a table."""
-        from cortex_dsl.page import notebook
+        from cortex_dsl.report.page import notebook
 
         return notebook.show(self, thing, row)
 
     def replay(self, scenes: "Scenes", row: int = 0) -> "Shown":
         """For notebooks: one scene run in the pymunk world, as a page that plays."""
-        from cortex_dsl.page import notebook
+        from cortex_dsl.report.page import notebook
 
         return notebook.replay(self, scenes, row)
 
     def _repr_html_(self) -> str:
-        from cortex_dsl.page import notebook
+        from cortex_dsl.report.page import notebook
 
         return str(notebook.scenario_table(self))
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from cortex_dsl.diagnostics import CompileError, Severity
-from cortex_dsl.report.diagnostics import render_text
+from cortex_dsl.report.findings.snippet import render_text
 from cortex_dsl.semantics import elaborate
 from cortex_dsl.semantics.errors import declared
 from cortex_dsl.semantics.model import state

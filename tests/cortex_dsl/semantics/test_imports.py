@@ -8,7 +8,7 @@ import pytest
 from cortex_dsl.diagnostics import CompileError, Diagnostic
 from cortex_dsl.files import Folder
 from cortex_dsl.pipeline import Compiled, compile_source
-from cortex_dsl.report.diagnostics import render_text
+from cortex_dsl.report.findings.snippet import render_text
 from cortex_dsl.semantics.names import linking
 from cortex_dsl.source import Source
 from engine.program import load_program, save_program
