@@ -17,7 +17,7 @@ from cortex_dsl.lowering.code_tables import group_variants
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.findings.readable import significant
 from cortex_dsl.semantics.errors.chance import INFEASIBLE, OFF_THE_ROAD, ON_TOP, STUCK, UNDEFINED
-from cortex_dsl.semantics.quantities.algebra import Numbers, closed_value, operands, parts
+from cortex_dsl.semantics.quantities.bounds import Numbers, closed_value, operands, parts
 from cortex_dsl.source import Source, Span
 from engine.feasibility import Feasibility, conflicts
 from engine.feasibility.distances import boundary_distance, region_edges
