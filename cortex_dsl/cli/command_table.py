@@ -50,6 +50,8 @@ MODES: dict[Mode, ModeRow] = {
 }
 
 SUBCOMMANDS: dict[str, Subcommand] = {
+    "new": Subcommand("cortex_dsl.cli.examples:NEW", "a small scenario to begin with", "FILE"),
+    "examples": Subcommand("cortex_dsl.cli.examples:EXAMPLES", "the scenarios that come with cortexc", "[NAME]"),
     "repl": Subcommand("cortex_dsl.repl:REPL", "write a scenario interactively, weighed as you type", "[FILE]"),
     "explain": Subcommand(
         "cortex_dsl.console.code_pages:EXPLAIN", "what a code such as SCN203 means, with an example", "[CODE]"
@@ -133,8 +135,10 @@ def refuse_guesses(arguments: Sequence[str], commands: Iterable[str]) -> None:
             f"there is no command `{first}`", f"write `{_line(*(rest or ['FILE']), *_FLAGS[first].split())}`"
         )
     if (meant := _command(first, tuple(commands))) is not None:
-        told = f"`{meant}` is a command, not an option" if first == f"--{meant}" else f"there is no command `{first}`"
-        raise UsageError(told, f"write `{_line(meant, *rest)}`")
+        message = (
+            f"`{meant}` is a command, not an option" if first == f"--{meant}" else f"there is no command `{first}`"
+        )
+        raise UsageError(message, f"write `{_line(meant, *rest)}`")
 
 
 def _command(word: str, commands: Sequence[str]) -> str | None:

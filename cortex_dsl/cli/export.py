@@ -104,7 +104,7 @@ def _home(path: Path) -> Path:
 def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
     """Case K of a run, or its first N."""
     from cortex_dsl.api.runs import every_case
-    from cortex_dsl.cli.search_output import opened_run
+    from cortex_dsl.cli.search_output import opened_run, usage_errors
     from cortex_dsl.interchange.cases import case_of_run
 
     for flag, value in (("--seed", options.seed), ("-p", options.param), ("--scenario", options.scenario)):
@@ -116,12 +116,12 @@ def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
     cases = every_case(run.record)
     if not cases:
         raise UsageError(f"`{options.what}` has no case: none of its simulations was valid", "search again")
-    if options.top is not None:
-        return [case_of_run(run, case) for case in cases[: options.top]]
     rank = options.case or 1
     if rank > len(cases):
         raise UsageError(f"`{options.what}` has no case {rank:,}", f"name one of 1 to {len(cases):,}; 1 is the worst")
-    return [case_of_run(run, cases[rank - 1])]
+    chosen = cases[rank - 1 : rank] if options.top is None else cases[: options.top]
+    with usage_errors():
+        return [case_of_run(run, case) for case in chosen]
 
 
 def _of_file(options: argparse.Namespace, terminal: Terminal) -> "list[ExportCase] | int":

@@ -31,7 +31,7 @@ LSP = Command(
     name="lsp",
     usage="",
     description="A language server for .scn files, on standard input and output, for editors to start: see "
-    "grammar/EDITORS.md.",
+    "docs/how-to/editors.md.",
     options=_options,
     function=_serve,
     json=False,

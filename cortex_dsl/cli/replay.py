@@ -21,7 +21,7 @@ MOST_CASES = 10_000_000
 class Found:
     """A case, and of which run it is."""
 
-    told: "ToldCase"
+    shown: "ToldCase"
     case: "Case | None" = None
     folder: Path | None = None
 
@@ -49,7 +49,7 @@ def _check_target(path: Path | None) -> None:
 def _of_run(folder: Path, rank: int) -> Found:
     """Case `rank` of a run, 1 the worst."""
     from cortex_dsl.api.runs import every_case
-    from cortex_dsl.cli.search_output import opened_run
+    from cortex_dsl.cli.search_output import opened_run, usage_errors
     from cortex_dsl.report.page.run_page import told_case
 
     run = opened_run(folder)
@@ -58,7 +58,8 @@ def _of_run(folder: Path, rank: int) -> Found:
         cure = f"name one of 1 to {len(cases):,}; 1 is the worst" if cases else "none of its simulations was valid"
         raise UsageError(f"`{folder}` has no case {rank:,}", cure)
     case = cases[rank - 1]
-    return Found(told_case(run, case), case, run.folder)
+    with usage_errors():
+        return Found(told_case(run, case), case, run.folder)
 
 
 def _of_file(options: argparse.Namespace, terminal: Terminal) -> Found | int:
@@ -79,7 +80,7 @@ def _play(found: Found, speed: float, terminal: Terminal) -> None:
     from cortex_dsl.report.terminal.replay_view import play
 
     try:
-        play(found.told, terminal.out, speed)
+        play(found.shown, terminal.out, speed)
     except KeyboardInterrupt:
         terminal.out.print()
 
@@ -90,11 +91,11 @@ def _content(found: Found, path: Path, speed: float) -> str | bytes:
     if path.suffix.lower() == ".html":
         from cortex_dsl.report.page.case_page import case_page
 
-        return case_page(found.told, found.case, found.folder)
+        return case_page(found.shown, found.case, found.folder)
     from cortex_dsl.report.page.film import gif
 
     try:
-        return gif(found.told, speed)
+        return gif(found.shown, speed)
     except MissingExtraError as error:
         raise UsageError(error.message, error.cure) from None
 

@@ -38,7 +38,7 @@ def usage_errors() -> Iterator[None]:
     """Turn what a user can mend into a UsageError."""
     try:
         yield
-    except (StoreError, WorkersLostError, MissingExtraError, PluginError) as error:
+    except (StoreError, WorkersLostError, MissingExtraError, PluginError, UnknownMethodError) as error:
         raise UsageError(error.message, error.cure) from error
 
 

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import cortex_dsl
 from cortex_dsl.console.command import Parser, add_dask, add_jobs
 from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.request import (
@@ -18,6 +17,7 @@ from cortex_dsl.console.request import (
     whole_number,
 )
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.resources import resource
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
@@ -32,7 +32,6 @@ compare the methods run by run.
   cortexc study a.scn b.scn --methods random,ga,niching --runs 30
   cortexc study --resume runs/study-6x2x30-001
                                   go on with one that was stopped or killed"""
-EXAMPLES = Path(cortex_dsl.__file__).parent.parent / "examples"
 METHODS = "random,ga"
 RUNS = 30
 DEFAULTS = {
@@ -160,7 +159,7 @@ def _the_six(terminal: Terminal) -> list[Path]:
     """The paper's scenarios, as they lie beside this program; say so."""
     from engine.paper import FILES
 
-    files = [EXAMPLES / f"{name}.scn" for name in FILES]
+    files = [Path(str(resource(f"examples/{name}.scn"))) for name in FILES]
     if not all(file.is_file() for file in files):
         raise UsageError("the six examples are not installed here", "name one or more scenario files")
     here = Path.cwd()

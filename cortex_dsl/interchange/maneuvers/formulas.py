@@ -11,7 +11,7 @@ from statistics import NormalDist
 from cortex_dsl import ir
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.lowering.code_tables import group_variants
-from cortex_dsl.semantics.quantities.algebra import CLOSED
+from cortex_dsl.semantics.quantities.bounds import CLOSED
 from cortex_dsl.source import Span
 from engine.errors import Signal
 from engine.interchange.openscenario.document import unique_names
