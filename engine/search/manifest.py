@@ -18,6 +18,7 @@ from engine.risk import PROFILES
 from engine.sampling import attempt_limit
 from engine.search.methods.table import SEARCHERS
 from engine.search.searchers import distribution_of
+from engine.streams import method_number, old_number
 
 DISTRIBUTIONS = ("cortexc", "numpy", "numba", "pymunk")
 """Whose versions may decide a result."""
@@ -139,6 +140,19 @@ class Manifest:
     rules: tuple[str, ...]
     actors: tuple[str, ...]
     origin: Origin = NO_ORIGIN
+    number: int | None = None
+    """Of the method in every stream key, where its name makes it (see `engine.streams`); None for a method of
+    `Method`, and in a manifest from before names made numbers."""
+
+    @property
+    def method_number(self) -> int:
+        """Of the method in every stream key."""
+        return old_number(self.method) if self.number is None else self.number
+
+    def stored(self) -> dict[str, Any]:
+        """What is stored of it; a number that there is none of is left out."""
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        return {name: value for name, value in values.items() if name != "number" or value is not None}
 
     @property
     def config(self) -> Config:
@@ -181,6 +195,7 @@ def make_manifest(
         rules=tuple(rule.name for rule in program.rules),
         actors=program.actors,
         origin=origin,
+        number=method_number(method) if method_number(method) != old_number(method) else None,
     )
 
 
@@ -259,6 +274,8 @@ def _check_words(manifest: Manifest, config: Config) -> None:
             raise ManifestError(f"`{place}` of its manifest must be one of {', '.join(words)}")
     if (manifest.seed, manifest.run) != (search.seed, search.run):
         raise ManifestError("`seed` and `run` of its manifest must be those of `settings.search`")
+    if manifest.number not in (None, method_number(manifest.method)):
+        raise ManifestError("`number` of its manifest must be that of its method")
     if samples_of(simulation) > MAX_SAMPLES:
         raise ManifestError(f"`settings.simulation` of its manifest has more than {MAX_SAMPLES:,} steps")
 

@@ -138,7 +138,7 @@ def _row(name: str, value: str) -> Element:
 
 def _facts(campaign: Campaign) -> Iterator[tuple[str, str]]:
     found, simulated = campaign.by_individual, campaign.by_simulation
-    yield "method", f"{campaign.method.name.lower()} {campaign.preset}".strip()
+    yield "method", f"{campaign.method} {campaign.preset}".strip()
     yield "individuals, distinct simulations", f"{found.individuals:,}, {simulated.runs:,}"
     yield "different collisions", f"{campaign.distinct_collisions:,}"
     yield "mean risk, mean least distance", f"{found.rl:.2f}, {found.mdg:.2f} m"

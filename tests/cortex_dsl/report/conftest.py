@@ -28,7 +28,7 @@ from engine.search.protocol import Box
 from engine.search.ranking import worst_cases
 from engine.search.run import Campaign
 from engine.tables import CodeTables, RoadTables
-from engine.vocabulary import Distribution, EndReason, GeneKind, Method, State, Verdict
+from engine.vocabulary import Distribution, EndReason, GeneKind, State, Verdict
 
 TIME_STEP = 0.05
 SAMPLES = 90
@@ -236,7 +236,7 @@ def _campaign(valid_share: float, space: ParamSpace) -> Campaign:
     )
     probes = Probes(np.array([0.4, 5.5, 0.0]), np.array([31, 30, 32]), np.array([3, 30, 0]), 32)
     return Campaign(
-        method=Method.GA,
+        method="ga",
         preset="cortex",
         space=space,
         config=SearchConfig(generations=GENERATIONS, population=POPULATION),
