@@ -29,6 +29,9 @@ DURATIONS = re.compile(
     r"|\"(seconds|simulations_per_second|runs_per_second)\": ?[\d.e+-]+"
 )
 
+COMPILING = "compiling kernels (once, about half a minute) …\n"
+"""Said by whoever comes first, or finds that the cache of kernels was tidied."""
+
 Subjects = Iterator[tuple[str, str]]
 
 
@@ -37,7 +40,8 @@ def command(*words: str, at: Path = ROOT) -> str:
     out, err = io.StringIO(), io.StringIO()
     with _standing(at), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         code = main([*words])
-    return DURATIONS.sub("DURATION", f"exit {code}\n{out.getvalue()}\n-- stderr --\n{err.getvalue()}")
+    said = err.getvalue().replace(COMPILING, "")
+    return DURATIONS.sub("DURATION", f"exit {code}\n{out.getvalue()}\n-- stderr --\n{said}")
 
 
 @contextlib.contextmanager
