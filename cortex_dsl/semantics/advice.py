@@ -51,7 +51,7 @@ class _Walk:
     locals: set[int] = field(default_factory=set)
     assigned: dict[int, list[ir.Expr]] = field(default_factory=dict)
     """Values of locals that nothing is known to read yet."""
-    seen: set[int] = field(default_factory=set)
+    seen: set[ir.Expr] = field(default_factory=set)
 
     def over(self, variant: ir.Variant) -> set[int]:
         for root in (variant.actors, [r.condition for r in variant.requirements], variant.rules, variant.monitors):
@@ -102,9 +102,9 @@ class _Walk:
     # -- expressions -------------------------------------------------------------------------------------------------
 
     def _expression(self, expression: ir.Expr) -> None:
-        if id(expression) in self.seen:
+        if expression in self.seen:
             return
-        self.seen.add(id(expression))
+        self.seen.add(expression)
         for leaf in self._worth(expression)[1]:
             if isinstance(leaf, ir.Gene):
                 self.genes.add(leaf.index)

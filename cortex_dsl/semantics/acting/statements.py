@@ -200,7 +200,9 @@ def _require(ev: Evaluator, node: nodes.Require) -> None:
     name = node.name or " ".join(ev.file.source.slice(node.condition.span).split())
     margin = margin_of(condition, ev.run.compared)
     unit = spoken_unit(node.condition, condition, margin[1], ev.file.genes)
-    ev.run.requirements.append(ir.Requirement(condition, probability, name, ev.file.line(node.span), *margin, unit))
+    ev.run.built.requirements.append(
+        ir.Requirement(condition, probability, name, ev.file.line(node.span), *margin, unit)
+    )
     weight = weigh(condition, ev.interval(condition), certain=probability == 1.0)
     ev.file.weights[node.condition.span] = weight.joined(ev.file.weights.get(node.condition.span))
 
@@ -230,7 +232,7 @@ def _terminate_after(ev: Evaluator, node: nodes.TerminateAfter) -> None:
 def terminate_when(ev: Evaluator, node: nodes.TerminateWhen) -> None:
     """A condition over the running simulation; evaluated with everything that the file defines."""
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
-    ev.run.rule_conditions[node.span, RuleKind.TERMINATE] = condition
+    ev.run.built.rule_conditions[node.span, RuleKind.TERMINATE] = condition
     ev.file.rule(node.span, node.name or " ".join(ev.file.source.slice(node.condition.span).split()))
     if closed_value(condition) not in (None, 0.0):
         ev.report(NEVER_RUNS.at(node.condition.span))
@@ -267,7 +269,7 @@ def _instead_of_monitor(ev: Evaluator, value: Value, node: nodes.Expression) -> 
 
 
 def require_monitor(ev: Evaluator, node: nodes.RequireMonitor) -> None:
-    ev.run.required_monitors.append((node.name, required_monitor(ev, node), node.span))
+    ev.run.built.required_monitors.append((node.name, required_monitor(ev, node), node.span))
 
 
 def _nothing(_ev: Evaluator, _node: nodes.Statement) -> None:

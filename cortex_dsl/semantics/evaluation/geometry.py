@@ -103,7 +103,7 @@ def is_present(ev: Evaluator, actor: Actor) -> Term:
 
 def others(ev: Evaluator, actor: Actor) -> tuple[Actor, ...]:
     """All objects of the scene but one."""
-    return tuple(each for each in ev.run.actors if each is not actor)
+    return tuple(each for each in ev.run.built.actors if each is not actor)
 
 
 def between(start: Vector | Pose, end: Vector | Pose) -> Term:

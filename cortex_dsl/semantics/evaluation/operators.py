@@ -105,13 +105,13 @@ def attribute(ev: Evaluator, node: nodes.Attribute) -> Value:
 
 def lambda_(ev: Evaluator, node: nodes.Lambda) -> Value:
     def apply(*values: Value) -> Value:
-        if ev.run.calls >= CALL_LIMIT:
+        if ev.run.depth.calls >= CALL_LIMIT:
             raise ENDLESS_LAMBDA.mistake(node.span)
-        ev.run.calls += 1
+        ev.run.depth.calls += 1
         try:
             return ev.inside(dict(zip(node.parameters, values, strict=True))).evaluate(node.body)
         finally:
-            ev.run.calls -= 1
+            ev.run.depth.calls -= 1
 
     return Closure(node.parameters, apply)
 

@@ -86,7 +86,7 @@ def uniform(ev: Evaluator) -> Term:
 def recorded(ev: Evaluator, site: Site, expr: Term, dimension: ir.Dimension | None) -> Quantity:
     """The drawn number, noted down for concrete copies."""
     if not ev.moment.running:
-        ev.run.draw_sites.append(ir.DrawSite(site.span, "number", si_word(dimension), (expr,)))
+        ev.run.decisions.draw_sites.append(ir.DrawSite(site.span, "number", si_word(dimension), (expr,)))
     return Quantity(expr, dimension)
 
 
@@ -219,9 +219,9 @@ def choose(ev: Evaluator, options: Sequence[Option], site: Site, gene: int | Non
         raise RANDOM_WHILE_RUNNING.mistake(site.span)
     name = ev.run.assigning or shortened(ev, site.span)
     shares = probabilities(options) if gene is None else (1.0,) * len(options)
-    option = options[ev.run.oracle.choose(name, site.span, shares, gene)]
+    option = options[ev.run.decisions.oracle.choose(name, site.span, shares, gene)]
     source = option.source or _name_of(ev, option.value)
-    ev.run.choices.append(ir.Choice(name, option_name(option.value), source, site.span))
+    ev.run.decisions.choices.append(ir.Choice(name, option_name(option.value), source, site.span))
     return option.value
 
 
@@ -243,7 +243,7 @@ def whole_index(ev: Evaluator, count: int, site: Site) -> Term:
 def _finite_uniform(ev: Evaluator, site: Site) -> Term:
     number = uniform(ev)
     if isinstance(number, ir.Draw):
-        ev.run.finite_draws[number.index] = site.span
+        ev.run.decisions.finite_draws[number.index] = site.span
     return number
 
 
@@ -335,8 +335,8 @@ def _weighted(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> V
 
 def _fixed(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
     no_names(name, given)
-    visit = ev.run.visits[site.span]
-    ev.run.visits[site.span] += 1
+    visit = ev.run.decisions.visits[site.span]
+    ev.run.decisions.visits[site.span] += 1
     if visit >= len(given):
         raise FIXED_EXHAUSTED.mistake(site.span, count=visit + 1, given=len(given))
     return given[visit].value if site.unit is None else scaled(given[visit], site.unit)
