@@ -148,7 +148,7 @@ def _breaks(node: object) -> bool:
 # -- names and definitions that nothing reads --------------------------------------------------------------------------
 
 MEANT = frozenset({"intersection", "road", "network"})
-"""Built-in names that a file is told to choose anew: `intersection = Uniform(*network.intersections)`."""
+"""Built-in names that a message asks a file to choose anew: `intersection = Uniform(*network.intersections)`."""
 Binding = tuple[str, str, Span]
 """What it is, its name, its place."""
 
@@ -231,7 +231,7 @@ MOST_USES = 3
 """Places of use that a dead param shows."""
 
 
-def advised(
+def with_advice(
     module: nodes.Module, file: FileContext, scenario: ir.Scenario
 ) -> tuple[ir.Scenario, tuple[Diagnostic, ...]]:
     """The scenario with everything that is said about it. What `-p` or a concrete copy pins is nobody's slip."""
@@ -254,7 +254,7 @@ def _advice(module: nodes.Module, file: FileContext, scenario: ir.Scenario) -> I
 
 
 def _dead(module: nodes.Module, file: FileContext, scenario: ir.Scenario) -> Iterator[Diagnostic]:
-    """Params that are used, but in no place that matters; of a `require` that always holds is told anyway."""
+    """Params that are used, but in no place that matters; a `require` that always holds is reported anyway."""
     live = live_genes(scenario, file.gene_bounds())
     decided = [span for span, weight in file.weights.items() if weight.certain]
     for gene in (gene for index, gene in enumerate(scenario.genes) if index not in live):

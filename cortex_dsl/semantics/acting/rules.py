@@ -130,7 +130,7 @@ Conditions = Sequence[Mapping[RuleKey, Term]]
 """Of the rules of each variant."""
 
 
-def judged(file: FileContext, conditions: Conditions, *, has_end: bool) -> tuple[ir.Temporal, ...]:
+def temporal_requirements(file: FileContext, conditions: Conditions, *, has_end: bool) -> tuple[ir.Temporal, ...]:
     """The temporal requirements that are judged when the run is over; reports those that decide nothing.
 
     `has_end` says that the file limits the time of a run.

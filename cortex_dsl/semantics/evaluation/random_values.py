@@ -24,7 +24,7 @@ from cortex_dsl.semantics.errors.values import NOT_FINITE, TWO_UNITS
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin, evaluate_arguments, no_names
 from cortex_dsl.semantics.evaluation.functions import whole_number
-from cortex_dsl.semantics.model.choices import VARIANT_LIMIT
+from cortex_dsl.semantics.model.choices import check_count
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Quantity, Value, Weights, is_constant
 from cortex_dsl.semantics.model.wording import option_name, source_text
@@ -202,12 +202,6 @@ def _by_threshold(number: Term, options: Sequence[Option]) -> Term:
     return result
 
 
-def check_count(count: int, site: Site) -> None:
-    """Refuse early what would be more variants than there may be."""
-    if count > VARIANT_LIMIT:
-        raise TOO_MANY_VARIANTS.mistake(site.span, limit=VARIANT_LIMIT, sizes=f"this one has {count} options")
-
-
 def probabilities(options: Sequence[Option]) -> tuple[float, ...]:
     total = math.fsum(option.weight for option in options)
     return tuple(option.weight / total for option in options)
@@ -317,7 +311,7 @@ def _discrete_range(ev: Evaluator, name: str, given: Sequence[Given], site: Site
     dimension = None if site.unit is None else site.unit.dimension
     factor = ev.algebra.literal(1.0 if site.unit is None else site.unit.factor)
     if site.span in ev.file.expanded:
-        check_count(high - low + 1, site)
+        check_count(high - low + 1, site.span)
         written = (Quantity(float(n) * factor, dimension) for n in range(low, high + 1))
         return choose(ev, [Option(value, 1.0, source_text(value) or "") for value in written], site)
     index = whole_index(ev, high - low + 1, site)

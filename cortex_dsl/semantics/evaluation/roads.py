@@ -63,7 +63,7 @@ def _spec(ev: Evaluator, node: nodes.Map) -> RoadSpec:
     """The road that is asked for.
 
     Raises:
-        Mistake: there is none; what is wrong with each argument has been told.
+        Mistake: there is none; what is wrong with each argument has been reported.
     """
     given, mistaken = evaluate_each(ev, node.arguments)
     values: dict[str, float | bool] = {}
@@ -98,7 +98,7 @@ def _knows_lengths(node: nodes.Map, good: Container[str]) -> bool:
 
 
 def _go_on(ev: Evaluator, node: nodes.Map, values: Mapping[str, float | bool]) -> None:
-    """Take the arguments that can be read for the map, so that nothing below is told of another one."""
+    """Take the arguments that can be read for the map, so that nothing below is judged by another one."""
     spec = RoadSpec(**values)  # type: ignore[arg-type]
     if not list(wrong_alone(spec)) and not list(wrong_together(spec)):
         ev.run.built.network = _network(ev, spec, node.span)
@@ -229,13 +229,13 @@ def beyond_any_road(module: nodes.Module) -> Iterator[Diagnostic]:
             yield BAD_MAP.at(span, message=message, cure=f"ask for {LONGEST_ARM - SPARE:g} m or less")
 
 
-def spelled(road: RoadSpec) -> str:
+def map_line(road: RoadSpec) -> str:
     """The `map` line that gives a default road."""
     approach = "" if road.approach == RoadSpec().approach else f", approach={road.approach:g} m"
     return f"map intersection(ways={road.ways}, lanes={road.lanes}{approach})"
 
 
-def reasons(road: RoadSpec) -> str:
+def reasons_for_road(road: RoadSpec) -> str:
     """Why a default road is no plain one; nothing for a plain one."""
     found = []
     if road.lanes > 1:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from cortex_dsl import ir
+from cortex_dsl.semantics.errors.chance import TOO_MANY_VARIANTS
 from cortex_dsl.source import Span
 from engine.errors import Signal
 from engine.frozen import frozen
@@ -28,6 +29,12 @@ class Decision:
     probabilities: tuple[float, ...]
     taken: int
     gene: int | None = None
+
+
+def check_count(count: int, span: Span) -> None:
+    """Refuse early what would be more variants than there may be."""
+    if count > VARIANT_LIMIT:
+        raise TOO_MANY_VARIANTS.mistake(span, limit=VARIANT_LIMIT, sizes=f"this one has {count} options")
 
 
 class TooManyVariants(Signal):

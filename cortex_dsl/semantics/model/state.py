@@ -146,9 +146,9 @@ class FileContext:
         Raises:
             Mistake: it has become too much, which is said once.
         """
-        told = self.evaluations >= EVALUATION_LIMIT
+        reported = self.evaluations >= EVALUATION_LIMIT
         self.evaluations += evaluations
-        if told:
+        if reported:
             raise Mistake
         if self.evaluations >= EVALUATION_LIMIT:
             raise TOO_MUCH_WORK.mistake(span, limit=EVALUATION_LIMIT)
