@@ -165,7 +165,7 @@ def unpack(targets: Sequence[str], value: Value, span: Span) -> dict[str, Value]
 def index(ev: Evaluator, node: nodes.Index) -> Value:
     value, at = ev.evaluate_all((node.value, node.index))
     if isinstance(value, Centerline):
-        value = geometry.ends(ev, value)
+        value = lanes.ends(ev, value)
     items = items_of(value, node.value.span, "what is indexed")
     position = whole_number(ev, at, node.index.span, "an index")
     if not -len(items) <= position < len(items):

@@ -17,7 +17,6 @@ from cortex_dsl.semantics.errors.chance import (
     MIXED_OPTIONS,
     RANDOM_WHILE_RUNNING,
     REVERSED_RANGE,
-    TOO_MANY_VARIANTS,
 )
 from cortex_dsl.semantics.errors.problems import Rejection
 from cortex_dsl.semantics.errors.values import NOT_FINITE, TWO_UNITS
