@@ -13,6 +13,7 @@ import pytest
 
 from cortex_dsl.api.scenario import load
 from cortex_dsl.cli import main
+from engine.search.store import new_directory
 
 ROOT = Path(__file__).parents[1]
 RUN = "runs/left_turn-ga-001"
@@ -42,7 +43,13 @@ def space(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captur
     capsys.readouterr()
     scenario = load(file)
     worst = scenario.search("ga", generations=2, population=10).worst[0]
-    return {"scenario": scenario, "genome": worst.genome, "key": worst.key, "Path": Path}
+    return {
+        "scenario": scenario,
+        "genome": worst.genome,
+        "key": worst.key,
+        "Path": Path,
+        "new_directory": new_directory,
+    }
 
 
 @pytest.mark.parametrize("name", SHOWN)
@@ -54,7 +61,8 @@ def test_what_a_docstring_shows_runs(name: str, space: dict[str, Any]) -> None:
     said: list[str] = []
     for test in found:
         runner.run(test, out=said.append)
-    assert not runner.summarize(verbose=False).failed, "".join(said)
+    if said:
+        pytest.fail("".join(said), pytrace=False)
 
 
 def test_docstrings_show_something() -> None:
