@@ -17,7 +17,7 @@ from engine.errors import Signal
 from engine.interchange.openscenario.document import unique_names
 from engine.interchange.openscenario.maneuvers import formula
 from engine.interchange.openscenario.maneuvers.formula import Formula, number
-from engine.interchange.openscenario.maneuvers.plan import Parameter
+from engine.interchange.openscenario.maneuvers.maneuver_plan import Parameter
 from engine.road.network import Network
 from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats
