@@ -4,6 +4,7 @@ A `CortexError` says what is wrong (`message`) and how to mend it (`cure`); ever
 from a worker's process to ours as it is.
 """
 
+from pathlib import Path
 from typing import Any
 
 
@@ -41,3 +42,16 @@ class ArgumentKindError(CortexError, TypeError):
 
 class RowError(CortexError, IndexError):
     """There is no such row."""
+
+
+class HiddenEngineError(CortexError, ImportError):
+    """Another package or folder called `engine` stands before ours, so that nothing can be run."""
+
+    def __init__(self, home: Path, found: str) -> None:
+        super().__init__(
+            f"its package `engine` should be at {home} but was found {found}",
+            "another package or folder called `engine` hides it; install cortexc in an environment of its own",
+        )
+
+    def __str__(self) -> str:
+        return f"cortexc: {super().__str__()}"
