@@ -19,9 +19,10 @@ if TYPE_CHECKING:
     from cortex_dsl.api.scenario import Scenario, compile_text, load
     from cortex_dsl.api.studies import study
     from cortex_dsl.diagnostics import CompileError
-    from cortex_dsl.version import VERSION as __version__
     from engine.config import Config
     from engine.errors import CortexError
+
+    __version__: str
 
 __all__ = [
     "CompileError",

@@ -29,7 +29,7 @@ def errors() -> ModuleType:
 
 
 def provide_errors() -> None:
-    """Let `from engine.errors import …` succeed all the same, so that a command can say in its own way what is wrong."""
+    """Let `from engine.errors import …` succeed all the same: a command says in its own way what is wrong."""
     if _other_engine() is not None:
         sys.modules.setdefault(ERRORS, _read_from_file())
 

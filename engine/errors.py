@@ -44,6 +44,15 @@ class RowError(CortexError, IndexError):
     """There is no such row."""
 
 
+class UnreadableFileError(CortexError, OSError):
+    """A file cannot be read; its `errno` and `filename` are those of the system's error."""
+
+    def __init__(self, path: str | Path, error: OSError) -> None:
+        reason = (error.strerror or str(error)).lower()
+        super().__init__(f"cannot read `{path}`: {reason}", "name a file that is there and may be read")
+        self.errno, self.filename = error.errno, str(path)
+
+
 class HiddenEngineError(CortexError, ImportError):
     """Another package or folder called `engine` stands before ours, so that nothing can be run."""
 

@@ -15,6 +15,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from engine.errors import ArgumentError
 from engine.scenes import Bools, Outcomes
 from engine.tables import Floats, Ints
 from engine.vocabulary import Verdict
@@ -43,7 +44,9 @@ class RiskProfile:
     def __post_init__(self) -> None:
         for metric, edges in (("MD", self.min_distance), ("D_MS", self.distance_at_ms), ("TTC_MS", self.ttc_at_ms)):
             if len(edges) != BANDS or not all(0.0 < edge < np.inf for edge in edges) or list(edges) != sorted(edges):
-                raise ValueError(f"{metric}: expected {BANDS} positive thresholds in ascending order, got {edges}")
+                raise ArgumentError(
+                    f"{metric}: expected {BANDS} positive thresholds in ascending order, got {edges}", "sort them"
+                )
 
 
 PAPER = RiskProfile(
@@ -163,7 +166,9 @@ def calibrated(outcomes: Outcomes, name: str = "calibrated") -> RiskProfile:
         known = values[valid]
         known = known[np.isfinite(known)]
         if len(known) == 0:
-            raise ValueError("a profile can be calibrated only from valid runs with two actors or more")
+            raise ArgumentError(
+                "a profile can be calibrated only from valid runs with two actors or more", "run more scenes"
+            )
         first, last = np.quantile(known, (0.25, 0.9))
         a, b, c, d = np.linspace(first, last, BANDS)
         return float(a), float(b), float(c), float(d)

@@ -14,6 +14,7 @@ from cortex_dsl.api import arguments
 from cortex_dsl.api.runs import OpenedRun, every_case
 from cortex_dsl.api.scenario import Scenario
 from engine.errors import ArgumentError
+from engine.search.store import store_errors
 
 if TYPE_CHECKING:
     from cortex_dsl.exports.cases import ExportCase
@@ -39,10 +40,12 @@ def export(
     """Write a case for other tools; the paths of all its files, the one to open first before the others.
 
     Args:
-        what: an opened run, of which `case` is written (1 is the worst) or its first `top`; or a scenario, of which the
-            scene of `seed` is run and written.
+        what: an opened run, or a scenario.
         formats: one or more of xosc, xodr, commonroad, scenic, csv, parquet, mcap, scn.
         out: folder of the files, made if it is not there.
+        case: which one of a run, 1 is the worst.
+        top: the first so many of a run instead.
+        seed: whose scene of a scenario is run and written; None: 0, or the stream that a concrete file names.
         osc: version of an xosc, 1.0 to 1.3.
         mode: how an xosc is written: `trajectory` replays the case exactly, `maneuver` says it in speeds, routes and
             triggers.
@@ -52,7 +55,7 @@ def export(
         ArgumentKindError, ArgumentError: no such format or case, a scene that is not valid, or a file in the way.
         MissingExtraError: a format needs a package that is not installed.
         InterchangeError: a format cannot carry the case.
-        OSError: the files cannot be written; none of them is.
+        StoreError: the files cannot be written; none of them is.
     """
     from cortex_dsl.exports.files import standing, write_all
     from cortex_dsl.exports.gathering import gather
@@ -63,13 +66,15 @@ def export(
     for refused in gathered.refused.values():
         raise refused
     folder = Path(out)
-    there = standing(folder, gathered.files)
+    with store_errors(folder):
+        there = standing(folder, gathered.files)
     if there.other and not force:
         place = folder / there.other[0]
         raise ArgumentError(
             f"out: `{place}` holds something else", "name another folder, or write over it with `force`"
         )
-    write_all(folder, {name: content for name, content in gathered.files.items() if name not in there.same})
+    with store_errors(folder):
+        write_all(folder, {name: content for name, content in gathered.files.items() if name not in there.same})
     return [folder / name for name in gathered.files]
 
 

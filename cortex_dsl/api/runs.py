@@ -88,7 +88,7 @@ def search(
 
     Raises:
         CompileError: the file has errors.
-        OSError: it cannot be read.
+        UnreadableFileError: it cannot be read.
         and as `Scenario.search`.
     """
     kind("scenario", scenario, (str, Path, Scenario), "name a scenario by its path, or load it")

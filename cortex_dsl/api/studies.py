@@ -18,6 +18,7 @@ from cortex_dsl.api import arguments
 from cortex_dsl.api.run_folder import origin_of
 from cortex_dsl.api.scenario import Scenario, load
 from engine.errors import ArgumentError
+from engine.risk import PROFILES
 from engine.search.searchers import canonical
 from engine.search.store import StoreError, hold, new_directory
 from engine.search.workers import Workers, open_workers
@@ -76,7 +77,7 @@ def study(
     """Search every scenario by every method `runs` times, and compare the methods run by run.
 
     Args:
-        files: scenarios, by path or loaded; of a folder all its `*.scn`. Each has a seed of its own: `seed`, `seed` + 1, …
+        files: scenarios, by path or loaded; of a folder all its `*.scn`. Each gets a seed of its own.
         methods: names as `Scenario.search` takes them; where `random` is among them, the others are held against it.
         runs: of each method on each scenario; 30 or more before anything may be claimed.
         out: a new folder for every evaluation and for the tables of the study, as `cortexc study` leaves; None: what is
@@ -95,9 +96,10 @@ def study(
     """
     arguments.settings(settings)
     runs, jobs = arguments.whole("runs", runs, 1), arguments.whole("jobs", jobs, 1)
-    scenarios = _scenarios([files] if isinstance(files, Files) else files)
+    arguments.one_of("profile", profile, PROFILES)
+    scenarios = _scenarios([files] if isinstance(files, Files) else _several("files", files))
     subjects = [_subject(name, scenario, preset, settings) for name, scenario in scenarios]
-    words = [methods] if isinstance(methods, str) else methods
+    words = [methods] if isinstance(methods, str) else _several("methods", methods)
     plan = Plan(with_own_seeds(subjects), tuple(dict.fromkeys(map(canonical, words))), runs, profile)
     check(plan)
     if out is None:
@@ -109,7 +111,7 @@ def study(
 
 
 def resume_study(folder: str | Path, *, jobs: int = 1, on_run: "OnRun | None" = None) -> Studied:
-    """Go on with a study that was stopped or killed, from what its folder keeps; of one that is complete nothing is run.
+    """Go on with a study that was stopped or killed, from what its folder keeps; one that is complete is only read.
 
     Raises:
         StoreError: no readable study, another process is at it, or another version of the engine began it.
@@ -184,6 +186,11 @@ def _scenarios(files: Iterable[Files]) -> list[tuple[str, Scenario]]:
         else:
             loaded += [(path, load(path)) for path in _unfolded(Path(each))]
     return list(zip(short_names([path for path, _ in loaded]), [scenario for _, scenario in loaded], strict=True))
+
+
+def _several(name: str, things: Iterable[Any]) -> list[Any]:
+    arguments.kind(name, things, Iterable, "name one, or several in a list")
+    return list(things)
 
 
 def _unfolded(path: Path) -> list[Path]:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from engine.config import Config
+from engine.errors import ArgumentError
 from engine.feasibility import pruner
 from engine.program import Program
 from engine.risk import Risk, RiskProfile, assess
@@ -44,7 +45,7 @@ def make_host(program: Program, config: Config) -> Simulate:
         from engine import world
 
         return lambda scenes: world.simulate(program, scenes, config, jobs=jobs)
-    raise ValueError(f"engine: expected batch or world, got `{config.search.engine}`")
+    raise ArgumentError(f"engine: expected batch or world, got `{config.search.engine}`", "name one of these")
 
 
 def assessment(scenes: Scenes, outcomes: Outcomes, risk: Risk) -> Assessment:

@@ -13,7 +13,7 @@ from time import perf_counter
 import numpy as np
 
 from engine.config import Config, SearchConfig
-from engine.errors import CortexError
+from engine.errors import ArgumentError, CortexError
 from engine.program import ParamSpace, Program
 from engine.search.assessment import Assessment, Evaluate, concatenate, map_arrays, take
 from engine.search.evaluations import (
@@ -321,7 +321,7 @@ def search(
     from engine.search.evaluator import make_evaluator
 
     if profile not in PROFILES:
-        raise ValueError(f"profile: `{profile}` is none of {', '.join(PROFILES)}")
+        raise ArgumentError(f"profile: `{profile}` is none of {', '.join(PROFILES)}", "name one of these")
     entry = find_searcher(method)
     workers = workers or Workers("threads", config.search.jobs)
     with open_workers(workers) as executor:

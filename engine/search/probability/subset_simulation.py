@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.random import Generator
 
+from engine.errors import ArgumentError
 from engine.program import ParamSpace
 from engine.search.assessment import Assessment, Evaluate, concatenate, take
 from engine.search.probability.estimates import MOST_DRIVEN, NOT_KNOWN, Count, Judge, Probability
@@ -125,7 +126,9 @@ def subset_simulation(
 
     size = samples // REPETITIONS
     if size < 100:
-        raise ValueError(f"samples is {samples}; subset simulation needs at least {100 * REPETITIONS} a level")
+        raise ArgumentError(
+            f"samples is {samples}; subset simulation needs at least {100 * REPETITIONS} a level", "take more"
+        )
     chains = [
         _Chain(evaluate, lambda uniforms: from_uniforms(space, uniforms), len(space), seed, repetition + 1, judge)
         for repetition in range(REPETITIONS)
