@@ -5,14 +5,15 @@ function of the program's digest and of the code that makes it, so both name the
 """
 
 import json
-import os
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
 
+from engine.atomic import write_one
 from engine.feasibility.contraction import ALIVE
 from engine.feasibility.narrowing import narrow
 from engine.feasibility.slices import MOST, Bench, Sliced, bit, slice_template
@@ -248,9 +249,5 @@ def _read(entry: Path) -> Feasibility | None:
 def _write(entry: Path, found: Feasibility) -> None:
     """Whole or not at all; a cache that cannot be written is none."""
     kept = asdict(found) | {name: getattr(found, name).tolist() for name in ("impossible", "low", "high")}
-    unborn = entry.with_name(f"{entry.stem}-{os.getpid()}.json")
-    try:
-        unborn.write_text(json.dumps(kept, default=lambda value: value.item()), encoding="utf-8")
-        unborn.replace(entry)
-    except OSError:
-        unborn.unlink(missing_ok=True)
+    with suppress(OSError):
+        write_one(entry, json.dumps(kept, default=lambda value: value.item()).encode())

@@ -3,16 +3,17 @@
 import json
 import sqlite3
 from contextlib import closing
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from engine.search.assessment import SCALARS, Assessment, from_columns, map_arrays, take
+from engine.outcomes import Assessment
+from engine.search.assessment import SCALARS, from_columns, map_arrays, take
 from engine.search.evaluations import Evaluations, Figures, GenerationFigures, aggregate, generation_figures
 from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION
-from engine.search.manifest import Link, Manifest, Origin, Parameter, Text
+from engine.search.manifest import Manifest, ManifestError, read_manifest
 from engine.search.searchers import method_of
 from engine.search.store import StoreError, example_run, store_errors
 from engine.tables import Ints
@@ -50,11 +51,15 @@ def read_journal(path: Path) -> Record:
         _check(path, connection)
         try:
             return _consistent(_record(connection))
-        except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
-            raise StoreError(
-                f"`{path}` is damaged: what it holds does not fit together ({type(error).__name__})",
-                "restore it from a copy, or repeat the run",
-            ) from error
+        except ManifestError as error:
+            raise damaged(path, error) from error
+        except (ValueError, KeyError, TypeError, IndexError, AttributeError, OverflowError) as error:
+            raise damaged(path, f"what it holds does not fit together ({type(error).__name__})") from error
+
+
+def damaged(path: Path, why: object) -> StoreError:
+    """What to raise of a journal that somebody has changed."""
+    return StoreError(f"`{path}` is damaged: {why}", "restore it from a copy, or repeat the run")
 
 
 def _opened(path: Path) -> sqlite3.Connection:
@@ -123,18 +128,15 @@ def _check(path: Path, connection: sqlite3.Connection) -> None:
 
 
 def _manifest(connection: sqlite3.Connection) -> Manifest:
-    values = {field: json.loads(value) for field, value in connection.execute("SELECT field, value FROM manifest")}
-    for name in ("command_line", "requirements", "rules", "actors"):
-        values[name] = tuple(values[name])
-    values["parameters"] = tuple(Parameter(**{**row, "options": tuple(row["options"])}) for row in values["parameters"])
-    values["origin"] = _origin(values["origin"])
-    return Manifest(**{field.name: values[field.name] for field in fields(Manifest)})
+    rows = connection.execute("SELECT field, value FROM manifest")
+    return read_manifest({field: _json(field, value) for field, value in rows})
 
 
-def _origin(value: dict[str, Any]) -> Origin:
-    imports = tuple(Text(**row) for row in value["imports"])
-    links = tuple(Link(**row) for row in value["links"])
-    return Origin(imports, links, value["overrides"], value["scenario"])
+def _json(field: str, value: str) -> Any:
+    try:
+        return json.loads(value)
+    except (ValueError, TypeError, RecursionError):
+        raise ManifestError(f"`{field}` of its manifest must be JSON") from None
 
 
 def _figures(generation: int, text: str) -> GenerationFigures:

@@ -2,15 +2,14 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from engine.extras import installing
-from engine.interchange.errors import InterchangeError
+from engine.extras import MissingExtraError, needed
+from engine.interchange.contract import InterchangeError
 
 EGO, NAMES = b"host_vehicle_idx", b"cortexc_names"
 """Metadata: omega-prime's own key for the ego, and ours for names, a JSON list by idx."""
@@ -19,7 +18,7 @@ LARGEST_COLUMN = 300_000_000
 """Bytes of one column once it is unpacked; a million rows of twenty digits take a fifteenth of it."""
 LONGEST_IDX = 19
 """Digits."""
-TEXTS = ("string", "large_string", "string_view")
+TEXT_TYPES = ("string", "large_string", "string_view")
 """Types that hold texts, as pyarrow calls them."""
 
 
@@ -45,7 +44,7 @@ class ParquetFile:
         self.file = path.name
         try:
             file: Any = parquet.ParquetFile(path)
-            texts = [field.name for field in file.schema_arrow if str(field.type) in TEXTS]
+            texts = [field.name for field in file.schema_arrow if str(field.type) in TEXT_TYPES]
             # each text once, however many rows hold it
             self._file: Any = parquet.ParquetFile(path, metadata=file.metadata, read_dictionary=texts)
         except (OSError, ValueError) as error:  # pyarrow's own errors are both
@@ -86,7 +85,7 @@ class ParquetFile:
         return list(zip(texts, first.tolist(), strict=True)), places
 
     def _refuse_other(self, kind: str, name: str) -> None:
-        if kind not in TEXTS and not kind.startswith(("int", "uint", "float", "double")):
+        if kind not in TEXT_TYPES and not kind.startswith(("int", "uint", "float", "double")):
             place = f"{self.file}, column `{name}`"
             raise InterchangeError(f"it should hold texts, and holds {kind}", "convert the column", place)
 
@@ -135,7 +134,6 @@ def _broken(file: str, error: Exception) -> InterchangeError:
 
 def _pyarrow(module: str) -> Any:
     try:
-        return import_module(module)
-    except ImportError:
-        cure = f"{installing('export')}, or take CSV"
-        raise InterchangeError("Parquet needs the package `pyarrow`, which is not installed", cure) from None
+        return needed(module, "Parquet needs", "export")
+    except MissingExtraError as missing:
+        raise InterchangeError(missing.message, f"{missing.cure}, or take CSV") from None

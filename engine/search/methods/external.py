@@ -32,7 +32,7 @@ class CovarianceAdaptation(InCube):
     """
 
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
-        self._cma = needed("cma", "cmaes")
+        self._cma = needed("cma", "`cmaes` needs", "search")
         super().__init__(box, population, streams)
         self._points: list[np.ndarray] = []
         self._strategy: Any = None
@@ -87,11 +87,11 @@ class NonDominatedSorting(InCube):
         self._algorithm: Any = self._start() if len(box) else None
 
     def _start(self) -> Any:
-        problem = needed("pymoo.core.problem", "nsga2").Problem(
+        problem = needed("pymoo.core.problem", "`nsga2` needs", "search").Problem(
             n_var=self._cube.size, n_obj=len(OBJECTIVES), n_ieq_constr=1, xl=0.0, xu=1.0
         )
-        algorithm = needed("pymoo.algorithms.moo.nsga2", "nsga2").NSGA2(pop_size=self._population)
-        endless = needed("pymoo.core.termination", "nsga2").NoTermination()
+        algorithm = needed("pymoo.algorithms.moo.nsga2", "`nsga2` needs", "search").NSGA2(pop_size=self._population)
+        endless = needed("pymoo.core.termination", "`nsga2` needs", "search").NoTermination()
         seed = int(self._streams(0, 0).integers(1 << 63))
         return algorithm.setup(problem, termination=endless, seed=seed, verbose=False)
 
@@ -116,7 +116,7 @@ class NonDominatedSorting(InCube):
             return
         told = results[: len(self._bred)]
         broken = np.array([[0.0 if result.selectable else 1.0] for result in told])
-        static = needed("pymoo.problems.static", "nsga2").StaticProblem
+        static = needed("pymoo.problems.static", "`nsga2` needs", "search").StaticProblem
         problem = static(self._algorithm.problem, F=objectives(told), G=broken)
         self._algorithm.evaluator.eval(problem, self._bred)
         self._algorithm.tell(infills=self._bred)
@@ -150,7 +150,8 @@ class Illumination(InCube):
     """
 
     def __init__(self, box: Box, population: int, streams: StreamAt, method: str) -> None:
-        self._ribs = needed("ribs.archives", method), needed("ribs.emitters", method)
+        who = f"`{method}` needs"
+        self._ribs = needed("ribs.archives", who, "search"), needed("ribs.emitters", who, "search")
         super().__init__(box, population, streams)
         self._method = method
         self._points = np.empty((0, len(box)))

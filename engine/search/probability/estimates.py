@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from engine.scenes import Bools
-from engine.search.assessment import Assessment
+from engine.atomic import write_one
+from engine.outcomes import Assessment
 from engine.search.journal import finite
 from engine.search.statistics import Interval
 from engine.search.store import StoreError, store_errors
-from engine.tables import Floats, Ints
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import EndReason, Verdict
 
 NOT_KNOWN = Interval(math.nan, math.nan)
@@ -96,7 +96,8 @@ KEPT = "probability.json"
 
 
 def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Path:
-    """Write an estimate for the program of this digest in place of an earlier one of its kind; its file.
+    """Write an estimate for the program of this digest in place of an earlier one of its kind; its file, whole or not
+    at all.
 
     Raises:
         StoreError: it cannot be written.
@@ -108,7 +109,7 @@ def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Pa
     rows[_place(row)] = row
     with store_errors(path):
         text = json.dumps(finite(list(rows.values())), indent=2, allow_nan=False)
-        path.write_text(text + "\n", encoding="utf-8")
+        write_one(path, f"{text}\n".encode())
     return path
 
 

@@ -1,0 +1,182 @@
+"""Files written whole or not at all: first under a hidden name beside their place, then put there at once.
+
+Whoever reads a file, at whatever moment, sees all of the old or all of the new. Nothing here listens to signals: who is
+killed leaves hidden names behind, and the next one that writes into that folder, while nobody else does, takes them
+away. Writers know of one another by a lock of the folder, which ends with whoever holds it.
+"""
+
+import errno
+import os
+import re
+import secrets
+import stat
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+if sys.platform != "win32":
+    import fcntl
+
+WAITING = re.compile(r"\..*\.[0-9a-f]{8}\.cortexc-part")
+"""The name of a file that waits for its place."""
+LONGEST_NAME = 100
+"""Bytes of a file's name in that."""
+PATIENCE, PAUSE = 100, 0.01
+"""How often a lock is tried, and how long after one another [s]: who takes names away needs no longer."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What stands in the place of files that are to be written."""
+
+    same: frozenset[str]
+    """Names of files that already hold what would be written."""
+    other: tuple[str, ...]
+    """Names of files that hold something else."""
+
+
+def standing(folder: Path, files: Mapping[str, bytes]) -> Standing:
+    """Compare a folder, which need not be there, with what is to be written into it.
+
+    Raises:
+        OSError: something is there that cannot be read, such as a folder of a file's name.
+    """
+    same, other = [], []
+    for name, content in files.items():
+        path = folder / name
+        if os.path.lexists(path):
+            (same if _holds(path, content) else other).append(name)
+    return Standing(frozenset(same), tuple(other))
+
+
+def _holds(path: Path, content: bytes) -> bool:
+    """Nothing is read but a file of that very size: a pipe would wait, a device may never end."""
+    try:
+        found = path.stat()
+    except FileNotFoundError:  # a link that leads nowhere
+        return False
+    if stat.S_ISDIR(found.st_mode):
+        return path.read_bytes() == content  # raises, with the name of what happened
+    return stat.S_ISREG(found.st_mode) and found.st_size == len(content) and path.read_bytes() == content
+
+
+def write_one(path: Path, content: bytes) -> None:
+    """Put a content into a file. Mode and owner of one that is there stay; where a link leads, there it is written.
+
+    Raises:
+        OSError: it cannot be written, or may not; what was there is as it was.
+    """
+    target = Path(os.path.realpath(path))
+    old = target.stat() if target.exists() else None
+    if old is not None and not os.access(target, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+    with _writing_into(target.parent):
+        waiting = _waiting(target)
+        try:
+            _write(waiting, target, content, 0o666 if old is None else 0o600)
+            if old is not None:
+                waiting.chmod(stat.S_IMODE(old.st_mode))
+                with suppress(OSError):  # only root gives files away
+                    os.chown(waiting, old.st_uid, old.st_gid)
+            waiting.replace(target)
+        except BaseException:
+            waiting.unlink(missing_ok=True)
+            raise
+
+
+def write_all(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Write files into a folder, which is made if it is not there. Where one cannot be written, none is.
+
+    Raises:
+        OSError: with the path that could not be written; no half of a file is left, nor a folder that was made for it.
+    """
+    made = _make(folder)
+    waiting = {name: _waiting(folder / name) for name in files}
+    try:
+        with _writing_into(folder):
+            for name, content in files.items():
+                _write(waiting[name], folder / name, content, 0o666)
+            for name, path in waiting.items():
+                path.replace(folder / name)
+    except BaseException:
+        for path in waiting.values():
+            with suppress(OSError):
+                path.unlink(missing_ok=True)
+        for path in made:
+            with suppress(OSError):  # not empty: somebody else uses it by now
+                path.rmdir()
+        raise
+
+
+def _waiting(place: Path) -> Path:
+    cut = place.name.encode()[:LONGEST_NAME].decode(errors="ignore")
+    return place.with_name(f".{cut}.{secrets.token_hex(4)}.cortexc-part")
+
+
+def _write(waiting: Path, place: Path, content: bytes, mode: int) -> None:
+    """A new file, through to the disk: a full one says so here, and not when the name is taken already."""
+    try:
+        number = os.open(waiting, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
+    except OSError as error:
+        error.filename = str(place)  # the name that people know
+        raise
+    with os.fdopen(number, "wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(number)
+
+
+def _make(folder: Path) -> list[Path]:
+    """Make a folder and those above it; the ones that were not there, the innermost first."""
+    missing = [each for each in (folder, *folder.parents) if not each.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    return missing
+
+
+# -- what somebody left who was killed ---------------------------------------------------------------------------------
+
+
+@contextmanager
+def _writing_into(folder: Path) -> Iterator[None]:
+    """Share the folder's lock with whoever else writes there; who has it alone first takes away what is left."""
+    number = _opened(folder)
+    try:
+        if number is not None:
+            with suppress(OSError):  # a file system without locks
+                _share(folder, number)
+        yield
+    finally:
+        if number is not None:
+            os.close(number)
+
+
+def _opened(folder: Path) -> int | None:
+    """None where folders have no locks, or this one may not be read: then nothing is taken away."""
+    if sys.platform == "win32":
+        return None
+    with suppress(OSError):
+        return os.open(folder, os.O_RDONLY)
+    return None
+
+
+def _share(folder: Path, number: int) -> None:
+    if sys.platform == "win32":
+        return
+    with suppress(BlockingIOError):  # others write here
+        fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        _clear(folder)
+    for _ in range(PATIENCE):
+        with suppress(BlockingIOError):
+            fcntl.flock(number, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            return
+        time.sleep(PAUSE)
+
+
+def _clear(folder: Path) -> None:
+    for path in folder.glob(".*.cortexc-part"):
+        if WAITING.fullmatch(path.name):
+            with suppress(OSError):
+                path.unlink()
