@@ -15,7 +15,7 @@ from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 from engine.errors import CortexError, HiddenEngineError, Signal, UnreadableFileError
 from engine.extras import MissingExtraError
-from engine.interchange.errors import InterchangeError
+from engine.interchange.contract import InterchangeError
 from engine.road.specification import RoadError
 from engine.search.run import ForeignPastError
 from engine.search.searchers import PluginError, UnknownMethodError

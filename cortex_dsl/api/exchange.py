@@ -17,9 +17,9 @@ from engine.errors import ArgumentError
 from engine.search.store import store_errors
 
 if TYPE_CHECKING:
-    from cortex_dsl.exports.cases import ExportCase
+    from cortex_dsl.interchange.cases import ExportCase
     from engine.interchange.measuring import Measured
-    from engine.interchange.reading import Imported
+    from engine.interchange.openscenario.read import Imported
 
 TABLES = (".csv", ".parquet")
 SCENARIO = ".xosc"
@@ -57,9 +57,9 @@ def export(
         InterchangeError: a format cannot carry the case.
         StoreError: the files cannot be written; none of them is.
     """
-    from cortex_dsl.exports.files import standing, write_all
-    from cortex_dsl.exports.gathering import gather
-    from engine.interchange.export import ExportOptions
+    from cortex_dsl.interchange.writing import gather
+    from engine.atomic import standing, write_all
+    from engine.interchange.contract import ExportOptions
 
     names = _formats([formats] if isinstance(formats, str) else formats)
     gathered = gather(_cases(what, case, top, seed), names, ExportOptions(osc, mode))
@@ -111,7 +111,7 @@ def read_recording(file: str | Path, *, ego: str | None = None, step: float | No
     arguments.kind("file", file, (str, Path), "name a recording by its path")
     path = Path(file)
     if path.suffix.lower() == SCENARIO:
-        from engine.interchange.reading import read_openscenario
+        from engine.interchange.openscenario.read import read_openscenario
 
         return read_openscenario(path, ego=ego, step=step)
     if path.suffix.lower() not in TABLES:
@@ -124,7 +124,7 @@ def read_recording(file: str | Path, *, ego: str | None = None, step: float | No
 
 def _formats(names: Iterable[str]) -> tuple[str, ...]:
     """Each format once; all of them known and installed."""
-    from cortex_dsl.exports.formats import FORMATS, missing_extra
+    from cortex_dsl.interchange.formats import FORMATS, missing_extra
     from engine.extras import MissingExtraError
 
     words = tuple(dict.fromkeys(arguments.one_of("formats", name, FORMATS) for name in names))
@@ -142,7 +142,7 @@ def _cases(what: OpenedRun | Scenario, case: int, top: int | None, seed: int | N
 
 
 def _of_run(run: OpenedRun, case: int, top: int | None) -> "list[ExportCase]":
-    from cortex_dsl.exports.cases import case_of_run
+    from cortex_dsl.interchange.cases import case_of_run
 
     cases = every_case(run.record)
     if not cases:
@@ -155,7 +155,7 @@ def _of_run(run: OpenedRun, case: int, top: int | None) -> "list[ExportCase]":
 
 
 def _scene(scenario: Scenario, seed: int | None) -> "ExportCase":
-    from cortex_dsl.exports.cases import case_of_scene
+    from cortex_dsl.interchange.cases import case_of_scene
     from engine.vocabulary import Verdict
 
     scenes = scenario.scene_of_seed(seed)

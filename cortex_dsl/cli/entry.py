@@ -76,8 +76,6 @@ def _dispatch(arguments: Sequence[str], terminal: Terminal) -> int:
     return command_table.execute(to_request(options, arguments), terminal)
 
 
-
-
 def _no_output(error: OSError, terminal: Terminal) -> Exit:
     """Paths are checked where they are used; what is left is stdout, on a full disk."""
     from cortex_dsl.console.user_files import reason
