@@ -22,6 +22,7 @@ from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax.reading import read_source
+from engine.display import facts_table
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record, damaged, read_journal
 from engine.search.manifest import Manifest, ManifestError, Origin, Text, check_program
@@ -51,6 +52,17 @@ class OpenedRun:
     """With the settings of the run."""
     edited: tuple[str, ...]
     """Files that say something else now; the run goes by what they said when it was started."""
+
+    def __repr__(self) -> str:
+        """One line, for notebooks."""
+        method, count = self.record.manifest.method, len(self.record.evaluations)
+        return f"OpenedRun({self.folder}: {method}, {count} individuals, {self.record.status})"
+
+    def _repr_html_(self) -> str:
+        record, evaluations = self.record, self.record.evaluations
+        facts = [("run", str(self.folder)), ("scenario", record.manifest.file), ("method", record.manifest.method)]
+        counts = [("individuals", f"{len(evaluations):,}"), ("collisions", f"{int(evaluations.collided.sum()):,}")]
+        return facts_table([*facts, ("status", record.status), *counts])
 
     def scene(self, case: Case) -> "Scenes":
         """Return the scene of one of its cases, drawn again.

@@ -26,7 +26,6 @@ import numpy as np
 
 from cortex_dsl.api import arguments
 from cortex_dsl.api.concrete import concrete_files
-from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.files import DISK, Folder
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source
@@ -61,7 +60,8 @@ def load(path: str | Path, config: Config | None = None, scenario: str | None = 
     """
     arguments.kind("path", path, (str, Path), "name a file; `compile_text` takes the text itself")
     try:
-        source = read_source(path)
+        with arguments.drawn_errors():
+            source = read_source(path)
     except OSError as error:
         raise UnreadableFileError(path, error) from error
     return _compiled(source, config, scenario, DISK, params)
@@ -89,10 +89,8 @@ def _compiled(
     source: Source, config: Config | None, scenario: str | None, files: Folder, params: Mapping[str, object]
 ) -> "Scenario":
     overrides = {param: str(value) for param, value in params.items()}
-    try:
+    with arguments.drawn_errors():
         compiled = compile_source(source, overrides, scenario=scenario, files=files)
-    except CompileError as error:
-        raise CompileError(error.source, arguments.in_python(error.diagnostics)) from None
     compiled = replace(compiled, diagnostics=arguments.in_python(compiled.diagnostics))
     config = config or Config()
     simulation = in_file(config.simulation, compiled.program.settings)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from cortex_dsl.api import arguments
 from cortex_dsl.api.run_folder import origin_of
 from cortex_dsl.api.scenario import Scenario, load
+from engine.display import facts_table
 from engine.errors import ArgumentError
 from engine.risk import PROFILES
 from engine.search.searchers import canonical
@@ -60,6 +61,10 @@ class Studied:
         plan = self.plan
         size = f"{len(plan.subjects)} scenarios x {', '.join(plan.methods)} x {plan.runs} runs"
         return f"Studied({size}; {len(self.records)} finished)"
+
+    def _repr_html_(self) -> str:
+        facts = [("study", repr(self)), ("kept in", str(self.folder) if self.folder else "memory")]
+        return facts_table([*facts, *(("finding", sentence) for sentence in self.findings.verdict)])
 
 
 def study(

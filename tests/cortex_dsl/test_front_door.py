@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import cortex_dsl as cx
+from cortex_dsl import Scenario
 from cortex_dsl.api.runs import OpenedRun
-from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.api.studies import Studied, resume_study, study
 from cortex_dsl.version import VERSION
 from engine.study.execution import perform_all
@@ -94,7 +94,7 @@ def test_cases_are_exported_and_measured(run: OpenedRun, tmp_path: Path) -> None
     assert all(path.is_file() for path in paths)
     for name in ("left_turn-case01.csv", "left_turn-case01.xosc"):
         measured = cx.measure(tmp_path / "out" / name)
-        assert measured.risk.score[0] == run.record.evaluations.fitness.max().round()
+        assert measured.risk.score[0] == np.nanmax(run.record.evaluations.fitness)
     assert cx.export(run, "csv", tmp_path / "out") == [tmp_path / "out" / "left_turn-case01.csv"]
     assert len(cx.export(run, "scn", tmp_path / "top", top=2)) == 2
 
@@ -139,6 +139,36 @@ def test_a_study_that_is_kept_and_gone_on_with(tmp_path: Path, monkeypatch: pyte
     assert isinstance(rest, Studied)
     assert [record.figures.simulations for record in rest.records] == [r.figures.simulations for r in whole.records]
     assert resume_study(tmp_path / "half").complete
+
+
+def test_notebooks_have_something_to_show(scenario: Scenario, run: OpenedRun) -> None:
+    """Whatever a cell may end with: a small table, without markup of the scenario's own."""
+    scenes = scenario.sample(20, seed=2)
+    outcomes, campaign = scenario.simulate(scenes), cx.search(scenario, "random", **SMALL)
+    shown = [scenario, scenes, outcomes, campaign, scenario.table(scenes), scenario.table(outcomes), run]
+    for thing in shown:
+        text = thing._repr_html_()
+        assert text.count("<table") == text.count("</table>") == 1
+        assert len(text) < 20_000
+    assert f"<td>{scenes.valid.sum()}</td>" in scenes._repr_html_()
+    assert "20 rows" in scenario.table(scenes)._repr_html_()
+    assert "<th>ego.speed [m/s]</th>" in scenario.table(scenes)._repr_html_()
+
+
+def test_a_compile_error_shows_where() -> None:
+    """The line of the source with its caret, errors before notes; a notebook has the same as markup."""
+    with pytest.raises(cx.CompileError) as caught:
+        cx.compile_text("ego = new Car at (0, 0), with sped 5\n", "mine.scn")
+    shown = str(caught.value)
+    assert "mine.scn:1:31: error[SCN204]: a Car has no property `sped`\n" in shown
+    assert "1 | ego = new Car at (0, 0), with sped 5\n  |                               ^^^^\n" in shown
+    assert shown.index("error[") < shown.index("note[")
+    assert "\x1b" not in shown
+    assert caught.value._repr_html_().startswith("<pre>")
+    assert (caught.value.message, caught.value.cure) == (
+        "SCN204: a Car has no property `sped`",
+        "did you mean `speed`?",
+    )
 
 
 SLIPS: dict[str, tuple[Callable[[Scenario, OpenedRun], object], type[Exception], str]] = {
