@@ -5,6 +5,7 @@ Nothing of the engine can be imported then, its exceptions included; they are re
 
 import sys
 from functools import lru_cache
+from importlib import import_module
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -25,19 +26,13 @@ def check_engine() -> None:
 
 def errors() -> ModuleType:
     """The module `engine.errors`, ours even where another `engine` hides it."""
-    return sys.modules.get(ERRORS) or _imported() if _other_engine() is None else _read_from_file()
+    return import_module(ERRORS) if _other_engine() is None else _read_from_file()
 
 
 def provide_errors() -> None:
     """Let `from engine.errors import …` succeed all the same: a command says in its own way what is wrong."""
     if _other_engine() is not None:
         sys.modules.setdefault(ERRORS, _read_from_file())
-
-
-def _imported() -> ModuleType:
-    from engine import errors as ours
-
-    return ours
 
 
 @lru_cache(maxsize=1)

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from engine.study.run_records import Finished
 EXAMPLES = Path(__file__).parents[2] / "examples"
 EXAMPLE = EXAMPLES / "left_turn.scn"
 HEAVY = {"numpy", "numba", "scipy", "lark", "rich", "pymunk", "cortex_dsl.api", "engine.kernels"}
-SMALL = {"generations": 2, "population": 10}
+SMALL: dict[str, Any] = {"generations": 2, "population": 10}
 
 
 @pytest.fixture(scope="module")
