@@ -154,7 +154,9 @@ def check_journal(run: OpenedRun) -> None:
         UnknownMethodError, MissingExtraError, PluginError: there is no such searcher here.
     """
     space, config = run.scenario.program.space, run.scenario.config
-    follow(build_searcher(run.record.manifest.method, Box.of(space), config), run.record.past())
+    manifest = run.record.manifest
+    searcher = build_searcher(manifest.method, Box.of(space), config, manifest.method_number)
+    follow(searcher, run.record.past())
 
 
 def _run_folder(path: Path) -> Path:

@@ -19,7 +19,7 @@ from engine.feasibility.narrowing import narrow
 from engine.feasibility.slices import MOST, Bench, Sliced, bit, slice_template
 from engine.frozen import frozen
 from engine.program import Program
-from engine.tables import Floats, Ints
+from engine.tables import Floats, Ints, Size
 from engine.user_cache import cached_file
 from engine.vocabulary import GeneKind
 
@@ -75,7 +75,7 @@ def slices_of(program: Program, limit: int = WORK_LIMIT, count: int = SLICES) ->
 def _work(program: Program, count: int) -> int:
     """Values that slicing computes: instructions by slices, a geometric one as many as the region has edges."""
     code = program.code
-    variables = len(program.space) + int(code.sizes[1])
+    variables = len(program.space) + int(code.sizes[Size.DRAWS])
     geometry = int((code.scene_code[:, 0] >= 40).sum()) + 5 * len(program.actors)
     templates = max(1, len(code.output_segment))
     edges = len(program.road.edges) // max(1, len(program.road.region_start) - 1)

@@ -14,7 +14,6 @@ from engine.search.assessment import SCALARS, from_columns, map_arrays, take
 from engine.search.evaluations import Evaluations, Figures, GenerationFigures, aggregate, generation_figures
 from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION
 from engine.search.manifest import Manifest, ManifestError, read_manifest
-from engine.search.searchers import method_of
 from engine.search.store import StoreError, example_run, store_errors
 from engine.tables import Ints
 
@@ -125,6 +124,9 @@ def _check(path: Path, connection: sqlite3.Connection) -> None:
             f"`{path}` has version {found} of the journal, this program reads {SCHEMA_VERSION}",
             "use the version of cortexc that wrote it",
         )
+    kept = [row[1] for row in connection.execute("PRAGMA table_info(simulation)")][3:-1]
+    if tuple(kept) != SCALARS:
+        raise StoreError(f"`{path}` keeps other results than this program", "use the version of cortexc that wrote it")
 
 
 def _manifest(connection: sqlite3.Connection) -> Manifest:
@@ -187,7 +189,7 @@ def _simulations(connection: sqlite3.Connection, requirements: int) -> tuple[dic
 def _keys(births: Ints, rollouts: int, manifest: Manifest) -> Ints:
     """(n, k, 6) stream keys."""
     keys = np.empty((len(births), rollouts, 6), dtype=np.int64)
-    keys[:] = (manifest.seed, int(method_of(manifest.method)), manifest.run, 0, 0, 0)
+    keys[:] = (manifest.seed, manifest.method_number, manifest.run, 0, 0, 0)
     keys[:, :, 3:5] = births[:, np.newaxis]
     keys[:, :, 5] = np.arange(rollouts)
     return keys

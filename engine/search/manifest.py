@@ -19,11 +19,14 @@ from engine.risk import PROFILES
 from engine.sampling import attempt_limit
 from engine.search.methods.table import SEARCHERS
 from engine.search.searchers import distribution_of
+from engine.streams import method_number, old_number
 
 DISTRIBUTIONS = ("cortexc", "numpy", "numba", "pymunk")
 """Whose versions may decide a result."""
 PYTHON = ".".join(map(str, sys.version_info[:3]))
 LARGEST = MappingProxyType({int: 2**63 - 1, float: sys.float_info.max})
+ALWAYS_THERE = ("generations", "population", "seed", "aggregate")
+"""Settings of a search that every manifest has; those that are newer than it have their defaults."""
 LIMITS: Mapping[str, Mapping[str, tuple[float, float]]] = MappingProxyType(
     {
         "simulation": {
@@ -138,6 +141,19 @@ class Manifest:
     rules: tuple[str, ...]
     actors: tuple[str, ...]
     origin: Origin = NO_ORIGIN
+    number: int | None = None
+    """Of the method in every stream key, where its name makes it (see `engine.streams`); None for a method of
+    `Method`, and in a manifest from before names made numbers."""
+
+    @property
+    def method_number(self) -> int:
+        """Of the method in every stream key."""
+        return old_number(self.method) if self.number is None else self.number
+
+    def stored(self) -> dict[str, Any]:
+        """What is stored of it; a number that there is none of is left out."""
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        return {name: value for name, value in values.items() if name != "number" or value is not None}
 
     @property
     def config(self) -> Config:
@@ -180,6 +196,7 @@ def make_manifest(
         rules=tuple(rule.name for rule in program.rules),
         actors=program.actors,
         origin=origin,
+        number=method_number(method) if method_number(method) != old_number(method) else None,
     )
 
 
@@ -223,9 +240,10 @@ def read_manifest(values: Mapping[str, Any]) -> Manifest:
     fitting = {each.name: values[each.name] for each in fields(Manifest) if each.name in values}
     manifest: Manifest = _typed(Manifest, fitting, "")
     settings = _typed(Config, manifest.settings, "settings")
+    for place in (*((table,) for table in LIMITS), *(("search", name) for name in ALWAYS_THERE)):
+        if place[0] not in manifest.settings or not set(place[1:]) <= manifest.settings[place[0]].keys():
+            raise ManifestError(f"its manifest has no `{'.'.join(('settings', *place))}`")
     for table, limits in LIMITS.items():
-        if table not in manifest.settings:
-            raise ManifestError(f"its manifest has no `settings.{table}`")
         for name, (low, high) in limits.items():
             if not low <= getattr(getattr(settings, table), name) <= high:
                 raise ManifestError(f"`settings.{table}.{name}` of its manifest must be from {low:,} to {high:,}")
@@ -257,6 +275,8 @@ def _check_words(manifest: Manifest, config: Config) -> None:
             raise ManifestError(f"`{place}` of its manifest must be one of {', '.join(words)}")
     if (manifest.seed, manifest.run) != (search.seed, search.run):
         raise ManifestError("`seed` and `run` of its manifest must be those of `settings.search`")
+    if manifest.number not in (None, method_number(manifest.method)):
+        raise ManifestError("`number` of its manifest must be that of its method")
     if samples_of(simulation) > MAX_SAMPLES:
         raise ManifestError(f"`settings.simulation` of its manifest has more than {MAX_SAMPLES:,} steps")
 
