@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.api.scenario import load
+from cortex_dsl import load
 from engine.config import Config, SearchConfig
 from engine.outcomes import Assessment, blank_outcomes
 from engine.risk import Risk
 from engine.scenes import Scenes
 from engine.search.assessment import take
 from engine.search.evaluator import assessment, make_host
-from engine.search.insight.genes import probe_genes
+from engine.search.insight.gene_effects import probe_genes
 from engine.search.protocol import Box
 from engine.search.run import search
 
