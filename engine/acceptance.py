@@ -216,7 +216,7 @@ def relaxations(weighing: Weighing, target: float) -> tuple[Relaxation, ...]:
     if weighing.accepted.sum() >= wanted:
         return ()
     failures = (~weighing.holds).sum(axis=1)
-    found = []
+    found: list[Relaxation] = []
     for requirement in range(weighing.program.code.requirement_segment.shape[1]):
         others = failures - ~weighing.holds[:, requirement] == 0
         if others.sum() >= wanted:

@@ -11,7 +11,7 @@ import re
 import secrets
 import stat
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -142,7 +142,7 @@ def _make(folder: Path) -> list[Path]:
 
 
 @contextmanager
-def _writing_into(folder: Path) -> Iterator[None]:
+def _writing_into(folder: Path) -> Generator[None]:
     """Share the folder's lock with whoever else writes there; who has it alone first takes away what is left."""
     number = _opened(folder)
     try:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, fields
 from hashlib import blake2b
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 from zipfile import BadZipFile
 
 import numpy as np
@@ -277,7 +277,7 @@ def _jsonable(item: Any) -> Any:
     if hasattr(item, "__dataclass_fields__"):
         return asdict(item)
     if isinstance(item, tuple):
-        return [_jsonable(i) for i in item]
+        return [_jsonable(i) for i in cast("tuple[Any, ...]", item)]
     return item
 
 
@@ -287,31 +287,35 @@ def _rebuild(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Pro
 
     space = {name: _tuples(value) for name, value in header["space"].items()}
     own = {name: array for name, array in arrays.items() if "." not in name}
-    return Program(
-        **{
-            **header,
-            **own,
-            "space": ParamSpace(**space, **group("space.")),
-            "code": CodeTables(**group("code.")),
-            "road": RoadTables(**group("road.")),
-            "road_spec": RoadSpec(**header["road_spec"]),
-            "settings": Settings(**header["settings"]),
-            "actors": tuple(header["actors"]),
-            "requirements": tuple(Requirement(**r) for r in header["requirements"]),
-            "rules": tuple(Rule(**{**r, "kind": RuleKind(r["kind"])}) for r in header["rules"]),
-            "records": tuple(Record(**r) for r in header["records"]),
-            "monitors": tuple(header["monitors"]),
-            "imported": tuple(ImportedText(**file) for file in header["imported"]),
-            "variants": tuple(_variant(v) for v in header["variants"]),
-        }
-    )
+    values: dict[str, Any] = {
+        **header,
+        **own,
+        "space": ParamSpace(**space, **group("space.")),
+        "code": CodeTables(**group("code.")),
+        "road": RoadTables(**group("road.")),
+        "road_spec": RoadSpec(**header["road_spec"]),
+        "settings": Settings(**header["settings"]),
+        "actors": tuple(header["actors"]),
+        "requirements": tuple(Requirement(**r) for r in header["requirements"]),
+        "rules": tuple(Rule(**_with(r, kind=RuleKind(r["kind"]))) for r in header["rules"]),
+        "records": tuple(Record(**r) for r in header["records"]),
+        "monitors": tuple(header["monitors"]),
+        "imported": tuple(ImportedText(**file) for file in header["imported"]),
+        "variants": tuple(_variant(v) for v in header["variants"]),
+    }
+    return Program(**values)
 
 
 def _variant(value: Mapping[str, Any]) -> VariantLabel:
-    sites = (DrawSite(**{**site, "values": tuple(site["values"])}) for site in value["sites"])
+    sites = (DrawSite(**_with(site, values=tuple(site["values"]))) for site in value["sites"])
     return VariantLabel(value["probability"], tuple(ChoiceLabel(**c) for c in value["choices"]), tuple(sites))
+
+
+def _with(values: Mapping[str, Any], /, **others: Any) -> dict[str, Any]:
+    """The named values, and in place of some what they stand for."""
+    return {**values, **others}
 
 
 def _tuples(value: Any) -> Any:
     """JSON's lists back to tuples, at every depth."""
-    return tuple(_tuples(v) for v in value) if isinstance(value, list) else value
+    return tuple(_tuples(v) for v in cast("list[Any]", value)) if isinstance(value, list) else value

@@ -109,7 +109,7 @@ class Risk:
 def assess(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Risk:
     """Score every row of the outcomes."""
     valid = outcomes.verdict == Verdict.VALID
-    rows, pairs = outcomes.min_distance.shape
+    rows, pairs = map(int, outcomes.min_distance.shape)
     if pairs == 0:
         nothing = np.where(valid, 0, INVALID).astype(np.int32)
         none = np.full(rows, -1, np.int32)
@@ -135,7 +135,7 @@ def assess(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Risk:
 
 def pairs_in_contact(outcomes: Outcomes) -> Bools:
     """(n, pairs): whether it was this pair (ego, other) that touched."""
-    others = np.arange(1, outcomes.min_distance.shape[1] + 1)
+    others = np.arange(1, int(outcomes.min_distance.shape[1]) + 1)
     with_ego = outcomes.collided & (outcomes.contact_actors[:, 0] == 0)
     return with_ego[:, None] & (outcomes.contact_actors[:, 1:2] == others)
 

@@ -183,11 +183,6 @@ def _unequal(z: Interval, a: Interval, b: Interval) -> Sequence[Ends]:
     return _only(fails, (b.low, b.high)), _only(fails, (a.low, a.high))
 
 
-def _forced(true: np.ndarray, false: np.ndarray) -> Ends:
-    """Ends of a truth."""
-    return np.where(true, 1.0, -np.inf), np.where(false, 0.0, np.inf)
-
-
 def _one_of(true: np.ndarray, false: np.ndarray, boolean: bool) -> Ends:
     """What is not zero may be anything else, unless it is a truth; what is zero is zero from both sides."""
     low = np.where(false, 0.0, np.where(true & boolean, 1.0, -np.inf))

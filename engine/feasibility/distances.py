@@ -73,7 +73,7 @@ def _primitive_distance(primitive: Floats, x: Floats, y: Floats) -> Floats:
     angle = np.arctan2(ahead, radius - left) if curvature > 0.0 else np.arctan2(ahead, left - radius)
     on = (angle >= 0.0) & (angle <= length * abs(curvature))
     end = radius * math.sin(curvature * length), radius * (1.0 - math.cos(curvature * length))
-    to_ends = np.minimum(np.hypot(ahead, left), np.hypot(ahead - end[0], left - end[1]))
+    to_ends: Floats = np.minimum(np.hypot(ahead, left), np.hypot(ahead - end[0], left - end[1]))
     return np.where(on, np.abs(np.hypot(ahead, radius - left) - abs(radius)), to_ends)
 
 

@@ -5,11 +5,12 @@ function of the program's digest and of the code that makes it, so both name the
 """
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -240,10 +241,15 @@ def _read(entry: Path) -> Feasibility | None:
             impossible=np.array(kept["impossible"], dtype=np.int32),
             low=np.array(kept["low"], dtype=np.float64),
             high=np.array(kept["high"], dtype=np.float64),
-            cuts=tuple(Cut(**{**cut, "requirements": tuple(cut["requirements"])}) for cut in kept["cuts"]),
+            cuts=tuple(map(_cut, kept["cuts"])),
         )
     except (OSError, ValueError, KeyError, TypeError):
         return None
+
+
+def _cut(kept: Mapping[str, Any]) -> Cut:
+    values: dict[str, Any] = {**kept, "requirements": tuple(kept["requirements"])}
+    return Cut(**values)
 
 
 def _write(entry: Path, found: Feasibility) -> None:

@@ -20,6 +20,14 @@ NEAR_POLE = 1e-9
 FULL_TURN = 2.0 * math.pi
 
 
+def unchanged(a: Interval) -> Interval:
+    return a
+
+
+def unequal(a: Interval, b: Interval) -> Interval:
+    return arithmetic.negation(arithmetic.equal(a, b))
+
+
 def root(a: Interval) -> Interval:
     low, high = np.sqrt(np.maximum(a.low, 0.0)), np.sqrt(np.maximum(a.high, 0.0))
     return Interval(low, high, a.undefined | (a.low < 0.0))
@@ -71,7 +79,10 @@ def direction(a: Interval, b: Interval) -> Interval:
 
 
 def exactly_rising(function: Callable[[Floats], Floats]) -> Forward:
-    return lambda a: Interval(function(a.low), function(a.high), a.undefined)
+    def forward(a: Interval) -> Interval:
+        return Interval(function(a.low), function(a.high), a.undefined)
+
+    return forward
 
 
 def length(a: Interval, b: Interval) -> Interval:
@@ -116,7 +127,7 @@ def normal_cdf(a: Interval) -> Interval:
 # -- every instruction -------------------------------------------------------------------------------------------------
 
 FORWARD: Mapping[Op, Forward] = {
-    Op.MOVE: lambda a: a,
+    Op.MOVE: unchanged,
     Op.ADD: arithmetic.add,
     Op.SUB: arithmetic.sub,
     Op.MUL: arithmetic.mul,
@@ -146,7 +157,7 @@ FORWARD: Mapping[Op, Forward] = {
     Op.LT: arithmetic.below,
     Op.LE: arithmetic.at_most,
     Op.EQ: arithmetic.equal,
-    Op.NE: lambda a, b: arithmetic.negation(arithmetic.equal(a, b)),
+    Op.NE: unequal,
     Op.AND: arithmetic.both,
     Op.OR: arithmetic.one_of,
     Op.NOT: arithmetic.negation,

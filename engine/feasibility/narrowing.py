@@ -74,7 +74,7 @@ class _Work:
         """A variable's interval is the hull of its slices that are alive; without one the box is dead."""
         sliced, alive = self.sliced, self.alive[position]
         slot = self.slots[sliced.variables[position]]
-        rows, places = self._rows_of(alive), np.arange(alive.shape[1])
+        rows, places = self._rows_of(alive), np.arange(int(alive.shape[1]))
         low = sliced.low[rows, position, places[alive.argmax(axis=1)]]
         high = sliced.high[rows, position, places[::-1][alive[:, ::-1].argmax(axis=1)]]
         some = alive.any(axis=1)

@@ -20,7 +20,7 @@ from engine.feasibility.narrowing import narrow
 from engine.feasibility.slices import Sliced
 from engine.frozen import frozen
 from engine.program import Program
-from engine.tables import Floats, Ints, Size
+from engine.tables import Bools, Floats, Ints, Size
 
 WORK_LIMIT = 100_000_000
 """Values that slicing a program may compute before many scenes are drawn: seconds."""
@@ -124,12 +124,10 @@ def _boxes(part: Sliced, variants: Ints, genomes: Floats) -> tuple[Ints, Floats,
     return np.searchsorted(part.variants, variants), low, np.hstack([genes, np.ones((len(genes), draws))])
 
 
-def _assembled(
-    program: Program, variants: Ints, possible: np.ndarray, low: Floats, high: Floats, killer: Ints
-) -> Bounds:
+def _assembled(program: Program, variants: Ints, possible: Bools, low: Floats, high: Floats, killer: Ints) -> Bounds:
     """Weights of the restricted variants; those that cannot be have none."""
     cumulative = program.code.variant_cumulative[variants]
-    before = np.where(np.arange(variants.shape[1]) > 0, np.roll(cumulative, 1, axis=1), 0.0)
+    before = np.where(np.arange(int(variants.shape[1])) > 0, np.roll(cumulative, 1, axis=1), 0.0)
     span = np.clip(high - low, 0.0, 1.0)
     weight = np.where(possible & (killer == ALIVE), (cumulative - before) * span.prod(axis=2), 0.0)
     total = weight.cumsum(axis=1)

@@ -93,7 +93,7 @@ class Bench:
         low, high = (np.tile(np.concatenate([end, np.full(draws, fill)]), (len(self.variants), 1))
                      for end, fill in zip(ends, (0.0, 1.0), strict=True))  # fmt: skip
         for position, variant in enumerate(self.variants):
-            group = int(np.searchsorted(code.group_start, variant, side="right")) - 1
+            group = int(np.searchsorted(code.group_start, int(variant), side="right")) - 1
             for gene, size in zip(code.group_gene[::-1], code.group_size[::-1], strict=True):
                 group, option = divmod(group, int(size))
                 low[position, gene] = high[position, gene] = (space.low[gene] + option) * space.scale[gene]
@@ -211,7 +211,7 @@ class _Cutter:
 
     def _whole_numbers(self, gene: int, starts: Floats, ends: Floats) -> None:
         """A discrete gene's slices hold whole numbers each; surplus ones repeat the last."""
-        space, count = self.bench.program.space, starts.shape[1] - 2
+        space, count = self.bench.program.space, int(starts.shape[1]) - 2
         options = int(space.high[gene] - space.low[gene]) + 1
         if (starts[:, 0] == ends[:, -1]).any() or options > count:
             return
@@ -224,7 +224,7 @@ class _Cutter:
         shape = starts.shape
         variants, positions, _ = np.unravel_index(np.arange(starts.size), shape)
         boxes = self._boxes(variants, positions, starts.ravel(), ends.ravel())
-        tables = {}
+        tables: dict[tuple[int, int], Table] = {}
         for slot in self.bench.tape.frontier:
             for position, variable in enumerate(self.variables):
                 if variable in self.bench.tape.depends[slot]:

@@ -80,7 +80,7 @@ class Tape:
             depends[slot] = frozenset({variable})
         depends[self.unknown] = frozenset({-1})
         for instruction in self.instructions:
-            union = frozenset().union(*(depends[slot] for slot in instruction.operands))
+            union = frozenset[int]().union(*(depends[slot] for slot in instruction.operands))
             for n in range(instruction.results):
                 depends[instruction.first + n] = union
         return depends
@@ -108,7 +108,8 @@ class Tape:
 
     def cone(self, root: int, stop: frozenset[int] = frozenset()) -> tuple[Instruction, ...]:
         """The instructions that a slot needs, in their order, down to the leaves and to slots in `stop`."""
-        needed, chosen = {root}, []
+        needed = {root}
+        chosen: list[Instruction] = []
         for instruction in reversed(self.instructions):
             made = range(instruction.first, instruction.first + instruction.results)
             if any(slot in needed and slot not in stop for slot in made):
@@ -145,7 +146,7 @@ class _Recorder:
         self.instructions: list[Instruction] = []
 
     def tape(self) -> Tape:
-        roots = []
+        roots: list[int] = []
         for requirement, (start, end, result) in enumerate(self.code.requirement_segment[self.template].tolist()):
             if self.code.requirement_probability[requirement] < 1.0:
                 # Its code may be left out, and then others read what an earlier attempt left there.

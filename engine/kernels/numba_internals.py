@@ -11,6 +11,9 @@ appears whole, named by what it is for, and is checked when it is read. What is 
 `tests/engine/kernels/test_numba_internals.py` looks at the parts that are used.
 """
 
+# Nothing that numba keeps to itself has types.
+# pyright: reportUnknownArgumentType=false, reportUnknownMemberType=false, reportUnknownVariableType=false
+
 import hashlib
 import os
 import pickle
@@ -181,7 +184,7 @@ class _Files:
 
     def save(self, key: Any, code: Any) -> None:
         """Whole or not at all, whoever else writes the same, and whatever ends this process."""
-        payload = cast("bytes", dumps((self._stamp, key, code)))
+        payload = dumps((self._stamp, key, code))
         path = self._path(key)
         unborn = path.with_name(f"{path.name}.{uuid.uuid4().hex[:12]}")
         try:

@@ -38,7 +38,7 @@ class PathPose(NamedTuple):
 @inlined
 def path_pose(road: RoadTables, path: int, s: float) -> PathPose:
     """Pose at arc length `s`, held inside the path."""
-    return _pose(road.primitives, road.path_start[path], road.path_start[path + 1], s)
+    return chain_pose(road.primitives, road.path_start[path], road.path_start[path + 1], s)
 
 
 @inlined
@@ -50,13 +50,13 @@ def path_curvature(road: RoadTables, path: int, s: float) -> float:
 @inlined
 def path_project(road: RoadTables, path: int, x: float, y: float) -> float:
     """Arc length of the nearest point of the whole path; of equally near ones the first along the path."""
-    return _project(road.primitives, road.path_start[path], road.path_start[path + 1], x, y)[0]
+    return chain_project(road.primitives, road.path_start[path], road.path_start[path + 1], x, y)[0]
 
 
 @inlined
 def path_distance(road: RoadTables, path: int, x: float, y: float) -> float:
     """Distance from (x, y) to the path's centre line [m]."""
-    return _project(road.primitives, road.path_start[path], road.path_start[path + 1], x, y)[1]
+    return chain_project(road.primitives, road.path_start[path], road.path_start[path + 1], x, y)[1]
 
 
 @inlined
@@ -87,7 +87,7 @@ def _find(primitives: Floats, start: int, end: int, s: float) -> int:
 
 
 @kernel
-def _pose(primitives: Floats, start: int, end: int, s: float) -> PathPose:
+def chain_pose(primitives: Floats, start: int, end: int, s: float) -> PathPose:
     row = _find(primitives, start, end, s)
     along = min(max(s - primitives[row, S0], 0.0), primitives[row, LENGTH])
     return _primitive_pose(primitives, row, along)
@@ -134,7 +134,7 @@ def _arc_offset(curvature: float, ahead: float, left: float) -> float:
 
 
 @inlined
-def _project(primitives: Floats, start: int, end: int, x: float, y: float) -> tuple[float, float]:
+def chain_project(primitives: Floats, start: int, end: int, x: float, y: float) -> tuple[float, float]:
     """Arc length and distance of the nearest point."""
     best_s, best_distance = 0.0, math.inf
     for row in range(start, end):

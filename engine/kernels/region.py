@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from engine.kernels.geometry import Box
 from engine.kernels.jit import inlined, kernel
-from engine.kernels.path import X, Y, _pose, _project
+from engine.kernels.path import X, Y, chain_pose, chain_project
 from engine.tables import Floats, RoadTables
 
 X1, Y1, X2, Y2, SHARED, UX, UY, LENGTH = range(8)
@@ -86,9 +86,9 @@ def lane_nearest(road: RoadTables, x: float, y: float, heading: float) -> int:
         to_start = math.hypot(x - road.primitives[first, X], y - road.primitives[first, Y])
         if to_start - road.path_length[path] > best_cost:
             continue  # even its far end is farther away
-        s, cost = _project(road.primitives, first, last, x, y)
+        s, cost = chain_project(road.primitives, first, last, x, y)
         if cost < best_cost and not math.isnan(heading):
-            turn = _pose(road.primitives, first, last, s).heading - heading
+            turn = chain_pose(road.primitives, first, last, s).heading - heading
             cost += road.lane_width[lane] * (1.0 - math.cos(turn))
         if cost < best_cost:
             best, best_cost = lane, cost

@@ -5,12 +5,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import fields
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.outcomes import RESULTS, Assessment, Result
-from engine.tables import Floats, Ints
+from engine.tables import Bools, Floats, Ints
 
 Table = TypeVar("Table")
 
@@ -24,9 +25,13 @@ def map_arrays(table: Table, function: Callable[[Any], Any]) -> Table:
     return type(table)(**{field.name: function(getattr(table, field.name)) for field in fields(table)})  # type: ignore[arg-type]
 
 
-def take(table: Table, rows: Any) -> Table:
+def take(table: Table, rows: Ints | Bools | slice | tuple[Ints, Ints]) -> Table:
     """Rows of every array: an index array, a mask or a slice."""
-    return map_arrays(table, lambda value: value[rows] if isinstance(value, np.ndarray) else take(value, rows))
+
+    def taken(value: Any) -> Any:
+        return cast("NDArray[Any]", value)[rows] if isinstance(value, np.ndarray) else take(value, rows)
+
+    return map_arrays(table, taken)
 
 
 def concatenate(tables: Sequence[Table]) -> Table:

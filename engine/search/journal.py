@@ -24,7 +24,7 @@ from contextlib import closing, contextmanager, suppress
 from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -199,9 +199,9 @@ def finite(value: Any) -> Any:
     if isinstance(value, float):
         return value if isfinite(value) else None
     if isinstance(value, dict):
-        return {key: finite(item) for key, item in value.items()}
+        return {key: finite(item) for key, item in cast("dict[Any, Any]", value).items()}
     if isinstance(value, list | tuple):
-        return [finite(item) for item in value]
+        return [finite(item) for item in cast("Iterable[Any]", value)]
     return finite(asdict(value)) if hasattr(value, "__dataclass_fields__") else value
 
 
@@ -225,7 +225,7 @@ def _individual_rows(evaluations: Evaluations) -> Iterable[tuple[Any, ...]]:
 def _simulation_rows(evaluations: Evaluations) -> Iterable[tuple[Any, ...]]:
     """One row for each rollout that this generation ran, elites left out."""
     new = take(evaluations, evaluations.simulated)
-    count, rollouts = new.rollouts.verdict.shape
+    count, rollouts = map(int, new.rollouts.verdict.shape)
     keys = np.concatenate(
         [
             np.repeat(new.births, rollouts, axis=0),

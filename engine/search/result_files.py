@@ -180,7 +180,7 @@ def _case(campaign: Campaign, case: Case) -> dict[str, Any]:
 
 def _table(evaluations: Evaluations, genes: Sequence[str]) -> dict[str, Column]:
     """All columns as texts, one row a rollout."""
-    rollouts = evaluations.keys.shape[1]
+    rollouts = int(evaluations.keys.shape[1])
     rows = np.repeat(np.arange(len(evaluations)), rollouts)
     individuals = take(evaluations, rows) if rollouts > 1 else evaluations
     number = _numbering(evaluations)

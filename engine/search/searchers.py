@@ -20,7 +20,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from engine.config import Config
 from engine.errors import ArgumentError, CortexError
@@ -103,7 +103,7 @@ class Watched:
         for place, proposal in enumerate(proposals):
             if not isinstance(proposal, Proposal):
                 return f"must propose `engine.search.protocol.Proposal`, not `{type(proposal).__name__}`"
-            if not isinstance(proposal.genome, tuple) or not self.box.holds(proposal.genome):
+            if not isinstance(cast("object", proposal.genome), tuple) or not self.box.holds(proposal.genome):
                 return f"proposes {proposal.genome!r} for place {place}, which is no genome of the box"
             born = Birth(self.generation, place)
             if proposal.reused is None and proposal.birth != born:

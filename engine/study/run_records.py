@@ -85,7 +85,8 @@ def _read(blob: bytes) -> dict[str, np.ndarray]:
     length = int(np.frombuffer(data, "<u4", 1)[0])
     offset = 4 + length
     arrays: dict[str, np.ndarray] = {}
-    for name, (kind, shape) in json.loads(data[4:offset]).items():
+    layout: dict[str, tuple[str, list[int]]] = json.loads(data[4:offset])
+    for name, (kind, shape) in layout.items():
         dtype = np.dtype(kind)
         count = prod(shape)
         raw = np.frombuffer(data, np.uint8, count * dtype.itemsize, offset).reshape(dtype.itemsize, count)

@@ -81,7 +81,7 @@ def timeline(
 
 def _brakes(trajectory: Trajectory, end: float) -> list[Event]:
     """A pedal recorded at sample k was pressed over the step that ended there."""
-    events = []
+    events: list[Event] = []
     for actor in range(trajectory.states.shape[1]):
         pressed = np.flatnonzero(trajectory.states[:, actor, State.BRAKE] > PEDAL)
         if len(pressed) and trajectory.time[first := max(0, int(pressed[0]) - 1)] <= end:
@@ -101,12 +101,13 @@ def _closest(outcomes: Outcomes) -> list[Event]:
 
 
 def _left_road(outcomes: Outcomes, trajectory: Trajectory) -> list[Event]:
-    events = []
-    for actor, time in enumerate(outcomes.left_road_time[0]):
+    events: list[Event] = []
+    times: list[float] = outcomes.left_road_time[0].tolist()
+    for actor, time in enumerate(times):
         if np.isfinite(time):
             sample = min(int(np.searchsorted(trajectory.time, time - 1e-9)), len(trajectory.time) - 1)
             speed = float(trajectory.states[sample, actor, State.SPEED])
-            events.append(Event(float(time), EventKind.LEFT_ROAD, (actor,), speed))
+            events.append(Event(time, EventKind.LEFT_ROAD, (actor,), speed))
     return events
 
 

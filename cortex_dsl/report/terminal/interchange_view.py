@@ -211,7 +211,7 @@ def _first_files(gathered: Gathered) -> dict[str, str]:
 
 def _format_remarks(written: Written) -> RenderableType:
     """Each sentence once, behind the name of its format; those that differ in numbers only stand for one another."""
-    alike: dict[tuple[str, str], list[tuple[str, list[int]]]] = {}
+    alike: dict[tuple[str, str], list[tuple[str, Sequence[int]]]] = {}
     for (name, sentence), numbers in sorted(written.gathered.remarks.items(), key=lambda item: item[0][0]):
         key = name, re.sub(r"\d+(\.\d+)?", "#", sentence)
         alike.setdefault(key, []).append((sentence, numbers))

@@ -133,7 +133,7 @@ def _step(time: Floats) -> float:
     if len(time) < 2:
         return 1.0
     usual = float(np.median(np.diff(time)))
-    steps = (time - time[0]) / usual
+    steps = (time - float(time[0])) / usual
     on = np.flatnonzero(np.abs(steps - np.round(steps)) < ON_STEP)
     last = int(on[-1])
     step = (time[last] - time[0]) / round(steps[last]) if last else usual

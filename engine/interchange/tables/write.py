@@ -127,7 +127,7 @@ def _on_nanoseconds(recording: Recording, nanos: Ints) -> Floats:
     states, time = recording.states.copy(), recording.time
     late, step = nanos[touching] / NANOS - time[touching], time[touching] - time[touching - 1]
     if late * NANOS > EXACT:
-        both = np.all(recording.there[[touching - 1, touching]], axis=0)
+        both: list[int] = np.flatnonzero(np.all(recording.there[[touching - 1, touching]], axis=0)).tolist()
         here = np.ix_([touching], both, [State.X, State.Y, State.HEADING, State.SPEED])
         before = np.ix_([touching - 1], both, [State.X, State.Y, State.HEADING, State.SPEED])
         states[here] += (states[here] - states[before]) * late / step

@@ -130,7 +130,7 @@ def spread(evaluations: Evaluations, box: Box) -> Spread:
     from scipy.spatial import KDTree
 
     apart, _ = KDTree(places).query(places, k=2, p=1)
-    return Spread(float(apart[:, 1].mean()) / len(box), _mean_difference(places) / len(box), len(places))
+    return Spread(float(np.asarray(apart)[:, 1].mean()) / len(box), _mean_difference(places) / len(box), len(places))
 
 
 def _places(genomes: Floats, box: Box) -> Floats:

@@ -48,10 +48,14 @@ class CovarianceAdaptation(InCube):
     def _start(self) -> Any:
         stream = self._streams(self._generation, 0)
         size = max(2, self._cube.size)  # the package knows no one-dimensional case
-        options = {
+
+        def normal(*shape: int) -> Floats:
+            return stream.standard_normal(shape)
+
+        options: dict[str, Any] = {
             "popsize": self._population,
             "bounds": [[0.0] * size, [1.0] * size],
-            "randn": lambda *shape: stream.standard_normal(shape),
+            "randn": normal,
             "seed": np.nan,
             "verbose": -9,
         }

@@ -24,7 +24,7 @@ from numpy.random import Generator
 
 from engine.search.methods.cube import InCube, reflected
 from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt
-from engine.tables import Floats, Ints
+from engine.tables import Bools, Floats, Ints
 
 BROOD = 10
 """Children of which one is run."""
@@ -132,16 +132,17 @@ class NichingSearch(InCube):
         return (nearness * self._sought[neighbour]).sum(axis=1) / nearness.sum(axis=1)
 
 
-def gene_weights(points: Floats, failed: np.ndarray) -> Floats:
+def gene_weights(points: Floats, failed: Bools) -> Floats:
     """(d,) how well each gene tells failures from the rest, 1 for the best: the Relief weights of the latest points.
 
     A gene counts by how much further away the nearest of the other kind are than the nearest of the own kind.
     """
+    genes = int(points.shape[1])
     if min(failed.sum(), (~failed).sum()) < 10:
-        return np.ones(points.shape[1])
+        return np.ones(genes)
     points_of = {kind: points[failed == kind] for kind in (True, False)}
     latest, kinds = points[-SAMPLE:], failed[-SAMPLE:]
-    weights = np.zeros(points.shape[1])
+    weights = np.zeros(genes)
     for kind in (True, False):
         own = latest[kinds == kind]
         if len(own):
@@ -149,7 +150,7 @@ def gene_weights(points: Floats, failed: np.ndarray) -> Floats:
             other = points_of[not kind][nearest(points_of[not kind], own, 5)[1]]
             weights += (np.abs(own[:, np.newaxis] - other) - np.abs(own[:, np.newaxis] - same)).mean(axis=(0, 1))
     best = weights.max()
-    return np.maximum(weights / best, LEAST_WEIGHT) if best > 0.0 else np.ones(points.shape[1])
+    return np.maximum(weights / best, LEAST_WEIGHT) if best > 0.0 else np.ones(genes)
 
 
 def nearest(points: Floats, queries: Floats, count: int) -> tuple[Floats, Ints]:

@@ -232,7 +232,7 @@ class Polyline:
 
     def at(self, times: Floats) -> Floats:
         """(times, 3) poses."""
-        poses: Floats = np.column_stack([np.interp(times, self.times, column) for column in self.poses.T])
+        poses: Floats = np.column_stack([np.interp(times, self.times, self.poses[:, n]) for n in range(3)])
         after = times > self.times[-1]
         if self.end_speed and after.any():
             poses[after] = self._coast.at(times[after])

@@ -161,7 +161,8 @@ def _with_moments(times: Floats, moments: Sequence[float]) -> Floats:
 def _with_steps(times: Floats, step: float, actors: int, file: str) -> Floats:
     """The times, and all whole steps between the first and the last of them."""
     _check_size((times[-1] - times[0]) / step, actors, file)
-    whole: Floats = np.arange(math.ceil(times[0] / step), math.floor(times[-1] / step) + 1) * step
+    first, last = math.ceil(float(times[0]) / step), math.floor(float(times[-1]) / step)
+    whole = np.arange(first, last + 1, dtype=np.float64) * step
     return _merged(np.concatenate([times, whole]))
 
 
