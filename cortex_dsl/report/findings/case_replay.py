@@ -134,7 +134,7 @@ def _closing_speed(now: Snapshot) -> float:
 
 
 @dataclass(frozen=True)
-class ToldCase:
+class CaseReplay:
     """Row 0 of its scenes, with everything that was seen when it ran in the world host."""
 
     program: Program
@@ -231,7 +231,7 @@ class ToldCase:
         return Frame.around(np.concatenate(points) if points else np.zeros((1, 2)))
 
 
-class Compiled(Protocol):
+class HasModule(Protocol):
     """A scenario's syntax tree."""
 
     @property
@@ -244,7 +244,7 @@ class Runnable(Protocol):
     @property
     def program(self) -> Program: ...
     @property
-    def compiled(self) -> Compiled: ...
+    def compiled(self) -> HasModule: ...
     @property
     def overrides(self) -> Mapping[str, str]: ...
     def watch(self, scenes: Scenes, row: int = 0) -> WorldRun: ...
@@ -255,13 +255,13 @@ class Runnable(Protocol):
     ) -> Mapping[str, str]: ...
 
 
-def tell_case(
+def replay_case(
     scenario: Runnable, scenes: Scenes, profile: str = "paper", remark: str = "", name: str = "case.scn"
-) -> ToldCase:
+) -> CaseReplay:
     """Run row 0 of the scenes, which must be valid, and keep what was seen."""
     run = scenario.watch(scenes)
     risk = scenario.assess(run.outcomes, profile)
-    return ToldCase(
+    return CaseReplay(
         program=scenario.program,
         scenes=scenes,
         outcomes=run.outcomes,

@@ -4,14 +4,29 @@ its runs ended, and with whom the ego collided.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 
 import numpy as np
 
+from cortex_dsl.report.findings.readable import counted, fixed, percent
 from cortex_dsl.report.findings.story import END_TEXTS, end_text
 from engine.program import Program
-from engine.search.evaluations import NOBODY, Evaluations, Partners, partner_of, partners
+from engine.risk import HIGHEST_RISK
+from engine.search.evaluations import (
+    NOBODY,
+    Evaluations,
+    Figures,
+    Partners,
+    distinct_collisions,
+    figures,
+    partner_of,
+    partners,
+)
+from engine.search.journal_reader import Record
+from engine.search.ranking import worst_cases
 from engine.search.run import Campaign
+from engine.search.statistics import clopper_pearson
 from engine.vocabulary import EndReason, Verdict
 
 
@@ -122,3 +137,93 @@ def partners_text(actors: Sequence[str], found: Partners) -> str:
     met = ", ".join(f"{name} {count:,}" for name, count in zip(actors[1:], found.with_ego, strict=True))
     alone = f"; {found.without_ego:,} of {_others(actors)}, without {actors[0]}" if found.without_ego else ""
     return f"with {met}{alone}"
+
+
+RANDOM = "random"
+"""The one method whose simulations are independent of one another, so that an interval can be given for their share."""
+
+
+def whole_run(record: Record) -> tuple[Figures, Figures]:
+    """By individual and by distinct simulation, over the whole run."""
+    evaluations = record.evaluations
+    return figures(evaluations, evaluations.reused | True), figures(evaluations, evaluations.simulated)
+
+
+def headline(record: Record) -> str:
+    """The result in one sentence."""
+    found = distinct_collisions(record.evaluations)
+    _, simulated = whole_run(record)
+    tried, worst = counted(simulated.runs, "simulation"), worst_cases(record.evaluations, 1)
+    if found:
+        kinds = f"{counted(found, 'scene')} in which the ego collides"
+        return f"{kinds}, among {tried}. The worst scores {worst[0].score} of {HIGHEST_RISK}."
+    if worst and not isfinite(worst[0].min_distance):
+        return f"Nothing to come near to in {tried}: nobody but the ego was in the scene."
+    if worst:
+        near = fixed(worst[0].min_distance, 2)
+        of = tried if simulated.valid_runs == simulated.runs else f"{simulated.valid_runs:,} valid of {tried}"
+        return f"No collision of the ego among {of}. The worst case comes as near as {near} m."
+    return f"Not one of {tried} was valid{why_invalid(record)}."
+
+
+INVALID = {
+    Verdict.INFEASIBLE: "no scene with its params can meet the file's requirements",
+    Verdict.EXHAUSTED: "no scene met the requirements of the file, in as many attempts as are allowed",
+    Verdict.ABORTED: "a requirement on the run broke, and what came after that was not simulated",
+}
+"""Why a simulation counts as invalid."""
+
+
+def why_invalid(record: Record) -> str:
+    """`: 12 times …`, most frequent first; empty where all were valid."""
+    verdicts = record.evaluations.rollouts.verdict[record.evaluations.simulated]
+    counts = {why: int((verdicts == verdict).sum()) for verdict, why in INVALID.items()}
+    seen = sorted((why for why in counts if counts[why]), key=lambda why: -counts[why])
+    reasons = "; ".join(f"{counted(counts[why], 'time')} {why}" for why in seen)
+    return f": {reasons}" if reasons else ""
+
+
+def worst_words(record: Record) -> str:
+    scores = record.evaluations.score[record.evaluations.simulated & record.evaluations.valid]
+    if not len(scores):
+        return ""
+    equal = int((scores == scores.max()).sum())
+    return f"The highest risk found, {scores.max()} of {HIGHEST_RISK}, came up {counted(equal, 'time')}."
+
+
+def first_collision(record: Record) -> int:
+    """Number of the first distinct simulation, from 1, in which the ego collided; 0 for none."""
+    collided = record.evaluations.collided[record.evaluations.simulated]
+    return int(collided.argmax()) + 1 if collided.any() else 0
+
+
+def limits(record: Record, system: Sequence[str] = ()) -> Iterator[str]:
+    """What nobody should read out of these numbers."""
+    _, simulated = whole_run(record)
+    if record.manifest.method == RANDOM and simulated.valid_runs:
+        low, high = clopper_pearson(simulated.colliding_runs, simulated.valid_runs)
+        yield (
+            f"How likely a collision is on a road. Among valid scenes with params spread evenly over their ranges, "
+            f"{percent(low)} to {percent(high)} collide (95 % interval of Clopper and Pearson); traffic does not "
+            f"spread its params evenly."
+        )
+    else:
+        yield (
+            "How likely a collision is. This search goes where it has found danger, so the share of collisions says "
+            "how well it looked, not how dangerous the scenario is."
+        )
+    yield "That what was not found does not exist. A finite search leaves most of the space of params unseen."
+    yield "That one method is better than another: this is one run with one seed. A study of many runs can show that."
+    if system:
+        yield (
+            f"That the ego as built would fail: the search also chose {', '.join(system)}, which belong to the system "
+            f"under test. `--freeze` holds them fixed."
+        )
+    yield (
+        "How a real car behaves. Vehicles follow a kinematic model on a flat road and see without error; a finding is "
+        "a scene to look at again with the real system."
+    )
+    yield (
+        "What happens after contact. Scoring ends at first contact; the motion that is drawn lighter afterwards is "
+        "rigid-body physics, for illustration."
+    )

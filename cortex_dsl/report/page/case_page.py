@@ -8,7 +8,7 @@ from math import isfinite
 from pathlib import Path
 from shlex import quote
 
-from cortex_dsl.report.findings.case_replay import ToldCase
+from cortex_dsl.report.findings.case_replay import CaseReplay
 from cortex_dsl.report.findings.readable import first_line, fixed, format_gene, significant
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.story import Moment
@@ -33,7 +33,7 @@ PART_MEANINGS = {
 }
 
 
-def risk_table(told: ToldCase) -> Element:
+def risk_table(told: CaseReplay) -> Element:
     rows = [
         element(
             "tr",
@@ -48,7 +48,7 @@ def risk_table(told: ToldCase) -> Element:
     return element("table", element("tbody", rows), class_="risk")
 
 
-def _measured(told: ToldCase, name: str) -> str:
+def _measured(told: CaseReplay, name: str) -> str:
     outcomes, pair = told.outcomes, told.pair
     if name == "C":
         return "yes" if bool(outcomes.collided[0]) else "no"
@@ -62,7 +62,7 @@ def _measured(told: ToldCase, name: str) -> str:
     return f"{fixed(float(array[0, pair]), 2)} {unit}"
 
 
-def pairs_table(told: ToldCase) -> Node:
+def pairs_table(told: CaseReplay) -> Node:
     """How near the ego came to everybody else than the one who decides the risk."""
     outcomes = told.outcomes
     rows = [
@@ -80,7 +80,7 @@ def pairs_table(told: ToldCase) -> Node:
     return [element("h4", "Nearest to the others"), element("table", element("tbody", rows), class_="params")]
 
 
-def params_table(told: ToldCase) -> Element:
+def params_table(told: CaseReplay) -> Element:
     space, genome = told.program.space, told.scenes.genomes[0]
     rows = []
     for gene, name in enumerate(space.names):
@@ -126,7 +126,7 @@ class Place:
     """Of the reference driver."""
 
 
-def card(told: ToldCase, place: Place, number: int) -> Element:
+def card(told: CaseReplay, place: Place, number: int) -> Element:
     """The whole article of one case."""
     case = place.case
     return element(
@@ -159,7 +159,7 @@ def card(told: ToldCase, place: Place, number: int) -> Element:
     )
 
 
-def _verdict(told: ToldCase, case: Case) -> Node:
+def _verdict(told: CaseReplay, case: Case) -> Node:
     last = [moment for moment in told.moments if moment.kind in ("contact", "end")]
     end = last[0].text if last else ""
     return [
@@ -174,11 +174,11 @@ def _nearest(case: Case) -> Node:
     return figure(f"case.{case.rank}.min_distance", case.min_distance, f"{fixed(case.min_distance, 2)} m")
 
 
-def _story(told: ToldCase) -> Element:
+def _story(told: CaseReplay) -> Element:
     return element("ol", [element("li", _moment(told, moment)) for moment in told.moments], class_="moments")
 
 
-def _moment(told: ToldCase, moment: Moment) -> Element:
+def _moment(told: CaseReplay, moment: Moment) -> Element:
     who: Node = None
     if moment.actor >= 0:
         name = f"who actor-{scene_svg.colour(moment.actor)}"
@@ -194,7 +194,7 @@ def _moment(told: ToldCase, moment: Moment) -> Element:
     )
 
 
-def _again(told: ToldCase, place: Place) -> Element:
+def _again(told: CaseReplay, place: Place) -> Element:
     command = [] if place.folder is None else [f"cortexc replay {quote(str(place.folder))} --case {place.case.rank}"]
     files = [
         element("details", element("summary", name), element("pre", text, class_="source"))
@@ -220,7 +220,7 @@ def _again(told: ToldCase, place: Place) -> Element:
 # -- the page ----------------------------------------------------------------------------------------------------------
 
 
-def case_page(told: ToldCase, case: Case | None = None, folder: Path | None = None) -> str:
+def case_page(told: CaseReplay, case: Case | None = None, folder: Path | None = None) -> str:
     """The page of a case; `folder` is that of its run, if it has one."""
     program = told.program
     description = first_line(program.description)
@@ -239,7 +239,7 @@ def case_page(told: ToldCase, case: Case | None = None, folder: Path | None = No
     return page(f"{program.name}: replay", body, {"replays": [player_data(told)]}, ("replay.js",))
 
 
-def case_of(told: ToldCase) -> Case:
+def case_of(told: CaseReplay) -> Case:
     """A single run as a case, where there is no search to rank it."""
     distances = told.outcomes.min_distance[0]
     return Case(

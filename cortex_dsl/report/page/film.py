@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.report.findings.case_replay import Frame, ToldCase, colour, outline_corners
+from cortex_dsl.report.findings.case_replay import CaseReplay, Frame, colour, outline_corners
 from cortex_dsl.report.page.extras import needed
 from engine.tables import Floats
 from engine.vocabulary import State
@@ -35,7 +35,7 @@ class Lens:
         return [((x - self.frame.left) * self.scale, (top - y) * self.scale) for x, y in np.asarray(points).tolist()]
 
 
-def gif(told: ToldCase, speed: float = 1.0) -> bytes:
+def gif(told: CaseReplay, speed: float = 1.0) -> bytes:
     """The film of a case.
 
     Raises:
@@ -54,7 +54,7 @@ def gif(told: ToldCase, speed: float = 1.0) -> bytes:
     return out.getvalue()
 
 
-def _shown(told: ToldCase, speed: float) -> Iterator[tuple[int, float]]:
+def _shown(told: CaseReplay, speed: float) -> Iterator[tuple[int, float]]:
     """Samples that are shown, and for how long [s]."""
     time = told.trajectory.time
     step = float(time[1] - time[0]) if len(time) > 1 else 1.0
@@ -65,7 +65,7 @@ def _shown(told: ToldCase, speed: float) -> Iterator[tuple[int, float]]:
         yield sample, (after - sample) * step / speed + (HOLD if held else 0.0)
 
 
-def _ground(told: ToldCase, lens: Lens, image: Any) -> Any:
+def _ground(told: CaseReplay, lens: Lens, image: Any) -> Any:
     """The road and the ways, which do not move."""
     draw_module = needed("PIL.ImageDraw", "pillow", "GIFs")
     ground = image.new("RGB", (FINE * WIDTH, round(lens.frame.height * lens.scale)), GROUND)
@@ -87,7 +87,7 @@ def _ground(told: ToldCase, lens: Lens, image: Any) -> Any:
     return ground
 
 
-def _frame(told: ToldCase, lens: Lens, ground: Any, sample: int) -> Any:
+def _frame(told: CaseReplay, lens: Lens, ground: Any, sample: int) -> Any:
     draw_module = needed("PIL.ImageDraw", "pillow", "GIFs")
     fine = ground.copy()
     draw = draw_module.Draw(fine)
@@ -101,7 +101,7 @@ def _frame(told: ToldCase, lens: Lens, ground: Any, sample: int) -> Any:
     return small
 
 
-def _actor(draw: Any, told: ToldCase, lens: Lens, actor: int, sample: int, after: bool) -> None:
+def _actor(draw: Any, told: CaseReplay, lens: Lens, actor: int, sample: int, after: bool) -> None:
     state, shape = told.trajectory.states[sample, actor], told.shapes[actor]
     if state[State.PRESENT] < 0.5 or not np.isfinite(state[: State.HEADING + 1]).all():
         return
@@ -131,7 +131,7 @@ def _disc(draw: Any, point: tuple[float, float], size: float, tint: str) -> None
     draw.ellipse([x - size, y - size, x + size, y + size], fill=tint)
 
 
-def _caption(draw: Any, told: ToldCase, sample: int, after: bool) -> None:
+def _caption(draw: Any, told: CaseReplay, sample: int, after: bool) -> None:
     font = needed("PIL.ImageFont", "pillow", "GIFs").load_default(15)
     draw.text((14, 12), f"{told.trajectory.time[sample]:.2f} s", fill=INK, font=font)
     for actor, shape in enumerate(told.shapes):

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.report.findings.case_replay import Approach, Shape, ToldCase
+from cortex_dsl.report.findings.case_replay import Approach, CaseReplay, Shape
 from cortex_dsl.report.findings.readable import fixed
 from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.charts import Course, Mark, line_chart
@@ -88,7 +88,7 @@ def packed(values: Floats, scale: float) -> list[int | None]:
 SPEEDS = (0.25, 0.5, 1, 2, 4)
 
 
-def player(told: ToldCase, number: int) -> Element:
+def player(told: CaseReplay, number: int) -> Element:
     """The drawing with its controls and plots; `replay.js` moves it by the data of the same number."""
     return element(
         "div",
@@ -101,7 +101,7 @@ def player(told: ToldCase, number: int) -> Element:
     )
 
 
-def player_data(told: ToldCase) -> dict[str, Any]:
+def player_data(told: CaseReplay) -> dict[str, Any]:
     """What the player replays."""
     frame = told.frame
     return {
@@ -113,7 +113,7 @@ def player_data(told: ToldCase) -> dict[str, Any]:
     }
 
 
-def still(told: ToldCase, **attributes: str) -> Element:
+def still(told: CaseReplay, **attributes: str) -> Element:
     """The scene at its key moment."""
     frame, sample = told.frame, told.key_sample
     point = told.contact_point
@@ -130,12 +130,12 @@ def still(told: ToldCase, **attributes: str) -> Element:
     )
 
 
-def _key_words(told: ToldCase) -> str:
+def _key_words(told: CaseReplay) -> str:
     what = "at contact" if told.collided else "at the closest approach"
     return f"{what}, after {fixed(told.key_time, 2)} s"
 
 
-def _ghosts(told: ToldCase) -> Node:
+def _ghosts(told: CaseReplay) -> Node:
     """The outlines at contact, which stay while what follows is shown."""
     if not told.collided:
         return None
@@ -143,7 +143,7 @@ def _ghosts(told: ToldCase) -> Node:
     return element("g", scene_svg.actor_layer(told.shapes, states, "ghost"), class_="ghosts")
 
 
-def _stage(told: ToldCase) -> Element:
+def _stage(told: CaseReplay) -> Element:
     chips = [
         element("span", element("i", class_=f"swatch actor-{scene_svg.colour(actor)}"), shape.name, class_="chip")
         for actor, shape in enumerate(told.shapes)
@@ -157,7 +157,7 @@ def _stage(told: ToldCase) -> Element:
     )
 
 
-def _controls(told: ToldCase) -> Element:
+def _controls(told: CaseReplay) -> Element:
     last = len(told.trajectory.time) - 1
     return element(
         "div",
@@ -204,7 +204,7 @@ def _controls(told: ToldCase) -> Element:
     )
 
 
-def _ticks(told: ToldCase) -> Iterator[Element]:
+def _ticks(told: CaseReplay) -> Iterator[Element]:
     """Where on the scrubber things happen, and where the scored run is over."""
     time = told.trajectory.time
     end = float(time[-1]) or 1.0
@@ -217,7 +217,7 @@ def _ticks(told: ToldCase) -> Iterator[Element]:
             yield element("i", class_=f"tick {moment.kind}", style=f"left:{100 * moment.time / end:.2f}%", title=text)
 
 
-def _plots(told: ToldCase) -> Iterator[Element]:
+def _plots(told: CaseReplay) -> Iterator[Element]:
     time, near = told.trajectory.time, told.approach
     marks = [Mark(told.key_time, "after", to_end=True)] if told.collided else []
     marks.append(Mark(told.key_time, "contact" if told.collided else "closest"))
@@ -231,7 +231,7 @@ def _plots(told: ToldCase) -> Iterator[Element]:
         yield _plot("closing speed", told.unit.name, [closing], ["centres, positive while they approach"], told, marks)
 
 
-def _distance(told: ToldCase) -> Course:
+def _distance(told: CaseReplay) -> Course:
     """Down to 0 at the moment of contact, which lies between two samples."""
     time, near = told.trajectory.time, told.approach.distance
     if bool(told.outcomes.collided[0]):
@@ -240,13 +240,13 @@ def _distance(told: ToldCase) -> Course:
     return Course("apart", "warn", time, near)
 
 
-def _speed(told: ToldCase, actor: int) -> Course:
+def _speed(told: CaseReplay, actor: int) -> Course:
     values = told.unit.per_si * told.speeds[:, actor]
     return Course(told.shapes[actor].name, f"actor-{scene_svg.colour(actor)}", told.trajectory.time, values)
 
 
 def _plot(
-    name: str, unit: str, courses: Sequence[Course], labels: Sequence[str], told: ToldCase, marks: Sequence[Mark]
+    name: str, unit: str, courses: Sequence[Course], labels: Sequence[str], told: CaseReplay, marks: Sequence[Mark]
 ) -> Element:
     end = float(told.trajectory.time[-1]) or 1.0
     chart = line_chart(

@@ -7,10 +7,10 @@ import numpy as np
 
 from cortex_dsl.report.findings.analysis_report import HeatMap, Sides
 from cortex_dsl.report.findings.readable import fixed, percent, significant
+from cortex_dsl.report.findings.search_report import whole_run
 from cortex_dsl.report.page.charts import Course, line_chart
 from cortex_dsl.report.page.markup import Element, Node, element, figure, prose
 from cortex_dsl.report.page.scene_svg import number
-from cortex_dsl.report.page.summary import whole_run
 from engine.search.journal_reader import Record
 from engine.tables import Floats
 from engine.vocabulary import Verdict

@@ -5,9 +5,9 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from cortex_dsl.api.runs import WORST, OpenedRun, first_cases
-from cortex_dsl.report.findings.case_replay import ToldCase, tell_case
+from cortex_dsl.report.findings.case_replay import CaseReplay, replay_case
 from cortex_dsl.report.findings.readable import counted, first_line, fixed
-from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections, summary
+from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections
 from cortex_dsl.report.page.markup import Element, Node, element, page, part, top_bar
 from cortex_dsl.report.page.player import player_data
 from engine.avoidability import Avoidability
@@ -40,7 +40,7 @@ class RunPage:
 
     run: OpenedRun
     worst: tuple[Case, ...]
-    told: tuple[ToldCase, ...]
+    told: tuple[CaseReplay, ...]
     analysis: Analysis
 
     @property
@@ -51,18 +51,18 @@ class RunPage:
 def run_page(run: OpenedRun, cases: int = CASES, budget: int = BUDGET) -> str:
     """The page of a run, as text; `budget` simulations find out which params matter (0: none)."""
     chosen = first_cases(run.record, cases)
-    told = tuple(told_case(run, case) for case in chosen)
+    told = tuple(replay_of_case(run, case) for case in chosen)
     record, scenario = run.record, run.scenario
     analysis = analyse(scenario.program, record.evaluations, scenario.config, record.manifest.profile, budget, WORST)
     return render_page(RunPage(run, chosen, told, analysis))
 
 
-def told_case(run: OpenedRun, case: Case) -> ToldCase:
+def replay_of_case(run: OpenedRun, case: Case) -> CaseReplay:
     """One case of a run, run again."""
     manifest = run.record.manifest
     remark = f"case {case.rank} of a search in {manifest.file}: risk {case.score}"
     scenes = run.scenario.scene(case)
-    return tell_case(run.scenario, scenes, manifest.profile, remark, f"{case.rank:02d}.scn")
+    return replay_case(run.scenario, scenes, manifest.profile, remark, f"{case.rank:02d}.scn")
 
 
 def render_page(found: RunPage) -> str:
@@ -79,13 +79,13 @@ def render_page(found: RunPage) -> str:
         "replays": [player_data(told) for told in found.told],
         "evaluations": finite(run_sections.dots(found.record)),
     }
-    return page(f"{manifest.name}: {summary.method_name(manifest.method)}", body, data, SCRIPTS)
+    return page(f"{manifest.name}: {run_sections.method_name(manifest.method)}", body, data, SCRIPTS)
 
 
 def numbers(record: Record, worst: Sequence[Case]) -> dict[str, Any]:
     """Every number of the run by its name in the journal, for programs that read the page."""
     manifest = record.manifest
-    everyone, simulated = summary.whole_run(record)
+    everyone, simulated = run_sections.whole_run(record)
     return {
         "name": manifest.name,
         "method": manifest.method,
@@ -108,11 +108,11 @@ def _hero(found: RunPage) -> Element:
     description = first_line(found.run.scenario.program.description)
     return element(
         "header",
-        element("p", f"Search for corner cases · {summary.method_name(manifest.method)}", class_="kicker"),
+        element("p", f"Search for corner cases · {run_sections.method_name(manifest.method)}", class_="kicker"),
         element("h1", manifest.name),
         element("p", description, class_="description") if description else None,
         _unfinished(record),
-        element("p", summary.headline(record), class_="headline"),
+        element("p", run_sections.headline(record), class_="headline"),
         element("div", list(_tiles(found)), class_="tiles"),
         class_="hero",
     )
@@ -127,7 +127,7 @@ def _unfinished(record: Record) -> Node:
 
 def _tiles(found: RunPage) -> Iterator[Element]:
     record = found.record
-    _, simulated = summary.whole_run(record)
+    _, simulated = run_sections.whole_run(record)
     distinct = distinct_collisions(record.evaluations)
     different, style = len(found.analysis.distinct), "hot" if distinct else ""
     yield _tile("distinct_collisions", distinct, f"{distinct:,}", "sets of params that led to a collision", style)
@@ -154,7 +154,7 @@ def _partner_tiles(record: Record) -> Iterator[Element]:
 
 
 def _tile(name: str, value: float, text: str, meaning: str, style: str = "") -> Element:
-    number = element("b", summary.figure(name, value, text))
+    number = element("b", run_sections.figure(name, value, text))
     return element("div", number, element("span", meaning), class_=f"tile {style}".strip())
 
 
@@ -164,7 +164,7 @@ def _parts(found: RunPage) -> Iterator[Node]:
         element("h2", "In plain words"),
         element(
             "div",
-            list(summary.paragraphs(found.record, len(found.analysis.distinct), found.analysis.system)),
+            list(run_sections.paragraphs(found.record, len(found.analysis.distinct), found.analysis.system)),
             class_="answers",
         ),
         id="summary",

@@ -10,7 +10,7 @@ from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.text import Text
 
-from cortex_dsl.report.findings.case_replay import ToldCase, outline_corners
+from cortex_dsl.report.findings.case_replay import CaseReplay, outline_corners
 from cortex_dsl.report.findings.readable import fixed
 from cortex_dsl.report.terminal.canvas import Canvas
 from cortex_dsl.report.terminal.scene_view import DRAWING_COLUMNS, draw_scene
@@ -26,12 +26,12 @@ PAUSE = 1.0
 class Film:
     """A case and the drawing of all that does not move."""
 
-    told: ToldCase
+    told: CaseReplay
     still: Canvas
     ascii_only: bool
 
     @staticmethod
-    def of(told: ToldCase, width: int, height: int, *, ascii_only: bool) -> "Film":
+    def of(told: CaseReplay, width: int, height: int, *, ascii_only: bool) -> "Film":
         """With a drawing that fits a console of this size, whose rows are half its columns less four."""
         columns = max(28, min(DRAWING_COLUMNS, width - 4, 2 * (height - 3 + 4)))
         return Film(told, draw_scene(told.road, told.trajectory, None, columns, ascii_only=ascii_only), ascii_only)
@@ -96,7 +96,7 @@ class Film:
         return f"{other} {fixed(apart, 2)} m away, closing at {closing}"
 
 
-def play(told: ToldCase, console: Console, speed: float = 1.0) -> None:
+def play(told: CaseReplay, console: Console, speed: float = 1.0) -> None:
     """Play a case in the console's terminal, or draw its key moment where nobody watches."""
     film = Film.of(told, console.width, console.height, ascii_only=console.options.ascii_only)
     step = float(told.trajectory.time[1]) if len(told.trajectory.time) > 1 else 1.0
@@ -108,7 +108,7 @@ def play(told: ToldCase, console: Console, speed: float = 1.0) -> None:
             live.update(film.frame(time / step), refresh=True)
 
 
-def _times(told: ToldCase, speed: float) -> Iterator[float]:
+def _times(told: CaseReplay, speed: float) -> Iterator[float]:
     """Simulated time of one frame after another, at the speed that was asked for, with a pause at contact."""
     last, start, paused = float(told.trajectory.time[-1]), monotonic(), not told.collided
     pause = 0.0
