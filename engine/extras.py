@@ -40,12 +40,21 @@ def _short(path: Path) -> str:
 
 
 def needed(package: str, method: str, extra: str = "search") -> Any:
-    """The package, or the module of one.
+    """The package that a method of search needs, or the module of one.
+
+    Raises:
+        MissingExtraError: it is not installed.
+    """
+    return imported(package, package.split(".")[0], f"`{method}` needs", extra)
+
+
+def imported(module: str, package: str, who: str, extra: str) -> Any:
+    """A module of an optional package; `who` says what needs it, such as `figures need`.
 
     Raises:
         MissingExtraError: it is not installed.
     """
     try:
-        return import_module(package)
+        return import_module(module)
     except ImportError:
-        raise MissingExtraError(f"`{method}` needs", package.split(".")[0], extra) from None
+        raise MissingExtraError(who, package, extra) from None

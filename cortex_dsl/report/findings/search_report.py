@@ -47,15 +47,31 @@ class SearchReport:
         return self.name or self.campaign.method.name.lower()
 
 
-METRICS: Sequence[tuple[str, str, str, int, str]] = (
-    ("RL", "mean risk, valid runs", "rl", 2, ""),
-    ("NC", "collisions", "nc", 0, ""),
-    ("MDG", "mean least distance", "mdg", 2, "m"),
-    ("MDEC", "same, no collisions", "mdec", 2, "m"),
-    ("NIS", "invalid runs", "nis", 0, ""),
-)
-"""Name, meaning, field of `Figures`, decimals, unit."""
+@dataclass(frozen=True)
+class PaperMetric:
+    """One of the five metrics of the paper."""
 
+    name: str
+    meaning: str
+    brief: str
+    """The same in a few words, for a terminal."""
+    field: str
+    """Of `engine.search.evaluations.Figures`."""
+    decimals: int
+    unit: str = ""
+
+    def text(self, value: float) -> str:
+        """A value with its unit."""
+        return f"{fixed(value, self.decimals)} {self.unit}".strip()
+
+
+METRICS = (
+    PaperMetric("RL", "mean risk of valid scenes", "mean risk, valid runs", "rl", 2),
+    PaperMetric("NC", "scenes with a collision", "collisions", "nc", 0),
+    PaperMetric("MDG", "mean least distance", "mean least distance", "mdg", 2, "m"),
+    PaperMetric("MDEC", "the same, without collisions", "same, no collisions", "mdec", 2, "m"),
+    PaperMetric("NIS", "invalid scenes", "invalid runs", "nis", 0),
+)
 
 METHOD_NAMES = {
     "ga": "genetic algorithm",
@@ -139,6 +155,8 @@ def partners_text(actors: Sequence[str], found: Partners) -> str:
     return f"with {met}{alone}"
 
 
+# -- a search in plain words -------------------------------------------------------------------------------------------
+
 RANDOM = "random"
 """The one method whose simulations are independent of one another, so that an interval can be given for their share."""
 
@@ -184,6 +202,7 @@ def why_invalid(record: Record) -> str:
 
 
 def worst_words(record: Record) -> str:
+    """How bad the worst is, and how often; empty where nothing was valid."""
     scores = record.evaluations.score[record.evaluations.simulated & record.evaluations.valid]
     if not len(scores):
         return ""

@@ -13,12 +13,11 @@ import numpy as np
 from cortex_dsl.api.runs import OpenedRun, first_cases
 from cortex_dsl.report.findings.analysis_report import HeatMap, heat_maps
 from cortex_dsl.report.findings.case_replay import CaseReplay, colour, outline_corners
+from cortex_dsl.report.findings.search_report import METRICS, PaperMetric, method_name
 from cortex_dsl.report.findings.study_report import BOXED, measure_called
-from cortex_dsl.report.page.extras import needed
 from cortex_dsl.report.page.film import ACTORS, ASPHALT, HOT, KERB
-from cortex_dsl.report.page.run_charts import METRICS, PaperMetric
 from cortex_dsl.report.page.run_page import replay_of_case
-from cortex_dsl.report.page.run_sections import method_words
+from engine.extras import imported
 from engine.search.journal_reader import Record
 from engine.study.comparisons import Comparison, Measure, compare_all, sample
 from engine.study.database import Study
@@ -52,8 +51,8 @@ def write_figures(run: OpenedRun, folder: Path) -> list[Path]:
 
 def save_all(figures: Iterable[tuple[str, Any]], folder: Path) -> list[Path]:
     """Save each figure by its name, in all formats and in our style, as they come; their paths."""
-    matplotlib = needed("matplotlib", "matplotlib", "figures")
-    needed("matplotlib.backends.backend_agg", "matplotlib", "figures")
+    matplotlib = imported("matplotlib", "matplotlib", "figures need", "report")
+    imported("matplotlib.backends.backend_agg", "matplotlib", "figures need", "report")
     with matplotlib.rc_context(STYLE):
         return [path for name, figure in figures for path in _save(figure, folder, name)]
 
@@ -68,7 +67,8 @@ def _save(figure: Any, folder: Path, name: str) -> Iterator[Path]:
 
 def new_figure(width: float, height: float) -> Any:
     """A figure without pyplot, whose windows would stay open [inches]."""
-    return needed("matplotlib.figure", "matplotlib", "figures").Figure(figsize=(width, height), layout="constrained")
+    matplotlib = imported("matplotlib.figure", "matplotlib", "figures need", "report")
+    return matplotlib.Figure(figsize=(width, height), layout="constrained")
 
 
 def _run_figures(run: OpenedRun) -> Iterator[tuple[str, Any]]:
@@ -203,7 +203,7 @@ def _curves(axes: Any, study: Study, scenario: int, metric: PaperMetric) -> None
         curve = curve_of(study.plan, study.records, scenario, method, metric.field)
         x, colour = np.arange(1, curve.values.shape[1] + 1), _colour(study, method)
         axes.fill_between(x, *curve.band(), color=colour, alpha=0.2, linewidth=0)
-        axes.plot(x, np.maximum(smoothed(curve.median), 0.0), color=colour, linewidth=1.3, label=method_words(method))
+        axes.plot(x, np.maximum(smoothed(curve.median), 0.0), color=colour, linewidth=1.3, label=method_name(method))
     axes.set_ylim(bottom=0)
     axes.set_xlabel("generation")
     axes.set_ylabel(f"{metric.name} [{metric.unit}]" if metric.unit else metric.name)
@@ -218,6 +218,6 @@ def _boxes(axes: Any, study: Study, rows: tuple[Comparison, ...], scenario: int,
         box.set(facecolor=_colour(study, method), alpha=0.6, linewidth=0.6)
     name = study.plan.subjects[scenario].name
     stars = {row.method: row.marks for row in rows if row.scenario == name and row.measure is measure}
-    labels = [f"{method_words(method)} {stars.get(method, '')}".strip() for method in order]
+    labels = [f"{method_name(method)} {stars.get(method, '')}".strip() for method in order]
     axes.set_xticks(range(1, len(order) + 1), map(_text, labels), rotation=0 if len(order) < 4 else 40)
     axes.set_ylabel(_text(f"{measure.name} [{measure.unit}]" if measure.unit else measure.name))

@@ -7,8 +7,9 @@ from typing import Any
 from cortex_dsl.api.runs import WORST, OpenedRun, first_cases
 from cortex_dsl.report.findings.case_replay import CaseReplay, replay_case
 from cortex_dsl.report.findings.readable import counted, first_line, fixed
+from cortex_dsl.report.findings.search_report import headline, method_name, whole_run
 from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections
-from cortex_dsl.report.page.markup import Element, Node, element, page, part, top_bar
+from cortex_dsl.report.page.markup import Element, Node, element, figure, page, part, top_bar
 from cortex_dsl.report.page.player import player_data
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
@@ -79,13 +80,13 @@ def render_page(found: RunPage) -> str:
         "replays": [player_data(told) for told in found.told],
         "evaluations": finite(run_sections.dots(found.record)),
     }
-    return page(f"{manifest.name}: {run_sections.method_name(manifest.method)}", body, data, SCRIPTS)
+    return page(f"{manifest.name}: {method_name(manifest.method)}", body, data, SCRIPTS)
 
 
 def numbers(record: Record, worst: Sequence[Case]) -> dict[str, Any]:
     """Every number of the run by its name in the journal, for programs that read the page."""
     manifest = record.manifest
-    everyone, simulated = run_sections.whole_run(record)
+    everyone, simulated = whole_run(record)
     return {
         "name": manifest.name,
         "method": manifest.method,
@@ -108,11 +109,11 @@ def _hero(found: RunPage) -> Element:
     description = first_line(found.run.scenario.program.description)
     return element(
         "header",
-        element("p", f"Search for corner cases · {run_sections.method_name(manifest.method)}", class_="kicker"),
+        element("p", f"Search for corner cases · {method_name(manifest.method)}", class_="kicker"),
         element("h1", manifest.name),
         element("p", description, class_="description") if description else None,
         _unfinished(record),
-        element("p", run_sections.headline(record), class_="headline"),
+        element("p", headline(record), class_="headline"),
         element("div", list(_tiles(found)), class_="tiles"),
         class_="hero",
     )
@@ -127,7 +128,7 @@ def _unfinished(record: Record) -> Node:
 
 def _tiles(found: RunPage) -> Iterator[Element]:
     record = found.record
-    _, simulated = run_sections.whole_run(record)
+    _, simulated = whole_run(record)
     distinct = distinct_collisions(record.evaluations)
     different, style = len(found.analysis.distinct), "hot" if distinct else ""
     yield _tile("distinct_collisions", distinct, f"{distinct:,}", "sets of params that led to a collision", style)
@@ -154,7 +155,7 @@ def _partner_tiles(record: Record) -> Iterator[Element]:
 
 
 def _tile(name: str, value: float, text: str, meaning: str, style: str = "") -> Element:
-    number = element("b", run_sections.figure(name, value, text))
+    number = element("b", figure(name, value, text))
     return element("div", number, element("span", meaning), class_=f"tile {style}".strip())
 
 

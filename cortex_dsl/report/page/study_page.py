@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from cortex_dsl.report.findings.search_report import METRICS, PaperMetric, method_name
 from cortex_dsl.report.findings.study_report import BOXED, measure_called
 from cortex_dsl.report.page import markup, study_tables
 from cortex_dsl.report.page.charts import Box, Course, box_chart, line_chart
 from cortex_dsl.report.page.markup import Element, Node, element, page, part, top_bar
-from cortex_dsl.report.page.run_charts import METRICS, PaperMetric
-from cortex_dsl.report.page.run_sections import method_words
 from engine.search.journal import finite
 from engine.study.comparisons import Measure, sample
 from engine.study.database import Study
@@ -46,8 +45,8 @@ def study_page(study: Study) -> str:
 
 def _title(study: Study) -> str:
     plan = study.plan
-    others = ", ".join(map(method_words, plan.contenders))
-    title = f"{others} against {method_words(plan.baseline)}" if others else method_words(plan.baseline)
+    others = ", ".join(map(method_name, plan.contenders))
+    title = f"{others} against {method_name(plan.baseline)}" if others else method_name(plan.baseline)
     return f"{title[:1].upper()}{title[1:]}"
 
 
@@ -78,7 +77,7 @@ def _hero(study: Study, found: Findings) -> Element:
 
 def _sentence(text: str) -> str:
     first, space, others = text.partition(" ")
-    name = method_words(first)  # of a sentence about a method
+    name = method_name(first)  # of a sentence about a method
     return f"{name[:1].upper()}{name[1:]}{space}{others}."
 
 
@@ -113,7 +112,7 @@ def _limits() -> Element:
 
 def _key(study: Study) -> Element:
     swatches = [
-        element("span", element("i", class_=f"swatch {_style(study, method)}"), method_words(method))
+        element("span", element("i", class_=f"swatch {_style(study, method)}"), method_name(method))
         for method in study.plan.methods
     ]
     return element("p", swatches, class_="key")
@@ -127,7 +126,7 @@ def _style(study: Study, method: str) -> str:
 def _boxes(study: Study, found: Findings) -> Node:
     note = (
         "Each box is the runs of one method that have the number: median, quartiles, whiskers within one and a half "
-        f"boxes. Stars: Holm's p of the test against {method_words(study.plan.baseline)} below 0.05, 0.01, 0.001; "
+        f"boxes. Stars: Holm's p of the test against {method_name(study.plan.baseline)} below 0.05, 0.01, 0.001; "
         "▲ better, ▼ worse."
     )
     blocks = [
@@ -206,7 +205,7 @@ def _curve(study: Study, scenario: int, metric: PaperMetric) -> Element:
         low, high = curve.band()
         x = np.arange(1, curve.values.shape[1] + 1, dtype=np.float64)
         courses.append(
-            Course(method_words(method), _style(study, method), x, np.maximum(smoothed(curve.median), 0.0), low, high)
+            Course(method_name(method), _style(study, method), x, np.maximum(smoothed(curve.median), 0.0), low, high)
         )
     unit = f" [{metric.unit}]" if metric.unit else ""
     return element(

@@ -1,9 +1,9 @@
 """The tables of a study on its page: the primary outcome, every test, random sampling, and the paper beside it."""
 
 from cortex_dsl.report.findings.readable import counted, fixed, percent
+from cortex_dsl.report.findings.search_report import method_name
 from cortex_dsl.report.findings.study_report import differences, p_text, quartiles, told
 from cortex_dsl.report.page.markup import Element, Node, element, figure, part, table
-from cortex_dsl.report.page.run_sections import method_words
 from engine.search.statistics import Interval
 from engine.study.comparisons import DISTINCT_FAILURES, PRIMARY, Comparison, Spread
 from engine.study.database import Study
@@ -17,7 +17,7 @@ def primary(study: Study, found: Findings) -> Node:
         element(
             "tr",
             element("th", row.scenario, scope="row"),
-            element("td", method_words(row.method)),
+            element("td", method_name(row.method)),
             element("td", _figure(row, "median", row.spread.median), class_="number"),
             element("td", _quartiles(row.spread, row), class_="number quiet"),
             element("td", told(row.baseline_spread.median, row), class_="number"),

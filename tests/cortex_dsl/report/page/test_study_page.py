@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from cortex_dsl.cli import main
+from cortex_dsl.report.findings.search_report import METRICS
 from cortex_dsl.report.findings.study_report import BOXED
-from cortex_dsl.report.page.run_charts import METRICS
 from engine.study.database import Study, read_study
 from engine.study.verdict import findings
 
