@@ -1,81 +1,66 @@
 """Values that a notebook shows richly: the engine's types with the names that they need for it, and compile errors.
 
-The engine knows no HTML. What a `Scenario` hands out is therefore of a subclass that also knows the program; it is
-used, compared and saved like the engine's own type. `cortex_dsl.report.page.notebook` makes the HTML, when it is asked.
+The engine knows no HTML. What a `Scenario` hands out is therefore of a subclass of the engine's type, which also knows
+the program; it is used, taken apart and pickled like the engine's own. `cortex_dsl.report.page.notebook` makes the HTML
+when somebody looks.
 """
 
+from functools import cache
 from html import escape
 from typing import Any, TypeVar
 
-from cortex_dsl import diagnostics
+from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.report.findings.snippet import errors_first, render_text
-from engine.outcomes import Outcomes
 from engine.program import Program
-from engine.scenes import Scenes
 
 Value = TypeVar("Value")
 
+MAKERS = {
+    "Scenes": "scenes_html",
+    "Outcomes": "outcomes_html",
+    "WorldRun": "world_run_html",
+    "Campaign": "campaign_html",
+}
+"""By the engine's type, the function of `cortex_dsl.report.page.notebook` that shows it."""
+
+
+def displayed(program: Program, value: Value) -> Value:
+    """The same value of the engine with a rich display in notebooks."""
+    made: Any = object.__new__(_kind(type(value)))
+    made.__dict__.update(vars(value), _program=program)
+    return made
+
 
 class _Displayed:
-    """What was handed out by a scenario; a part that is taken out of it no longer knows the names."""
+    """What a scenario handed out. A part that is taken out of it does not know the names, and shows itself in words."""
 
     _program: Program | None = None
 
-    def _html(self, program: Program) -> str:
-        raise NotImplementedError
-
     def _repr_html_(self) -> str:
-        return f"<pre>{escape(repr(self))}</pre>" if self._program is None else self._html(self._program)
+        from cortex_dsl.report.page import notebook
+
+        if self._program is None:
+            return f"<pre>{escape(repr(self))}</pre>"
+        return getattr(notebook, MAKERS[type(self).__name__])(self._program, self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickled as the engine's own type and the program, for the subclass has no place of its own."""
+        fields = {name: value for name, value in vars(self).items() if name != "_program"}
+        return _restored, (type(self).__mro__[2], fields, self._program)
 
 
-class ShownScenes(_Displayed, Scenes):
-    """Scenes whose params have names."""
-
-    def _html(self, program: Program) -> str:
-        from cortex_dsl.report.page.notebook import scenes_html
-
-        return scenes_html(program, self)
-
-
-class ShownOutcomes(_Displayed, Outcomes):
-    """Outcomes whose actors have names."""
-
-    def _html(self, program: Program) -> str:
-        from cortex_dsl.report.page.notebook import outcomes_html
-
-        return outcomes_html(program, self)
+@cache
+def _kind(base: type[Any]) -> type[Any]:
+    """The displayed form of a type of the engine."""
+    if issubclass(base, _Displayed):
+        return base
+    return type(base.__name__, (_Displayed, base), {"__module__": base.__module__, "__doc__": base.__doc__})
 
 
-def shown_scenes(program: Program, scenes: Scenes) -> Scenes:
-    """The same scenes with a display."""
-    return _with(ShownScenes, program, scenes)
-
-
-def shown_outcomes(program: Program, outcomes: Outcomes) -> Outcomes:
-    """The same outcomes with a display."""
-    return _with(ShownOutcomes, program, outcomes)
-
-
-def shown_run(program: Program, run: Any) -> Any:
-    """The same run of the pymunk world with a display."""
-    from engine.world import WorldRun
-
-    class ShownRun(_Displayed, WorldRun):
-        """A run whose actors have names."""
-
-        def _html(self, program: Program) -> str:
-            from cortex_dsl.report.page.notebook import world_run_html
-
-            return world_run_html(program, self)
-
-    return _with(ShownRun, program, run)
-
-
-def _with(kind: type[Value], program: Program, value: Any) -> Value:
-    """All fields of a frozen value, and its program, in an object of a subclass."""
-    made = kind.__new__(kind)
-    made.__dict__.update(vars(value), _program=program)
-    return made
+def _restored(base: type[Any], fields: dict[str, Any], program: Program | None) -> Any:
+    value = object.__new__(base)
+    value.__dict__.update(fields)
+    return value if program is None else displayed(program, value)
 
 
 class Columns(dict[str, Any]):
@@ -87,11 +72,11 @@ class Columns(dict[str, Any]):
         return columns_html(self)
 
 
-class CompileError(diagnostics.CompileError):
-    """Every mistake of a file, as text with its source line and a caret under the place; errors before all else."""
+class ShownCompileError(CompileError):
+    """Every mistake of a file as text, with its source line and a caret under the place; errors before all else."""
 
     def __str__(self) -> str:
-        return f"\n{render_text(self.source, errors_first(self.diagnostics))}".rstrip()
+        return f"\n{self._text()}".rstrip()
 
     def _repr_html_(self) -> str:
         from cortex_dsl.report.page.notebook import diagnostics_html
@@ -99,5 +84,8 @@ class CompileError(diagnostics.CompileError):
         return diagnostics_html(self.source, self.diagnostics)
 
     def _render_traceback_(self) -> list[str]:
-        """What IPython prints instead of a traceback: the mistakes, for the frames are ours and not the file's."""
-        return render_text(self.source, errors_first(self.diagnostics)).splitlines()
+        """What IPython prints instead of a traceback: the mistakes alone, for its frames are ours, not the file's."""
+        return self._text().splitlines()
+
+    def _text(self) -> str:
+        return render_text(self.source, errors_first(self.diagnostics))

@@ -48,6 +48,11 @@ class OpenedRun:
     edited: tuple[str, ...]
     """Files that say something else now; the run goes by what they said when it was started."""
 
+    def _repr_html_(self) -> str:
+        from cortex_dsl.report.page.notebook import opened_run_html
+
+        return opened_run_html(self)
+
 
 @dataclass(frozen=True)
 class KeptFiles:

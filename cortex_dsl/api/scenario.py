@@ -26,6 +26,7 @@ import numpy as np
 
 from cortex_dsl.api import arguments
 from cortex_dsl.api.concrete import concrete_files
+from cortex_dsl.api.displays import Columns, ShownCompileError, displayed
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.files import DISK, Folder
 from cortex_dsl.pipeline import Compiled, compile_source
@@ -38,7 +39,6 @@ from engine.vocabulary import Method, Verdict
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from cortex_dsl.api.named_columns import Columns
     from cortex_dsl.report.page.notebook import Picture, Shown
     from engine.outcomes import Outcomes
     from engine.risk import Risk
@@ -76,7 +76,7 @@ def compile_text(
     try:
         compiled = compile_source(Source(name, text), overrides, scenario=scenario, files=files)
     except CompileError as error:
-        raise CompileError(error.source, arguments.in_python(error.diagnostics)) from None
+        raise ShownCompileError(error.source, arguments.in_python(error.diagnostics)) from None
     compiled = replace(compiled, diagnostics=arguments.in_python(compiled.diagnostics))
     config = config or Config()
     simulation = in_file(config.simulation, compiled.program.settings)
@@ -121,9 +121,10 @@ class Scenario:
         count, jobs = arguments.whole("count", count, 0), arguments.whole("jobs", jobs, 1)
         keys = key_rows(arguments.whole("seed", seed, 0), Method.SAMPLE, 0, 0, range(count))
         if genome is None:
-            return sample(self.program, draw_genomes(self.program.space, keys), keys, self.config.simulation, jobs)
-        drawn = np.tile(arguments.genome_of(self.program, genome), (count, 1))
-        return sample(self.program, drawn, keys, self.config.simulation, jobs)
+            drawn = draw_genomes(self.program.space, keys)
+        else:
+            drawn = np.tile(arguments.genome_of(self.program, genome), (count, 1))
+        return displayed(self.program, sample(self.program, drawn, keys, self.config.simulation, jobs))
 
     def scene_of_seed(self, seed: int | None = None) -> "Scenes":
         """The one scene of `cortexc FILE --seed N`, or without a seed that of `cortexc FILE`: up to a hundred genomes
@@ -141,11 +142,11 @@ class Scenario:
 
         for key in _keys(self.program, None if seed is None else arguments.whole("seed", seed, 0)):
             scenes = sample(self.program, draw_genomes(self.program.space, key), key, self.config.simulation)
-            yield scenes
+            yield displayed(self.program, scenes)
             if scenes.verdict[0] not in (Verdict.EXHAUSTED, Verdict.INFEASIBLE):
                 return
 
-    def table(self, thing: "Scenes | Outcomes | WorldRun") -> "Columns":
+    def table(self, thing: "Scenes | Outcomes | WorldRun") -> Columns:
         """Columns by name with their units, as for `pandas.DataFrame`: of scenes the verdict, the params and how
         everybody starts, of outcomes how they ended and the metrics of each pair, of a run everybody over time.
 
@@ -157,11 +158,11 @@ class Scenario:
         from engine.scenes import Scenes
 
         if isinstance(thing, Scenes):
-            return named_columns.of_scenes(self.program, self._own(thing))
+            return Columns(named_columns.of_scenes(self.program, self._own(thing)))
         if isinstance(thing, Outcomes):
-            return named_columns.of_outcomes(self.program, thing)
+            return Columns(named_columns.of_outcomes(self.program, thing))
         if hasattr(thing, "trajectory"):
-            return named_columns.of_run(self.program, thing)
+            return Columns(named_columns.of_run(self.program, thing))
         raise ArgumentKindError(
             f"thing: expected scenes, outcomes or a run, got {type(thing).__name__}",
             "`sample`, `simulate` and `watch` make them",
@@ -174,10 +175,10 @@ class Scenario:
         if arguments.one_of("engine", engine, ("batch", "world")) == "batch":
             from engine import batch
 
-            return batch.simulate(self.program, scenes, self.config.simulation, jobs)
+            return displayed(self.program, batch.simulate(self.program, scenes, self.config.simulation, jobs))
         from engine import world
 
-        return world.simulate(self.program, scenes, self.config, jobs)
+        return displayed(self.program, world.simulate(self.program, scenes, self.config, jobs))
 
     def watch(self, scenes: "Scenes", row: int = 0) -> "WorldRun":
         """Run one scene in the pymunk world, through contact and its aftermath, and keep its states over time.
@@ -186,7 +187,8 @@ class Scenario:
         """
         from engine import world
 
-        return world.run(self.program, self._own(scenes), arguments.row_of(scenes, row), self.config)
+        run = world.run(self.program, self._own(scenes), arguments.row_of(scenes, row), self.config)
+        return displayed(self.program, run)
 
     def assess(self, outcomes: "Outcomes", profile: str = "paper") -> "Risk":
         """Risk of each outcome: the integer score 0 .. 22 (-1 invalid), its parts, the continuous score.
@@ -233,7 +235,8 @@ class Scenario:
             ga=replace(self.config.ga, preset=preset),
         )
         if out is None:
-            return search(self.program, method, config, profile, on_generation, workers=workers)
+            found = search(self.program, method, config, profile, on_generation, workers=workers)
+            return displayed(self.program, found)
         return self._kept(method, Path(out), config, profile=profile, on_generation=on_generation, workers=workers)
 
     def _kept(self, method: str, out: Path, config: Config, **how: Any) -> "Campaign":
@@ -244,7 +247,7 @@ class Scenario:
         found = search_and_keep(replace(self, config=config), method, new_directory(out), **how)
         if found.trouble is not None:
             raise found.trouble
-        return found.campaign
+        return displayed(self.program, found.campaign)
 
     def scene(self, case: "Case") -> "Scenes":
         """The one scene of a campaign's case, drawn again from its genome and stream key."""
@@ -258,7 +261,8 @@ class Scenario:
         from engine.sampling import sample
 
         values, keys = arguments.genome_of(self.program, genome), arguments.key_of(key)
-        return sample(self.program, values[np.newaxis], keys[np.newaxis], self.config.simulation)
+        drawn = sample(self.program, values[np.newaxis], keys[np.newaxis], self.config.simulation)
+        return displayed(self.program, drawn)
 
     def _own(self, scenes: object) -> "Scenes":
         """Scenes that can be of this scenario."""

@@ -38,19 +38,18 @@ from cortex_dsl.report.findings.readable import (
 from cortex_dsl.report.findings.search_report import headline, method_name
 from cortex_dsl.report.findings.snippet import draw, errors_first
 from cortex_dsl.report.findings.story import aftermath, end_of, in_order, tell
-from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.markup import Element, Node, element, picture, render
+from cortex_dsl.report.page.scene_svg import scene_drawing
 from cortex_dsl.source import Source
 from engine.outcomes import Outcomes
 from engine.program import ParamSpace, Program
-from engine.road import build_network, outline
-from engine.scenes import Scenes, actor_columns
+from engine.scenes import Scenes
 from engine.search.journal_reader import Record
 from engine.search.protocol import Box
 from engine.search.ranking import Case, worst_cases
 from engine.search.run import Campaign
 from engine.tables import Floats
-from engine.vocabulary import Column, EndReason, State, Verdict
+from engine.vocabulary import EndReason, Verdict
 
 if TYPE_CHECKING:
     from engine.world import WorldRun
@@ -133,34 +132,6 @@ def _framed(page: str) -> Shown:
     """A page inside a notebook, apart from its styles and scripts."""
     frame = f'<iframe srcdoc="{escape(page)}" style="width:100%;height:{HEIGHT}px;border:0" loading="lazy"></iframe>'
     return Shown(frame, page)
-
-
-def scene_drawing(program: Program, scenes: Scenes, row: int = 0) -> Element:
-    """Where everybody stands before anything moves. A scene that is not valid shows the road alone."""
-    road = outline(build_network(program.road_spec))
-    states, outlines = _start(program, scenes, row)
-    names = zip(program.actors, program.code.actor_kind.tolist(), outlines.tolist(), strict=True)
-    shapes = [scene_svg.Shape(name, scene_svg.ActorKind(kind), *size) for name, kind, size in names]
-    there = states[states[:, State.PRESENT] > 0.5][:, [State.X, State.Y]]
-    frame = scene_svg.Frame.around(there if len(there) else np.concatenate(road.kerbs))
-    return scene_svg.scene(
-        frame,
-        f"{program.name} from above",
-        scene_svg.road_layer(road, program.road_spec.lane_width),
-        element("g", scene_svg.actor_layer(shapes, states), class_="actors"),
-        scene_svg.scale_bar(frame),
-    )
-
-
-def _start(program: Program, scenes: Scenes, row: int) -> tuple[Floats, Floats]:
-    """States (actors, len(State)) and outlines (actors, 2) at the start."""
-    columns = actor_columns(program, scenes.values[row])
-    states = np.zeros((len(program.actors), len(State)))
-    states[:, [State.X, State.Y, State.HEADING, State.SPEED]] = columns[
-        :, [Column.X, Column.Y, Column.HEADING, Column.SPEED]
-    ]
-    states[:, State.PRESENT] = np.isfinite(columns[:, Column.X]) & bool(scenes.valid[row])
-    return states, columns[:, [Column.LENGTH, Column.WIDTH]]
 
 
 def campaign_table(campaign: Campaign) -> Element:
@@ -257,11 +228,12 @@ def world_run_html(program: Program, run: "WorldRun") -> str:
     return _shown(title, _rows(("time", "who", "what"), rows, len(rows)))
 
 
-def campaign_html(campaign: Campaign) -> str:
+def campaign_html(program: Program, campaign: Campaign) -> str:
     """What a search found."""
     found = campaign.by_simulation
     share = f", {percent(found.collision_rate)}" if found.colliding_runs else ""
-    title = f"{method_name(campaign.method.name.lower())}: {counted(found.colliding_runs, 'collision')} in "
+    method = method_name(campaign.method.name.lower())
+    title = f"{program.name}, {method}: {counted(found.colliding_runs, 'collision')} in "
     title += f"{counted(found.valid_runs, 'valid simulation')}{share}"
     return _shown(title, campaign_table(campaign), _worst_cases(campaign.space, campaign.worst))
 
