@@ -73,6 +73,10 @@ class Result:
     """Of an array (n, k): the names of its k columns."""
     part_of: str = ""
     """The row whose parts they are."""
+    when: str = ""
+    """The row that holds its instant, of a metric that has one."""
+    of_risk: bool = False
+    """Whether it belongs to the metrics that the score comes from, which reports tell together with it."""
     in_document: bool = True
     """Of a metric of a pair: whether the JSON of a single run tells it."""
     name: str = ""
@@ -169,6 +173,8 @@ class _Measured:
             "least distance between the outlines",
             Per.PAIR,
             kept=Kept.NEAREST,
+            when="min_distance_time",
+            of_risk=True,
         ),
     ]
     """Infinite for two never in the scene together."""
@@ -182,17 +188,36 @@ class _Measured:
             "largest closing speed of the centres",
             Per.PAIR,
             kept=Kept.DECIDING,
+            when="max_closing_time",
+            of_risk=True,
         ),
     ]
     max_closing_time: Annotated[Floats, Result("", "s", per=Per.PAIR, kept=Kept.DECIDING)]
     distance_at_ms: Annotated[
         Floats,
         Result(
-            "D_MS, their distance then [m]", "m", "D_MS", "distance at the instant of MS", Per.PAIR, kept=Kept.DECIDING
+            "D_MS, their distance then [m]",
+            "m",
+            "D_MS",
+            "distance at the instant of MS",
+            Per.PAIR,
+            kept=Kept.DECIDING,
+            when="max_closing_time",
+            of_risk=True,
         ),
     ]
     ttc_at_ms: Annotated[
-        Floats, Result("TTC_MS = D_MS / MS [s]", "s", "TTC_MS", "D_MS / MS", Per.PAIR, kept=Kept.DECIDING)
+        Floats,
+        Result(
+            "TTC_MS = D_MS / MS [s]",
+            "s",
+            "TTC_MS",
+            "D_MS / MS",
+            Per.PAIR,
+            kept=Kept.DECIDING,
+            when="max_closing_time",
+            of_risk=True,
+        ),
     ]
     ego_speed: Annotated[
         Floats,

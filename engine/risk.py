@@ -151,21 +151,3 @@ def continuous_score(values: Floats, edges: Edges) -> Floats:
         else:
             score -= values >= high
     return np.where(np.isnan(values), 0.0, score)
-
-
-def calibrated(outcomes: Outcomes, name: str = "calibrated") -> RiskProfile:
-    """Edges from a pilot of random scenes: from the lower quartile to the 90 % quantile of each metric in three equal
-    steps, as the paper's own edges seem to have been found. Pairs that never approach one another are left out.
-    """
-    valid = outcomes.verdict == Verdict.VALID
-
-    def edges(values: Floats) -> Edges:
-        known = values[valid]
-        known = known[np.isfinite(known)]
-        if len(known) == 0:
-            raise ValueError("a profile can be calibrated only from valid runs with two actors or more")
-        first, last = np.quantile(known, (0.25, 0.9))
-        a, b, c, d = np.linspace(first, last, BANDS)
-        return float(a), float(b), float(c), float(d)
-
-    return RiskProfile(name, edges(outcomes.min_distance), edges(outcomes.distance_at_ms), edges(outcomes.ttc_at_ms))

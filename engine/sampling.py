@@ -23,13 +23,12 @@ import numpy as np
 from engine.config import SimulationConfig
 from engine.feasibility import Pruner, groups_of, pruner
 from engine.kernels.attempts import sample_rows
-from engine.kernels.normal import truncated_normals
-from engine.kernels.philox import GENE_CHANNEL, fill_uniform
+from engine.kernels.random_numbers import GENE_CHANNEL, fill_uniform, truncated_normals
 from engine.kernels.recipe import Confinement, Layout, Ledger, Recipe, Request, Scratch
 from engine.program import ParamSpace, Program
 from engine.scenes import Scenes
 from engine.streams import check_keys
-from engine.tables import CodeTables, Floats, Ints, RoadTables
+from engine.tables import CodeTables, Floats, Ints, RoadTables, Size
 from engine.vocabulary import Distribution, GeneKind, Op, Purpose
 
 __all__ = ["draw_genomes", "sample", "uniform_genomes"]
@@ -169,7 +168,7 @@ class _Confiner:
 
 def attempt_limit(program: Program) -> int:
     """The most attempts at one scene: its stream of random numbers has an end."""
-    return BLOCK_LIMIT // _blocks(int(program.code.sizes[1]))
+    return BLOCK_LIMIT // _blocks(int(program.code.sizes[Size.DRAWS]))
 
 
 def _blocks(draws: int) -> int:
@@ -199,7 +198,7 @@ def recipe_of(program: Program) -> Recipe:
     code = program.code
     variant_values = len(code.literals)
     genes = variant_values + code.variant_values.shape[1]
-    draw_count = int(code.sizes[1])
+    draw_count = int(code.sizes[Size.DRAWS])
     layout = Layout(
         variant_values=variant_values,
         genes=genes,
@@ -307,4 +306,6 @@ def _rows(ledger: Ledger, part: slice) -> Ledger:
 
 def scratch_of(recipe: Recipe) -> Scratch:
     """Working memory for one thread."""
-    return Scratch(np.zeros(recipe.code.sizes[0]), np.zeros(max(1, recipe.layout.requirements), dtype=np.int32))
+    return Scratch(
+        np.zeros(recipe.code.sizes[Size.SCENE_REGISTERS]), np.zeros(max(1, recipe.layout.requirements), dtype=np.int32)
+    )

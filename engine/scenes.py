@@ -19,7 +19,7 @@ class StreamKey(NamedTuple):
 
     seed: int
     method: int
-    """`vocabulary.Method`"""
+    """`vocabulary.Method`, or a number made of a search method's name (`engine.streams.method_number`)."""
     run: int
     generation: int
     index: int  # pyright: ignore[reportIncompatibleMethodOverride]  # nobody looks values up in a key

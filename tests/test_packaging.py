@@ -55,7 +55,7 @@ def test_wheel_holds_the_grammar_the_examples_and_every_module(wheel: zipfile.Zi
 def test_wheel_installs_the_command(wheel: zipfile.ZipFile) -> None:
     """`cortexc` is the entry point, and the licence is inside."""
     entry_points = next(name for name in wheel.namelist() if name.endswith("entry_points.txt"))
-    assert "cortexc = cortex_dsl.cli:main" in wheel.read(entry_points).decode()
+    assert "cortexc = cortex_dsl.__main__:process" in wheel.read(entry_points).decode()
     assert any(re.search(r"\.dist-info/licenses/LICENSE$", name) for name in wheel.namelist())
 
 

@@ -12,7 +12,7 @@ from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from errno import ENOENT
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cortex_dsl.api.run_folder import Found, OnRemoved, Work, campaign_of, carry_out, default_workers, worst_files
 from cortex_dsl.api.scenario import Scenario
@@ -22,8 +22,8 @@ from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax.reading import read_source
 from engine.search.journal import Journal
-from engine.search.journal_reader import Record, read_journal
-from engine.search.manifest import Manifest, Origin, Text
+from engine.search.journal_reader import Record, damaged, read_journal
+from engine.search.manifest import Manifest, ManifestError, Origin, Text, check_program
 from engine.search.protocol import Box
 from engine.search.ranking import Case, order_of_risk, worst_cases
 from engine.search.run import OnGeneration, follow
@@ -32,6 +32,9 @@ from engine.search.store import JOURNAL, StoreError, example_run, hold
 from engine.search.workers import Workers
 from engine.study.database import is_study
 from engine.vocabulary import GeneKind
+
+if TYPE_CHECKING:
+    from engine.scenes import Scenes
 
 WORST = 10
 """Cases of which the run's folder has a scenario each; no two of them are nearly the same."""
@@ -52,6 +55,17 @@ class OpenedRun:
         from cortex_dsl.report.page.notebook import opened_run_html
 
         return opened_run_html(self)
+
+    def scene(self, case: Case) -> "Scenes":
+        """Return the scene of one of its cases, drawn again.
+
+        Raises:
+            StoreError: by the settings and the seed of the journal there is no such scene.
+        """
+        scenes = self.scenario.scene(case)
+        if not scenes.valid[0]:
+            raise damaged(self.folder / JOURNAL, f"by its settings there is no scene of case {case.rank}")
+        return scenes
 
 
 @dataclass(frozen=True)
@@ -101,7 +115,9 @@ def check_journal(run: OpenedRun) -> None:
         UnknownMethodError, MissingExtraError, PluginError: there is no such searcher here.
     """
     space, config = run.scenario.program.space, run.scenario.config
-    follow(build_searcher(run.record.manifest.method, Box.of(space), config), run.record.past())
+    manifest = run.record.manifest
+    searcher = build_searcher(manifest.method, Box.of(space), config, manifest.method_number)
+    follow(searcher, run.record.past())
 
 
 def _run_folder(path: Path) -> Path:
@@ -141,6 +157,10 @@ def _compiled(folder: Path, manifest: Manifest) -> Compiled:
         raise StoreError(f"this version of cortexc does not compile the scenario of `{folder}`", cure) from error
     if compiled.program.digest != manifest.program_digest:
         raise StoreError(f"this version of cortexc compiles the scenario of `{folder}` to another program", cure)
+    try:
+        check_program(manifest, compiled.program)
+    except ManifestError as error:
+        raise damaged(folder / JOURNAL, error) from error
     return compiled
 
 

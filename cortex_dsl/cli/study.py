@@ -1,4 +1,7 @@
-"""`cortexc study`: every scenario by every method, many times; kept whole, compared run by run, told in tables."""
+"""`cortexc study`: every scenario by every method, many times; kept whole, compared run by run, shown in tables.
+
+`cortexc paper-check` does the arithmetic of the paper again whose case study that is.
+"""
 
 import argparse
 from collections.abc import Iterator, Sequence
@@ -7,7 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.study_options import parse, study_plan
+from cortex_dsl.cli.study_options import DESCRIPTION, add_options, settle, study_plan
+from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 
 if TYPE_CHECKING:
@@ -26,15 +30,12 @@ class Job:
     json: bool
 
 
-def main(arguments: Sequence[str], terminal: Terminal) -> int:
-    options = parse(arguments)
-    if options.help:
-        terminal.write(options.page)
-        return Exit.FINE
+def _study(options: argparse.Namespace, terminal: Terminal) -> int:
+    settle(options)
     if options.resume is not None:
-        return resume(options.resume, terminal, study_workers(options), json=options.json)
+        return resume_study(options.resume, terminal, study_workers(options), json=options.json)
     with _usage_errors():
-        return _begin(options, arguments, terminal)
+        return _begin(options, terminal)
 
 
 def study_workers(options: argparse.Namespace) -> "Workers":
@@ -55,23 +56,23 @@ def _usage_errors() -> Iterator[None]:
         yield
 
 
-def _begin(options: argparse.Namespace, arguments: Sequence[str], terminal: Terminal) -> int:
+def _begin(options: argparse.Namespace, terminal: Terminal) -> int:
     from engine.search.store import hold, new_directory, numbered_directory
     from engine.study.database import StudyStore
 
-    plan = study_plan(options, arguments, terminal)
+    plan = study_plan(options, terminal)
     if isinstance(plan, Exit):
         return plan
     size = f"{len(plan.subjects)}x{len(plan.methods)}x{plan.runs}"
     folder = new_directory(options.out) if options.out is not None else numbered_directory("study", size)
     with hold(folder):
-        with closing(StudyStore.create(folder, plan, _facts(plan, arguments))) as store:
+        with closing(StudyStore.create(folder, plan, _facts(plan, options.words))) as store:
             stopped = _carry_out(plan, (), store, Job(folder, study_workers(options), options.json), terminal)
-        return tell(folder, terminal, json=options.json, stopped=stopped)
+        return show_study(folder, terminal, json=options.json, stopped=stopped)
 
 
-def resume(folder: Path, terminal: Terminal, workers: "Workers", *, json: bool = False) -> int:
-    """Go on with a study that was stopped or killed; tell one that is complete again.
+def resume_study(folder: Path, terminal: Terminal, workers: "Workers", *, json: bool = False) -> int:
+    """Go on with a study that was stopped or killed; show one that is complete again.
 
     Raises:
         UsageError: no readable study, another process is at it, or it was begun by another version.
@@ -84,13 +85,13 @@ def resume(folder: Path, terminal: Terminal, workers: "Workers", *, json: bool =
         for name in study.edited:
             terminal.err.print(f"`{name}` was edited since; the study goes on with what it said", style="warn")
         if study.complete:
-            return tell(folder, terminal, json=json)
+            return show_study(folder, terminal, json=json)
         _insist_on_same_engine(study)
         with hold(folder):
             study = read_study(folder)
             with closing(StudyStore.reopen(folder)) as store:
                 stopped = _carry_out(study.plan, study.records, store, Job(folder, workers, json), terminal)
-            return tell(folder, terminal, json=json, stopped=stopped)
+            return show_study(folder, terminal, json=json, stopped=stopped)
 
 
 def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore", job: Job, terminal: Terminal) -> bool:
@@ -119,7 +120,7 @@ def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore"
     return False
 
 
-def tell(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool = False) -> int:
+def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool = False) -> int:
     """Write the files beside the study, and show what it came to so far."""
     from cortex_dsl.report.terminal.study_view import study_view
     from engine.study.database import read_study
@@ -156,14 +157,14 @@ def _compile_kernels(plan: "Plan", terminal: Terminal) -> None:
         perform(replace(task, config=replace(task.config, search=search)))
 
 
-def _facts(plan: "Plan", arguments: Sequence[str]) -> dict[str, object]:
+def _facts(plan: "Plan", words: Sequence[str]) -> dict[str, object]:
     """What a reader may want to know of how a study came to be."""
     from engine.kernels.jit import source_hash
 
     versions: dict[str, str] = {}
     for method in plan.methods:
         versions |= plan.manifest(plan.subjects[0], method).versions
-    return {"command_line": list(arguments), "versions": versions, "engine": source_hash()}
+    return {"command_line": list(words), "versions": versions, "engine": source_hash()}
 
 
 def _insist_on_same_engine(study: "Study") -> None:
@@ -176,3 +177,43 @@ def _insist_on_same_engine(study: "Study") -> None:
             f"the study in `{study.folder}` was begun by another version of the engine",
             f"use the version that began it, cortexc {wrote}, or begin a new study",
         )
+
+
+STUDY = Command(
+    name="study",
+    usage="[FILES] [--runs N] [--methods LIST] [options]",
+    description=DESCRIPTION,
+    options=add_options,
+    function=_study,
+)
+
+
+# -- the arithmetic of the CORTEX-AVD paper, done again ----------------------------------------------------------------
+
+
+def _check_paper(options: argparse.Namespace, terminal: Terminal) -> Exit:
+    from cortex_dsl.report.terminal.study_view import paper_view
+    from engine.paper import claims
+
+    checked = claims()
+    if options.json:
+        from cortex_dsl.report.documents import document
+
+        terminal.write(document("paper-check", {"claims": checked}))
+    else:
+        terminal.out.print(paper_view(checked, options.all))
+    return Exit.FINE
+
+
+def _paper_options(parser: Parser) -> None:
+    parser.add_argument("--all", action="store_true", help="what holds, too")
+
+
+PAPER_CHECK = Command(
+    name="paper-check",
+    usage="[--all] [--json]",
+    description="Recompute what the paper prints from its own numbers, and show what does not hold.",
+    options=_paper_options,
+    function=_check_paper,
+    wrapped=True,
+)

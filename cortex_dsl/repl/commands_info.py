@@ -37,9 +37,10 @@ def do_help(desk: Desk, argument: str) -> None:
 
 
 def do_explain(desk: Desk, argument: str) -> None:
-    from cortex_dsl.console.code_pages import main
+    from cortex_dsl.console.code_pages import EXPLAIN
+    from cortex_dsl.console.command import run_command
 
-    main([argument] if argument else [], desk.terminal)
+    run_command(EXPLAIN, [argument] if argument else [], desk.terminal)
 
 
 def do_check(desk: Desk, _argument: str) -> None:

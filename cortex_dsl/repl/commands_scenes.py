@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cortex_dsl.api.scenario import Scenario
-from cortex_dsl.console.request import SEED_LIMIT, Mode, Request, share
+from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, share
 from cortex_dsl.console.scenario_mistakes import undefined_value
 from cortex_dsl.console.simulating import mistake_of
 from cortex_dsl.console.terminal import Exit, UsageError
@@ -201,12 +201,12 @@ def seed_of(text: str, default: int) -> int:
 
 
 def do_run(desk: Desk, argument: str) -> None:
-    from cortex_dsl.console.simulating import perform
+    from cortex_dsl.console.simulating import perform_run
 
     seed = seed_of(argument, desk.seed)
     scenario = desk.scenario()
-    request = Request(Path(desk.name), Mode.RUN, seed=seed, overrides=desk.overrides)
-    code = perform(request, scenario, desk.terminal, reproduce=f":run {seed}")
+    request = CompileRequest(Path(desk.name), overrides=desk.overrides)
+    code = perform_run(request, RunRequest(seed=seed), scenario, desk.terminal, reproduce=f":run {seed}")
     desk.no_scene = code == Exit.NO_SCENE
     desk.mistakes += code == Exit.DIAGNOSTICS
 

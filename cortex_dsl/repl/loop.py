@@ -1,15 +1,20 @@
 """From one chunk to the next; whatever happens to one of them, the session goes on."""
 
 import os
+import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Protocol
 
-from cortex_dsl.console.terminal import Exit, UsageError, report_bug
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError, report_bug
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.repl.chunks import is_command
 from cortex_dsl.repl.commands import obey
 from cortex_dsl.repl.entering import enter, refuse
 from cortex_dsl.repl.state import Desk
+
+NO_TERMINALS = ("dumb", "unknown", "")
+"""Values of TERM that say that nothing can be edited there."""
 
 
 class Input(Protocol):
@@ -22,6 +27,39 @@ class Input(Protocol):
             KeyboardInterrupt: the user wants to begin the chunk anew, or a pipe is to be left.
         """
         ...
+
+
+def start(file: Path | None, terminal: Terminal) -> int:
+    """Begin a session, with a file if there is one; return its exit code."""
+    desk = Desk(terminal, interactive=sys.stdin is not None and sys.stdin.isatty())
+    if desk.interactive:
+        _greet(terminal)
+    chunks = _input(desk)
+    if desk.interactive:
+        desk.kernels.start()
+    if file is not None:
+        from cortex_dsl.repl.commands_draft import load
+
+        load(desk, file)
+    return run(desk, chunks)
+
+
+def _input(desk: Desk) -> Input:
+    able = sys.stdout.isatty() and os.environ.get("TERM", "") not in NO_TERMINALS
+    if desk.interactive and able:
+        from cortex_dsl.repl.prompt import EditedInput
+
+        return EditedInput(desk)
+    from cortex_dsl.repl.chunks import PlainInput
+
+    return PlainInput(desk)
+
+
+def _greet(terminal: Terminal) -> None:
+    from cortex_dsl.version import VERSION
+
+    terminal.out.print(f"cortexc {VERSION}", style="title", end="")
+    terminal.out.print("  :help lists the commands, Tab completes, Ctrl-D leaves", style="quiet")
 
 
 def run(desk: Desk, chunks: Input) -> int:

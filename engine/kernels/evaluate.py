@@ -12,10 +12,9 @@ import math
 import numpy as np
 
 from engine.kernels.geometry import Box, View, box_distance, sees
-from engine.kernels.inline import inlined
-from engine.kernels.jit import kernel
-from engine.kernels.normal import normal_cdf, normal_quantile
+from engine.kernels.jit import inlined, kernel
 from engine.kernels.path import path_distance, path_pose, path_project
+from engine.kernels.random_numbers import normal_cdf, normal_quantile
 from engine.kernels.region import (
     lane_nearest,
     region_box_distance,

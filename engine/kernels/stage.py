@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from engine.kernels.bicycle import GRAVITY, Vehicle, clip
 from engine.kernels.geometry import Box
-from engine.kernels.inline import inlined
+from engine.kernels.jit import inlined
 from engine.tables import Floats, Ints, RoadTables
 from engine.vocabulary import Column, State
 

@@ -11,8 +11,7 @@ Source: De Giacomo and Vardi, "Linear Temporal Logic and Linear Dynamic Logic on
 
 from typing import NamedTuple
 
-from engine.kernels.inline import inlined
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inlined, kernel
 from engine.kernels.stage import Flags
 from engine.tables import Floats, Ints
 from engine.vocabulary import TemporalOp

@@ -21,7 +21,7 @@ import json
 import sqlite3
 from collections.abc import Iterable, Iterator
 from contextlib import closing, contextmanager, suppress
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -168,7 +168,7 @@ def _open(path: Path) -> sqlite3.Connection:
 
 
 def _manifest_rows(manifest: Manifest) -> list[tuple[str, str]]:
-    return [(field.name, _to_json(getattr(manifest, field.name))) for field in fields(manifest)]
+    return [(name, _to_json(value)) for name, value in manifest.stored().items()]
 
 
 @contextmanager

@@ -34,9 +34,8 @@ from engine.search.protocol import Box, Proposal, Searcher
 from engine.search.ranking import Case, worst_cases
 from engine.search.searchers import build_searcher, canonical, find_searcher
 from engine.search.workers import Workers, open_workers, spread
-from engine.streams import key_rows
+from engine.streams import key_rows, method_number
 from engine.tables import Floats, Ints
-from engine.vocabulary import Method
 
 
 @dataclass(frozen=True)
@@ -84,7 +83,8 @@ class ForeignPastError(CortexError):
 class Campaign:
     """A search from its first generation to the last that was finished."""
 
-    method: Method
+    method: str
+    """Its name."""
     preset: str
     """Of the genetic algorithm; "" for other methods."""
     space: ParamSpace
@@ -108,7 +108,7 @@ class Campaign:
     def __repr__(self) -> str:
         """One line, for notebooks: the whole would be every evaluation."""
         found = self.by_individual
-        method = f"{self.method.name.lower()} {self.preset}".strip()
+        method = f"{self.method} {self.preset}".strip()
         return f"Campaign({method}: {found.nc} collisions among {found.individuals} individuals, {found.nis} invalid)"
 
     def last(self, count: int, by_simulation: bool = False) -> Figures:
@@ -122,18 +122,19 @@ def run_campaign(
     searcher: Searcher,
     evaluate: Evaluate,
     config: SearchConfig,
-    method: Method,
+    method: str,
     preset: str = "",
     on_generation: OnGeneration | None = None,
     should_stop: Callable[[], bool] = lambda: False,
     past: Sequence[Evaluations] = (),
     spent: float = 0.0,
+    number: int | None = None,
 ) -> Campaign:
     """Run all generations, or as many as there is time for.
 
     `past` holds the first generations of the same campaign, from a journal: the searcher is told their results again
     instead of simulating them, and goes on where it was. `on_generation` hears of what is new. `spent` is the time that
-    the past took [s].
+    the past took [s]. `number` is that of the method in the stream keys (None: the one that its name has).
 
     Ctrl-C, or `should_stop` after a generation, ends the campaign with what is finished; Ctrl-C before the end of the
     first generation is passed on. What `on_generation` raises is passed on too.
@@ -142,6 +143,7 @@ def run_campaign(
         ForeignPastError: the searcher would not have proposed what `past` holds.
     """
     quantile_level(config.aggregate)
+    number = method_number(method) if number is None else number
     start = perf_counter() - spent
     done: list[tuple[Evaluations, GenerationFigures]] = []
     best: Case | None = None
@@ -152,7 +154,7 @@ def run_campaign(
             if generation < len(past):
                 evaluations = _told_again(proposals, past[generation], generation)
             else:
-                evaluations = _evaluate(proposals, [block for block, _ in done], evaluate, config, method)
+                evaluations = _evaluate(proposals, [block for block, _ in done], evaluate, config, number)
             searcher.tell(results(evaluations))
             done.append((evaluations, generation_figures(evaluations, generation)))
             best = _worse(best, evaluations, sum(len(block) for block, _ in done[:-1]))
@@ -201,7 +203,7 @@ def _evaluate(
     blocks: Sequence[Evaluations],
     evaluate: Evaluate,
     config: SearchConfig,
-    method: Method,
+    number: int,
 ) -> Evaluations:
     """One generation: what is new is simulated, what is reused is looked up at its birth."""
     generation, count = len(blocks), len(proposals)
@@ -214,7 +216,7 @@ def _evaluate(
         for born, index in births[reused].tolist()
     ]
     if len(fresh):
-        tables.insert(0, _simulate(genomes[fresh], births[fresh], generation, evaluate, config, method))
+        tables.insert(0, _simulate(genomes[fresh], births[fresh], generation, evaluate, config, number))
     order = np.argsort(np.concatenate([fresh, np.flatnonzero(reused)]))
     rollouts = take(concatenate([runs for _, runs in tables]), order)
     verdict, fitness = judge(rollouts, config.aggregate)
@@ -233,14 +235,14 @@ def _evaluate(
 
 
 def _simulate(
-    genomes: Floats, births: Ints, generation: int, evaluate: Evaluate, config: SearchConfig, method: Method
+    genomes: Floats, births: Ints, generation: int, evaluate: Evaluate, config: SearchConfig, number: int
 ) -> tuple[Ints, Assessment]:
     """Keys (m, k, 6) and results (m, k, …) of m new genomes."""
     if (births[:, 0] != generation).any():
         raise ValueError(f"a proposal without a stored result must be born in generation {generation}")
     keys = np.stack(
         [
-            key_rows(config.seed, int(method), config.run, generation, births[:, 1], rollout)
+            key_rows(config.seed, number, config.run, generation, births[:, 1], rollout)
             for rollout in range(config.rollouts)
         ],
         axis=1,
@@ -262,7 +264,7 @@ def _finish(
     space: ParamSpace,
     evaluate: Evaluate | None,
     config: SearchConfig,
-    method: Method,
+    method: str,
     preset: str,
     done: Sequence[tuple[Evaluations, GenerationFigures]],
     start: float,
@@ -305,6 +307,7 @@ def search(
     past: Sequence[Evaluations] = (),
     spent: float = 0.0,
     workers: Workers | None = None,
+    number: int | None = None,
 ) -> Campaign:
     """Search a program's box by a method of `searchers.known_searchers`, judged by a risk profile; see `run_campaign`.
 
@@ -317,7 +320,7 @@ def search(
         WorkersLostError: nobody is there to run simulations, or no longer.
     """
     method = canonical(method)
-    searcher = build_searcher(method, Box.of(program.space), config)
+    searcher = build_searcher(method, Box.of(program.space), config, number)
     from engine.risk import PROFILES
     from engine.search.evaluator import make_evaluator
 
@@ -332,10 +335,11 @@ def search(
             searcher,
             spread(executor, workers, program, config, profile) if executor else here,
             config.search,
-            entry.method,
+            method,
             preset=entry.preset(config),
             on_generation=on_generation,
             should_stop=should_stop,
             past=past,
             spent=spent,
+            number=number,
         )

@@ -123,7 +123,7 @@ def process_pool(jobs: int) -> Iterator[Executor]:
 
 @contextmanager
 def _dask(workers: Workers) -> Iterator[Executor]:
-    distributed = needed("distributed", "--dask", extra="dist")
+    distributed = needed("distributed", "`--dask` needs", "dist")
     with ExitStack() as stack:
         try:
             place: Any = workers.address

@@ -24,6 +24,7 @@ from engine.search.evaluations import (
     partners,
 )
 from engine.search.journal_reader import Record
+from engine.search.methods.table import PLUGIN_STYLE, SEARCHERS
 from engine.search.ranking import worst_cases
 from engine.search.run import Campaign
 from engine.search.statistics import clopper_pearson
@@ -44,7 +45,7 @@ class SearchReport:
 
     @property
     def method(self) -> str:
-        return self.name or self.campaign.method.name.lower()
+        return self.name or self.campaign.method
 
 
 @dataclass(frozen=True)
@@ -73,25 +74,15 @@ METRICS = (
     PaperMetric("NIS", "invalid scenes", "invalid runs", "nis", 0),
 )
 
-METHOD_NAMES = {
-    "ga": "genetic algorithm",
-    "niching": "niching genetic algorithm",
-    "sobol": "Sobol points",
-    "halton": "Halton points",
-    "lhs": "Latin hypercubes",
-    "cross_entropy": "cross-entropy method",
-    "annealing": "simulated annealing",
-    "differential_evolution": "differential evolution",
-    "cmaes": "CMA-ES",
-    "nsga2": "NSGA-II",
-    "map_elites": "MAP-Elites",
-    "cma_me": "CMA-ME",
-}
-
 
 def method_name(method: str) -> str:
     """A method as a person calls it."""
-    return METHOD_NAMES.get(method, method)
+    return (SEARCHERS[method].title if method in SEARCHERS else "") or method
+
+
+def method_style(method: str) -> str:
+    """The colour of a method in a terminal, from its row; those of other packages share one."""
+    return SEARCHERS[method].style if method in SEARCHERS else PLUGIN_STYLE
 
 
 # -- how the runs of a search ended, and with whom the ego collided; a repeated elite counts once ----------------------

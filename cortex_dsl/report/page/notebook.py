@@ -145,7 +145,7 @@ def _row(name: str, value: str) -> Element:
 
 def _facts(campaign: Campaign) -> Iterator[tuple[str, str]]:
     found, simulated = campaign.by_individual, campaign.by_simulation
-    yield "method", f"{campaign.method.name.lower()} {campaign.preset}".strip()
+    yield "method", f"{campaign.method} {campaign.preset}".strip()
     yield "individuals, distinct simulations", f"{found.individuals:,}, {simulated.runs:,}"
     yield "different collisions", f"{campaign.distinct_collisions:,}"
     yield "mean risk, mean least distance", f"{found.rl:.2f}, {found.mdg:.2f} m"
@@ -232,7 +232,7 @@ def campaign_html(program: Program, campaign: Campaign) -> str:
     """What a search found."""
     found = campaign.by_simulation
     share = f", {percent(found.collision_rate)}" if found.colliding_runs else ""
-    method = method_name(campaign.method.name.lower())
+    method = method_name(campaign.method)
     title = f"{program.name}, {method}: {counted(found.colliding_runs, 'collision')} in "
     title += f"{counted(found.valid_runs, 'valid simulation')}{share}"
     return _shown(title, campaign_table(campaign), _worst_cases(campaign.space, campaign.worst))

@@ -17,7 +17,7 @@ from cortex_dsl.report.findings.search_report import METRICS, PaperMetric, metho
 from cortex_dsl.report.findings.study_report import BOXED, measure_called
 from cortex_dsl.report.page.film import ACTORS, ASPHALT, HOT, KERB
 from cortex_dsl.report.page.run_page import replay_of_case
-from engine.extras import imported
+from engine.extras import needed
 from engine.search.journal_reader import Record
 from engine.study.comparisons import Comparison, Measure, compare_all, sample
 from engine.study.database import Study
@@ -51,8 +51,8 @@ def write_figures(run: OpenedRun, folder: Path) -> list[Path]:
 
 def save_all(figures: Iterable[tuple[str, Any]], folder: Path) -> list[Path]:
     """Save each figure by its name, in all formats and in our style, as they come; their paths."""
-    matplotlib = imported("matplotlib", "matplotlib", "figures need", "report")
-    imported("matplotlib.backends.backend_agg", "matplotlib", "figures need", "report")
+    matplotlib = needed("matplotlib", "figures need", "report")
+    needed("matplotlib.backends.backend_agg", "figures need", "report")
     with matplotlib.rc_context(STYLE):
         return [path for name, figure in figures for path in _save(figure, folder, name)]
 
@@ -67,8 +67,7 @@ def _save(figure: Any, folder: Path, name: str) -> Iterator[Path]:
 
 def new_figure(width: float, height: float) -> Any:
     """A figure without pyplot, whose windows would stay open [inches]."""
-    matplotlib = imported("matplotlib.figure", "matplotlib", "figures need", "report")
-    return matplotlib.Figure(figsize=(width, height), layout="constrained")
+    return needed("matplotlib.figure", "figures need", "report").Figure(figsize=(width, height), layout="constrained")
 
 
 def _run_figures(run: OpenedRun) -> Iterator[tuple[str, Any]]:

@@ -62,7 +62,7 @@ def replay_of_case(run: OpenedRun, case: Case) -> CaseReplay:
     """One case of a run, run again."""
     manifest = run.record.manifest
     remark = f"case {case.rank} of a search in {manifest.file}: risk {case.score}"
-    scenes = run.scenario.scene(case)
+    scenes = run.scene(case)
     return replay_case(run.scenario, scenes, manifest.profile, remark, f"{case.rank:02d}.scn")
 
 

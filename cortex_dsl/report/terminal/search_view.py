@@ -17,12 +17,13 @@ from cortex_dsl.report.findings.search_report import (
     SearchReport,
     ends_of,
     method_name,
+    method_style,
     partners_text,
 )
 from cortex_dsl.report.findings.story import end_text
 from cortex_dsl.report.findings.tally import Tally
 from cortex_dsl.report.terminal.requirements_view import requirements_view
-from cortex_dsl.report.terminal.theme import bar, columns, left, method_style, right, section, sparkline, title_of
+from cortex_dsl.report.terminal.theme import bar, columns, left, right, section, sparkline, title_of
 from cortex_dsl.report.terminal.worst_view import common_line, effect_note, genes_view, worst_files, worst_table
 from engine.program import Program
 from engine.search.evaluations import Figures, partners

@@ -121,11 +121,6 @@ def _objects(ev: Evaluator) -> list[str]:
     return [name for name, value in ev.scope.items() if isinstance(value, Actor | Pose)]
 
 
-def is_mutated(ev: Evaluator, value: Value) -> bool:
-    """Whether the object of this name carries noise."""
-    return any(ev.scope.get(name) is value for scope, name in ev.run.mutated if scope == id(ev.scope))
-
-
 # -- new ---------------------------------------------------------------------------------------------------------------
 
 

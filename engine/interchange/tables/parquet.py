@@ -2,14 +2,13 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from engine.extras import installing
+from engine.extras import MissingExtraError, needed
 from engine.interchange.contract import InterchangeError
 
 EGO, NAMES = b"host_vehicle_idx", b"cortexc_names"
@@ -135,7 +134,6 @@ def _broken(file: str, error: Exception) -> InterchangeError:
 
 def _pyarrow(module: str) -> Any:
     try:
-        return import_module(module)
-    except ImportError:
-        cure = f"{installing('export')}, or take CSV"
-        raise InterchangeError("Parquet needs the package `pyarrow`, which is not installed", cure) from None
+        return needed(module, "Parquet needs", "export")
+    except MissingExtraError as missing:
+        raise InterchangeError(missing.message, f"{missing.cure}, or take CSV") from None

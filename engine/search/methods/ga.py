@@ -31,7 +31,7 @@ from numpy.random import Generator
 
 from engine.config import GAConfig
 from engine.search.methods.cube import draw_gene, draw_genome, pick
-from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, StreamAt, check_answer
+from engine.search.protocol import Birth, Box, GenerationSearcher, Genome, Operator, Proposal, Result, StreamAt
 
 # -- operators: pure functions of a stream of random numbers, the parents and the box ----------------------------------
 
@@ -114,23 +114,19 @@ Breed = Callable[[Generator, int], list[_Child]]
 """(stream, how many) -> that many children."""
 
 
-class GeneticAlgorithm:
+class GeneticAlgorithm(GenerationSearcher):
     """Asks for one generation after another; see the table above."""
 
     def __init__(self, box: Box, population: int, streams: StreamAt, config: GAConfig = PRESETS["cortex"]) -> None:
+        super().__init__(population, streams)
         self._box = box
-        self._population = population
-        self._streams = streams
         self._max_redraws = config.max_redraws
         self._tournament = tournament_size(config)
         self._elite_below, self._crossover_below = operator_thresholds(config)
-        self._generation = -1
         self._pool = _Pool()
         self._known: set[Genome] = set()
-        self._asked: list[Proposal] = []
 
-    def ask(self) -> list[Proposal]:
-        self._generation += 1
+    def _proposals(self) -> list[Proposal]:
         proposals: list[Proposal] = []
         taken: set[Genome] = set()
         while (slot := len(proposals)) < self._population:
@@ -139,11 +135,9 @@ class GeneticAlgorithm:
                 proposals += self._born(slot, self._distinct(self._random, stream, 1))
             else:
                 proposals += self._fill(stream, slot, taken)
-        self._asked = proposals
         return proposals
 
-    def tell(self, results: Sequence[Result]) -> None:
-        check_answer(self._asked, results)
+    def _learn(self, results: Sequence[Result]) -> None:
         self._pool = _pool_of(self._asked, results)
 
     def _fill(self, stream: Generator, slot: int, taken: set[Genome]) -> list[Proposal]:

@@ -8,7 +8,7 @@ import pytest
 
 from cortex_dsl.api.scenario import load
 from engine.config import Config, SearchConfig
-from engine.outcomes import Assessment, Outcomes
+from engine.outcomes import Assessment, blank_outcomes
 from engine.risk import Risk
 from engine.scenes import Scenes
 from engine.search.assessment import take
@@ -37,7 +37,9 @@ def rows_of(pairs: int) -> Assessment:
         tested=counts,
         failed=counts,
     )
-    outcomes = Outcomes(
+    outcomes = blank_outcomes(
+        3,
+        max(2, pairs + 1),
         verdict=verdict,
         collided=np.array([True, False, False]),
         end_reason=ints,
