@@ -6,14 +6,15 @@ came near over time, by the kernels that measure it.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from cortex_dsl.api.arguments import Held, held_params
 from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
+from cortex_dsl.report.findings.run_report import PARTS, events_content, pairs_content, params_content
 from cortex_dsl.report.findings.story import Moment, aftermath, in_order, speeds, tell
 from cortex_dsl.syntax import nodes
 from engine.kernels.conflict import Snapshot, snapshot
@@ -274,3 +275,18 @@ def replay_case(
         files=scenario.concrete_files(scenes, remark=remark, name=name),
         held=held_params(scenario.compiled.module, scenario.overrides),
     )
+
+
+def case_content(replay: CaseReplay, case: Case) -> dict[str, Any]:
+    """A case of a search and what was seen when it ran again, for a document."""
+    program = replay.program
+    return {
+        **asdict(case),
+        "key": list(case.key),
+        "end_time": replay.outcomes.end_time[0],
+        "parts": dict(zip((name for name, _, _ in PARTS), replay.parts, strict=True)),
+        "params": params_content(program.space, replay.scenes.genomes[0]),
+        "held": {one.name: {"value": one.value, "unit": one.unit} for one in replay.held},
+        "pairs": pairs_content(program.actors, replay.outcomes),
+        "events": events_content(program.actors, replay.moments),
+    }

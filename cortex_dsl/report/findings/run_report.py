@@ -1,6 +1,6 @@
 """A single run: what there is to say of it, what its scenario is called, and all of it as the content of a document."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -96,17 +96,9 @@ def run_content(report: RunReport, file: str) -> dict[str, Any]:
         "risk": {
             "profile": report.profile,
             "score": report.score,
-            "parts": dict(zip(("C", "MD", "D_MS", "TTC_MS"), report.parts, strict=True)),
+            "parts": dict(zip((name for name, _, _ in PARTS), report.parts, strict=True)),
         },
-        "events": [
-            {
-                "time": moment.time,
-                "actor": program.actors[moment.actor] if moment.actor >= 0 else None,
-                "kind": moment.kind,
-                "text": moment.text,
-            }
-            for moment in report.story
-        ],
+        "events": events_content(program.actors, report.story),
         "metrics": [
             {**vars(metric), "actors": [program.actors[actor] for actor in metric.actors]} for metric in report.metrics
         ],
@@ -133,6 +125,19 @@ def no_scene_content(program: Program, tally: Tally, verdict: Verdict, file: str
         "requirements": requirements_content(program, tally),
         "first_culprit": None if culprit is None else program.requirements[culprit].name,
     }
+
+
+def events_content(actors: Sequence[str], moments: Iterable[Moment]) -> list[dict[str, Any]]:
+    """What happened, moment by moment."""
+    return [
+        {
+            "time": moment.time,
+            "actor": actors[moment.actor] if moment.actor >= 0 else None,
+            "kind": moment.kind,
+            "text": moment.text,
+        }
+        for moment in moments
+    ]
 
 
 def params_content(space: ParamSpace, genome: np.ndarray) -> dict[str, Any]:

@@ -3,13 +3,15 @@ its runs ended, and with whom the ego collided.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from math import isfinite
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from cortex_dsl.report.findings.readable import counted, fixed, percent
+from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio
+from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.story import END_TEXTS, end_text
 from engine.program import Program
 from engine.risk import HIGHEST_RISK
@@ -26,6 +28,7 @@ from engine.search.evaluations import (
 from engine.search.journal_reader import Record
 from engine.search.methods.table import PLUGIN_STYLE, SEARCHERS
 from engine.search.ranking import worst_cases
+from engine.search.result_files import collisions_by_partner
 from engine.search.run import Campaign
 from engine.search.statistics import clopper_pearson
 from engine.vocabulary import EndReason, Verdict
@@ -183,22 +186,29 @@ INVALID = {
 """Why a simulation counts as invalid."""
 
 
-def why_invalid(record: Record) -> str:
-    """`: 12 times …`, most frequent first; empty where all were valid."""
+def invalid_counts(record: Record) -> dict[str, int]:
+    """By reason, how many simulations were not valid, most frequent first."""
     verdicts = record.evaluations.rollouts.verdict[record.evaluations.simulated]
     counts = {why: int((verdicts == verdict).sum()) for verdict, why in INVALID.items()}
-    seen = sorted((why for why in counts if counts[why]), key=lambda why: -counts[why])
-    reasons = "; ".join(f"{counted(counts[why], 'time')} {why}" for why in seen)
+    return {why: counts[why] for why in sorted(counts, key=lambda why: -counts[why]) if counts[why]}
+
+
+def why_invalid(record: Record) -> str:
+    """`: 12 times …`, most frequent first; empty where all were valid."""
+    reasons = "; ".join(f"{counted(count, 'time')} {why}" for why, count in invalid_counts(record).items())
     return f": {reasons}" if reasons else ""
+
+
+def worst_score(record: Record) -> tuple[int, int]:
+    """The highest risk of a valid simulation and how often it came up; (-1, 0) where nothing was valid."""
+    scores = record.evaluations.score[record.evaluations.simulated & record.evaluations.valid]
+    return (int(scores.max()), int((scores == scores.max()).sum())) if len(scores) else (-1, 0)
 
 
 def worst_words(record: Record) -> str:
     """How bad the worst is, and how often; empty where nothing was valid."""
-    scores = record.evaluations.score[record.evaluations.simulated & record.evaluations.valid]
-    if not len(scores):
-        return ""
-    equal = int((scores == scores.max()).sum())
-    return f"The highest risk found, {scores.max()} of {HIGHEST_RISK}, came up {counted(equal, 'time')}."
+    score, times = worst_score(record)
+    return f"The highest risk found, {score} of {HIGHEST_RISK}, came up {counted(times, 'time')}." if times else ""
 
 
 def first_collision(record: Record) -> int:
@@ -207,11 +217,17 @@ def first_collision(record: Record) -> int:
     return int(collided.argmax()) + 1 if collided.any() else 0
 
 
+def collision_interval(record: Record) -> tuple[float, float]:
+    """The 95 % interval of Clopper and Pearson of the share of valid simulations that collide."""
+    _, simulated = whole_run(record)
+    return clopper_pearson(simulated.colliding_runs, simulated.valid_runs)
+
+
 def limits(record: Record, system: Sequence[str] = ()) -> Iterator[str]:
     """What nobody should read out of these numbers."""
     _, simulated = whole_run(record)
     if record.manifest.method == RANDOM and simulated.valid_runs:
-        low, high = clopper_pearson(simulated.colliding_runs, simulated.valid_runs)
+        low, high = collision_interval(record)
         yield (
             f"How likely a collision is on a road. Among valid scenes with params spread evenly over their ranges, "
             f"{percent(low)} to {percent(high)} collide (95 % interval of Clopper and Pearson); traffic does not "
@@ -237,3 +253,46 @@ def limits(record: Record, system: Sequence[str] = ()) -> Iterator[str]:
         "What happens after contact. Scoring ends at first contact; the motion that is drawn lighter afterwards is "
         "rigid-body physics, for illustration."
     )
+
+
+# -- the same for a document -------------------------------------------------------------------------------------------
+
+
+def search_content(program: Program, record: Record) -> dict[str, Any]:
+    """Every number of a run by its name in the journal, and what follows from them."""
+    manifest, (everyone, simulated) = record.manifest, whole_run(record)
+    score, times = worst_score(record)
+    ends = ends_of(program, record.evaluations)
+    total = sum(end.count for end in ends)
+    independent = manifest.method == RANDOM and simulated.valid_runs
+    return {
+        "name": manifest.name,
+        "method": manifest.method,
+        "preset": manifest.preset,
+        "seed": manifest.seed,
+        "program_digest": manifest.program_digest,
+        "status": record.status,
+        "seconds": record.seconds,
+        "distinct_collisions": distinct_collisions(record.evaluations),
+        **collisions_by_partner(record.evaluations, manifest.actors),
+        "by_individual": asdict(everyone),
+        "by_simulation": asdict(simulated),
+        "generations": [asdict(row) for row in record.generations],
+        "run": manifest.run,
+        "profile": manifest.profile,
+        "versions": manifest.versions,
+        "platform": manifest.platform,
+        "file_digest": manifest.file_digest,
+        "settings": manifest.settings,
+        "params": [{"name": p.name, "unit": p.unit, "low": p.low, "high": p.high} for p in manifest.parameters],
+        "risk": {"highest": HIGHEST_RISK, "parts": {name: most for name, most, _ in PARTS}},
+        "worst": {"score": score, "times": times},
+        "first_collision": first_collision(record),
+        "shares": {
+            "collision": ratio(simulated.colliding_runs, simulated.valid_runs),
+            "invalid": ratio(simulated.nis, simulated.individuals),
+        },
+        "collision_interval": collision_interval(record) if independent else None,
+        "invalid": invalid_counts(record),
+        "ends": [{"text": end.text, "count": end.count, "share": ratio(end.count, total)} for end in ends],
+    }

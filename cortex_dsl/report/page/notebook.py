@@ -159,13 +159,6 @@ def _facts(campaign: Campaign) -> Iterator[tuple[str, str]]:
 
 MOST_ROWS = 10
 """Rows of a table that are shown."""
-VERDICT_WORDS = {
-    Verdict.VALID: "valid",
-    Verdict.INFEASIBLE: "infeasible",
-    Verdict.EXHAUSTED: "without a scene",
-    Verdict.ABORTED: "aborted by a requirement",
-    Verdict.ERROR: "failed",
-}
 STYLES = {
     "error": "color:#b3261e;font-weight:bold",
     "warning": "color:#8a5a00;font-weight:bold",
@@ -312,7 +305,7 @@ def _titled(name: str, unit: str) -> str:
 
 
 def _verdict(verdict: int) -> str:
-    return VERDICT_WORDS[Verdict(int(verdict))]
+    return Verdict(int(verdict)).name.lower()
 
 
 def _genes(space: ParamSpace, genome: Floats) -> Iterator[str]:

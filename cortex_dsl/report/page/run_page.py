@@ -1,13 +1,15 @@
 """The report of one search: a page for whoever decides, and for the engineer who has to answer for it."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 from cortex_dsl.api.runs import WORST, OpenedRun, first_cases
-from cortex_dsl.report.findings.case_replay import CaseReplay, replay_case
+from cortex_dsl.report.documents import plain
+from cortex_dsl.report.findings.analysis_report import analysis_content, heat_map_content, heat_maps
+from cortex_dsl.report.findings.case_replay import CaseReplay, case_content, replay_case
 from cortex_dsl.report.findings.readable import counted, first_line, fixed
-from cortex_dsl.report.findings.search_report import headline, method_name, whole_run
+from cortex_dsl.report.findings.search_report import headline, method_name, search_content, whole_run
 from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections
 from cortex_dsl.report.page.markup import Element, Node, element, figure, page, part, top_bar
 from cortex_dsl.report.page.player import player_data
@@ -17,6 +19,7 @@ from engine.search.evaluations import distinct_collisions
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.journal import finite
 from engine.search.journal_reader import Record
+from engine.search.probability.estimates import kept
 from engine.search.ranking import Case
 from engine.search.result_files import collisions_by_partner
 
@@ -76,31 +79,27 @@ def render_page(found: RunPage) -> str:
         element("main", _hero(found), parts, _footer(found)),
     ]
     data = {
-        "run": finite(numbers(found.record, found.worst)),
+        "run": plain(content(found)),
         "replays": [player_data(told) for told in found.told],
         "evaluations": finite(run_sections.dots(found.record)),
     }
     return page(f"{manifest.name}: {method_name(manifest.method)}", body, data, SCRIPTS)
 
 
-def numbers(record: Record, worst: Sequence[Case]) -> dict[str, Any]:
-    """Every number of the run by its name in the journal, for programs that read the page."""
-    manifest = record.manifest
-    everyone, simulated = whole_run(record)
+def content(found: RunPage) -> dict[str, Any]:
+    """Every number of the page, for programs that read it."""
+    record, program = found.record, found.run.scenario.program
+    answers = [_answer(found, case) for case in found.worst]
     return {
-        "name": manifest.name,
-        "method": manifest.method,
-        "preset": manifest.preset,
-        "seed": manifest.seed,
-        "program_digest": manifest.program_digest,
-        "status": record.status,
-        "seconds": record.seconds,
-        "distinct_collisions": distinct_collisions(record.evaluations),
-        **collisions_by_partner(record.evaluations, manifest.actors),
-        "by_individual": asdict(everyone),
-        "by_simulation": asdict(simulated),
-        "generations": [asdict(row) for row in record.generations],
-        "cases": [{**asdict(case), "key": list(case.key)} for case in worst],
+        **search_content(program, record),
+        "distinct_failures": len(found.analysis.distinct),
+        "cases": [
+            {**case_content(told, case), "avoidability": answer}
+            for case, told, answer in zip(found.worst, found.told, answers, strict=True)
+        ],
+        "analysis": analysis_content(program.space, found.analysis),
+        "heat_maps": [heat_map_content(each) for each in heat_maps(record.manifest.parameters, record.evaluations)],
+        "probability": kept(found.run.folder, program.digest),
     }
 
 

@@ -1,6 +1,6 @@
 """The tables of a study on its page: the primary outcome, every test, random sampling, and the paper beside it."""
 
-from cortex_dsl.report.findings.readable import counted, fixed, percent
+from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio
 from cortex_dsl.report.findings.search_report import method_name
 from cortex_dsl.report.findings.study_report import differences, p_text, quartiles, told
 from cortex_dsl.report.page.markup import Element, Node, element, figure, part, table
@@ -126,9 +126,9 @@ def rates(found: Findings) -> Node:
         element(
             "tr",
             element("th", row.scenario, scope="row"),
-            element("td", percent(row.valid / row.individuals if row.individuals else float("nan")), class_="number"),
+            element("td", percent(ratio(row.valid, row.individuals)), class_="number"),
             element("td", _percents(row.valid_rate), class_="number quiet"),
-            element("td", percent(row.collisions / row.valid if row.valid else float("nan")), class_="number"),
+            element("td", percent(ratio(row.collisions, row.valid)), class_="number"),
             element("td", _percents(row.collision_rate), class_="number quiet"),
         )
         for row in found.rates

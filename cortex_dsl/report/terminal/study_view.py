@@ -8,7 +8,14 @@ from rich.text import Text
 
 from cortex_dsl.report.findings.readable import counted, duration, fixed, percent, ratio
 from cortex_dsl.report.findings.search_report import method_style
-from cortex_dsl.report.findings.study_report import differences, missing_lines, p_text, quartiles, told
+from cortex_dsl.report.findings.study_report import (
+    differences,
+    distinct_simulations,
+    missing_lines,
+    p_text,
+    quartiles,
+    told,
+)
 from cortex_dsl.report.terminal.theme import MARGIN, columns, heading, indented, left, right, section
 from engine.paper import Claim, by_assumption, said
 from engine.paper import Study as StudyRow
@@ -91,7 +98,7 @@ def _rates_table(rows: Sequence[RandomRates], width: int) -> RenderableType:
             Text(percent(ratio(row.collisions, row.valid))),
             Text(_interval(row.collision_rate)),
             Text(fixed(row.against_paper.ratio, 2)),
-            Text("< 0.0001" if row.against_paper.p < 1e-4 else fixed(row.against_paper.p, 4)),
+            Text(p_text(row.against_paper.p)),
         )
         for row in rows
     ]
@@ -176,14 +183,13 @@ def study_view(study: Study, findings: Findings, width: int) -> RenderableType:
 def _head(study: Study, findings: Findings) -> Iterator[RenderableType]:
     plan, records = study.plan, study.records
     search = plan.subjects[0].config.search
-    simulations = sum(record.figures.simulations.runs for record in records)
     seconds = sum(record.seconds for record in records)
     methods = ", ".join(f"{method} {plan.preset(method)}".strip() for method in plan.methods)
     note = (
         f"{len(plan.subjects)} x {len(plan.methods)} x {plan.runs} runs of {search.generations} x {search.population}"
     )
     yield heading("Study", f"{note}; {methods}; {_seeds(plan)}, profile {plan.profile}")
-    yield Text(f"{counted(simulations, 'simulation')}, {duration(seconds)} of work", "quiet")
+    yield Text(f"{counted(distinct_simulations(study), 'simulation')}, {duration(seconds)} of work", "quiet")
     if not study.complete:
         total = plan.runs * len(plan.subjects) * len(plan.methods)
         yield Text(f"not complete: {len(records):,} of {total:,} runs", "warn")
