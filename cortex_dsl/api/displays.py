@@ -9,7 +9,7 @@ from functools import cache
 from html import escape
 from typing import Any, TypeVar
 
-from cortex_dsl.diagnostics import CompileError
+from cortex_dsl import diagnostics
 from cortex_dsl.report.findings.snippet import errors_first, render_text
 from engine.program import Program
 
@@ -72,7 +72,7 @@ class Columns(dict[str, Any]):
         return columns_html(self)
 
 
-class ShownCompileError(CompileError):
+class CompileError(diagnostics.CompileError):
     """Every mistake of a file as text, with its source line and a caret under the place; errors before all else."""
 
     def __str__(self) -> str:

@@ -24,9 +24,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cortex_dsl.api import arguments
+from cortex_dsl.api import arguments, displays
 from cortex_dsl.api.concrete import concrete_files
-from cortex_dsl.api.displays import Columns, ShownCompileError, displayed
+from cortex_dsl.api.displays import Columns, displayed
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.files import DISK, Folder
 from cortex_dsl.pipeline import Compiled, compile_source
@@ -76,7 +76,7 @@ def compile_text(
     try:
         compiled = compile_source(Source(name, text), overrides, scenario=scenario, files=files)
     except CompileError as error:
-        raise ShownCompileError(error.source, arguments.in_python(error.diagnostics)) from None
+        raise displays.CompileError(error.source, arguments.in_python(error.diagnostics)) from None
     compiled = replace(compiled, diagnostics=arguments.in_python(compiled.diagnostics))
     config = config or Config()
     simulation = in_file(config.simulation, compiled.program.settings)
