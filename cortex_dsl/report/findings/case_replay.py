@@ -15,7 +15,7 @@ import numpy as np
 from cortex_dsl.api.arguments import Held, held_params
 from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
 from cortex_dsl.report.findings.run_report import PARTS, events_content, pairs_content, params_content
-from cortex_dsl.report.findings.story import Moment, aftermath, in_order, speeds, tell
+from cortex_dsl.report.findings.story import Moment, aftermath, in_order, speeds, story_of
 from cortex_dsl.syntax import nodes
 from engine.kernels.conflict import Snapshot, snapshot
 from engine.kernels.geometry import box_distance
@@ -159,8 +159,8 @@ class CaseReplay:
 
     @cached_property
     def moments(self) -> list[Moment]:
-        told = tell(self.program, self.outcomes, self.trajectory, 0, self.pair, self.unit)
-        return in_order([*told, *aftermath(self.program, self.impacts, self.trajectory)])
+        driven = story_of(self.program, self.outcomes, self.trajectory, 0, self.pair, self.unit)
+        return in_order([*driven, *aftermath(self.program, self.impacts, self.trajectory)])
 
     @cached_property
     def unit(self) -> SpeedUnit:

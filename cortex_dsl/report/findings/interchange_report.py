@@ -9,7 +9,7 @@ import numpy as np
 
 from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.run_report import PARTS, events_content, pairs_content
-from cortex_dsl.report.findings.story import Moment, end_of, tell
+from cortex_dsl.report.findings.story import Moment, end_of, story_of
 from engine.interchange.measuring import Measured
 from engine.interchange.opendrive.read import OdrNetwork, OdrRoad
 from engine.interchange.recording import Recording
@@ -127,8 +127,8 @@ def one_line(text: str, most: int = LONGEST_TITLE) -> str:
 
 def recorded_story(report: MeasuredReport) -> list[Moment]:
     """What happened, up to contact or the recording's end."""
-    told = tell(report.cast, report.measured.outcomes, report.measured.trajectory, pair=report.pair)
-    return [replace(moment, text=recorded_end(report)) if moment.kind == "end" else moment for moment in told]
+    moments = story_of(report.cast, report.measured.outcomes, report.measured.trajectory, pair=report.pair)
+    return [replace(moment, text=recorded_end(report)) if moment.kind == "end" else moment for moment in moments]
 
 
 def recorded_end(report: MeasuredReport) -> str:

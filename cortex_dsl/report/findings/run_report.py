@@ -8,7 +8,7 @@ import numpy as np
 
 from cortex_dsl.api.arguments import Held
 from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
-from cortex_dsl.report.findings.story import RULE_TEXTS, Moment, in_order, tell
+from cortex_dsl.report.findings.story import RULE_TEXTS, Moment, in_order, story_of
 from cortex_dsl.report.findings.tally import Tally, first_culprit
 from engine.metrics import Metric, Recorded
 from engine.outcomes import PAIRS, Outcomes
@@ -60,8 +60,8 @@ class RunReport:
     @property
     def story(self) -> list[Moment]:
         """What happened, in the order of time."""
-        told = tell(self.program, self.outcomes, self.trajectory, pair=self.pair, unit=self.unit)
-        return in_order([*told, *self.aftermath])
+        driven = story_of(self.program, self.outcomes, self.trajectory, pair=self.pair, unit=self.unit)
+        return in_order([*driven, *self.aftermath])
 
     @property
     def valid(self) -> bool:

@@ -13,7 +13,7 @@ from engine.study.study_files import summary
 from engine.study.verdict import Beside, Findings
 
 
-def told(value: float, row: Comparison) -> str:
+def value_text(value: float, row: Comparison) -> str:
     """A median or quartile; `> 3,000` for the first collision of a run without any, `none` for another number."""
     if math.isinf(value):
         return f"> {whole(row.budget)}" if row.measure.name == FIRST else "none"
@@ -22,7 +22,7 @@ def told(value: float, row: Comparison) -> str:
 
 def quartiles(spread: Spread, row: Comparison) -> tuple[str, str]:
     """The ends of the middle half."""
-    return told(spread.quartiles.low, row), told(spread.quartiles.high, row)
+    return value_text(spread.quartiles.low, row), value_text(spread.quartiles.high, row)
 
 
 def p_text(p: float) -> str:

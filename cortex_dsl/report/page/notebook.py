@@ -37,7 +37,7 @@ from cortex_dsl.report.findings.readable import (
 )
 from cortex_dsl.report.findings.search_report import headline, method_name
 from cortex_dsl.report.findings.snippet import draw, errors_first
-from cortex_dsl.report.findings.story import aftermath, end_of, in_order, tell
+from cortex_dsl.report.findings.story import aftermath, end_of, in_order, story_of
 from cortex_dsl.report.page.markup import Element, Node, element, picture, render
 from cortex_dsl.report.page.scene_svg import scene_drawing
 from cortex_dsl.source import Source
@@ -210,8 +210,8 @@ def outcomes_html(program: Program, outcomes: Outcomes) -> str:
 def world_run_html(program: Program, run: "WorldRun") -> str:
     """What happened in one run, moment by moment, and how its metrics came out."""
     pair = int(np.argmin(run.outcomes.min_distance[0])) if run.outcomes.min_distance.shape[1] else 0
-    told = tell(program, run.outcomes, run.trajectory, 0, pair, speed_unit(program))
-    moments = in_order([*told, *aftermath(program, run.impacts, run.trajectory)])
+    driven = story_of(program, run.outcomes, run.trajectory, 0, pair, speed_unit(program))
+    moments = in_order([*driven, *aftermath(program, run.impacts, run.trajectory)])
     rows = [
         (f"{moment.time:.2f} s", program.actors[moment.actor] if moment.actor >= 0 else "", moment.text)
         for moment in moments

@@ -44,7 +44,7 @@ class RunPage:
 
     run: OpenedRun
     worst: tuple[Case, ...]
-    told: tuple[CaseReplay, ...]
+    replays: tuple[CaseReplay, ...]
     analysis: Analysis
 
     @property
@@ -55,10 +55,10 @@ class RunPage:
 def run_page(run: OpenedRun, cases: int = CASES, budget: int = BUDGET) -> str:
     """The page of a run, as text; `budget` simulations find out which params matter (0: none)."""
     chosen = first_cases(run.record, cases)
-    told = tuple(replay_of_case(run, case) for case in chosen)
+    replays = tuple(replay_of_case(run, case) for case in chosen)
     record, scenario = run.record, run.scenario
     analysis = analyse(scenario.program, record.evaluations, scenario.config, record.manifest.profile, budget, WORST)
-    return render_page(RunPage(run, chosen, told, analysis))
+    return render_page(RunPage(run, chosen, replays, analysis))
 
 
 def replay_of_case(run: OpenedRun, case: Case) -> CaseReplay:
@@ -80,7 +80,7 @@ def render_page(found: RunPage) -> str:
     ]
     data = {
         "run": plain(content(found)),
-        "replays": [player_data(told) for told in found.told],
+        "replays": [player_data(replay) for replay in found.replays],
         "evaluations": finite(run_sections.dots(found.record)),
     }
     return page(f"{manifest.name}: {method_name(manifest.method)}", body, data, SCRIPTS)
@@ -94,8 +94,8 @@ def content(found: RunPage) -> dict[str, Any]:
         **search_content(program, record),
         "distinct_failures": len(found.analysis.distinct),
         "cases": [
-            {**case_content(told, case), "avoidability": answer}
-            for case, told, answer in zip(found.worst, found.told, answers, strict=True)
+            {**case_content(replay, case), "avoidability": answer}
+            for case, replay, answer in zip(found.worst, found.replays, answers, strict=True)
         ],
         "analysis": analysis_content(program.space, found.analysis),
         "heat_maps": [heat_map_content(each) for each in heat_maps(record.manifest.parameters, record.evaluations)],
@@ -184,7 +184,7 @@ def _parts(found: RunPage) -> Iterator[Node]:
 
 
 def _cases(found: RunPage) -> Node:
-    if not found.told:
+    if not found.replays:
         return None
     note = (
         "Worst first, no two of them nearly the same; their numbers are those of the files in the run's folder "
@@ -207,8 +207,8 @@ def _cases(found: RunPage) -> Node:
         for case in found.worst
     ]
     cards = [
-        case_page.card(told, case_page.Place(case, found.run.folder, _answer(found, case)), number)
-        for number, (case, told) in enumerate(zip(found.worst, found.told, strict=True))
+        case_page.card(replay, case_page.Place(case, found.run.folder, _answer(found, case)), number)
+        for number, (case, replay) in enumerate(zip(found.worst, found.replays, strict=True))
     ]
     return part("cases", "The worst cases", note, element("ol", tabs, class_="tabs"), cards)
 

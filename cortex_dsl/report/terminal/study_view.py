@@ -14,7 +14,7 @@ from cortex_dsl.report.findings.study_report import (
     missing_lines,
     p_text,
     quartiles,
-    told,
+    value_text,
 )
 from cortex_dsl.report.terminal.theme import MARGIN, columns, heading, indented, left, right, section
 from engine.paper import Claim, by_assumption, said
@@ -149,7 +149,7 @@ SHOWN = (
 )
 """Measures of the terminal's tables; the others stand in tests.csv."""
 STACKED = 3
-"""Most methods whose spreads are told in the terminal."""
+"""Most methods whose spreads the terminal shows."""
 SIDE_BY_SIDE = 98
 """Columns that two methods side by side take."""
 NEEDED = {3: 76, 7: 90}
@@ -255,12 +255,12 @@ def _matrix(plan: Plan, rows: Sequence[Comparison], room: int) -> RenderableType
     body = [
         [
             _method(plan.baseline),
-            *(Text(told(of[0].baseline_spread.median, of[0])) for of in (_of(rows, n) for n in names)),
+            *(Text(value_text(of[0].baseline_spread.median, of[0])) for of in (_of(rows, n) for n in names)),
         ]
     ]
     for method in plan.contenders:
         mine = [next(row for row in _of(rows, name) if row.method == method) for name in names]
-        body.append([_method(method), *(Text(told(row.spread.median, row), _style(row)) for row in mine)])
+        body.append([_method(method), *(Text(value_text(row.spread.median, row), _style(row)) for row in mine)])
     heads = (_of(rows, name)[0].title.replace("distinct ", "d. ").replace("last 10", "end") for name in names)
     return columns(left(), *map(right, heads), rows=body, header=True)
 
@@ -280,7 +280,7 @@ def _name(row: Comparison) -> Text:
 
 def _spread(spread: Spread, row: Comparison) -> tuple[Text, Text]:
     low, high = quartiles(spread, row)
-    return Text(told(spread.median, row)), Text(f"[{low}, {high}]")
+    return Text(value_text(spread.median, row)), Text(f"[{low}, {high}]")
 
 
 def _style(row: Comparison) -> str:
@@ -336,5 +336,5 @@ def _table(claims: Sequence[Claim]) -> RenderableType:
 
 
 def _remark(claim: Claim) -> str:
-    told = [claim.remark, f"inferred, if {claim.assumption}" if claim.inferred else ""]
-    return "".join(f"; {text}" for text in told if text)
+    remarks = [claim.remark, f"inferred, if {claim.assumption}" if claim.inferred else ""]
+    return "".join(f"; {text}" for text in remarks if text)
