@@ -136,7 +136,7 @@ def _framed(page: str) -> Shown:
 
 def campaign_table(campaign: Campaign) -> Element:
     """What a search found, in a few rows."""
-    return element("table", element("tbody", [_row(*row) for row in _facts(campaign)]))
+    return element("table", element("tbody", [_row(*row) for row in (*_facts(campaign), *_first_cases(campaign))]))
 
 
 def _row(name: str, value: str) -> Element:
@@ -150,6 +150,9 @@ def _facts(campaign: Campaign) -> Iterator[tuple[str, str]]:
     yield "different collisions", f"{campaign.distinct_collisions:,}"
     yield "mean risk, mean least distance", f"{found.rl:.2f}, {found.mdg:.2f} m"
     yield "invalid", f"{found.nis:,}"
+
+
+def _first_cases(campaign: Campaign) -> Iterator[tuple[str, str]]:
     for case in campaign.worst[:3]:
         genome = zip(campaign.space.names, case.genome, strict=True)
         yield f"worst case {case.rank}", f"risk {case.score}: " + ", ".join(f"{n} {v:.4g}" for n, v in genome)
@@ -228,7 +231,8 @@ def campaign_html(program: Program, campaign: Campaign) -> str:
     method = method_name(campaign.method)
     title = f"{program.name}, {method}: {counted(found.colliding_runs, 'collision')} in "
     title += f"{counted(found.valid_runs, 'valid simulation')}{share}"
-    return _shown(title, campaign_table(campaign), _worst_cases(campaign.space, campaign.worst))
+    facts = element("table", element("tbody", [_row(*row) for row in _facts(campaign)]))
+    return _shown(title, facts, _worst_cases(campaign.space, campaign.worst))
 
 
 def opened_run_html(run: OpenedRun) -> str:
