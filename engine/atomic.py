@@ -10,15 +10,16 @@ import os
 import re
 import secrets
 import stat
-import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-if sys.platform != "win32":
+try:
     import fcntl
+except ImportError:  # Windows has no such locks: nothing is ever taken away there
+    fcntl = None
 
 WAITING = re.compile(r"\..*\.[0-9a-f]{8}\.cortexc-part")
 """The name of a file that waits for its place."""
@@ -44,7 +45,8 @@ def standing(folder: Path, files: Mapping[str, bytes]) -> Standing:
     Raises:
         OSError: something is there that cannot be read, such as a folder of a file's name.
     """
-    same, other = [], []
+    same: list[str] = []
+    other: list[str] = []
     for name, content in files.items():
         path = folder / name
         if os.path.lexists(path):
@@ -155,16 +157,13 @@ def _writing_into(folder: Path) -> Iterator[None]:
 
 def _opened(folder: Path) -> int | None:
     """None where folders have no locks, or this one may not be read: then nothing is taken away."""
-    if sys.platform == "win32":
-        return None
     with suppress(OSError):
-        return os.open(folder, os.O_RDONLY)
+        return None if fcntl is None else os.open(folder, os.O_RDONLY)
     return None
 
 
 def _share(folder: Path, number: int) -> None:
-    if sys.platform == "win32":
-        return
+    assert fcntl is not None
     with suppress(BlockingIOError):  # others write here
         fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
         _clear(folder)

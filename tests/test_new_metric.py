@@ -72,7 +72,13 @@ class Product:
 
     def run(self, *arguments: str) -> str:
         """What Python prints."""
-        environment = {**os.environ, "PYTHONPATH": str(self.folder), "NUMBA_DISABLE_JIT": "1", "COLUMNS": "100"}
+        environment = {
+            **os.environ,
+            "PYTHONPATH": str(self.folder),
+            "CORTEXC_CACHE": str(self.folder / "cache"),
+            "NUMBA_DISABLE_JIT": "1",
+            "COLUMNS": "100",
+        }
         process = subprocess.run(
             [sys.executable, *arguments], cwd=self.folder, env=environment, capture_output=True, text=True, check=False
         )

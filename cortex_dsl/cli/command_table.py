@@ -135,8 +135,10 @@ def refuse_guesses(arguments: Sequence[str], commands: Iterable[str]) -> None:
             f"there is no command `{first}`", f"write `{_line(*(rest or ['FILE']), *_FLAGS[first].split())}`"
         )
     if (meant := _command(first, tuple(commands))) is not None:
-        told = f"`{meant}` is a command, not an option" if first == f"--{meant}" else f"there is no command `{first}`"
-        raise UsageError(told, f"write `{_line(meant, *rest)}`")
+        message = (
+            f"`{meant}` is a command, not an option" if first == f"--{meant}" else f"there is no command `{first}`"
+        )
+        raise UsageError(message, f"write `{_line(meant, *rest)}`")
 
 
 def _command(word: str, commands: Sequence[str]) -> str | None:

@@ -1,7 +1,7 @@
 """What runs nothing: `--check` compiles and proves what can be proved, `--emit STAGE` prints what the compiler made."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from cortex_dsl.console.compiling import compile_request, diagnostics_document, show
 from cortex_dsl.console.request import CompileRequest
@@ -12,6 +12,7 @@ from cortex_dsl.source import Source
 
 if TYPE_CHECKING:
     from cortex_dsl.pipeline import Compiled
+    from engine.feasibility import Feasibility
 
 # What a syntax stage does without is imported where it is needed.
 
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 def check(request: CompileRequest, terminal: Terminal) -> int:
     """Compile a file, prove what can be proved, and say what was found."""
     from cortex_dsl.console.scenario_mistakes import misplaced, no_scene_at_all
-    from cortex_dsl.report.documents import feasibility_content
     from cortex_dsl.report.terminal.check_view import feasibility_view
     from engine.feasibility import remembered
 
@@ -31,17 +31,23 @@ def check(request: CompileRequest, terminal: Terminal) -> int:
     if found.infeasible or mistakes:
         mistakes = mistakes or [no_scene_at_all(compiled.program, compiled.source, found)]
         diagnostics = [*compiled.diagnostics, *mistakes] if request.json else mistakes
-        content = feasibility_content(compiled.program, found)
-        show(compiled.source, diagnostics, request, terminal, failed=True, feasibility=content)
+        proved = _proved(compiled, found) if request.json else None
+        show(compiled.source, diagnostics, request, terminal, failed=True, feasibility=proved)
         return Exit.DIAGNOSTICS
     if request.json:
-        content = feasibility_content(compiled.program, found)
-        terminal.write(diagnostics_document(compiled.source, compiled.diagnostics, content))
+        terminal.write(diagnostics_document(compiled.source, compiled.diagnostics, _proved(compiled, found)))
     elif request.diagnostics_format == "text":
         terminal.out.print(f"{request.file}: fine ({_sizes(compiled)})", soft_wrap=True)
         if (ranges := feasibility_view(compiled.program, found)) is not None:
             terminal.out.print(ranges)
     return Exit.FINE
+
+
+def _proved(compiled: "Compiled", found: "Feasibility") -> dict[str, Any]:
+    """What is proved beyond the diagnostics, for the document."""
+    from cortex_dsl.report.documents import feasibility_content
+
+    return feasibility_content(compiled.program, found)
 
 
 def _sizes(compiled: "Compiled") -> str:

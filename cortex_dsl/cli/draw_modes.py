@@ -1,4 +1,4 @@
-"""What draws scenes of a file: `cortexc FILE` runs one and tells what happened, `--sample N` counts them."""
+"""What draws scenes of a file: `cortexc FILE` runs one and shows what happened, `--sample N` counts them."""
 
 import shlex
 import time
@@ -13,7 +13,7 @@ from cortex_dsl.cli.file_options import build_parser, to_request
 from cortex_dsl.console.compiling import compile_request, show
 from cortex_dsl.console.request import CompileRequest, RunRequest
 from cortex_dsl.console.scenario_mistakes import undefined_value
-from cortex_dsl.console.simulating import announce_compilation, draw, open_scenario, perform_run, tell_misplaced
+from cortex_dsl.console.simulating import announce_compilation, draw, open_scenario, perform_run, show_misplaced
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.pipeline import Compiled
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 def run_once(request: CompileRequest, run: RunRequest, terminal: Terminal) -> int:
-    """Draw one scene, run it, and tell what happened."""
+    """Draw one scene, run it, and show what happened."""
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
@@ -101,13 +101,13 @@ def sample_scenes(request: CompileRequest, run: RunRequest, samples: int, termin
     except KeyboardInterrupt:
         interrupted = True
     seconds = time.perf_counter() - start
-    told = _account(program, run) if tally.scenes and not tally.always else None
+    blame = _account(program, run) if tally.scenes and not tally.always else None
     seed = f"seed {run.seed or 0}" + (f", interrupted before {samples:,}" if interrupted else "")
     if request.json:
-        content = {"file": request.file, **_content(program, run, tally, told)}
+        content = {"file": request.file, **_content(program, run, tally, blame)}
         terminal.write(document("sample", {**content, "seconds": seconds, "interrupted": interrupted}))
     elif tally.scenes:
-        terminal.out.print(sample_view(program, tally, seconds, seed, told))
+        terminal.out.print(sample_view(program, tally, seconds, seed, blame))
     if interrupted:
         return Exit.INTERRUPTED
     return Exit.FINE if tally.valid else Exit.NO_SCENE
@@ -115,14 +115,14 @@ def sample_scenes(request: CompileRequest, run: RunRequest, samples: int, termin
 
 def _infeasible(compiled: Compiled, request: CompileRequest, run: RunRequest, terminal: Terminal) -> Exit:
     """Without a single scene, for it is proved that there is none."""
-    told = _account(compiled.program, run)
-    terminal.err.print(exhausted_view(compiled.program, Tally(), Verdict.INFEASIBLE, (), told))
-    tell_misplaced(compiled, told, request, terminal)
+    blame = _account(compiled.program, run)
+    terminal.err.print(exhausted_view(compiled.program, Tally(), Verdict.INFEASIBLE, (), blame))
+    show_misplaced(compiled, blame, request, terminal)
     return Exit.NO_SCENE
 
 
 def _warm_up(program: Program, config: SimulationConfig) -> None:
-    """Load the kernels, so that the time that is told is the sampler's."""
+    """Load the kernels, so that the time that is shown is the sampler's."""
     from engine.sampling import draw_genomes, sample
     from engine.streams import key_rows
 
@@ -138,7 +138,7 @@ def _account(program: Program, run: RunRequest) -> "Account":
 
 
 def _undefined(scenario: Scenario, scenes: Scenes) -> Diagnostic | None:
-    """What to tell of the first scene that holds a number which does not exist; None if there is none."""
+    """Return the diagnostic for the first scene that holds a number which does not exist; None if there is none."""
     errors = np.flatnonzero(scenes.verdict == Verdict.ERROR)
     return undefined_value(scenario.compiled, scenes, int(errors[0])) if len(errors) else None
 
@@ -156,9 +156,9 @@ def _chunks(program: Program, run: RunRequest, samples: int, config: SimulationC
         yield sample(program, draw_genomes(program.space, keys), keys, config, run.jobs, prune)
 
 
-def _content(program: Program, run: RunRequest, tally: Tally, told: "Account | None") -> dict[str, object]:
+def _content(program: Program, run: RunRequest, tally: Tally, blame: "Account | None") -> dict[str, object]:
     """What was counted, for the document."""
-    culprit = most_to_blame(program, tally, told)
+    culprit = most_to_blame(program, tally, blame)
     return {
         "program": program.digest,
         "seed": run.seed or 0,
@@ -168,6 +168,6 @@ def _content(program: Program, run: RunRequest, tally: Tally, told: "Account | N
         "acceptance": tally.acceptance,
         "requirements": requirements_content(program, tally),
         "first_culprit": None if culprit is None else program.requirements[culprit].name,
-        "blame": told and blame_content(told),
+        "blame": blame and blame_content(blame),
         "pruned": run.prune,
     }

@@ -21,7 +21,7 @@ MOST_CASES = 10_000_000
 class Found:
     """A case, and of which run it is."""
 
-    told: "CaseReplay"
+    shown: "CaseReplay"
     case: "Case | None" = None
     folder: Path | None = None
 
@@ -80,7 +80,7 @@ def _play(found: Found, speed: float, terminal: Terminal) -> None:
     from cortex_dsl.report.terminal.replay_view import play
 
     try:
-        play(found.told, terminal.out, speed)
+        play(found.shown, terminal.out, speed)
     except KeyboardInterrupt:
         terminal.out.print()
 
@@ -91,11 +91,11 @@ def _content(found: Found, path: Path, speed: float) -> str | bytes:
     if path.suffix.lower() == ".html":
         from cortex_dsl.report.page.case_page import case_page
 
-        return case_page(found.told, found.case, found.folder)
+        return case_page(found.shown, found.case, found.folder)
     from cortex_dsl.report.page.film import gif
 
     try:
-        return gif(found.told, speed)
+        return gif(found.shown, speed)
     except MissingExtraError as error:
         raise UsageError(error.message, error.cure) from None
 

@@ -49,7 +49,7 @@ def study_workers(options: argparse.Namespace) -> "Workers":
 
 @contextmanager
 def _usage_errors() -> Iterator[None]:
-    """What the store or the workers say, as a slip that the user can mend."""
+    """What the store or the workers say, as an error that the user can mend."""
     from cortex_dsl.cli.search_output import usage_errors
 
     with usage_errors():

@@ -42,11 +42,11 @@ def _found(text: str) -> "Entry":
 # -- all codes --------------------------------------------------------------------------------------------------------
 
 
-def _list(as_json: bool, terminal: Terminal) -> None:
+def _list(json: bool, terminal: Terminal) -> None:
     from cortex_dsl.api import codes
 
     entries = codes.entries()
-    if as_json:
+    if json:
         from cortex_dsl.report.documents import document
 
         terminal.write(document("codes", {"codes": [_summary(entry) for entry in entries]}))
@@ -67,14 +67,14 @@ def _summary(entry: "Entry") -> dict[str, object]:
 # -- one code ---------------------------------------------------------------------------------------------------------
 
 
-def _show(entry: "Entry", as_json: bool, terminal: Terminal) -> None:
+def _show(entry: "Entry", json: bool, terminal: Terminal) -> None:
     from cortex_dsl.diagnostics import Page
     from cortex_dsl.report.findings.snippet import as_json
     from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
 
     page = entry.page or Page("", "")
     source, said = _said(entry.code, page)
-    if as_json:
+    if json:
         from cortex_dsl.report.documents import document
 
         terminal.write(document("code", {**_summary(entry), **_content(page), "says": as_json(source, said)}))

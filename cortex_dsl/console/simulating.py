@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from engine.acceptance import Account
     from engine.metrics import Metric
     from engine.search.run import Campaign
-    from engine.world.impacts import Impact
+    from engine.world.aftermath import Impact
 
 
 def open_scenario(
@@ -96,12 +96,12 @@ def announce_compilation(terminal: Terminal) -> bool:
 
 
 def compile_kernels(scenario: Scenario, terminal: Terminal) -> None:
-    """Compile now what a search will need, so that its pace and the time it has left are told without that."""
+    """Compile now what a search will need, so that its pace and the time it has left are shown without that."""
     if announce_compilation(terminal):
         scenario.simulate(scenario.sample(), scenario.config.search.engine)
 
 
-# -- `cortexc FILE`: draw one scene, run it, and tell what happened ----------------------------------------------------
+# -- `cortexc FILE`: draw one scene, run it, and show what happened ----------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,10 @@ class Simulated:
 def perform_run(
     request: CompileRequest, run: RunRequest, scenario: Scenario, terminal: Terminal, reproduce: str = ""
 ) -> Exit:
-    """Draw, run and tell. `reproduce`: how to see the run again, where that is not the command line of the request."""
+    """Draw a scene, run it, and show what happened.
+
+    `reproduce`: how to see the run again, where that is not the command line of the request.
+    """
     scenes, tally = draw(scenario, run.seed)
     if not scenes.valid[0]:
         return _no_scene(request, run, scenario, scenes, tally, terminal)
@@ -142,8 +145,8 @@ def draw(scenario: Scenario, seed: int | None) -> tuple[Scenes, Tally]:
 def _simulate(scenario: Scenario, scenes: Scenes, engine: str) -> Simulated:
     if engine == "world":
         run = scenario.watch(scenes)
-        told = aftermath(scenario.program, run.impacts, run.trajectory)
-        return Simulated(run.outcomes, run.trajectory, told, run.impacts)
+        moments = aftermath(scenario.program, run.impacts, run.trajectory)
+        return Simulated(run.outcomes, run.trajectory, moments, run.impacts)
     from engine import batch
 
     outcomes = scenario.simulate(scenes)
@@ -215,24 +218,24 @@ def _no_scene(
     from engine.acceptance import account, weigh
 
     genome = scenes.genomes[0] if tally.scenes == 1 else None
-    told = account(weigh(scenario.program, seed=run.seed or 0, genome=genome), run.target)
+    blame = account(weigh(scenario.program, seed=run.seed or 0, genome=genome), run.target)
     if request.json:
         from cortex_dsl.report.findings.run_report import no_scene_content
         from cortex_dsl.report.findings.tally import blame_content
 
         content = no_scene_content(scenario.program, tally, verdict, str(request.file))
-        terminal.write(document("run", {**content, "blame": blame_content(told)}))
+        terminal.write(document("run", {**content, "blame": blame_content(blame)}))
     else:
-        terminal.err.print(exhausted_view(scenario.program, tally, verdict, scenes.genomes[0], told))
-        tell_misplaced(scenario.compiled, told, request, terminal)
+        terminal.err.print(exhausted_view(scenario.program, tally, verdict, scenes.genomes[0], blame))
+        show_misplaced(scenario.compiled, blame, request, terminal)
     return Exit.NO_SCENE
 
 
-def tell_misplaced(compiled: Compiled, told: "Account", request: CompileRequest, terminal: Terminal) -> None:
+def show_misplaced(compiled: Compiled, blame: "Account", request: CompileRequest, terminal: Terminal) -> None:
     """The objects whose places alone keep every scene away, where there are such."""
     from cortex_dsl.console.scenario_mistakes import misplaced
 
-    proved = told.conflict.requirements if told.conflict is not None and told.conflict.proved else ()
+    proved = blame.conflict.requirements if blame.conflict is not None and blame.conflict.proved else ()
     if mistakes := misplaced(compiled, proved):
         terminal.err.print()
         show(compiled.source, mistakes, request, terminal)
@@ -261,7 +264,7 @@ def _failed(
     return _undefined(request, scenario, scenes, terminal, what)
 
 
-# -- what a search tells of runs that failed over the file itself, whichever command searched --------------------------
+# -- runs of a search that failed over the file itself -----------------------------------------------------------------
 
 
 def mistake_of(scenario: Scenario, campaign: "Campaign") -> Diagnostic | None:

@@ -58,7 +58,7 @@ def _option_count(gene: ir.GeneInfo) -> int:
     return len(gene.options) if gene.kind == GeneKind.INDEX else int(gene.high - gene.low) + 1
 
 
-# -- Temporal requirements to the rows that `engine.kernels.temporal` reads --------------------------------------------
+# -- Temporal requirements to the rows that `engine.kernels.evaluate` reads --------------------------------------------
 
 FormulaRow = tuple[int, int, int]
 

@@ -20,8 +20,7 @@ from cortex_dsl.semantics.idioms import bare_numbers, contacts, windows
 from cortex_dsl.semantics.model.state import FileContext
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.names.tree import everything_in, param_entries
-from cortex_dsl.semantics.quantities.algebra import folded
-from cortex_dsl.semantics.quantities.bounds import Interval, part_interval
+from cortex_dsl.semantics.quantities.bounds import Interval, folded, part_interval
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Op

@@ -19,7 +19,7 @@ from cortex_dsl.semantics.errors.problems import Findings, NeedsExpansion
 from cortex_dsl.semantics.errors.roads import DEFAULT_MAP
 from cortex_dsl.semantics.errors.statements import ALWAYS_FALSE, DIFFERENT_OBJECTS, EMPTY_FILE
 from cortex_dsl.semantics.errors.values import NEVER_EQUAL
-from cortex_dsl.semantics.evaluation.roads import default_road, map_with_lights, reasons, spelled
+from cortex_dsl.semantics.evaluation.roads import beyond_any_road, default_road, map_with_lights, reasons, spelled
 from cortex_dsl.semantics.model.choices import VARIANT_LIMIT, TooManyVariants, enumerate_variants
 from cortex_dsl.semantics.model.context import Observer
 from cortex_dsl.semantics.model.state import FileContext
@@ -101,6 +101,8 @@ def _default_road(module: nodes.Module, findings: Findings) -> RoadSpec:
     """The road of a file without `map`."""
     road = default_road(module)
     has_map = any(isinstance(statement, nodes.Map) for statement in module.statements)
+    for finding in () if has_map else beyond_any_road(module):
+        findings.add(finding)
     if not has_map and "map" not in param_entries(module):
         lanes = "one lane" if road.lanes == 1 else f"{road.lanes} lanes"
         findings.add(DEFAULT_MAP.at(Span(0, 0), ways=road.ways, lanes=lanes, reason=reasons(road), road=spelled(road)))

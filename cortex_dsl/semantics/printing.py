@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.quantities.algebra import operands
+from cortex_dsl.semantics.quantities.bounds import operands
 from engine.vocabulary import Column, Distribution, GeneKind, Op, RuleKind, State, TemporalOp
 
 # -- expressions and acts ----------------------------------------------------------------------------------------------

@@ -23,6 +23,7 @@ from cortex_dsl.semantics.model.context import Evaluator, Handler, Moment, Obser
 from cortex_dsl.semantics.model.state import FileContext, RuleKey, Variant
 from cortex_dsl.semantics.model.values import POISON, Actor, Value
 from cortex_dsl.semantics.names.builtins import OFF_ROAD, PROPERTIES
+from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
@@ -70,7 +71,7 @@ class Draft:
     """A variant before the rules of all variants are known."""
 
     variant: ir.Variant
-    conditions: Mapping[RuleKey, ir.Expr]
+    conditions: Mapping[RuleKey, Term]
     span: Span
     """Where it was rejected, or its first object."""
 
@@ -139,7 +140,10 @@ def _compose(ev: Evaluator, composer: Composer | None) -> None:
     run = ev.run
     run.monitors[:] = [None] * len(run.required_monitors)
     if composer is not None:
-        run_by(composer)
+        try:
+            run_by(composer)
+        except Mistake as mistake:
+            ev.report(mistake)
 
 
 def _rules(ev: Evaluator, statements: Sequence[nodes.Statement], composer: Composer | None) -> None:

@@ -24,11 +24,14 @@ WORD_BITS = np.uint64(32)
 HALF_WORD_BITS = np.uint64(16)
 EXCESS_BITS = np.uint64(11)
 LABEL_BITS = np.uint64(4)
+NIBBLE = np.uint64(0xF)
+BYTE_BITS = np.uint64(8)
 ONE = np.uint64(1)
 DOUBLE_STEP = 2.0**-53
 
 ATTEMPT_CHANNEL = 0
-"""Variants and nuisance draws of a scene's attempts; also the only channel of the other purposes."""
+"""Variants and nuisance draws of a scene's attempts; also the only channel of the other purposes. A channel has four
+bits."""
 COIN_CHANNEL = 1
 """The coins of `require[p]`, one number a requirement."""
 GENE_CHANNEL = 2
@@ -66,10 +69,11 @@ def open_stream(key: Ints, purpose: int, channel: int) -> Stream:
     """The stream of one `StreamKey` row for one purpose; the row's fields must fit (see `engine.streams`)."""
     seed = np.uint64(key[0])
     method, run, generation = np.uint64(key[1]), np.uint64(key[2]), np.uint64(key[3])
-    label = (np.uint64(channel) << LABEL_BITS | np.uint64(purpose)) << LABEL_BITS | method
+    place = (method >> LABEL_BITS & NIBBLE) << LABEL_BITS | np.uint64(channel)
+    label = (place << LABEL_BITS | np.uint64(purpose)) << LABEL_BITS | method & NIBBLE
     return Stream(
         seed & WORD,
-        seed >> WORD_BITS,
+        seed >> WORD_BITS ^ method >> BYTE_BITS,
         np.uint64(key[4]),
         run << HALF_WORD_BITS | generation,
         np.uint64(key[5]) << HALF_WORD_BITS | label,

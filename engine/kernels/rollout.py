@@ -27,10 +27,10 @@ import math
 from engine.kernels.approach import circles_apart, first_contact
 from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, Turn, interpret
 from engine.kernels.bicycle import Demand, Motion, clip, drive, stand, walk
+from engine.kernels.evaluate import find_broken
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.region import region_contains
 from engine.kernels.stage import NO_SPEED, RUNNING, Plan, Run, Slot, Status, column_of, outline_of, place, vehicle_of
-from engine.kernels.temporal import find_broken
 from engine.tables import ROAD_REGION, Floats, Ints, Segment
 from engine.vocabulary import ActorKind, Column, EndReason, RuleKind, State
 

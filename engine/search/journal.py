@@ -19,7 +19,7 @@ blobs (float64; int32, tested then failed); NaN is NULL.
 
 import json
 import sqlite3
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable
 from contextlib import closing, contextmanager, suppress
 from dataclasses import asdict
 from math import isfinite
@@ -172,7 +172,7 @@ def _manifest_rows(manifest: Manifest) -> list[tuple[str, str]]:
 
 
 @contextmanager
-def _transaction(connection: sqlite3.Connection) -> Iterator[sqlite3.Connection]:
+def _transaction(connection: sqlite3.Connection) -> Generator[sqlite3.Connection]:
     """Commit at the end of the block, roll back if it raises."""
     connection.execute("BEGIN IMMEDIATE")
     try:

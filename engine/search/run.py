@@ -7,7 +7,7 @@ birth and rollout, so a result depends on no other individual and on no thread c
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
@@ -212,7 +212,7 @@ def _evaluate(
     reused = np.array([proposal.reused is not None for proposal in proposals])
     fresh = np.flatnonzero(~reused)
     tables: list[tuple[Ints, Assessment]] = [
-        (blocks[born].keys[index, np.newaxis], take(blocks[born].rollouts, slice(index, index + 1)))
+        (blocks[int(born)].keys[index, np.newaxis], take(blocks[int(born)].rollouts, slice(index, index + 1)))
         for born, index in births[reused].tolist()
     ]
     if len(fresh):
@@ -256,7 +256,7 @@ def _worse(best: Case | None, evaluations: Evaluations, first_row: int) -> Case 
     """The worst case so far, after a generation whose first individual has this row."""
     for case in worst_cases(evaluations, 1):
         if best is None or (case.score, case.continuous) > (best.score, best.continuous):
-            return Case(**{**vars(case), "row": case.row + first_row})
+            return replace(case, row=case.row + first_row)
     return best
 
 

@@ -97,7 +97,7 @@ class Watched:
     def tell(self, results: Sequence[Result]) -> None:
         _called(self.name, "failed in `tell`", lambda: self.searcher.tell(results))
 
-    def _problem(self, proposals: Sequence[Proposal]) -> str | None:
+    def _problem(self, proposals: Sequence[Any]) -> str | None:
         if len(proposals) != self.population:
             return f"must propose {self.population} individuals in each generation, not {len(proposals)}"
         for place, proposal in enumerate(proposals):

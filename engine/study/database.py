@@ -282,7 +282,7 @@ def _subject(folder: Path, number: int, name: str, file: str, manifest: str, dig
 
 def _records(connection: sqlite3.Connection) -> dict[Address, RunRecord]:
     query = "SELECT scenario, method, run, figures, course, seconds FROM run JOIN pace USING (scenario, method, run)"
-    records = {}
+    records: dict[Address, RunRecord] = {}
     for scenario, method, run, figures, course, seconds in connection.execute(query):
         address = Address(scenario, method, run)
         values = np.frombuffer(course, dtype="<f8").astype(np.float64).reshape(2, len(FIELDS), -1)

@@ -84,7 +84,7 @@ def _read(blob: bytes) -> dict[str, np.ndarray]:
     data = zlib.decompress(blob)
     length = int(np.frombuffer(data, "<u4", 1)[0])
     offset = 4 + length
-    arrays = {}
+    arrays: dict[str, np.ndarray] = {}
     for name, (kind, shape) in json.loads(data[4:offset]).items():
         dtype = np.dtype(kind)
         count = prod(shape)

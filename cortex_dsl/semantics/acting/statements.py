@@ -38,8 +38,7 @@ from cortex_dsl.semantics.model.values import (
 )
 from cortex_dsl.semantics.model.wording import kind_name, spoken_unit
 from cortex_dsl.semantics.names.tree import SYSTEM, is_timed
-from cortex_dsl.semantics.quantities.algebra import closed_value
-from cortex_dsl.semantics.quantities.bounds import margin_of, weigh
+from cortex_dsl.semantics.quantities.bounds import closed_value, margin_of, weigh
 from cortex_dsl.semantics.quantities.units import PURE, TIME, Dimension
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -199,7 +198,7 @@ def _require(ev: Evaluator, node: nodes.Require) -> None:
     probability = soft_probability(ev, node.probability)
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
     name = node.name or " ".join(ev.file.source.slice(node.condition.span).split())
-    margin = margin_of(ev.algebra, condition, ev.run.compared)
+    margin = margin_of(condition, ev.run.compared)
     unit = spoken_unit(node.condition, condition, margin[1], ev.file.genes)
     ev.run.requirements.append(ir.Requirement(condition, probability, name, ev.file.line(node.span), *margin, unit))
     weight = weigh(condition, ev.interval(condition), certain=probability == 1.0)

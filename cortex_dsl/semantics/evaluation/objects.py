@@ -24,11 +24,11 @@ from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Pose, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import ACTOR_KINDS, CLASSES, OFF_ROAD
+from cortex_dsl.semantics.quantities.algebra import Term, maximum, normal_quantile, road_heading
 from cortex_dsl.semantics.quantities.units import PURE
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
-from engine.vocabulary import Op
 
 # -- noise -------------------------------------------------------------------------------------------------------------
 
@@ -74,18 +74,17 @@ def _statement(ev: Evaluator, name: str, node: nodes.New) -> nodes.Mutate | None
     return found
 
 
-def _scale(ev: Evaluator, node: nodes.Mutate) -> ir.Expr:
+def _scale(ev: Evaluator, node: nodes.Mutate) -> Term:
     if node.amount is None:
         return ev.algebra.literal(1.0)
     scale = numbers.adopt(ev, ev.evaluate(node.amount), PURE, node.amount.span, "the scale of `mutate`")
     return numbers.in_range(ev, scale, 0.0, math.inf, PURE, node.amount.span, "the scale of `mutate`")
 
 
-def _noisy(ev: Evaluator, number: ir.Expr, scale: ir.Expr, deviation: float) -> ir.Expr:
-    algebra = ev.algebra
-    positive = algebra.apply(Op.MAX, ev.run.new_draw(), algebra.literal(SMALLEST_UNIFORM))
-    noise = algebra.mul(algebra.literal(deviation), algebra.apply(Op.NORMAL_QUANTILE, positive))
-    return algebra.add(number, algebra.mul(scale, noise))
+def _noisy(ev: Evaluator, number: Term, scale: Term, deviation: float) -> Term:
+    positive = maximum(ev.run.new_draw(), SMALLEST_UNIFORM)
+    noise = deviation * normal_quantile(positive)
+    return number + scale * noise
 
 
 def record(
@@ -204,9 +203,11 @@ def _new_place(ev: Evaluator, node: nodes.New, found: Sorted) -> Value:
     return _posed(ev, node, found, placement, zero, ev.run.assigning)
 
 
-def _posed(ev: Evaluator, node: nodes.New, found: Sorted, placement: Placement, default: ir.Expr, name: str) -> Pose:
+def _posed(ev: Evaluator, node: nodes.New, found: Sorted, placement: Placement, default: Term, name: str) -> Pose:
     """Place and heading together, with the noise that `mutate` puts on what is called `name`."""
-    heading = _faced(ev, found.facings[0], placement.point) if found.facings else placement.heading or default
+    heading = default if placement.heading is None else placement.heading
+    if found.facings:
+        heading = _faced(ev, found.facings[0], placement.point)
     lane = None if found.facings else placement.lane
     pose = Pose(placement.point.x, placement.point.y, heading, lane)
     moved = mutated(ev, name, node, pose)
@@ -224,20 +225,20 @@ def _posed(ev: Evaluator, node: nodes.New, found: Sorted, placement: Placement, 
     return replace(pose, heading=as_meant(ev, written))
 
 
-def _record(ev: Evaluator, span: Span, placement: Placement, heading: ir.Expr | None) -> None:
+def _record(ev: Evaluator, span: Span, placement: Placement, heading: Term | None) -> None:
     """Note down what a specifier drew, for concrete copies."""
     if placement.drawn:
         values = (placement.point.x, placement.point.y, *(() if heading is None else (heading,)))
         ev.run.draw_sites.append(ir.DrawSite(span, "point" if heading is None else "pose", "", values))
 
 
-def _faced(ev: Evaluator, node: nodes.Facing, point: Vector) -> ir.Expr:
+def _faced(ev: Evaluator, node: nodes.Facing, point: Vector) -> Term:
     value = ev.evaluate(node.heading)
     if not node.mode:
         return geometry.heading_at(ev, value, point, node.heading.span)
     target = geometry.position(ev, value, node.heading.span, f"what follows `facing {node.mode}`")
     pair = (point, target) if node.mode == "toward" else (target, point)
-    return geometry.bearing(ev, *pair)
+    return geometry.bearing(*pair)
 
 
 # -- objects ----------------------------------------------------------------------------------------------------------
@@ -263,7 +264,7 @@ def _actor_pose(making: Making, node: nodes.New, found: Sorted, name: str) -> Po
     if (heading := making.default_heading(placement.point)) is not None:
         placement = replace(placement, heading=heading, lane=None)
     off_road = making.kind in OFF_ROAD
-    default = ev.algebra.literal(0.0) if off_road else geometry.road_heading(ev, placement.point)
+    default = ev.algebra.literal(0.0) if off_road else road_heading(placement.point.x, placement.point.y)
     return _posed(ev, node, found, placement, default, name)
 
 
@@ -280,6 +281,6 @@ def _actor_placement(making: Making, found: Sorted) -> Placement:
     if not found.places:
         return making.default_place()
     length, width = making.get("length"), making.get("width")
-    assert isinstance(length, ir.Expr)
-    assert isinstance(width, ir.Expr)
+    assert isinstance(length, Term)
+    assert isinstance(width, Term)
     return place(making.ev, found.places[0], Extent(length, width))

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Container, Iterator, Mapping
 from types import MappingProxyType
 
+from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.roads import BAD_MAP, MAP_TOO_LATE, MAP_VARIES, NO_SINGLE_INTERSECTION, UNKNOWN_MAP
@@ -41,7 +42,7 @@ from engine.road.sections import (
     to_left,
     to_right,
 )
-from engine.road.specification import wrong_alone, wrong_together
+from engine.road.specification import LENGTHS, wrong_alone, wrong_together
 from engine.tables import ROAD_REGION
 
 _WHOLE = ("ways", "lanes", "rows", "cols")
@@ -206,6 +207,7 @@ NEIGHBOURLY = frozenset({"adjacentLanes", *NEIGHBOURS, *(f"_{name}" for name in 
 LIGHTS = frozenset({"signals", "isSignalized"})
 SPARE = 50.0
 """How much longer than a distance to the intersection that a `require` asks for the arms are [m]."""
+LONGEST_ARM = LENGTHS["approach"][1]
 
 
 def default_road(module: nodes.Module) -> RoadSpec:
@@ -213,9 +215,18 @@ def default_road(module: nodes.Module) -> RoadSpec:
     asked = {node.name for node in everything_in(module) if isinstance(node, nodes.Attribute)}
     ways = 3 if "is3Way" in asked and "is4Way" not in asked else 4
     plain = RoadSpec()
-    farthest = max(_distances_kept(module), default=0.0)
+    reachable = [distance for distance, _ in _distances_kept(module) if distance + SPARE <= LONGEST_ARM]
+    farthest = max(reachable, default=0.0)
     approach = max(plain.approach, 10.0 * math.ceil((farthest + SPARE) / 10.0)) if farthest else plain.approach
     return RoadSpec(ways=ways, lanes=2 if _asks_for_neighbours(module) else 1, approach=approach)
+
+
+def beyond_any_road(module: nodes.Module) -> Iterator[Diagnostic]:
+    """What is said of distances to the intersection that no road is long enough for."""
+    for distance, span in _distances_kept(module):
+        if distance + SPARE > LONGEST_ARM:
+            message = f"its arms would be longer than {LONGEST_ARM:g} m, to be {distance:g} m from the intersection"
+            yield BAD_MAP.at(span, message=message, cure=f"ask for {LONGEST_ARM - SPARE:g} m or less")
 
 
 def spelled(road: RoadSpec) -> str:
@@ -266,8 +277,8 @@ def _is_none(node: nodes.Expression) -> bool:
     return isinstance(node, nodes.Constant) and node.value is None
 
 
-def _distances_kept(module: nodes.Module) -> Iterator[float]:
-    """Numbers that a distance to an intersection has to exceed [m]."""
+def _distances_kept(module: nodes.Module) -> Iterator[tuple[float, Span]]:
+    """Numbers that a distance to an intersection has to exceed [m], and where they are written."""
     numbers = {
         name: statement.value.value
         for statement in module.statements
@@ -279,8 +290,8 @@ def _distances_kept(module: nodes.Module) -> Iterator[float]:
             if isinstance(node, nodes.Compare) and len(node.rest) == 1 and _is_far_off(node.first):
                 operator, other = node.rest[0]
                 value = numbers.get(other.id) if isinstance(other, nodes.Name) else getattr(other, "value", None)
-                if operator in (">", ">=") and isinstance(value, float | int) and value > 0:
-                    yield float(value)
+                if operator in (">", ">=") and isinstance(value, float | int) and 0 < value < math.inf:
+                    yield float(value), other.span
 
 
 def _is_far_off(node: nodes.Expression) -> bool:

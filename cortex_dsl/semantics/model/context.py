@@ -17,8 +17,8 @@ from cortex_dsl.semantics.errors.problems import Mistake, NeedsExpansion
 from cortex_dsl.semantics.model.state import FileContext, Variant
 from cortex_dsl.semantics.model.values import POISON, Actor, Instance, Poison, Quantity, Value
 from cortex_dsl.semantics.names.builtins import BUILTINS
-from cortex_dsl.semantics.quantities.algebra import CLOSED, Algebra, closed_value, leaves
-from cortex_dsl.semantics.quantities.bounds import Interval, interval
+from cortex_dsl.semantics.quantities.algebra import Algebra
+from cortex_dsl.semantics.quantities.bounds import CLOSED, Interval, closed_value, interval, leaves
 from cortex_dsl.semantics.quantities.units import dimension_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean

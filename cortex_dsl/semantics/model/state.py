@@ -14,7 +14,7 @@ from cortex_dsl.semantics.errors.values import TOO_MUCH_WORK
 from cortex_dsl.semantics.model.choices import Oracle, Pool
 from cortex_dsl.semantics.model.values import Actor, Instance, MonitorCall, Value
 from cortex_dsl.semantics.names.linking import ImportedFile
-from cortex_dsl.semantics.quantities.algebra import Algebra
+from cortex_dsl.semantics.quantities.algebra import Algebra, Term
 from cortex_dsl.semantics.quantities.bounds import Interval, Weight
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
@@ -43,10 +43,10 @@ PHASES = 2
 class SignalPlan:
     """Times in seconds, as expressions over genes and constants."""
 
-    green: ir.Expr
-    yellow: ir.Expr
-    all_red: ir.Expr
-    offset: ir.Expr
+    green: Term
+    yellow: Term
+    all_red: Term
+    offset: Term
     """How far into the plan the run starts."""
     controls: "Controls | None" = None
 
@@ -185,13 +185,13 @@ class Variant:
     signals: SignalPlan | None = None
     actors: list[Actor] = field(default_factory=list)
     requirements: list[ir.Requirement] = field(default_factory=list)
-    rule_conditions: dict[RuleKey, ir.Expr] = field(default_factory=dict)
+    rule_conditions: dict[RuleKey, Term] = field(default_factory=dict)
     required_monitors: list[tuple[str | None, MonitorCall, Span]] = field(default_factory=list)
     """Their names, where they have one, and where they are required."""
     choices: list[ir.Choice] = field(default_factory=list)
     draw_sites: list[ir.DrawSite] = field(default_factory=list)
-    compared: dict[int, ir.Dimension | None] = field(default_factory=dict)
-    """Dimension of what each comparison compares, by the identity of its expression."""
+    compared: dict[Term, ir.Dimension | None] = field(default_factory=dict)
+    """Dimension of what each comparison compares."""
     finite_draws: dict[int, Span] = field(default_factory=dict)
     """Sites of the draws that pick one of finitely many numbers."""
     calls: int = 0
@@ -208,7 +208,7 @@ class Variant:
     assigning: str = ""
     """The name that is about to be assigned; it names objects and choices."""
 
-    def new_draw(self) -> ir.Expr:
+    def new_draw(self) -> Term:
         self.draw_count += 1
         return self.algebra.draw(self.draw_count - 1)
 

@@ -35,7 +35,7 @@ from cortex_dsl.semantics.model.values import (
     Weights,
 )
 from cortex_dsl.semantics.names.tree import everything_in
-from cortex_dsl.semantics.quantities.algebra import leaves
+from cortex_dsl.semantics.quantities.bounds import leaves
 from cortex_dsl.semantics.quantities.units import UNITS, dimension_name, si_word
 from cortex_dsl.syntax import nodes
 from engine.road.network import Intersection, Lane, Maneuver, Network

@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -112,14 +112,17 @@ class ParquetFile:
             InterchangeError: two have the same.
         """
         try:
-            found = json.loads(self.metadata.get(NAMES, b"[]")[:LONGEST_NAMES])
+            found: Any = json.loads(self.metadata.get(NAMES, b"[]")[:LONGEST_NAMES])
         except (ValueError, RecursionError):
             return ()
-        if not isinstance(found, list) or not all(isinstance(name, str) and name.strip() for name in found):
+        if not isinstance(found, list):
             return ()
-        if len(set(found)) < len(found):
+        told = cast("list[Any]", found)
+        if not all(isinstance(name, str) and name.strip() for name in told):
+            return ()
+        if len(set(told)) < len(told):
             raise InterchangeError("two actors have the same name in its metadata", "rename one of them", self.file)
-        return tuple(found)
+        return tuple(told)
 
     def host(self) -> int | None:
         """The ego's idx, where the file tells it."""

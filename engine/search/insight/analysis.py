@@ -150,7 +150,7 @@ def avoided(program: Program, evaluations: Evaluations, rows: Sequence[int], con
 
 def _system_shares(space: ParamSpace, genomes: Floats) -> tuple[SystemShare, ...]:
     """One for each param of the system that has a range."""
-    shares = []
+    shares: list[SystemShare] = []
     for gene, name in enumerate(space.names):
         if name in space.system and space.kinds[gene] != GeneKind.INDEX:
             width = float(space.high[gene] - space.low[gene]) or 1.0

@@ -175,7 +175,8 @@ def _estimate(chain: _Chain, size: int) -> _Estimate:
     current = _first_level(chain, size)
     if current is None:
         return _Estimate(math.nan, (), math.nan)
-    value, levels = 1.0, []
+    value = 1.0
+    levels: list[float] = []
 
     def ended(last: _Level, *more: float) -> _Estimate:
         found = value * float((last.distance == 0.0).mean())

@@ -3,6 +3,7 @@
 import ctypes
 import json
 import os
+import signal
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -66,6 +67,11 @@ def scenario(tmp_path: Path) -> Callable[[str], Path]:
         return path
 
     return write
+
+
+def hear_interrupts() -> None:
+    """In a child: let Ctrl-C end it, though a shell that runs the tests in the background has it ignored."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def obey_modes() -> None:

@@ -11,7 +11,7 @@ import pytest
 from cortex_dsl.cli import main
 from cortex_dsl.cli.command_table import MODES, SUBCOMMANDS
 from cortex_dsl.cli.file_options import build_parser, to_request
-from cortex_dsl.console.command import Command
+from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.request import CompileRequest, Mode, Request, RunRequest, SearchRequest
 from cortex_dsl.version import VERSION
 
@@ -161,11 +161,15 @@ def test_subcommands_are_found_by_their_first_word(monkeypatch: pytest.MonkeyPat
     from cortex_dsl.cli import command_table
 
     seen: list[tuple[str, ...]] = []
+
+    def add_flag(parser: Parser) -> None:
+        parser.add_argument("--flag")
+
     new = Command(
         name="new",
         usage="[--flag X]",
         description="Does something new.",
-        options=lambda parser: parser.add_argument("--flag"),
+        options=add_flag,
         function=lambda options, terminal: seen.append(options.words) or 7,
     )
     monkeypatch.setitem(sys.modules, "a_new_command", SimpleNamespace(NEW=new))

@@ -23,6 +23,8 @@ from engine.search.journal_reader import read_journal
 from engine.search.run import Progress
 from engine.search.store import RemovedError
 
+from .conftest import hear_interrupts
+
 CORTEXC = [sys.executable, "-m", "cortex_dsl"]
 RESULTS = ("generation", "individual", "simulation")
 GENERATIONS = 24
@@ -70,7 +72,8 @@ def written(run: Path) -> int:
 
 def start(*arguments: object) -> "subprocess.Popen[bytes]":
     command = [*CORTEXC, *map(str, arguments)]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    null = subprocess.DEVNULL
+    return subprocess.Popen(command, stdout=null, stderr=null, preexec_fn=hear_interrupts)
 
 
 DYING = """
@@ -350,7 +353,8 @@ def test_a_process_whose_folder_is_removed(left_turn: Path, tmp_path: Path) -> N
     run = tmp_path / "run"
     options = ("--ga", "--generations", 60000, "--population", 20, "--jobs", 1, "--out", run)
     command = [*CORTEXC, str(left_turn), *map(str, options)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    pipe = subprocess.PIPE
+    process = subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, preexec_fn=hear_interrupts)
     while written(run) < 2:
         assert process.poll() is None
         time.sleep(0.01)

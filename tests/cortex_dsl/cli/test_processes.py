@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from .conftest import obey_modes
+from .conftest import hear_interrupts, obey_modes
 
 ROOT = Path(__file__).parents[3]
 CORTEXC = [sys.executable, "-m", "cortex_dsl"]
@@ -26,7 +26,7 @@ def start(*arguments: object, **options: object) -> "subprocess.Popen[str]":
         stderr=subprocess.PIPE,
         text=True,
         env=environment,
-        **options,  # type: ignore[arg-type]
+        **{"preexec_fn": hear_interrupts if os.name == "posix" else None, **options},  # type: ignore[arg-type]
     )
 
 

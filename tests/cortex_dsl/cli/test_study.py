@@ -16,6 +16,8 @@ import pytest
 
 from cortex_dsl.console.terminal import Exit
 
+from .conftest import hear_interrupts
+
 TINY = ("--runs", "2", "--generations", "3", "--population", "12", "--jobs", "1")
 
 
@@ -237,7 +239,9 @@ def start(folder: Path, left_turn: Path, jobs: int, *, number: int = 0, after: i
     """A study in a process of its own, which sends itself a signal when `after` of its runs are written."""
     words = ["study", left_turn, "--runs", 6, "--generations", 20, "--population", 40, "--jobs", jobs, "--out", folder]
     command = [sys.executable, "-c", HALTING, *map(str, (number, after, *words))]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True)
+    return subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True, preexec_fn=hear_interrupts
+    )
 
 
 def wait_until_it_stands_still(process: subprocess.Popen[bytes]) -> None:

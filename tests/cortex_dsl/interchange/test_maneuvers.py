@@ -11,10 +11,10 @@ from cortex_dsl.api.runs import OpenedRun, every_case, open_run
 from cortex_dsl.api.scenario import Scenario, compile_text, load
 from cortex_dsl.interchange.cases import ExportCase, case_of_run, case_of_scene
 from cortex_dsl.interchange.maneuvers import maneuver_files, maneuver_plan
-from cortex_dsl.interchange.maneuvers.numbers import nearest_lane
+from cortex_dsl.interchange.maneuvers.formulas import nearest_lane
 from engine.interchange.contract import OSC_VERSIONS, ExportOptions
 from engine.interchange.opendrive import road_map
-from engine.interchange.openscenario.maneuvers.plan import ActorPlan, ManeuverPlan, Measure
+from engine.interchange.openscenario.maneuvers.maneuver_plan import ActorPlan, ManeuverPlan, Measure
 from engine.interchange.openscenario.versions import VERSIONS
 from engine.scenes import Scenes, actor_columns
 from engine.search.ranking import worst_cases

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from engine.feasibility.arithmetic import Interval, everything, surely_false, surely_true
+from engine.feasibility.contraction import narrowed
 from engine.feasibility.forward import FORWARD
-from engine.feasibility.inverses import narrowed
 from engine.feasibility.tape import THREE, TWO
 from engine.kernels import evaluate
 from engine.kernels.random_numbers import normal_cdf, normal_quantile

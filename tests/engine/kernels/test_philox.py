@@ -72,7 +72,9 @@ def test_a_method_of_a_name_has_an_address_of_its_own():
     """Four of its bits beside the channel, the others in the key, as documented."""
     seed, method, run, generation, index, rollout = 0x1234_5678_9ABC_DEF0, 0x9_8765_432F, 3, 4, 5, 6
     actual = np.empty((1, 2))
-    philox.fill_uniform(key_rows(seed, method, run, generation, [index], rollout), int(Purpose.SCENE), 3, actual)
+    random_numbers.fill_uniform(
+        key_rows(seed, method, run, generation, [index], rollout), int(Purpose.SCENE), 3, actual
+    )
     label = rollout << 16 | 0x2 << 12 | 3 << 8 | Purpose.SCENE << 4 | 0xF
     key = (seed & WORD, seed >> 32 ^ 0x9876543)
     block = reference_philox4x32(key, (0, index, run << 16 | generation, label))
