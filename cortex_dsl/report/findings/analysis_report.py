@@ -15,6 +15,7 @@ from cortex_dsl.report.findings.readable import (
     fixed,
     format_gene,
     percent,
+    ratio,
     significant,
     whole,
 )
@@ -323,4 +324,5 @@ def analysis_content(space: ParamSpace, analysis: Analysis) -> dict[str, Any]:
         {"name": grid.name, "failing": grid.failing, "covered": grid.covered, "qd_score": grid.qd_score}
         for grid in analysis.grids
     ]
-    return {"params": space.names, "kinds": kinds, **vars(analysis), "cells": cells}
+    avoided = {kind.name.lower(): ratio(count, analysis.avoided.driven) for kind, count in analysis.avoided.by.items()}
+    return {"params": space.names, "kinds": kinds, **vars(analysis), "cells": cells, "avoided_shares": avoided}
