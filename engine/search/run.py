@@ -29,7 +29,7 @@ from engine.search.evaluations import (
     quantile_level,
     results,
 )
-from engine.search.insight.genes import GeneEffect, gene_effects, probe_genes
+from engine.search.insight.gene_effects import GeneEffect, gene_effects, probe_genes
 from engine.search.protocol import Box, Proposal, Searcher
 from engine.search.ranking import Case, worst_cases
 from engine.search.searchers import build_searcher, canonical, find_searcher

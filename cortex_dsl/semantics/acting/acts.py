@@ -260,7 +260,7 @@ def _branches(
         return body.block(statements) if condition.value else _branches(body, rest, node)
     then = body.nested(statements)
     body.depth += 1
-    with body.ev.run.nested(test.span, otherwise=True):
+    with body.ev.run.depth.nested(test.span, otherwise=True):
         otherwise = _branches(body, rest, node)
     body.depth -= 1
     return (ir.Branch(test.span, condition, then, otherwise),)

@@ -203,7 +203,7 @@ def monitor_body(ev: Evaluator, call: MonitorCall, moment: Moment) -> ir.Block:
 
 def started_monitors(ev: Evaluator) -> Iterator[ir.Monitor]:
     """The monitors that the file requires, in its order."""
-    for name, call, span in ev.run.required_monitors:
+    for name, call, span in ev.run.built.required_monitors:
         try:
             block = monitor_body(ev, call, Moment(running=True))
         except Mistake as mistake:

@@ -265,7 +265,7 @@ class Body:
         if not statements:
             return ()
         acts: list[ir.Act] = []
-        with self.ev.run.nested(statements[0].span):
+        with self.ev.run.depth.nested(statements[0].span):
             for statement in statements:
                 acts += self._acts(statement)
         return tuple(acts)

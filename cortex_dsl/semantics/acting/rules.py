@@ -53,7 +53,7 @@ def keep_record(ev: Evaluator, node: nodes.Record) -> None:
         # Rules are known by their places: each column of one value gets a place of its own.
         place = Span(node.value.span.start, node.value.span.start + i)
         watch = ev.file.rule(place, name + suffix, RuleKind.WATCH)
-        ev.run.rule_conditions[place, RuleKind.WATCH] = value
+        ev.run.built.rule_conditions[place, RuleKind.WATCH] = value
         made = ir.Record(name + suffix, node.when or "series", watch, dimension, ev.file.line(node.span))
         _keep_column(ev, node, made)
 
@@ -110,7 +110,7 @@ def require_over_run(ev: Evaluator, node: nodes.Require) -> None:
     """A temporal requirement, at a running moment: the conditions of its atoms."""
     if node.probability is not None:
         raise SOFT_TEMPORAL.mistake(node.probability.span)
-    conditions = ev.run.rule_conditions
+    conditions = ev.run.built.rule_conditions
     for atom in atoms(node.condition):
         conditions[atom.span, RuleKind.WATCH] = numbers.truth(ev, ev.evaluate(atom), atom.span)
     ev.file.temporals[node.span] = node
@@ -130,7 +130,7 @@ Conditions = Sequence[Mapping[RuleKey, Term]]
 """Of the rules of each variant."""
 
 
-def judged(file: FileContext, conditions: Conditions, *, has_end: bool) -> tuple[ir.Temporal, ...]:
+def temporal_requirements(file: FileContext, conditions: Conditions, *, has_end: bool) -> tuple[ir.Temporal, ...]:
     """The temporal requirements that are judged when the run is over; reports those that decide nothing.
 
     `has_end` says that the file limits the time of a run.

@@ -112,9 +112,9 @@ class Coroutine:
             except Mistake as mistake:
                 body.ev.report(mistake)
                 continue
-            self.composer.instance.watchers.append(len(run.monitors))
-            run.monitors.append(ir.Monitor(statement.name or call.name, block, False, statement.span))
-            yield len(run.monitors) - 1
+            self.composer.instance.watchers.append(len(run.built.monitors))
+            run.built.monitors.append(ir.Monitor(statement.name or call.name, block, False, statement.span))
+            yield len(run.built.monitors) - 1
 
     def _ends(self, body: Body, during: Guards) -> tuple[ir.Block, tuple[tuple[Term, ir.Block], ...]]:
         """What `terminate when` and `terminate after` of the setup do: acts at the start, and handlers. What must hold
@@ -246,17 +246,17 @@ class Composer(Inliner):
         if call.instance is not None:
             raise STARTED_TWICE.mistake(node.span, name=call.name)
         call.instance = self._instance(call, node, moment)
-        before = len(self.ev.run.actors)
+        before = len(self.ev.run.built.actors)
         set_up(self.ev, call.scenario, call.instance, dict(call.arguments))
         child = self._written(call, call.instance)
-        made = self.ev.run.actors[before:]
+        made = self.ev.run.built.actors[before:]
         return self._once(child, made, call, moment) if made and moment.repeated else child
 
     def _instance(self, call: ScenarioCall, node: nodes.Expression, moment: Moment) -> Instance:
         surely = self.instance.present and node.span in self.first and not moment.repeated
-        number = len(self.ev.run.monitors)
+        number = len(self.ev.run.built.monitors)
         instance = Instance(call.name, parent=self.instance, present=surely, monitor=number, span=node.span)
-        self.ev.run.monitors.append(None)
+        self.ev.run.built.monitors.append(None)
         self.instance.children.append(instance)
         return instance
 
@@ -273,7 +273,7 @@ class Composer(Inliner):
         """Work out the coroutine of a scenario that this one starts."""
         composer = composer_of(self, call.scenario, instance)
         written = Coroutine(composer, call.span).written()
-        self.ev.run.monitors[instance.monitor] = ir.Monitor(call.name, written.block, False, call.span)
+        self.ev.run.built.monitors[instance.monitor] = ir.Monitor(call.name, written.block, False, call.span)
         return Child(instance, written.preconditions, written.invariants, call.span)
 
     def _check_started(self, call: ScenarioCall, span: Span) -> None:
@@ -329,8 +329,8 @@ def run_by(composer: Composer) -> None:
     if not (node.compose or node.preconditions or node.invariants):
         return
     span = node.name_span
-    composer.instance.monitor = len(run.monitors)
-    run.monitors.append(None)
+    composer.instance.monitor = len(run.built.monitors)
+    run.built.monitors.append(None)
     body = composer.body()
     before, during = composer.guarded(body, span)
     demands = (ir.Demand(span, holds, rule) for holds, rule in before)
@@ -339,4 +339,4 @@ def run_by(composer: Composer) -> None:
     if node.compose:
         end = (ir.Terminate(span, composer.ev.file.rule(span, f"the end of {node.name}")),)
     block = (*demands, ir.Scope(span, node.name, body.scope, acts, during), *end)
-    run.monitors[composer.instance.monitor] = ir.Monitor(node.name, block, True, span)
+    run.built.monitors[composer.instance.monitor] = ir.Monitor(node.name, block, True, span)

@@ -14,6 +14,7 @@ from cortex_dsl.semantics.evaluation import random_values as finite
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
 from cortex_dsl.semantics.evaluation.functions import whole_number
 from cortex_dsl.semantics.evaluation.random_values import Option, Site
+from cortex_dsl.semantics.model.choices import check_count
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Quantity, Value
 from cortex_dsl.semantics.model.wording import option_name
@@ -98,7 +99,7 @@ class _Request:
         gene = self._info(GeneKind.INTEGER, unit, float(low), float(high), Distribution.UNIFORM)
         if self.site.span not in self.ev.file.expanded:
             return self._value(gene, unit)
-        finite.check_count(high - low + 1, self.site)
+        check_count(high - low + 1, self.site.span)
         dimension = None if self.site.unit is None else self.site.unit.dimension
         options = [
             Option(Quantity(self.ev.algebra.literal(n * gene.scale), dimension), 1.0, f"{n} {unit}".rstrip())

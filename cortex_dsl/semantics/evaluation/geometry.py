@@ -12,6 +12,7 @@ from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.scenarios import LATER_PLACE
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.evaluation.lanes import region_of
 from cortex_dsl.semantics.evaluation.numbers import adopt
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
@@ -20,7 +21,6 @@ from cortex_dsl.semantics.model.values import (
     DirectionField,
     Pose,
     Quantity,
-    Region,
     Truth,
     Value,
     Vector,
@@ -46,7 +46,6 @@ from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.road.network import Intersection, Lane
-from engine.road.sections import LaneSection
 from engine.vehicles import VIEW_DISTANCE
 from engine.vocabulary import State
 
@@ -103,7 +102,7 @@ def is_present(ev: Evaluator, actor: Actor) -> Term:
 
 def others(ev: Evaluator, actor: Actor) -> tuple[Actor, ...]:
     """All objects of the scene but one."""
-    return tuple(each for each in ev.run.actors if each is not actor)
+    return tuple(each for each in ev.run.built.actors if each is not actor)
 
 
 def between(start: Vector | Pose, end: Vector | Pose) -> Term:
@@ -188,21 +187,6 @@ def ego_of(ev: Evaluator, span: Span, what: str) -> Actor:
     if ev.has("ego") or ev.moment.running:
         raise Mistake
     raise EGO_NEEDED.mistake(span, what=what)
-
-
-def ends(ev: Evaluator, line: Centerline) -> tuple[Value, ...]:
-    """Where a centre line begins and ends: its points, as far as scripts ask for them by index."""
-    paths, path = line.lane.network.paths, line.lane.path
-    places = (paths.pose(path, s) for s in (0.0, line.lane.length))
-    return tuple(Vector(ev.algebra.literal(place.x), ev.algebra.literal(place.y)) for place in places)
-
-
-def region_of(value: Value) -> Region | None:
-    if isinstance(value, LaneSection):
-        value = value.lane
-    if isinstance(value, Lane | Intersection):
-        return Region(value.region, value.name)
-    return value if isinstance(value, Region) else None
 
 
 def moved(start: Vector, heading: Term, right: Term, ahead: Term) -> Vector:

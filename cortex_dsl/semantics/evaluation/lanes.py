@@ -14,9 +14,24 @@ from cortex_dsl.semantics.errors.problems import Rejection
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.roads import NEIGHBOURS, network_of
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Centerline, Closure, LaneNow, Pose, Quantity, Truth, Value
+from cortex_dsl.semantics.model.values import (
+    Centerline,
+    Closure,
+    LaneNow,
+    Pose,
+    Quantity,
+    Region,
+    Truth,
+    Value,
+    Vector,
+)
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.quantities.algebra import Term, equal, lane_nearest, table
+from cortex_dsl.semantics.quantities.algebra import (
+    Term,
+    equal,
+    lane_nearest,
+    table,
+)
 from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -282,3 +297,18 @@ def _lanes(value: Value, span: Span) -> tuple[Lane, ...]:
         actual=kind_name(value),
         cure=_SPEED_FIRST if isinstance(value, Quantity) else _AS_IN,
     )
+
+
+def ends(ev: Evaluator, line: Centerline) -> tuple[Value, ...]:
+    """Where a centre line begins and ends: its points, as far as scripts ask for them by index."""
+    paths, path = line.lane.network.paths, line.lane.path
+    places = (paths.pose(path, s) for s in (0.0, line.lane.length))
+    return tuple(Vector(ev.algebra.literal(place.x), ev.algebra.literal(place.y)) for place in places)
+
+
+def region_of(value: Value) -> Region | None:
+    if isinstance(value, LaneSection):
+        value = value.lane
+    if isinstance(value, Lane | Intersection):
+        return Region(value.region, value.name)
+    return value if isinstance(value, Region) else None

@@ -30,7 +30,7 @@ from cortex_dsl.semantics.errors.values import (
 )
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import BehaviourCall, BuiltinValue, Quantity, Truth, Value
-from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.model.wording import kind_name, range_text, shown
 from cortex_dsl.semantics.quantities.algebra import Term, equal, sqrt, unequal, where
 from cortex_dsl.semantics.quantities.bounds import closed_value, range_labels
 from cortex_dsl.semantics.quantities.units import (
@@ -46,7 +46,6 @@ from cortex_dsl.semantics.quantities.units import (
     product,
     quotient,
     root,
-    si_word,
     unit_examples,
 )
 from cortex_dsl.source import Span
@@ -189,7 +188,7 @@ def in_range(
         span,
         what=what,
         actual=shown(least if too_low else greatest, dimension),
-        expected=_range_text(low, high, dimension, above),
+        expected=range_text(low, high, dimension, above),
         secondary=range_labels(expr, ev.file.genes) if value is None else (),
         cure=(
             "turn the object with `facing` to have it drive the other way"
@@ -197,21 +196,6 @@ def in_range(
             else "write a number in that range"
         ),
     )
-
-
-def _range_text(low: float, high: float, dimension: Dimension, above: bool) -> str:
-    if math.isfinite(low) and math.isfinite(high) and above:
-        return f"above {shown(low, dimension)} and at most {shown(high, dimension)}"
-    if math.isfinite(low) and math.isfinite(high):
-        return f"between {shown(low, dimension)} and {shown(high, dimension)}"
-    if math.isfinite(low):
-        return f"above {shown(low, dimension)}" if above else f"at least {shown(low, dimension)}"
-    return f"at most {shown(high, dimension)}"
-
-
-def shown(value: float, dimension: Dimension | None) -> str:
-    """An SI number for people: `3.5 m`."""
-    return f"{value:.6g} {si_word(dimension)}".rstrip()
 
 
 # -- arithmetic --------------------------------------------------------------------------------------------------------

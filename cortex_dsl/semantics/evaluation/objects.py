@@ -42,7 +42,7 @@ SMALLEST_UNIFORM = 2.0**-54
 
 def announce(ev: Evaluator, statements: Sequence[nodes.Statement]) -> None:
     """Remember what a scope will mutate, before its statements run."""
-    ev.run.mutations[id(ev.scope)] = [s for s in statements if isinstance(s, nodes.Mutate)]
+    ev.run.built.mutations[ev.scope_name] = [s for s in statements if isinstance(s, nodes.Mutate)]
 
 
 def mutated(ev: Evaluator, name: str, node: nodes.New, pose: Pose) -> Pose | None:
@@ -51,7 +51,7 @@ def mutated(ev: Evaluator, name: str, node: nodes.New, pose: Pose) -> Pose | Non
     if statement is None:
         return None
     if name:
-        ev.run.mutated.add((id(ev.scope), name))
+        ev.run.built.mutated.add((ev.scope_name, name))
     scale = _scale(ev, statement)
     x, y, heading = (
         _noisy(ev, number, scale, deviation)
@@ -67,7 +67,7 @@ def mutated(ev: Evaluator, name: str, node: nodes.New, pose: Pose) -> Pose | Non
 def _statement(ev: Evaluator, name: str, node: nodes.New) -> nodes.Mutate | None:
     """The last one that means this object; without names it means all objects above it."""
     found = None
-    for statement in ev.run.mutations.get(id(ev.scope), ()):
+    for statement in ev.run.built.mutations.get(ev.scope_name, ()):
         everything = not statement.targets and node.span.start < statement.span.start
         if name in statement.targets or (everything and node.class_name not in ("Point", "OrientedPoint")):
             found = statement
@@ -99,10 +99,10 @@ def record(
     site = places[0].span if places else node.class_span
     suffix = "" if places else " added"
     if not facings:
-        ev.run.draw_sites.append(ir.DrawSite(site, f"pose{suffix}", "", (*point, *heading)))
+        ev.run.decisions.draw_sites.append(ir.DrawSite(site, f"pose{suffix}", "", (*point, *heading)))
         return
-    ev.run.draw_sites.append(ir.DrawSite(site, f"point{suffix}", "", point))
-    ev.run.draw_sites.append(ir.DrawSite(facings[0].span, "heading", "", heading))
+    ev.run.decisions.draw_sites.append(ir.DrawSite(site, f"point{suffix}", "", point))
+    ev.run.decisions.draw_sites.append(ir.DrawSite(facings[0].span, "heading", "", heading))
 
 
 def mutate(ev: Evaluator, node: nodes.Mutate) -> None:
@@ -112,7 +112,7 @@ def mutate(ev: Evaluator, node: nodes.Mutate) -> None:
         if not isinstance(value, Actor | Pose):
             cure = did_you_mean(name, _objects(ev))
             raise CANNOT_MUTATE.mistake(node.span, name=name, actual=kind_name(value), cure=cure)
-        if (id(ev.scope), name) not in ev.run.mutated:
+        if (ev.scope_name, name) not in ev.run.built.mutated:
             raise MUTATED_ALIAS.mistake(node.span, name=name)
 
 
@@ -229,7 +229,7 @@ def _record(ev: Evaluator, span: Span, placement: Placement, heading: Term | Non
     """Note down what a specifier drew, for concrete copies."""
     if placement.drawn:
         values = (placement.point.x, placement.point.y, *(() if heading is None else (heading,)))
-        ev.run.draw_sites.append(ir.DrawSite(span, "point" if heading is None else "pose", "", values))
+        ev.run.decisions.draw_sites.append(ir.DrawSite(span, "point" if heading is None else "pose", "", values))
 
 
 def _faced(ev: Evaluator, node: nodes.Facing, point: Vector) -> Term:
@@ -252,9 +252,9 @@ def _new_actor(ev: Evaluator, node: nodes.New, found: Sorted, making: Making) ->
     with ev.naming(""):
         properties, pose = making.properties(), making.pose(node.span)
     named = properties.get("name")
-    name = named if isinstance(named, str) else own_name or f"{kind.name.lower()}{len(ev.run.actors) + 1}"
+    name = named if isinstance(named, str) else own_name or f"{kind.name.lower()}{len(ev.run.built.actors) + 1}"
     actor = Actor(-1, _unique(ev, name), kind, node.span, pose, properties, ev.moment.scenario)
-    ev.run.actors.append(actor)
+    ev.run.built.actors.append(actor)
     return actor
 
 
@@ -269,7 +269,7 @@ def _actor_pose(making: Making, node: nodes.New, found: Sorted, name: str) -> Po
 
 
 def _unique(ev: Evaluator, name: str) -> str:
-    taken = {actor.name for actor in ev.run.actors}
+    taken = {actor.name for actor in ev.run.built.actors}
     number = 2
     unique = name
     while unique in taken:

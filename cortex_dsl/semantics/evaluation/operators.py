@@ -105,13 +105,13 @@ def attribute(ev: Evaluator, node: nodes.Attribute) -> Value:
 
 def lambda_(ev: Evaluator, node: nodes.Lambda) -> Value:
     def apply(*values: Value) -> Value:
-        if ev.run.calls >= CALL_LIMIT:
+        if ev.run.depth.calls >= CALL_LIMIT:
             raise ENDLESS_LAMBDA.mistake(node.span)
-        ev.run.calls += 1
+        ev.run.depth.calls += 1
         try:
             return ev.inside(dict(zip(node.parameters, values, strict=True))).evaluate(node.body)
         finally:
-            ev.run.calls -= 1
+            ev.run.depth.calls -= 1
 
     return Closure(node.parameters, apply)
 
@@ -165,7 +165,7 @@ def unpack(targets: Sequence[str], value: Value, span: Span) -> dict[str, Value]
 def index(ev: Evaluator, node: nodes.Index) -> Value:
     value, at = ev.evaluate_all((node.value, node.index))
     if isinstance(value, Centerline):
-        value = geometry.ends(ev, value)
+        value = lanes.ends(ev, value)
     items = items_of(value, node.value.span, "what is indexed")
     position = whole_number(ev, at, node.index.span, "an index")
     if not -len(items) <= position < len(items):

@@ -17,14 +17,13 @@ from cortex_dsl.semantics.errors.chance import (
     MIXED_OPTIONS,
     RANDOM_WHILE_RUNNING,
     REVERSED_RANGE,
-    TOO_MANY_VARIANTS,
 )
 from cortex_dsl.semantics.errors.problems import Rejection
 from cortex_dsl.semantics.errors.values import NOT_FINITE, TWO_UNITS
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin, evaluate_arguments, no_names
 from cortex_dsl.semantics.evaluation.functions import whole_number
-from cortex_dsl.semantics.model.choices import VARIANT_LIMIT
+from cortex_dsl.semantics.model.choices import check_count
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Quantity, Value, Weights, is_constant
 from cortex_dsl.semantics.model.wording import option_name, source_text
@@ -86,7 +85,7 @@ def uniform(ev: Evaluator) -> Term:
 def recorded(ev: Evaluator, site: Site, expr: Term, dimension: ir.Dimension | None) -> Quantity:
     """The drawn number, noted down for concrete copies."""
     if not ev.moment.running:
-        ev.run.draw_sites.append(ir.DrawSite(site.span, "number", si_word(dimension), (expr,)))
+        ev.run.decisions.draw_sites.append(ir.DrawSite(site.span, "number", si_word(dimension), (expr,)))
     return Quantity(expr, dimension)
 
 
@@ -202,12 +201,6 @@ def _by_threshold(number: Term, options: Sequence[Option]) -> Term:
     return result
 
 
-def check_count(count: int, site: Site) -> None:
-    """Refuse early what would be more variants than there may be."""
-    if count > VARIANT_LIMIT:
-        raise TOO_MANY_VARIANTS.mistake(site.span, limit=VARIANT_LIMIT, sizes=f"this one has {count} options")
-
-
 def probabilities(options: Sequence[Option]) -> tuple[float, ...]:
     total = math.fsum(option.weight for option in options)
     return tuple(option.weight / total for option in options)
@@ -219,9 +212,9 @@ def choose(ev: Evaluator, options: Sequence[Option], site: Site, gene: int | Non
         raise RANDOM_WHILE_RUNNING.mistake(site.span)
     name = ev.run.assigning or shortened(ev, site.span)
     shares = probabilities(options) if gene is None else (1.0,) * len(options)
-    option = options[ev.run.oracle.choose(name, site.span, shares, gene)]
+    option = options[ev.run.decisions.oracle.choose(name, site.span, shares, gene)]
     source = option.source or _name_of(ev, option.value)
-    ev.run.choices.append(ir.Choice(name, option_name(option.value), source, site.span))
+    ev.run.decisions.choices.append(ir.Choice(name, option_name(option.value), source, site.span))
     return option.value
 
 
@@ -243,7 +236,7 @@ def whole_index(ev: Evaluator, count: int, site: Site) -> Term:
 def _finite_uniform(ev: Evaluator, site: Site) -> Term:
     number = uniform(ev)
     if isinstance(number, ir.Draw):
-        ev.run.finite_draws[number.index] = site.span
+        ev.run.decisions.finite_draws[number.index] = site.span
     return number
 
 
@@ -317,7 +310,7 @@ def _discrete_range(ev: Evaluator, name: str, given: Sequence[Given], site: Site
     dimension = None if site.unit is None else site.unit.dimension
     factor = ev.algebra.literal(1.0 if site.unit is None else site.unit.factor)
     if site.span in ev.file.expanded:
-        check_count(high - low + 1, site)
+        check_count(high - low + 1, site.span)
         written = (Quantity(float(n) * factor, dimension) for n in range(low, high + 1))
         return choose(ev, [Option(value, 1.0, source_text(value) or "") for value in written], site)
     index = whole_index(ev, high - low + 1, site)
@@ -335,8 +328,8 @@ def _weighted(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> V
 
 def _fixed(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
     no_names(name, given)
-    visit = ev.run.visits[site.span]
-    ev.run.visits[site.span] += 1
+    visit = ev.run.decisions.visits[site.span]
+    ev.run.decisions.visits[site.span] += 1
     if visit >= len(given):
         raise FIXED_EXHAUSTED.mistake(site.span, count=visit + 1, given=len(given))
     return given[visit].value if site.unit is None else scaled(given[visit], site.unit)

@@ -54,16 +54,16 @@ def lay_out(ev: Evaluator, node: nodes.Map) -> None:
     """`map intersection(...)`: build the network of this variant."""
     if node.kind != "intersection":
         raise UNKNOWN_MAP.mistake(node.span, kind=node.kind)
-    if ev.run.network is not None:
+    if ev.run.built.network is not None:
         raise MAP_TOO_LATE.mistake(node.span)
-    ev.run.network = _network(ev, _spec(ev, node), node.span)
+    ev.run.built.network = _network(ev, _spec(ev, node), node.span)
 
 
 def _spec(ev: Evaluator, node: nodes.Map) -> RoadSpec:
     """The road that is asked for.
 
     Raises:
-        Mistake: there is none; what is wrong with each argument has been told.
+        Mistake: there is none; what is wrong with each argument has been reported.
     """
     given, mistaken = evaluate_each(ev, node.arguments)
     values: dict[str, float | bool] = {}
@@ -98,10 +98,10 @@ def _knows_lengths(node: nodes.Map, good: Container[str]) -> bool:
 
 
 def _go_on(ev: Evaluator, node: nodes.Map, values: Mapping[str, float | bool]) -> None:
-    """Take the arguments that can be read for the map, so that nothing below is told of another one."""
+    """Take the arguments that can be read for the map, so that nothing below is judged by another one."""
     spec = RoadSpec(**values)  # type: ignore[arg-type]
     if not list(wrong_alone(spec)) and not list(wrong_together(spec)):
-        ev.run.network = _network(ev, spec, node.span)
+        ev.run.built.network = _network(ev, spec, node.span)
 
 
 def _map_argument(argument: Given, known: Container[str]) -> str:
@@ -148,9 +148,9 @@ def _network(ev: Evaluator, spec: RoadSpec, span: Span) -> Network:
 
 def network_of(ev: Evaluator) -> Network:
     """The network of this variant; the default one where the file has no map."""
-    if ev.run.network is None:
-        ev.run.network = _network(ev, ev.file.default_road, ev.algebra.span)
-    return ev.run.network
+    if ev.run.built.network is None:
+        ev.run.built.network = _network(ev, ev.file.default_road, ev.algebra.span)
+    return ev.run.built.network
 
 
 @frozen
@@ -229,13 +229,13 @@ def beyond_any_road(module: nodes.Module) -> Iterator[Diagnostic]:
             yield BAD_MAP.at(span, message=message, cure=f"ask for {LONGEST_ARM - SPARE:g} m or less")
 
 
-def spelled(road: RoadSpec) -> str:
+def map_line(road: RoadSpec) -> str:
     """The `map` line that gives a default road."""
     approach = "" if road.approach == RoadSpec().approach else f", approach={road.approach:g} m"
     return f"map intersection(ways={road.ways}, lanes={road.lanes}{approach})"
 
 
-def reasons(road: RoadSpec) -> str:
+def reasons_for_road(road: RoadSpec) -> str:
     """Why a default road is no plain one; nothing for a plain one."""
     found = []
     if road.lanes > 1:
@@ -251,10 +251,10 @@ def map_with_lights(module: nodes.Module) -> Span | None:
     statements = tuple(everything_in(module))
     if entry is None or any(isinstance(node, nodes.Signals) for node in statements):
         return None
-    negated = {id(node.operand) for node in statements if isinstance(node, nodes.Unary) and node.operator == "not"}
+    negated = {node.operand.span for node in statements if isinstance(node, nodes.Unary) and node.operator == "not"}
     asks = any(
         (isinstance(node, nodes.Name) and "TrafficLight" in node.id)
-        or (isinstance(node, nodes.Attribute) and node.name in LIGHTS and id(node) not in negated)
+        or (isinstance(node, nodes.Attribute) and node.name in LIGHTS and node.span not in negated)
         or (isinstance(node, nodes.Argument) and node.name == "obey_signals")
         for node in statements
     )
@@ -263,12 +263,12 @@ def map_with_lights(module: nodes.Module) -> Span | None:
 
 def _asks_for_neighbours(module: nodes.Module) -> bool:
     tests = {
-        id(node.first)
+        node.first.span
         for node in everything_in(module)
         if isinstance(node, nodes.Compare) and [op for op, other in node.rest if _is_none(other)] in (["is"], ["=="])
     }
     return any(
-        isinstance(node, nodes.Attribute) and node.name in NEIGHBOURLY and id(node) not in tests
+        isinstance(node, nodes.Attribute) and node.name in NEIGHBOURLY and node.span not in tests
         for node in everything_in(module)
     )
 

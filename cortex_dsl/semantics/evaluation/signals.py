@@ -57,14 +57,14 @@ LOOKS = re.compile(r"obey_signals|TrafficLight|\bisSignalized\b|\.signals?\b")
 
 def set_up(ev: Evaluator, node: nodes.Signals) -> None:
     """`signals(...)`: all intersections have lights of one plan."""
-    if ev.run.signals is not None:
+    if ev.run.built.signals is not None:
         raise SIGNALS_TWICE.mistake(node.span)
     if not LOOKS.search(_code(ev)):
         ev.report(SIGNALS_UNUSED.at(node.span))
     try:
-        ev.run.signals = _plan(ev, _arguments(ev, node))
+        ev.run.built.signals = _plan(ev, _arguments(ev, node))
     except Mistake:
-        ev.run.signals = _plan(ev, {})  # nobody need hear that there are no lights
+        ev.run.built.signals = _plan(ev, {})  # nobody need hear that there are no lights
         raise
 
 
@@ -115,10 +115,10 @@ def _code(ev: Evaluator) -> str:
 
 def plan_of(ev: Evaluator) -> SignalPlan | None:
     """The plan of the lights; Scenic's maps have lights, so a script that names one and asks for them gets a plan."""
-    if ev.run.signals is None and ev.file.default_signals is not None:
+    if ev.run.built.signals is None and ev.file.default_signals is not None:
         ev.report(SCENIC_SIGNALS.at(ev.file.default_signals))
-        ev.run.signals = _plan(ev, {})
-    return ev.run.signals
+        ev.run.built.signals = _plan(ev, {})
+    return ev.run.built.signals
 
 
 def needed(ev: Evaluator, span: Span, what: str) -> SignalPlan:

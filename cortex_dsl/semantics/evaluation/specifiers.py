@@ -14,11 +14,11 @@ from cortex_dsl.semantics.errors.objects import (
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import geometry
 from cortex_dsl.semantics.evaluation.lanes import Trajectory, trajectory
-from cortex_dsl.semantics.evaluation.numbers import ROUNDING, adopt, in_range, shown
+from cortex_dsl.semantics.evaluation.numbers import ROUNDING, adopt, in_range
 from cortex_dsl.semantics.evaluation.roads import ROAD, network_of
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Centerline, DirectionField, Pose, Region, Value, Vector
-from cortex_dsl.semantics.model.wording import kind_name, option_name
+from cortex_dsl.semantics.model.wording import kind_name, option_name, shown
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
     path_pose,
@@ -256,7 +256,9 @@ def _keep_on_way(ev: Evaluator, node: nodes.Before, by: Term, available: float) 
         )
     condition = by <= available
     text = " ".join(ev.file.source.slice(node.span).split())
-    ev.run.requirements.append(ir.Requirement(condition, 1.0, f"`{text}` lies on the road", ev.file.line(node.span)))
+    ev.run.built.requirements.append(
+        ir.Requirement(condition, 1.0, f"`{text}` lies on the road", ev.file.line(node.span))
+    )
 
 
 PLACERS: dict[type, Placer] = {

@@ -251,7 +251,7 @@ class Weight:
         return _labels(self.genes, genes)
 
 
-def weigh(condition: ir.Expr, truth: Interval, *, certain: bool) -> Weight:
+def weight_of(condition: ir.Expr, truth: Interval, *, certain: bool) -> Weight:
     """A condition whose truth lies in an interval; without `certain` it is not tested in every scene."""
     return Weight(not certain or truth != (0.0, 0.0), truth[0] > 0.0, _genes(condition))
 

@@ -16,7 +16,7 @@ from engine.search.evaluations import NO_PARTNERS, Evaluations, Partners, partne
 from engine.search.evaluator import make_evaluator
 from engine.search.insight.clusters import Cluster, clusters
 from engine.search.insight.diversity import Grid, Spread, distinct_failures, distinct_range, grids, spread
-from engine.search.insight.genes import GeneEffect, gene_effects, probe_genes
+from engine.search.insight.gene_effects import GeneEffect, gene_effects, probe_genes
 from engine.search.insight.sensitivity import Sensitivity, sensitivity
 from engine.search.protocol import Box
 from engine.search.ranking import Case, worst_cases

@@ -13,7 +13,7 @@ from engine.risk import Risk
 from engine.scenes import Scenes
 from engine.search.assessment import take
 from engine.search.evaluator import assessment, make_host
-from engine.search.insight.genes import probe_genes
+from engine.search.insight.gene_effects import probe_genes
 from engine.search.protocol import Box
 from engine.search.run import search
 
