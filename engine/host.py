@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.config import SimulationConfig
+from engine.errors import ArgumentError
 from engine.kernels.rows import Requested, Results
 from engine.kernels.stage import Layout, Plan, Run, Slot, Status
 from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
@@ -59,11 +60,18 @@ def plan(program: Program, config: SimulationConfig) -> Plan:
 
 def _check(config: SimulationConfig) -> None:
     if not (math.isfinite(config.time_step) and config.time_step > 0.0):
-        raise ValueError(f"time_step is {config.time_step} s; it must be a positive number")
+        raise ArgumentError(
+            f"time_step is {config.time_step} s; it must be a positive number", "take 0.05, the default"
+        )
     if not (math.isfinite(config.max_time) and config.max_time >= 0.0):
-        raise ValueError(f"max_time is {config.max_time} s; it must be a number that is not negative")
+        raise ArgumentError(
+            f"max_time is {config.max_time} s; it must be a number that is not negative", "take a longer time"
+        )
     if samples_of(config) > MAX_SAMPLES:
-        raise ValueError(f"{config.max_time} s in steps of {config.time_step} s are more than {MAX_SAMPLES:,} steps")
+        raise ArgumentError(
+            f"{config.max_time} s in steps of {config.time_step} s are more than {MAX_SAMPLES:,} steps",
+            "take longer steps",
+        )
 
 
 def samples_of(config: SimulationConfig) -> int:

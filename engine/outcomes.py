@@ -19,6 +19,7 @@ from typing import Annotated, Any, get_origin
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.display import facts_table
 from engine.frozen import frozen
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import EndReason, Side, Verdict
@@ -276,6 +277,11 @@ class Outcomes(_Measured, _Decided):
         """One line, for notebooks."""
         valid = int((self.verdict == 0).sum())
         return f"Outcomes({len(self)}: {valid} valid, {int(self.collided.sum())} collisions)"
+
+    def _repr_html_(self) -> str:
+        counts = ((reason.name.lower(), int((self.end_reason == reason).sum())) for reason in EndReason)
+        told = [("runs", f"{len(self):,}"), ("valid", f"{int((self.verdict == 0).sum()):,}")]
+        return facts_table([*told, *((f"ended by {name}", f"{count:,}") for name, count in counts if count)])
 
 
 @frozen

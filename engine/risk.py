@@ -15,6 +15,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from engine.errors import ArgumentError
 from engine.outcomes import Outcomes
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Verdict
@@ -43,7 +44,9 @@ class RiskProfile:
     def __post_init__(self) -> None:
         for metric, edges in (("MD", self.min_distance), ("D_MS", self.distance_at_ms), ("TTC_MS", self.ttc_at_ms)):
             if len(edges) != BANDS or not all(0.0 < edge < np.inf for edge in edges) or list(edges) != sorted(edges):
-                raise ValueError(f"{metric}: expected {BANDS} positive thresholds in ascending order, got {edges}")
+                raise ArgumentError(
+                    f"{metric}: expected {BANDS} positive thresholds in ascending order, got {edges}", "sort them"
+                )
 
 
 PAPER = RiskProfile(

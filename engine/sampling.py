@@ -21,6 +21,7 @@ from typing import Literal, TypeVar
 import numpy as np
 
 from engine.config import SimulationConfig
+from engine.errors import ArgumentError
 from engine.feasibility import Pruner, groups_of, pruner
 from engine.kernels.attempts import sample_rows
 from engine.kernels.random_numbers import GENE_CHANNEL, fill_uniform, truncated_normals
@@ -134,7 +135,9 @@ def sample(
     recipe = recipe_of(program)
     limit = attempt_limit(program)
     if not 1 <= config.max_attempts <= limit:
-        raise ValueError(f"max_attempts is {config.max_attempts}; this scenario allows 1 .. {limit}")
+        raise ArgumentError(
+            f"max_attempts is {config.max_attempts}; this scenario allows 1 .. {limit}", "take a number between these"
+        )
     request = request_of(program, genomes, keys, config.max_attempts)
     ledger = _empty_ledger(program, recipe.layout, len(keys))
     if config.prune and prune is None:
@@ -177,10 +180,11 @@ def _blocks(draws: int) -> int:
 
 
 def check_genomes(space: ParamSpace, genomes: Floats, rows: int) -> None:
-    """Raise ValueError unless there is one finite genome a key and discrete genes hold one of their options."""
+    """Raise ArgumentError unless there is one finite genome a key and discrete genes hold one of their options."""
     if genomes.shape != (rows, len(space)):
-        raise ValueError(
-            f"genomes: expected one row of {len(space)} genes a key {(rows, len(space))}, got {genomes.shape}"
+        raise ArgumentError(
+            f"genomes: expected one row of {len(space)} genes a key {(rows, len(space))}, got {genomes.shape}",
+            "`draw_genomes` makes some",
         )
     discrete = space.kinds != GeneKind.CONTINUOUS
     whole = (genomes == np.floor(genomes)) & (genomes >= space.low) & (genomes <= space.high)
@@ -190,7 +194,8 @@ def check_genomes(space: ParamSpace, genomes: Floats, rows: int) -> None:
         allowed = (
             f"a whole number in {space.low[gene]:g} .. {space.high[gene]:g}" if discrete[gene] else "a finite number"
         )
-        raise ValueError(f"genome {row}: {space.names[gene]} is {genomes[row, gene]}; it must be {allowed}")
+        message = f"genome {row}: {space.names[gene]} is {genomes[row, gene]}; it must be {allowed}"
+        raise ArgumentError(message, "name another value")
 
 
 def recipe_of(program: Program) -> Recipe:

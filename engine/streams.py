@@ -30,6 +30,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.errors import ArgumentError
 from engine.scenes import StreamKey
 from engine.tables import Ints
 from engine.vocabulary import Method, Purpose
@@ -78,7 +79,9 @@ def key_rows(
 def check_keys(keys: Ints) -> None:
     """Raise ValueError unless `keys` is (n, 6) int64 and every field fits its place in an address."""
     if keys.ndim != 2 or keys.shape[1] != len(StreamKey._fields) or keys.dtype != np.int64:
-        raise ValueError(f"keys: expected (n, 6) int64 stream keys, got {keys.shape} {keys.dtype}")
+        raise ArgumentError(
+            f"keys: expected (n, 6) int64 stream keys, got {keys.shape} {keys.dtype}", "`key_rows` makes some"
+        )
     if len(keys):
         _check(StreamKey(*(int(value) for value in keys.min(axis=0))))
         _check(StreamKey(*(int(value) for value in keys.max(axis=0))))
@@ -87,7 +90,9 @@ def check_keys(keys: Ints) -> None:
 def _check(key: StreamKey) -> None:
     for name, value, bits in zip(StreamKey._fields, key, FIELD_BITS, strict=True):
         if not 0 <= value < 1 << bits:
-            raise ValueError(f"{name} of a random stream is {value}; it must lie in 0 .. {(1 << bits) - 1}")
+            raise ArgumentError(
+                f"{name} of a random stream is {value}; it must lie in 0 .. {(1 << bits) - 1}", "take a number in there"
+            )
 
 
 def format_key(key: Iterable[int]) -> str:
@@ -112,7 +117,9 @@ def parse_key(text: str) -> StreamKey:
     """Inverse of `format_key`; ValueError says what is wrong."""
     words = text.strip().split(".")
     if len(words) != len(StreamKey._fields):
-        raise ValueError(f"a stream key has six fields, {'.'.join(StreamKey._fields)}; `{text}` has {len(words)}")
+        raise ArgumentError(
+            f"a stream key has six fields, {'.'.join(StreamKey._fields)}; `{text}` has {len(words)}", "copy a whole one"
+        )
     numbers = [_method(word) if name == "method" else _number(name, word) for name, word in _named(words)]
     key = StreamKey(*numbers)
     _check(key)
@@ -128,13 +135,13 @@ def _method(word: str) -> int:
         return int(match[1], 16) << NUMBER_BITS | Method.CUSTOM
     names = [method.name.lower() for method in Method]
     if word not in names:
-        raise ValueError(f"`{word}` is no method of a stream key; valid: {', '.join(names)}")
+        raise ArgumentError(f"`{word}` is no method of a stream key; valid: {', '.join(names)}", "name one of these")
     return Method[word.upper()]
 
 
 def _number(name: str, word: str) -> int:
     if not (word.isascii() and word.isdigit()):
-        raise ValueError(f"{name} of a stream key is a whole number, not `{word}`")
+        raise ArgumentError(f"{name} of a stream key is a whole number, not `{word}`", "copy a whole key")
     return int(word)
 
 

@@ -9,11 +9,10 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from importlib.util import find_spec
-from pathlib import Path
 
-import cortex_dsl
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError, report_bug
+from cortex_dsl.installation import check_engine
+from engine.errors import HiddenEngineError
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -23,7 +22,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         code = _dispatch(words, terminal)
         sys.stdout.flush()
-    except UsageError as error:
+    except (UsageError, HiddenEngineError) as error:
         terminal.complain(error.message, error.cure)
         code = _documented(Exit.USAGE, error.message, error.cure, words, terminal)
     except KeyboardInterrupt:
@@ -54,7 +53,7 @@ def _documented(code: Exit, message: str, cure: str, arguments: Sequence[str], t
 
 
 def _dispatch(arguments: Sequence[str], terminal: Terminal) -> int:
-    _insist_on_own_engine()
+    check_engine()
     from cortex_dsl.cli import command_table
     from cortex_dsl.cli.file_options import build_parser, to_request
 
@@ -75,19 +74,6 @@ def _dispatch(arguments: Sequence[str], terminal: Terminal) -> int:
         terminal.write(import_module("cortex_dsl.cli.search").method_list())
         return Exit.FINE
     return command_table.execute(to_request(options, arguments), terminal)
-
-
-def _insist_on_own_engine() -> None:
-    """`engine` is a common name: another package of that name may hide ours."""
-    home = Path(cortex_dsl.__file__).resolve().parent.parent / "engine"
-    spec = find_spec("engine")
-    places = [] if spec is None else [Path(p).resolve() for p in spec.submodule_search_locations or ()]
-    if home not in places:
-        found = f"at {places[0]}" if places else "nowhere"
-        raise UsageError(
-            f"its package `engine` should be at {home} but was found {found}",
-            "another package or folder called `engine` hides it; install cortexc in an environment of its own",
-        )
 
 
 def _no_output(error: OSError, terminal: Terminal) -> Exit:

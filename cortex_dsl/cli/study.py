@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 
 from cortex_dsl.cli.study_options import DESCRIPTION, add_options, settle, study_plan
 from cortex_dsl.console.command import Command, Parser
-from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.console.terminal import Exit, Terminal
 
 if TYPE_CHECKING:
     from engine.search.workers import Workers
-    from engine.study.database import Study, StudyStore
+    from engine.study.database import StudyStore
     from engine.study.plan import Plan
     from engine.study.run_records import RunRecord
 
@@ -57,6 +57,7 @@ def _usage_errors() -> Iterator[None]:
 
 
 def _begin(options: argparse.Namespace, terminal: Terminal) -> int:
+    from cortex_dsl.api.studies import facts
     from engine.search.store import hold, new_directory, numbered_directory
     from engine.study.database import StudyStore
 
@@ -66,7 +67,7 @@ def _begin(options: argparse.Namespace, terminal: Terminal) -> int:
     size = f"{len(plan.subjects)}x{len(plan.methods)}x{plan.runs}"
     folder = new_directory(options.out) if options.out is not None else numbered_directory("study", size)
     with hold(folder):
-        with closing(StudyStore.create(folder, plan, _facts(plan, options.words))) as store:
+        with closing(StudyStore.create(folder, plan, facts(plan, options.words))) as store:
             stopped = _carry_out(plan, (), store, Job(folder, study_workers(options), options.json), terminal)
         return show_study(folder, terminal, json=options.json, stopped=stopped)
 
@@ -77,6 +78,7 @@ def resume_study(folder: Path, terminal: Terminal, workers: "Workers", *, json: 
     Raises:
         UsageError: no readable study, another process is at it, or it was begun by another version.
     """
+    from cortex_dsl.api.studies import insist_on_same_engine
     from engine.search.store import hold
     from engine.study.database import StudyStore, read_study
 
@@ -86,7 +88,7 @@ def resume_study(folder: Path, terminal: Terminal, workers: "Workers", *, json: 
             terminal.err.print(f"`{name}` was edited since; the study goes on with what it said", style="warn")
         if study.complete:
             return show_study(folder, terminal, json=json)
-        _insist_on_same_engine(study)
+        insist_on_same_engine(study)
         with hold(folder):
             study = read_study(folder)
             with closing(StudyStore.reopen(folder)) as store:
@@ -96,9 +98,8 @@ def resume_study(folder: Path, terminal: Terminal, workers: "Workers", *, json: 
 
 def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore", job: Job, terminal: Terminal) -> bool:
     """Do what is left to do; whether Ctrl-C came first."""
+    from cortex_dsl.api.studies import carry_out
     from cortex_dsl.report.terminal.progress import StudyProgress
-    from engine.search.workers import open_workers
-    from engine.study.execution import perform_all
     from engine.study.run_records import Finished
 
     _compile_kernels(plan, terminal)
@@ -108,16 +109,7 @@ def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore"
             store.write(finished)
             progress.run_done(finished.record)
 
-        try:
-            done = [record.address for record in earlier]
-            if job.workers.kind == "dask":
-                with open_workers(job.workers) as executor:
-                    perform_all(plan, on_run, job.workers.jobs, done, executor)
-            else:
-                perform_all(plan, on_run, job.workers.jobs, done)
-        except KeyboardInterrupt:
-            return True
-    return False
+        return carry_out(plan, earlier, on_run, job.workers)
 
 
 def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool = False) -> int:
@@ -156,28 +148,6 @@ def _compile_kernels(plan: "Plan", terminal: Terminal) -> None:
         task = plan.task(next(plan.addresses()))
         search = replace(task.config.search, generations=1)
         perform(replace(task, config=replace(task.config, search=search)))
-
-
-def _facts(plan: "Plan", words: Sequence[str]) -> dict[str, object]:
-    """What a reader may want to know of how a study came to be."""
-    from engine.kernels.jit import source_hash
-
-    versions: dict[str, str] = {}
-    for method in plan.methods:
-        versions |= plan.manifest(plan.subjects[0], method).versions
-    return {"command_line": list(words), "versions": versions, "engine": source_hash()}
-
-
-def _insist_on_same_engine(study: "Study") -> None:
-    """Runs of two different engines must not be compared as if they were of one."""
-    from engine.kernels.jit import source_hash
-
-    if study.manifest.get("engine") != source_hash():
-        wrote = study.manifest.get("versions", {}).get("cortexc", "unknown")
-        raise UsageError(
-            f"the study in `{study.folder}` was begun by another version of the engine",
-            f"use the version that began it, cortexc {wrote}, or begin a new study",
-        )
 
 
 STUDY = Command(

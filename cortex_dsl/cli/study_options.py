@@ -96,15 +96,16 @@ def study_plan(options: argparse.Namespace, terminal: Terminal) -> "Plan | Exit"
     Raises:
         UsageError: a method that is unknown or cannot be used, a scenario without params, too much to do.
     """
-    from engine.errors import CortexError
+    from cortex_dsl.api.studies import short_names
+    from engine.errors import ArgumentError
     from engine.extras import MissingExtraError
-    from engine.search.searchers import PluginError
+    from engine.search.searchers import PluginError, UnknownMethodError
     from engine.study.plan import Plan, check, with_own_seeds
 
     methods = tuple(dict.fromkeys(_methods(options.methods)))
     files = _unfolded(options.files) or _the_six(terminal)
     subjects: list[Subject] = []
-    for file, name in zip(files, _names(files), strict=True):
+    for file, name in zip(files, short_names(files), strict=True):
         subject = _subject(file, name, options, terminal)
         if isinstance(subject, Exit):
             return subject
@@ -116,9 +117,8 @@ def study_plan(options: argparse.Namespace, terminal: Terminal) -> "Plan | Exit"
         check(plan)
     except MissingExtraError as error:
         raise UsageError(f"{error.message}: {error.cure}", "`cortexc study --help` lists every option") from error
-    except (ValueError, PluginError) as error:
-        message = error.message if isinstance(error, CortexError) else str(error)
-        raise UsageError(message, "`cortexc study --help` lists every option") from error
+    except (ArgumentError, UnknownMethodError, PluginError) as error:
+        raise UsageError(error.message, "`cortexc study --help` lists every option") from error
     return plan
 
 
@@ -166,12 +166,6 @@ def _the_six(terminal: Terminal) -> list[Path]:
     files = [file.relative_to(here) if file.is_relative_to(here) else file for file in files]
     terminal.err.print(f"no FILES: the paper's six scenarios, {files[0].parent}/", style="quiet")
     return files
-
-
-def _names(files: Sequence[Path]) -> list[str]:
-    """Short names that tell the files apart."""
-    stems = [file.stem for file in files]
-    return [stem if stems.count(stem) == 1 else str(file) for file, stem in zip(files, stems, strict=True)]
 
 
 def _subject(file: Path, name: str, options: argparse.Namespace, terminal: Terminal) -> "Subject | Exit":

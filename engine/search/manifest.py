@@ -12,6 +12,7 @@ from types import MappingProxyType, UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
 from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
+from engine.errors import Signal
 from engine.host import MAX_SAMPLES, samples_of
 from engine.program import Program
 from engine.risk import PROFILES
@@ -226,7 +227,7 @@ def changed_versions(manifest: Manifest) -> list[str]:
 # -- read back ---------------------------------------------------------------------------------------------------------
 
 
-class ManifestError(ValueError):
+class ManifestError(Signal, ValueError):
     """Somebody has changed the manifest: what it holds is not what `make_manifest` writes."""
 
 

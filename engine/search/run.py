@@ -5,7 +5,7 @@ simulator: `evaluate` is handed in (`engine.search.evaluator` makes the real one
 birth and rollout, so a result depends on no other individual and on no thread count.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from time import perf_counter
@@ -13,7 +13,8 @@ from time import perf_counter
 import numpy as np
 
 from engine.config import Config, SearchConfig
-from engine.errors import CortexError
+from engine.display import facts_table
+from engine.errors import ArgumentError, CortexError
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
 from engine.search.assessment import Evaluate, concatenate, map_arrays, take
@@ -110,6 +111,21 @@ class Campaign:
         found = self.by_individual
         method = f"{self.method} {self.preset}".strip()
         return f"Campaign({method}: {found.nc} collisions among {found.individuals} individuals, {found.nis} invalid)"
+
+    def facts(self) -> Iterator[tuple[str, str]]:
+        """What was found, in a few rows."""
+        found, simulated = self.by_individual, self.by_simulation
+        yield "method", f"{self.method} {self.preset}".strip()
+        yield "individuals, distinct simulations", f"{found.individuals:,}, {simulated.runs:,}"
+        yield "different collisions", f"{self.distinct_collisions:,}"
+        yield "mean risk, mean least distance", f"{found.rl:.2f}, {found.mdg:.2f} m"
+        yield "invalid", f"{found.nis:,}"
+        for case in self.worst[:3]:
+            genome = zip(self.space.names, case.genome, strict=True)
+            yield f"worst case {case.rank}", f"risk {case.score}: " + ", ".join(f"{n} {v:.4g}" for n, v in genome)
+
+    def _repr_html_(self) -> str:
+        return facts_table(self.facts())
 
     def last(self, count: int, by_simulation: bool = False) -> Figures:
         """Figures of the generations among the configured last `count` ones that were run."""
@@ -325,7 +341,7 @@ def search(
     from engine.search.evaluator import make_evaluator
 
     if profile not in PROFILES:
-        raise ValueError(f"profile: `{profile}` is none of {', '.join(PROFILES)}")
+        raise ArgumentError(f"profile: `{profile}` is none of {', '.join(PROFILES)}", "name one of these")
     entry = find_searcher(method)
     workers = workers or Workers("threads", config.search.jobs)
     with open_workers(workers) as executor:

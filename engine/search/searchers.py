@@ -23,7 +23,7 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any, TypeVar
 
 from engine.config import Config
-from engine.errors import CortexError
+from engine.errors import ArgumentError, CortexError
 from engine.search.methods.table import SEARCHERS, SearcherEntry
 from engine.search.protocol import Birth, Box, Proposal, Result, Searcher, StreamAt
 from engine.streams import FIELD_BITS, operator_generator
@@ -174,9 +174,11 @@ def build_searcher(name: str, box: Box, config: Config, number: int | None = Non
     entry = find_searcher(name)
     search = config.search
     if search.generations < 1 or search.population < 1 or search.rollouts < 1:
-        raise ValueError("generations, population and rollouts must be at least 1")
+        raise ArgumentError("generations, population and rollouts must be at least 1", "take larger ones")
     if search.generations > 1 << FIELD_BITS.generation:
         limit = 1 << FIELD_BITS.generation
-        raise ValueError(f"generations is {search.generations}; the random streams of a run tell {limit} apart")
+        raise ArgumentError(
+            f"generations is {search.generations}; the random streams of a run tell {limit} apart", "take fewer"
+        )
     method = entry.number if number is None else number
     return entry.build(box, config, partial(operator_generator, search.seed, method, search.run))

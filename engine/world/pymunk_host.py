@@ -13,6 +13,7 @@ import numpy as np
 import pymunk
 
 from engine.config import Config
+from engine.errors import ArgumentError
 from engine.host import empty_results, memory, outcomes, outlines, plan, requested, samples_of
 from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import Requested, Results, measure_run, note_end
@@ -171,7 +172,7 @@ def simulate(program: Program, scenes: Scenes, config: Config = DEFAULTS, jobs: 
 def run(program: Program, scenes: Scenes, row: int = 0, config: Config = DEFAULTS) -> WorldRun:
     """Run one valid scene to its end and, after contact, until everything struck stands still."""
     if not scenes.valid[row]:
-        raise ValueError(f"scene {row} is not valid; only a valid one can be run")
+        raise ArgumentError(f"scene {row} is not valid; only a valid one can be run", "`scenes.valid` tells which are")
     after = math.ceil(config.contact.aftermath / config.simulation.time_step) + 1
     host = _host(program, _one(scenes, row), config, extra_samples=after)
     scored_samples = samples = _score(host, 0)

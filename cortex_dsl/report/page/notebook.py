@@ -136,13 +136,18 @@ def _framed(page: str) -> Shown:
 
 def campaign_table(campaign: Campaign) -> Element:
     """What a search found, in a few rows."""
+<<<<<<< HEAD
     return element("table", element("tbody", [_row(*row) for row in (*_facts(campaign), *_first_cases(campaign))]))
+=======
+    return element("table", element("tbody", [_row(*row) for row in campaign.facts()]))
+>>>>>>> main
 
 
 def _row(name: str, value: str) -> Element:
     return element("tr", element("th", name, style="text-align:left"), element("td", value))
 
 
+<<<<<<< HEAD
 def _facts(campaign: Campaign) -> Iterator[tuple[str, str]]:
     found, simulated = campaign.by_individual, campaign.by_simulation
     yield "method", f"{campaign.method} {campaign.preset}".strip()
@@ -332,6 +337,8 @@ def _cell(value: Any) -> str:
     return significant(float(value)) if isinstance(value, float | np.floating) else str(value)
 
 
+=======
+>>>>>>> main
 def scenario_table(scenario: Runnable) -> Element:
     """A scenario's name, its actors and its params, with one of its scenes."""
     space = scenario.program.space

@@ -43,6 +43,7 @@ from cortex_dsl.semantics.quantities.units import PURE, TIME, Dimension
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
+from engine.errors import ArgumentError
 from engine.streams import parse_key
 from engine.vocabulary import RuleKind
 
@@ -177,9 +178,9 @@ def _stream(text: str, span: Span) -> str:
     """A stream key, as concrete scenarios have one."""
     try:
         parse_key(text)
-    except ValueError as error:
+    except ArgumentError as error:
         raise BAD_SETTING.mistake(
-            span, name="stream", expected="a stream key", actual=f"`{text[:40]}`", reason=str(error)
+            span, name="stream", expected="a stream key", actual=f"`{text[:40]}`", reason=error.message
         ) from None
     return text
 

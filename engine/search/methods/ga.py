@@ -30,6 +30,7 @@ from dataclasses import dataclass
 from numpy.random import Generator
 
 from engine.config import GAConfig
+from engine.errors import ArgumentError
 from engine.search.methods.cube import draw_gene, draw_genome, pick
 from engine.search.protocol import Birth, Box, GenerationSearcher, Genome, Operator, Proposal, Result, StreamAt
 
@@ -211,9 +212,11 @@ class GeneticAlgorithm(GenerationSearcher):
 def tournament_size(config: GAConfig) -> int:
     """How many compete to be a parent. ValueError for an unknown preset or an empty tournament."""
     if config.preset not in PRESETS:
-        raise ValueError(f"preset: `{config.preset}` is none of {', '.join(PRESETS)}")
+        raise ArgumentError(f"preset: `{config.preset}` is none of {', '.join(PRESETS)}", "name one of these")
     if config.tournament < 1:
-        raise ValueError(f"tournament: expected at least 1 competitor, got {config.tournament}")
+        raise ArgumentError(
+            f"tournament: expected at least 1 competitor, got {config.tournament}", "take 2, the default"
+        )
     return 1 if config.preset == "cortex-literal" else config.tournament
 
 
@@ -221,7 +224,10 @@ def operator_thresholds(config: GAConfig) -> tuple[float, float]:
     """Where elitism and crossover end in [0, 1). As shares of individuals, a crossover counts for its two children."""
     rates = config.selection_rate, config.crossover_rate, config.mutation_rate
     if not (min(rates) >= 0.0 and abs(sum(rates) - 1.0) < 1e-9):
-        raise ValueError(f"rates of selection, crossover and mutation: expected three that add up to 1, got {rates}")
+        raise ArgumentError(
+            f"rates of selection, crossover and mutation: expected three that add up to 1, got {rates}",
+            "take 0.1, 0.8, 0.1",
+        )
     selection, crossing, mutation = rates
     if config.per_individual:
         crossing /= 2.0

@@ -16,8 +16,8 @@ from typing import Any
 
 import pytest
 
+from cortex_dsl import load
 from cortex_dsl.api.run_folder import search_and_keep
-from cortex_dsl.api.scenario import load
 from engine.search.journal import SCHEMA_VERSION
 from engine.search.journal_reader import read_journal
 from engine.search.run import Progress

@@ -8,8 +8,7 @@ from typing import Any
 
 import pytest
 
-from cortex_dsl.api.runs import open_run
-from cortex_dsl.api.scenario import load
+from cortex_dsl import load, open_run
 from cortex_dsl.report.findings.search_report import method_name, method_style
 from engine.extras import installing
 from engine.search.methods.table import SEARCHERS
@@ -116,7 +115,7 @@ def test_a_broken_searcher_of_another_package(
 
 def test_from_python(tmp_path: Path, left_turn: Path) -> None:
     """`search(out=…)` keeps what it finds; `resume` goes on with it; both are what a longer search gives."""
-    from cortex_dsl.api.runs import resume
+    from cortex_dsl import resume
 
     scenario = load(left_turn, EGO_SPEED="50 km/h")
     short = scenario.search("de", generations=2, population=10, seed=3, out=tmp_path / "run")

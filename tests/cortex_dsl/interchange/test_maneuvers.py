@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cortex_dsl import Scenario, compile_text, load
 from cortex_dsl.api.runs import OpenedRun, every_case, open_run
-from cortex_dsl.api.scenario import Scenario, compile_text, load
 from cortex_dsl.interchange.cases import ExportCase, case_of_run, case_of_scene
 from cortex_dsl.interchange.maneuvers import maneuver_files, maneuver_plan
 from cortex_dsl.interchange.maneuvers.formulas import nearest_lane

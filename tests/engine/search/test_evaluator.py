@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.api.scenario import load
+from cortex_dsl import load
 from engine.config import Config, SearchConfig
 from engine.outcomes import Assessment, blank_outcomes
 from engine.risk import Risk
