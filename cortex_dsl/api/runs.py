@@ -53,12 +53,6 @@ class OpenedRun:
     edited: tuple[str, ...]
     """Files that say something else now; the run goes by what they said when it was started."""
 
-<<<<<<< HEAD
-    def _repr_html_(self) -> str:
-        from cortex_dsl.report.page.notebook import opened_run_html
-
-        return opened_run_html(self)
-=======
     def __repr__(self) -> str:
         """One line, for notebooks."""
         method, count = self.record.manifest.method, len(self.record.evaluations)
@@ -69,7 +63,6 @@ class OpenedRun:
         facts = [("run", str(self.folder)), ("scenario", record.manifest.file), ("method", record.manifest.method)]
         counts = [("individuals", f"{len(evaluations):,}"), ("collisions", f"{int(evaluations.collided.sum()):,}")]
         return facts_table([*facts, ("status", record.status), *counts])
->>>>>>> main
 
     def scene(self, case: Case) -> "Scenes":
         """Return the scene of one of its cases, drawn again.

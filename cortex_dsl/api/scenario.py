@@ -24,10 +24,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cortex_dsl.api import arguments, displays
+from cortex_dsl.api import arguments
 from cortex_dsl.api.concrete import concrete_files
-from cortex_dsl.api.displays import Columns, displayed
-from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.files import DISK, Folder
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source
@@ -40,6 +38,7 @@ from engine.vocabulary import Method, Verdict
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from cortex_dsl.api.named_columns import Columns
     from cortex_dsl.report.page.notebook import Picture, Shown
     from engine.outcomes import Outcomes
     from engine.risk import Risk
@@ -83,12 +82,6 @@ def compile_text(
     """
     arguments.kind("text", text, str, "`load` takes the path of a file")
     files = DISK if folder is None else Folder(Path(folder))
-<<<<<<< HEAD
-    try:
-        compiled = compile_source(Source(name, text), overrides, scenario=scenario, files=files)
-    except CompileError as error:
-        raise displays.CompileError(error.source, arguments.in_python(error.diagnostics)) from None
-=======
     return _compiled(Source(name, text), config, scenario, files, params)
 
 
@@ -98,7 +91,6 @@ def _compiled(
     overrides = {param: str(value) for param, value in params.items()}
     with arguments.drawn_errors():
         compiled = compile_source(source, overrides, scenario=scenario, files=files)
->>>>>>> main
     compiled = replace(compiled, diagnostics=arguments.in_python(compiled.diagnostics))
     config = config or Config()
     simulation = in_file(config.simulation, compiled.program.settings)
@@ -143,10 +135,9 @@ class Scenario:
         count, jobs = arguments.whole("count", count, 0), arguments.whole("jobs", jobs, 1)
         keys = key_rows(arguments.whole("seed", seed, 0), Method.SAMPLE, 0, 0, range(count))
         if genome is None:
-            drawn = draw_genomes(self.program.space, keys)
-        else:
-            drawn = np.tile(arguments.genome_of(self.program, genome), (count, 1))
-        return displayed(self.program, sample(self.program, drawn, keys, self.config.simulation, jobs))
+            return sample(self.program, draw_genomes(self.program.space, keys), keys, self.config.simulation, jobs)
+        drawn = np.tile(arguments.genome_of(self.program, genome), (count, 1))
+        return sample(self.program, drawn, keys, self.config.simulation, jobs)
 
     def scene_of_seed(self, seed: int | None = None) -> "Scenes":
         """The one scene of `cortexc FILE --seed N`, or without a seed that of `cortexc FILE`: up to a hundred genomes
@@ -164,11 +155,11 @@ class Scenario:
 
         for key in _keys(self.program, None if seed is None else arguments.whole("seed", seed, 0)):
             scenes = sample(self.program, draw_genomes(self.program.space, key), key, self.config.simulation)
-            yield displayed(self.program, scenes)
+            yield scenes
             if scenes.verdict[0] not in (Verdict.EXHAUSTED, Verdict.INFEASIBLE):
                 return
 
-    def table(self, thing: "Scenes | Outcomes | WorldRun") -> Columns:
+    def table(self, thing: "Scenes | Outcomes | WorldRun") -> "Columns":
         """Columns by name with their units, as for `pandas.DataFrame`: of scenes the verdict, the params and how
         everybody starts, of outcomes how they ended and the metrics of each pair, of a run everybody over time.
 
@@ -180,11 +171,11 @@ class Scenario:
         from engine.scenes import Scenes
 
         if isinstance(thing, Scenes):
-            return Columns(named_columns.of_scenes(self.program, self._own(thing)))
+            return named_columns.of_scenes(self.program, self._own(thing))
         if isinstance(thing, Outcomes):
-            return Columns(named_columns.of_outcomes(self.program, thing))
+            return named_columns.of_outcomes(self.program, thing)
         if hasattr(thing, "trajectory"):
-            return Columns(named_columns.of_run(self.program, thing))
+            return named_columns.of_run(self.program, thing)
         raise ArgumentKindError(
             f"thing: expected scenes, outcomes or a run, got {type(thing).__name__}",
             "`sample`, `simulate` and `watch` make them",
@@ -197,10 +188,10 @@ class Scenario:
         if arguments.one_of("engine", engine, ("batch", "world")) == "batch":
             from engine import batch
 
-            return displayed(self.program, batch.simulate(self.program, scenes, self.config.simulation, jobs))
+            return batch.simulate(self.program, scenes, self.config.simulation, jobs)
         from engine import world
 
-        return displayed(self.program, world.simulate(self.program, scenes, self.config, jobs))
+        return world.simulate(self.program, scenes, self.config, jobs)
 
     def watch(self, scenes: "Scenes", row: int = 0) -> "WorldRun":
         """Run one scene in the pymunk world, through contact and its aftermath, and keep its states over time.
@@ -209,8 +200,7 @@ class Scenario:
         """
         from engine import world
 
-        run = world.run(self.program, self._own(scenes), arguments.row_of(scenes, row), self.config)
-        return displayed(self.program, run)
+        return world.run(self.program, self._own(scenes), arguments.row_of(scenes, row), self.config)
 
     def assess(self, outcomes: "Outcomes", profile: str = "paper") -> "Risk":
         """Risk of each outcome: the integer score 0 .. 22 (-1 invalid), its parts, the continuous score.
@@ -257,8 +247,7 @@ class Scenario:
             ga=replace(self.config.ga, preset=preset),
         )
         if out is None:
-            found = search(self.program, method, config, profile, on_generation, workers=workers)
-            return displayed(self.program, found)
+            return search(self.program, method, config, profile, on_generation, workers=workers)
         return self._kept(method, Path(out), config, profile=profile, on_generation=on_generation, workers=workers)
 
     def _kept(self, method: str, out: Path, config: Config, **how: Any) -> "Campaign":
@@ -269,7 +258,7 @@ class Scenario:
         found = search_and_keep(replace(self, config=config), method, new_directory(out), **how)
         if found.trouble is not None:
             raise found.trouble
-        return displayed(self.program, found.campaign)
+        return found.campaign
 
     def scene(self, case: "Case") -> "Scenes":
         """The one scene of a campaign's case, drawn again from its genome and stream key."""
@@ -283,8 +272,7 @@ class Scenario:
         from engine.sampling import sample
 
         values, keys = arguments.genome_of(self.program, genome), arguments.key_of(key)
-        drawn = sample(self.program, values[np.newaxis], keys[np.newaxis], self.config.simulation)
-        return displayed(self.program, drawn)
+        return sample(self.program, values[np.newaxis], keys[np.newaxis], self.config.simulation)
 
     def _own(self, scenes: object) -> "Scenes":
         """Scenes that can be of this scenario."""

@@ -8,7 +8,7 @@ import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from cortex_dsl.diagnostics import Diagnostic, Label, Severity
+from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.source import FileText, Source, Span
 from engine.frozen import frozen
 
@@ -231,11 +231,6 @@ def render_text(source: Source, diagnostics: Iterable[Diagnostic], width: int = 
         for diagnostic in diagnostics
     )
     return "\n".join(blocks)
-
-
-def errors_first(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Errors before all others, each in the order of the file."""
-    return sorted(diagnostics, key=lambda diagnostic: diagnostic.severity is not Severity.ERROR)
 
 
 def draw(source: Source, diagnostic: Diagnostic, width: int) -> Iterator[DrawnLine]:

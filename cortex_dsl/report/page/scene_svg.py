@@ -9,12 +9,9 @@ import numpy as np
 
 from cortex_dsl.report.findings.case_replay import Frame, Shape, colour
 from cortex_dsl.report.page.markup import Element, Node, element
-from engine.program import Program
-from engine.road import build_network, outline
 from engine.road.outline import Outline
-from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats
-from engine.vocabulary import ActorKind, Column, State
+from engine.vocabulary import ActorKind, State
 
 
 def number(value: float, decimals: int = 2) -> str:
@@ -141,31 +138,3 @@ def scale_bar(frame: Frame) -> Element:
 
 def _line(points: Floats | Sequence[Sequence[float]], name: str, **attributes: str) -> Element:
     return element("polyline", points=points_text(points), class_=name, **attributes)
-
-
-def scene_drawing(program: Program, scenes: Scenes, row: int = 0) -> Element:
-    """Where everybody stands before anything moves. A scene that is not valid shows the road alone."""
-    road = outline(build_network(program.road_spec))
-    states, outlines = _start(program, scenes, row)
-    names = zip(program.actors, program.code.actor_kind.tolist(), outlines.tolist(), strict=True)
-    shapes = [Shape(name, ActorKind(kind), *size) for name, kind, size in names]
-    there = states[states[:, State.PRESENT] > 0.5][:, [State.X, State.Y]]
-    frame = Frame.around(there if len(there) else np.concatenate(road.kerbs))
-    return scene(
-        frame,
-        f"{program.name} from above",
-        road_layer(road, program.road_spec.lane_width),
-        element("g", actor_layer(shapes, states), class_="actors"),
-        scale_bar(frame),
-    )
-
-
-def _start(program: Program, scenes: Scenes, row: int) -> tuple[Floats, Floats]:
-    """States (actors, len(State)) and outlines (actors, 2) at the start."""
-    columns = actor_columns(program, scenes.values[row])
-    states = np.zeros((len(program.actors), len(State)))
-    states[:, [State.X, State.Y, State.HEADING, State.SPEED]] = columns[
-        :, [Column.X, Column.Y, Column.HEADING, Column.SPEED]
-    ]
-    states[:, State.PRESENT] = np.isfinite(columns[:, Column.X]) & bool(scenes.valid[row])
-    return states, columns[:, [Column.LENGTH, Column.WIDTH]]
