@@ -5,13 +5,16 @@ PYTHON := $(VENV)/bin/python
 SCENE  ?= examples/left_turn.scn
 ARGS   ?=
 
-.PHONY: demo test check format bench validate install dev clean help
+.PHONY: demo test quick check format coverage docs bench validate install dev clean help
 
 help:
 	@echo "make demo      set up, then search examples/left_turn.scn for collisions"
 	@echo "make test      set up, then run the tests and the import contracts"
+	@echo "make quick     the tests that need no simulation: under a minute"
 	@echo "make check     ruff, format, types and import contracts"
 	@echo "make format    let ruff lay the code out"
+	@echo "make coverage  run the tests, and say which lines none of them reaches"
+	@echo "make docs      build the site from docs/ into build/site"
 	@echo "make bench     measure how fast it is"
 	@echo "make validate  set up the checkers of other tools, once, and hold exports against them"
 	@echo "make clean     remove everything that was set up"
@@ -22,6 +25,9 @@ demo: install
 test: dev
 	$(PYTHON) -m pytest --numprocesses 2 $(ARGS)
 
+quick: dev
+	$(PYTHON) -m pytest --numprocesses 2 -m "not slow" $(QUICK) $(ARGS)
+
 check: dev
 	$(VENV)/bin/ruff check
 	$(VENV)/bin/ruff format --check
@@ -31,6 +37,12 @@ check: dev
 format: dev
 	$(VENV)/bin/ruff check --fix
 	$(VENV)/bin/ruff format
+
+coverage: dev
+	$(PYTHON) -m pytest --numprocesses 2 --cov --cov-report term:skip-covered --cov-report html:build/coverage $(ARGS)
+
+docs: $(VENV)/.installed-docs
+	$(PYTHON) -m docs.builder build/site $(ARGS)
 
 bench: install
 	$(PYTHON) -m benchmarks.speed $(ARGS)
@@ -50,6 +62,10 @@ $(VENV)/.installed-dev: pyproject.toml | $(VENV)/bin/pip
 	$(PYTHON) -m pip install --quiet --disable-pip-version-check --editable ".[dev]"
 	@touch $@ $(VENV)/.installed
 
+$(VENV)/.installed-docs: pyproject.toml | $(VENV)/bin/pip
+	$(PYTHON) -m pip install --quiet --disable-pip-version-check --editable ".[docs]"
+	@touch $@ $(VENV)/.installed
+
 # The tests judge exports by the schemas of the standards. Their packages want other versions than ours: no dependencies.
 $(VENV)/.installed-schemas: tests/schemas.txt | $(VENV)/bin/pip
 	@rm -rf $(VENV)/schemas
@@ -57,7 +73,7 @@ $(VENV)/.installed-schemas: tests/schemas.txt | $(VENV)/bin/pip
 	@touch $@
 
 $(VENV)/bin/pip:
-	@for python in python3.13 python3.12 python3.11 python3; do \
+	@for python in python3.14 python3.13 python3.12 python3.11 python3; do \
 	  if $$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then \
 	    echo "setting up $(VENV) with $$python (once)"; \
 	    $$python -m venv --clear $(VENV) && exit 0; \
@@ -65,7 +81,7 @@ $(VENV)/bin/pip:
 	    exit 1; \
 	  fi; \
 	done; \
-	echo "make: cortexc needs Python 3.11 or newer, and none of python3.13, python3.12, python3.11, python3 is" >&2; \
+	echo "make: cortexc needs Python 3.11 or newer, and none of python3.14, python3.13, python3.12, python3.11, python3 is" >&2; \
 	exit 1
 
 clean:

@@ -6,8 +6,7 @@ from functools import cache
 
 from lark.grammar import NonTerminal, Rule, Terminal
 
-from cortex_dsl.semantics.builtins import BUILTINS
-from cortex_dsl.semantics.things.classes import all_properties
+from cortex_dsl.semantics.names.builtins import BUILTINS, all_properties
 from cortex_dsl.syntax import parser
 
 DEPTH = 7

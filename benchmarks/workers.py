@@ -12,9 +12,9 @@ from pathlib import Path
 
 from cortex_dsl.api.scenario import Scenario, load
 from engine.extras import MissingExtraError
+from engine.outcomes import Assessment
 from engine.risk import PROFILES
 from engine.sampling import draw_genomes
-from engine.search.assessment import Assessment
 from engine.search.evaluator import make_evaluator
 from engine.search.workers import Workers, open_workers, spread
 from engine.streams import key_rows

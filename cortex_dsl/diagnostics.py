@@ -1,4 +1,4 @@
-"""What the compiler has to say about a file: data only. `cortex_dsl.report.diagnostics` draws it."""
+"""What the compiler has to say about a file: data only. `cortex_dsl.report.findings.snippet` draws it."""
 
 from collections.abc import Iterable
 from enum import Enum

@@ -387,7 +387,7 @@ class DrawSite:
 
 @frozen
 class Lights:
-    """The fixed-time plan of all traffic lights, in seconds: see `cortex_dsl.semantics.road.signal_plan`."""
+    """The fixed-time plan of all traffic lights, in seconds: see `cortex_dsl.semantics.model.state`."""
 
     green: Expr
     yellow: Expr

@@ -16,8 +16,8 @@ from engine.frozen import frozen
 from engine.program import Program
 
 if TYPE_CHECKING:
-    from cortex_dsl.semantics.composition.imports import ImportedFile
-    from cortex_dsl.semantics.context import Observer
+    from cortex_dsl.semantics.model.context import Observer
+    from cortex_dsl.semantics.names.linking import ImportedFile
 
 NO_OVERRIDES: Mapping[str, str] = {}
 

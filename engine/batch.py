@@ -14,8 +14,9 @@ from engine.host import empty_results, memory, outcomes, outlines, plan, request
 from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import simulate_rows
 from engine.kernels.stage import Status
+from engine.outcomes import Outcomes
 from engine.program import Program
-from engine.scenes import Outcomes, Scenes, Trajectory
+from engine.scenes import Scenes, Trajectory
 
 DEFAULTS = SimulationConfig()
 CHUNK = 1000

@@ -1,15 +1,17 @@
 """What both hosts prepare around the kernels of `engine.kernels.rollout`: a plan, memory for runs, rows for results."""
 
 import math
-from dataclasses import fields
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.config import SimulationConfig
 from engine.kernels.rows import Requested, Results
 from engine.kernels.stage import Layout, Plan, Run, Slot, Status
+from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
-from engine.scenes import Outcomes, Scenes, actor_columns
+from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats, Ints
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, RuleKind, State
@@ -102,46 +104,26 @@ def requested(scenes: Scenes) -> Requested:
 
 def empty_results(actors: int, scenes: Requested) -> Results:
     """Rows for results, filled for none: NaN and -1 and the verdict of sampling."""
-    rows, pairs = len(scenes.verdict), actors - 1
-    return Results(
-        verdict=scenes.verdict.copy(),
-        collided=np.zeros(rows, dtype=np.bool_),
-        end_reason=_absent(rows),
-        end_rule=_absent(rows),
-        end_time=_unknown(rows),
-        steps=_absent(rows),
-        min_distance=_unknown(rows, pairs),
-        min_distance_time=_unknown(rows, pairs),
-        max_closing_speed=_unknown(rows, pairs),
-        max_closing_time=_unknown(rows, pairs),
-        distance_at_ms=_unknown(rows, pairs),
-        ttc_at_ms=_unknown(rows, pairs),
-        ego_speed=_unknown(rows, pairs),
-        other_speed=_unknown(rows, pairs),
-        approach_angle=_unknown(rows, pairs),
-        closing_speed=_unknown(rows, pairs),
-        side=_absent(rows, pairs),
-        left_road_time=_unknown(rows, actors),
-        contact_actors=_absent(rows, 2),
-    )
+    rows = len(scenes.verdict)
+    arrays = {row.name: row.blank(rows, actors) for row in OUTCOMES if row.per is not Per.PAIR}
+    pairs = np.tile(np.array([row.fill for row in PAIRS], dtype=np.float64), (rows, actors - 1, 1))
+    return Results(**arrays | {"verdict": scenes.verdict.copy(), "pairs": pairs})
 
 
 def outcomes(results: Results) -> Outcomes:
     """Results under the names that everybody knows."""
-    return Outcomes(**{field.name: getattr(results, field.name) for field in fields(Outcomes)})
+    arrays = results._asdict()
+    return Outcomes(**pair_arrays(arrays.pop("pairs")), **arrays)
+
+
+def pair_arrays(metrics: Floats) -> dict[str, NDArray[Any]]:
+    """The arrays (n, pairs) of `Outcomes` from what `kernels.pair` measures, (n, pairs, len(PAIRS))."""
+    return {row.name: metrics[:, :, number].astype(row.dtype) for number, row in enumerate(PAIRS)}
 
 
 def outlines(program: Program, values: Floats) -> Floats:
     """(actors, 2): length and width of each actor of one scene [m]; `values` is its row of scene values."""
     return np.ascontiguousarray(actor_columns(program, values)[:, [Column.LENGTH, Column.WIDTH]])
-
-
-def _unknown(*shape: int) -> Floats:
-    return np.full(shape, np.nan)
-
-
-def _absent(*shape: int) -> Ints:
-    return np.full(shape, -1, dtype=np.int32)
 
 
 def _numbers(array: Floats) -> Floats:

@@ -21,8 +21,9 @@ from engine.kernels.conflict import (
     time_headway,
     time_to_collision,
 )
+from engine.outcomes import PAIRS, Outcomes
 from engine.program import Program
-from engine.scenes import Outcomes, Trajectory
+from engine.scenes import Trajectory
 from engine.tables import Floats
 from engine.vocabulary import State
 
@@ -74,10 +75,11 @@ def _of_pair(trajectory: Trajectory, outlines: Floats, outcomes: Outcomes, row: 
     nearest = _at_time(states, together, nearest_time, step, other, outlines)
     pet = 0.0 if touched else post_encroachment_time(states, together, step, other, outlines)
     return (
-        Metric("MD", who, float(outcomes.min_distance[row, pair]), "m", "least distance between the outlines"),
-        Metric("MS", who, float(outcomes.max_closing_speed[row, pair]), "m/s", "largest closing speed of the centres"),
-        Metric("D_MS", who, float(outcomes.distance_at_ms[row, pair]), "m", "distance at the instant of MS"),
-        Metric("TTC_MS", who, float(outcomes.ttc_at_ms[row, pair]), "s", "D_MS / MS"),
+        *(
+            Metric(each.symbol, who, float(getattr(outcomes, each.name)[row, pair]), each.unit, each.meaning)
+            for each in PAIRS
+            if each.symbol
+        ),
         Metric("V_MD", who, relative_speed(nearest), "m/s", "relative speed at the instant of MD"),
         Metric("TTC_MD", who, 0.0 if touched else time_to_collision(nearest), "s", "TTC at the instant of MD"),
         Metric("TTC", who, 0.0 if touched else min(map(time_to_collision, run)), "s", "least TTC of the run"),

@@ -15,8 +15,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from engine.scenes import Bools, Outcomes
-from engine.tables import Floats, Ints
+from engine.outcomes import Outcomes
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Verdict
 
 COLLISION_POINTS = 10

@@ -7,14 +7,11 @@ from dataclasses import field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from engine.frozen import frozen
 from engine.program import Program
-from engine.tables import Floats, Ints
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Column
-
-Bools = NDArray[np.bool_]
 
 
 class StreamKey(NamedTuple):
@@ -62,54 +59,6 @@ class Scenes:
     @property
     def valid(self) -> Bools:
         return self.verdict == 0
-
-
-@frozen
-class Outcomes:
-    """What happened to each scene; NaN / -1 where the scene was invalid. SI units."""
-
-    verdict: Ints
-    """(n,) `Verdict` after simulation."""
-    collided: Bools
-    """(n,) C: the ego touched another actor before the end of the run."""
-    end_reason: Ints
-    """(n,) `EndReason`, -1 where invalid."""
-    end_rule: Ints
-    """(n,) index into `Program.rules` where the reason is RULE or ABORTED, else -1. For STUCK: row of step_code."""
-    end_time: Floats
-    """(n,) first contact or end of the run [s]."""
-    steps: Ints
-    """(n,) steps simulated."""
-    min_distance: Floats
-    """(n, pairs) MD per pair (ego, other) [m]; pair j is actor j + 1. Infinite for two never in the scene together."""
-    min_distance_time: Floats
-    max_closing_speed: Floats
-    """(n, pairs) MS [m/s]"""
-    max_closing_time: Floats
-    distance_at_ms: Floats
-    """(n, pairs) D_MS [m]"""
-    ttc_at_ms: Floats
-    """(n, pairs) TTC_MS [s]"""
-    ego_speed: Floats
-    """(n, pairs) at the instant of MD, or of contact [m/s]; as the next four."""
-    other_speed: Floats
-    approach_angle: Floats
-    """(n, pairs) the other's heading seen from the ego's, -pi .. pi [rad]."""
-    closing_speed: Floats
-    side: Ints
-    """(n, pairs) `Side` of the ego on which the other is, -1 where the two never meet."""
-    left_road_time: Floats
-    """(n, actors) when an actor's centre first left the road, NaN if never [s]."""
-    contact_actors: Ints
-    """(n, 2) the pair in contact, -1 where none."""
-
-    def __len__(self) -> int:
-        return len(self.verdict)
-
-    def __repr__(self) -> str:
-        """One line, for notebooks."""
-        valid = int((self.verdict == 0).sum())
-        return f"Outcomes({len(self)}: {valid} valid, {int(self.collided.sum())} collisions)"
 
 
 @frozen

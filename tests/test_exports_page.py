@@ -9,9 +9,8 @@ import pytest
 from benchmarks.validation.environments import REQUIREMENTS
 from benchmarks.validation.table import BEGIN, END
 from cortex_dsl.cli import main
-from cortex_dsl.exports.formats import FORMATS
-from engine.interchange.kinds import KINDS
-from engine.interchange.osi import VEHICLE, Code, kind_of
+from cortex_dsl.interchange.formats import FORMATS
+from engine.interchange.kinds import KINDS, VEHICLE, Code, kind_of
 from engine.vocabulary import ActorKind
 from tests.test_tutorial import FENCE, commands, pattern
 

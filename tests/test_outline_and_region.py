@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from cortex_dsl.api.scenario import compile_text
-from engine.scenes import Outcomes, Scenes
+from engine.outcomes import Outcomes
+from engine.scenes import Scenes
 
 HALF_LENGTH = 4.508 / 2
 SPEED = 10.0

@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import chisquare
 
 from cortex_dsl.api.scenario import Scenario, compile_text
-from engine.scenes import Outcomes
+from engine.outcomes import Outcomes
 from engine.vocabulary import EndReason, Verdict
 
 HEAD = "map intersection(approach=60 m)\nsimulation(time_step=0.05 s, max_time=4 s)\n"

@@ -22,11 +22,11 @@ from typing import ClassVar
 import numpy as np
 
 from benchmarks.validation.material import CONSTRUCTS, EXAMPLES, cases
-from cortex_dsl.exports.cases import ExportCase
-from engine.interchange.export import OSC_VERSIONS, ExportOptions
+from cortex_dsl.interchange.cases import ExportCase
+from engine.interchange.contract import OSC_VERSIONS, ExportOptions
 from engine.interchange.opendrive import write_opendrive
 from engine.interchange.openscenario import write_trajectories
-from engine.interchange.openscenario.names import entity_names
+from engine.interchange.openscenario.document import entity_names
 from engine.interchange.recording import Recording
 from engine.vocabulary import State
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from cortex_dsl.exports.cases import ExportCase
+from cortex_dsl.interchange.cases import ExportCase
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from benchmarks.validation.items import Item
 from benchmarks.validation.roads import counted
 from cortex_dsl.api.runs import open_run
 from cortex_dsl.api.scenario import Scenario, load
-from cortex_dsl.exports.cases import ExportCase, case_of_run, case_of_scene
-from cortex_dsl.exports.gathering import gather
+from cortex_dsl.interchange.cases import ExportCase, case_of_run, case_of_scene
+from cortex_dsl.interchange.writing import gather
 from engine.interchange import ExportOptions, InterchangeError
-from engine.interchange.export import OSC_VERSIONS
+from engine.interchange.contract import OSC_VERSIONS
 from engine.vocabulary import State, Verdict
 
 ROOT = Path(__file__).parents[2]

@@ -10,8 +10,8 @@ from benchmarks.validation.items import Item
 
 if TYPE_CHECKING:
     from engine.interchange import Recording
+    from engine.outcomes import Outcomes
     from engine.risk import Risk
-    from engine.scenes import Outcomes
 
 NEAR = 1e-6
 """Of metrics in SI units."""
@@ -30,7 +30,7 @@ def round_trip(item: Item) -> list[str]:
 
 
 def _read(file: Path) -> "Recording":
-    from engine.interchange.reading import read_openscenario
+    from engine.interchange.openscenario.read import read_openscenario
     from engine.interchange.tables import read_table
 
     return (read_openscenario(file) if file.suffix == ".xosc" else read_table(file)).recording

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.semantics.names.overrides import override_text, param_entries
+from cortex_dsl.semantics.names.linking import override_text, param_entries
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.literals import UNIT_WORDS

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Page, Severity
 from cortex_dsl.files import DISK
-from cortex_dsl.semantics import elaborate, errors, link
-from cortex_dsl.semantics.problems import Problem
+from cortex_dsl.semantics import elaborate, link
+from cortex_dsl.semantics.errors import declared
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import errors as syntax
@@ -48,9 +48,8 @@ def entries() -> tuple[Entry, ...]:
 def _declared() -> Iterator[Entry]:
     for code in syntax.CODES:
         yield Entry(code.id, Severity.NOTE if code is syntax.TOO_MANY else Severity.ERROR, code.page)
-    for problem in vars(errors).values():
-        if isinstance(problem, Problem):
-            yield Entry(problem.code, problem.severity, problem.page)
+    for problem in declared().values():
+        yield Entry(problem.code, problem.severity, problem.page)
 
 
 def find(text: str) -> Entry | None:

@@ -12,10 +12,9 @@ from pathlib import PurePath
 from typing import Any
 
 from cortex_dsl.diagnostics import CompileError
-from cortex_dsl.semantics.composition.imports import ImportedFile, bound_name, import_statements
-from cortex_dsl.semantics.composition.scenarios import pinned_scenario
-from cortex_dsl.semantics.names.overrides import override_text
-from cortex_dsl.semantics.tree import everything_in
+from cortex_dsl.semantics.composition.setting_up import pinned_scenario
+from cortex_dsl.semantics.names.linking import ImportedFile, import_statements, override_text
+from cortex_dsl.semantics.names.tree import bound_name, everything_in
 from cortex_dsl.source import FileText, Source, Span
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.formatting import format_source

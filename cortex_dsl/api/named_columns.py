@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from engine.outcomes import PAIRS
 from engine.program import Program
 from engine.vocabulary import Column, EndReason, State, Verdict
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from engine.scenes import Outcomes, Scenes
+    from engine.outcomes import Outcomes
+    from engine.scenes import Scenes
     from engine.world import WorldRun
 
     Columns = dict[str, NDArray]
@@ -50,18 +52,6 @@ STATE_UNITS: Mapping[State, str] = {
     State.BRAKE: "",
     State.PRESENT: "",
 }
-PAIRS: Mapping[str, str] = {
-    "min_distance": "m",
-    "min_distance_time": "s",
-    "max_closing_speed": "m/s",
-    "max_closing_time": "s",
-    "distance_at_ms": "m",
-    "ttc_at_ms": "s",
-    "ego_speed": "m/s",
-    "other_speed": "m/s",
-    "approach_angle": "rad",
-    "closing_speed": "m/s",
-}
 
 
 def of_scenes(program: Program, scenes: "Scenes") -> "Columns":
@@ -89,8 +79,8 @@ def _outcomes(program: Program, outcomes: "Outcomes") -> "Named":
     yield "end", _words(EndReason, outcomes.end_reason)
     yield "end_time [s]", outcomes.end_time
     for pair, other in enumerate(program.actors[1:]):
-        for name, unit in PAIRS.items():
-            yield _named(f"{other}.{name}", unit), getattr(outcomes, name)[:, pair]
+        for row in (each for each in PAIRS if each.kind is float):
+            yield _named(f"{other}.{row.name}", row.unit), getattr(outcomes, row.name)[:, pair]
 
 
 def of_run(program: Program, run: "WorldRun") -> "Columns":

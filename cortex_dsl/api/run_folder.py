@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from cortex_dsl.pipeline import Compiled
-from cortex_dsl.semantics.composition.imports import import_statements
+from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.syntax import nodes
 from engine.config import Config
 from engine.program import Program

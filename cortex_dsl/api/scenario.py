@@ -14,7 +14,7 @@ A search that keeps everything on disk, and can be gone on with: `search(…, ou
 `cortex_dsl.api.run_folder`, `cortex_dsl.api.runs`. A searcher of your own: `engine.search.searchers`.
 
 Arrays are row-aligned and in SI units, genomes in the file's own; their shapes stand at `engine.scenes.Scenes`,
-`engine.scenes.Outcomes` and `engine.search.evaluations.Evaluations`.
+`engine.outcomes.Outcomes` and `engine.search.evaluations.Evaluations`.
 """
 
 from collections.abc import Iterator, Mapping
@@ -39,9 +39,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from cortex_dsl.api.named_columns import Columns
-    from cortex_dsl.page.notebook import Picture, Shown
+    from cortex_dsl.report.page.notebook import Picture, Shown
+    from engine.outcomes import Outcomes
     from engine.risk import Risk
-    from engine.scenes import Outcomes, Scenes
+    from engine.scenes import Scenes
     from engine.search.ranking import Case
     from engine.search.run import Campaign, OnGeneration
     from engine.search.workers import Workers
@@ -152,7 +153,8 @@ class Scenario:
             ArgumentKindError: it is nothing of these.
         """
         from cortex_dsl.api import named_columns
-        from engine.scenes import Outcomes, Scenes
+        from engine.outcomes import Outcomes
+        from engine.scenes import Scenes
 
         if isinstance(thing, Scenes):
             return named_columns.of_scenes(self.program, self._own(thing))
@@ -191,8 +193,8 @@ class Scenario:
 
         `profile`: where the bands of the score end, `paper`, `paper-mm` or `literature` (see `engine.risk`).
         """
+        from engine.outcomes import Outcomes
         from engine.risk import PROFILES, assess
-        from engine.scenes import Outcomes
 
         arguments.kind("outcomes", outcomes, Outcomes, "`simulate` makes them of scenes")
         return assess(outcomes, PROFILES[arguments.one_of("profile", profile, PROFILES)])
@@ -264,18 +266,18 @@ class Scenario:
 
     def show(self, thing: "Scenes | Case | Campaign", row: int = 0) -> "Picture | Shown":
         """For notebooks: one of some scenes as a picture, a case as a page that plays, a campaign as a table."""
-        from cortex_dsl.page import notebook
+        from cortex_dsl.report.page import notebook
 
         return notebook.show(self, thing, row)
 
     def replay(self, scenes: "Scenes", row: int = 0) -> "Shown":
         """For notebooks: one scene run in the pymunk world, as a page that plays."""
-        from cortex_dsl.page import notebook
+        from cortex_dsl.report.page import notebook
 
         return notebook.replay(self, scenes, row)
 
     def _repr_html_(self) -> str:
-        from cortex_dsl.page import notebook
+        from cortex_dsl.report.page import notebook
 
         return str(notebook.scenario_table(self))
 

@@ -14,9 +14,9 @@ from cortex_dsl.console.compiling import compile_request
 from cortex_dsl.console.request import SEED_LIMIT, Mode, Request, assignment, whole_number
 from cortex_dsl.console.simulating import compile_kernels, open_scenario
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
-from cortex_dsl.report.analysis_view import analysis_view, condition_text
-from cortex_dsl.report.json_documents import document
-from cortex_dsl.report.probability_view import probability_view
+from cortex_dsl.report.documents import document
+from cortex_dsl.report.findings.analysis_report import condition_text
+from cortex_dsl.report.terminal.analysis_view import analysis_view, probability_view
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.probability.estimates import keep
 from engine.search.probability.monte_carlo import CONDITIONS, JOINT, PARAMS, REPETITIONS, Probability, estimate

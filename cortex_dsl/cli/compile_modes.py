@@ -9,9 +9,10 @@ from cortex_dsl.console.terminal import Exit, Terminal
 from cortex_dsl.console.user_files import read_source
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.pipeline import Compiled
-from cortex_dsl.report.feasibility_view import feasibility_content, feasibility_view
-from cortex_dsl.report.numbers import counted
-from cortex_dsl.semantics.tree import everything_in
+from cortex_dsl.report.documents import feasibility_content
+from cortex_dsl.report.findings.readable import counted
+from cortex_dsl.report.terminal.check_view import feasibility_view
+from cortex_dsl.semantics.names.tree import everything_in
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
 from engine.feasibility import remembered
@@ -60,7 +61,7 @@ def emit(request: Request, terminal: Terminal) -> int:
     if isinstance(text, Exit):
         return text
     if request.json:
-        from cortex_dsl.report.json_documents import document
+        from cortex_dsl.report.documents import document
 
         text = document("stage", {"file": str(request.file), "stage": request.stage, "text": text})
     terminal.write(text)
@@ -83,10 +84,10 @@ def _tree(source: Source) -> str:
 
 
 def _ast(source: Source) -> str:
-    from cortex_dsl.report.outline import outline
+    from cortex_dsl.report.dump import dump
     from cortex_dsl.syntax import parse
 
-    return outline(parse(source))
+    return dump(parse(source))
 
 
 _SYNTAX: dict[str, Callable[[Source], str]] = {"tree": _tree, "ast": _ast}
@@ -97,7 +98,7 @@ def _later_stage(request: Request, terminal: Terminal) -> str | Exit:
     if isinstance(compiled, Exit):
         return compiled
     if request.stage == "ir":
-        from cortex_dsl.semantics.printing.listing import format_ir
+        from cortex_dsl.semantics.printing import format_ir
 
         return format_ir(compiled.scenario)
     from cortex_dsl.lowering.program_listing import format_program

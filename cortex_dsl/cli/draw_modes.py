@@ -17,12 +17,11 @@ from cortex_dsl.console.simulating import announce_compilation, open_scenario, p
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.pipeline import Compiled
-from cortex_dsl.report.blame_view import blame_content
-from cortex_dsl.report.exhausted_view import exhausted_view
-from cortex_dsl.report.json_documents import document
-from cortex_dsl.report.run_document import requirements_content
-from cortex_dsl.report.sample_view import most_to_blame, sample_view
-from cortex_dsl.report.tally import Tally
+from cortex_dsl.report.documents import document
+from cortex_dsl.report.findings.run_report import requirements_content
+from cortex_dsl.report.findings.tally import Tally, blame_content, most_to_blame
+from cortex_dsl.report.terminal.requirements_view import exhausted_view
+from cortex_dsl.report.terminal.sample_view import sample_view
 from engine.config import SimulationConfig
 from engine.feasibility import explain
 from engine.program import Program

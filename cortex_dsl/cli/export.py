@@ -11,15 +11,14 @@ from cortex_dsl.console.command import Parser
 from cortex_dsl.console.request import SEED_LIMIT, assignment, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import place_files
-from cortex_dsl.exports.formats import FORMATS, checked_of, missing_extra
+from cortex_dsl.interchange.formats import FORMATS, checked_of, missing_extra
 from cortex_dsl.spelling import nearest
 from engine.search.store import example_run
 
 if TYPE_CHECKING:
-    from cortex_dsl.exports.cases import ExportCase
-    from cortex_dsl.exports.findings import Finding
-    from cortex_dsl.exports.gathering import Gathered
-    from engine.interchange.export import ExportOptions
+    from cortex_dsl.interchange.cases import ExportCase
+    from cortex_dsl.interchange.writing import Gathered
+    from engine.interchange.contract import ExportOptions, Finding
 
 FOLDER = "exports"
 """Where files go unless --out says otherwise: inside the run's folder, or here."""
@@ -63,7 +62,7 @@ def format_list() -> str:
 
 def _formats_document() -> str:
     """The same as the one document of --json."""
-    from cortex_dsl.report.json_documents import document
+    from cortex_dsl.report.documents import document
 
     told = [
         {"name": name, "suffixes": entry.suffixes, "summary": entry.summary, "readers": entry.readers}
@@ -109,7 +108,7 @@ def _home(path: Path) -> Path:
 def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
     """Case K of a run, or its first N."""
     from cortex_dsl.api.runs import every_case
-    from cortex_dsl.exports.cases import case_of_run
+    from cortex_dsl.interchange.cases import case_of_run
 
     for flag, value in (("--seed", options.seed), ("-p", options.param), ("--scenario", options.scenario)):
         if value is not None:
@@ -131,7 +130,7 @@ def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
 def _of_file(options: argparse.Namespace, terminal: Terminal) -> "list[ExportCase] | int":
     """The scene that `cortexc FILE.scn` shows, which may be invalid or fail."""
     from cortex_dsl.cli.draw_modes import drawn_scene
-    from cortex_dsl.exports.cases import case_of_scene
+    from cortex_dsl.interchange.cases import case_of_scene
     from engine.vocabulary import Verdict
 
     for flag, value in (("--case", options.case), ("--top", options.top)):
@@ -173,10 +172,10 @@ def _export(
     options: argparse.Namespace,
     terminal: Terminal,
 ) -> int:
-    from cortex_dsl.exports.gathering import gather
-    from cortex_dsl.report.export_view import Written, export_document, export_view
-    from engine.interchange.errors import InterchangeError
-    from engine.interchange.export import ExportOptions
+    from cortex_dsl.interchange.writing import gather
+    from cortex_dsl.report.findings.interchange_report import Written, export_document
+    from cortex_dsl.report.terminal.interchange_view import export_view
+    from engine.interchange.contract import ExportOptions, InterchangeError
 
     how = ExportOptions(options.osc or "1.2", options.mode or "trajectory")
     try:
@@ -187,7 +186,8 @@ def _export(
     formats = [name for name in formats if name not in gathered.refused]
     findings = _findings(cases, gathered, formats, folder, how) if options.check else None
     checked = {name: checked_of(name, how.mode) for name in formats} if options.check else {}
-    written = Written(cases, gathered, folder, same, findings, checked)
+    opened = {name: kind.opened for name, kind in FORMATS.items()}
+    written = Written(cases, gathered, folder, same, findings, checked, opened)
     if options.json:
         terminal.write(export_document(written, how))
     else:
@@ -200,7 +200,7 @@ def _export(
 def _findings(
     cases: "Sequence[ExportCase]", gathered: "Gathered", formats: Sequence[str], folder: Path, how: "ExportOptions"
 ) -> "list[Finding]":
-    from cortex_dsl.exports.formats import checker_of
+    from cortex_dsl.interchange.formats import checker_of
 
     findings: dict[Finding, None] = {}
     for case, names in zip(cases, gathered.names, strict=True):

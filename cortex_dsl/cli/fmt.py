@@ -12,7 +12,7 @@ from cortex_dsl.console.command import Parser
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import is_folder, read_bytes, write_bytes
 from cortex_dsl.diagnostics import CompileError
-from cortex_dsl.report.numbers import counted
+from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.syntax.errors import MAX_BYTES
 from cortex_dsl.syntax.formatting import format_source
 from cortex_dsl.syntax.reading import decode_text
@@ -169,7 +169,7 @@ def _summary(changed: int, unchanged: int, checked: bool, terminal: Terminal) ->
 
 
 def _show(error: CompileError, terminal: Terminal) -> None:
-    from cortex_dsl.report import diagnostics as report
+    from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
 
-    report.render(error.source, error.diagnostics, terminal.err)
+    print_diagnostics(error.source, error.diagnostics, terminal.err)
     sys.stderr.flush()

@@ -12,14 +12,13 @@ from cortex_dsl.console.command import Parser
 from cortex_dsl.console.request import seconds
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import place_files, reason
-from cortex_dsl.exports.formats import FORMATS
+from cortex_dsl.interchange.formats import FORMATS
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
-    from cortex_dsl.report.measured_view import MeasuredReport
-    from engine.interchange.errors import InterchangeError
-    from engine.interchange.export import Export
-    from engine.interchange.reading import Imported
+    from cortex_dsl.report.findings.interchange_report import MeasuredReport
+    from engine.interchange.contract import Export, InterchangeError
+    from engine.interchange.openscenario.read import Imported
 
 # -- `--to`: a recording in other formats, beside the file that it was read from or in a folder of its own -------------
 
@@ -63,7 +62,7 @@ def written(report: "MeasuredReport", options: argparse.Namespace) -> "MeasuredR
 
 
 def _exports(report: "MeasuredReport", options: argparse.Namespace) -> "Iterator[Export]":
-    from cortex_dsl.exports.formats import recording_writer_of
+    from cortex_dsl.interchange.formats import recording_writer_of
 
     for name in options.to:
         if FORMATS[name].of_recording:
@@ -74,7 +73,7 @@ def _exports(report: "MeasuredReport", options: argparse.Namespace) -> "Iterator
 
 def _openscenario(report: "MeasuredReport", stem: str, osc: str | None) -> "Export":
     """The `.xosc`, and beside it a copy of the road that was read."""
-    from engine.interchange.export import Export, ExportOptions
+    from engine.interchange.contract import Export, ExportOptions
     from engine.interchange.openscenario import write_trajectories
 
     road = None if report.road is None else Path(report.road.path)
@@ -124,7 +123,7 @@ def measure_file(arguments: Sequence[str], terminal: Terminal) -> int:
 
 def perform(command: Command, arguments: Sequence[str], terminal: Terminal) -> int:
     """Read, measure, tell."""
-    from engine.interchange.errors import InterchangeError
+    from engine.interchange.contract import InterchangeError
 
     parser = _parser(command)
     options = parser.parse_args(arguments)
@@ -187,8 +186,7 @@ def _similar(path: Path, command: Command) -> str:
 
 def _report(command: Command, options: argparse.Namespace, terminal: Terminal) -> "MeasuredReport":
     from cortex_dsl.console.simulating import announce_compilation
-    from cortex_dsl.report.measured_view import MeasuredReport
-    from cortex_dsl.report.road_lines import road_outline
+    from cortex_dsl.report.findings.interchange_report import MeasuredReport, road_outline
     from engine.interchange.measuring import measure
     from engine.road import build_network, outline
 
@@ -210,7 +208,7 @@ def _report(command: Command, options: argparse.Namespace, terminal: Terminal) -
 
 def _read(options: argparse.Namespace) -> "Imported":
     if options.file.suffix.lower() == SCENARIO:
-        from engine.interchange.reading import read_openscenario
+        from engine.interchange.openscenario.read import read_openscenario
 
         return read_openscenario(options.file, ego=options.ego, step=options.step)
     from engine.interchange.tables import read_table
@@ -231,7 +229,7 @@ def _refused(error: "InterchangeError", options: argparse.Namespace, terminal: T
     message = f"{error.place}: {error.message}" if error.place else error.message
     terminal.complain(message, error.cure)
     if options.json:
-        from cortex_dsl.report.json_documents import document
+        from cortex_dsl.report.documents import document
 
         content = {"message": message, "help": error.cure or None, "exit_code": int(Exit.DIAGNOSTICS)}
         terminal.write(document("error", content))
@@ -239,10 +237,11 @@ def _refused(error: "InterchangeError", options: argparse.Namespace, terminal: T
 
 
 def _show(report: "MeasuredReport", options: argparse.Namespace, terminal: Terminal) -> None:
-    from cortex_dsl.report.measured_view import measured_content, measured_view
+    from cortex_dsl.report.findings.interchange_report import measured_content
+    from cortex_dsl.report.terminal.interchange_view import measured_view
 
     if options.json:
-        from cortex_dsl.report.json_documents import document
+        from cortex_dsl.report.documents import document
 
         terminal.write(document("measure", measured_content(report)))
     else:

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 from cortex_dsl.console.command import Parser
 from cortex_dsl.console.terminal import Exit, Terminal
-from cortex_dsl.report.json_documents import document
-from cortex_dsl.report.paper_view import paper_view
+from cortex_dsl.report.documents import document
+from cortex_dsl.report.terminal.study_view import paper_view
 from engine.paper import claims
 
 

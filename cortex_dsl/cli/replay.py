@@ -13,7 +13,7 @@ from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from engine.search.store import example_run
 
 if TYPE_CHECKING:
-    from cortex_dsl.page.case import ToldCase
+    from cortex_dsl.report.findings.case_replay import ToldCase
     from engine.search.ranking import Case
 
 MOST_CASES = 10_000_000
@@ -57,7 +57,7 @@ def _check_target(path: Path | None) -> None:
 def _of_run(folder: Path, rank: int) -> Found:
     """Case `rank` of a run, 1 the worst."""
     from cortex_dsl.api.runs import every_case
-    from cortex_dsl.page.run_page import told_case
+    from cortex_dsl.report.page.run_page import told_case
 
     run = open_run(folder)
     cases = every_case(run.record)
@@ -71,7 +71,7 @@ def _of_run(folder: Path, rank: int) -> Found:
 def _of_file(options: argparse.Namespace, terminal: Terminal) -> Found | int:
     """The run that `cortexc FILE.scn` shows."""
     from cortex_dsl.cli.draw_modes import drawn_scene
-    from cortex_dsl.page.case import tell_case
+    from cortex_dsl.report.findings.case_replay import tell_case
 
     if options.case is not None:
         raise UsageError("--case names a case of a run, and a scenario has none", "name the run, or leave --case out")
@@ -83,7 +83,7 @@ def _of_file(options: argparse.Namespace, terminal: Terminal) -> Found | int:
 
 
 def _play(found: Found, speed: float, terminal: Terminal) -> None:
-    from cortex_dsl.page.terminal_replay import play
+    from cortex_dsl.report.terminal.replay_view import play
 
     try:
         play(found.told, terminal.out, speed)
@@ -95,10 +95,10 @@ def _content(found: Found, path: Path, speed: float) -> str | bytes:
     from engine.extras import MissingExtraError
 
     if path.suffix.lower() == ".html":
-        from cortex_dsl.page.case_page import case_page
+        from cortex_dsl.report.page.case_page import case_page
 
         return case_page(found.told, found.case, found.folder)
-    from cortex_dsl.page.film import gif
+    from cortex_dsl.report.page.film import gif
 
     try:
         return gif(found.told, speed)

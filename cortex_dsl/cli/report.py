@@ -40,7 +40,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
     write(path, _page(run, options.cases))
     terminal.write(str(path))
     if options.figures is not None:
-        from cortex_dsl.page.figures import write_figures
+        from cortex_dsl.report.page.paper_figures import write_figures
 
         for figure in _figures(options.figures, partial(write_figures, run)):
             terminal.write(str(figure))
@@ -57,7 +57,7 @@ def _is_study(folder: Path) -> bool:
 
 def _study(options: argparse.Namespace, terminal: Terminal) -> int:
     """The page of a whole study."""
-    from cortex_dsl.page.study_page import study_page
+    from cortex_dsl.report.page.study_page import study_page
     from engine.search.store import StoreError
     from engine.study.database import read_study
 
@@ -69,7 +69,7 @@ def _study(options: argparse.Namespace, terminal: Terminal) -> int:
     write(path, study_page(study))
     terminal.write(str(path))
     if options.figures is not None:
-        from cortex_dsl.page.study_figures import write_study_figures
+        from cortex_dsl.report.page.paper_figures import write_study_figures
 
         for figure in _figures(options.figures, partial(write_study_figures, study)):
             terminal.write(str(figure))
@@ -109,7 +109,7 @@ def write(path: Path, content: str | bytes) -> None:
 
 def _page(run: "OpenedRun", cases: int) -> str:
     from cortex_dsl.cli.search_output import usage_errors
-    from cortex_dsl.page.run_page import run_page
+    from cortex_dsl.report.page.run_page import run_page
 
     with usage_errors():
         return run_page(run, cases)

@@ -14,10 +14,10 @@ from cortex_dsl.console.compiling import show
 from cortex_dsl.console.request import Request
 from cortex_dsl.console.simulating import mistake_of
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
-from cortex_dsl.report.json_documents import document
-from cortex_dsl.report.progress import SearchProgress
-from cortex_dsl.report.search_report import SearchReport
-from cortex_dsl.report.search_view import comparison_view, failures_line, search_view
+from cortex_dsl.report.documents import document
+from cortex_dsl.report.findings.search_report import SearchReport
+from cortex_dsl.report.terminal.progress import SearchProgress
+from cortex_dsl.report.terminal.search_view import comparison_view, failures_line, search_view
 from engine.extras import MissingExtraError
 from engine.program import Program
 from engine.search.journal_reader import Record

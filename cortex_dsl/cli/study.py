@@ -95,7 +95,7 @@ def resume(folder: Path, terminal: Terminal, workers: "Workers", *, json: bool =
 
 def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore", job: Job, terminal: Terminal) -> bool:
     """Do what is left to do; whether Ctrl-C came first."""
-    from cortex_dsl.report.study_progress import StudyProgress
+    from cortex_dsl.report.terminal.progress import StudyProgress
     from engine.search.workers import open_workers
     from engine.study.execution import perform_all
     from engine.study.run_records import Finished
@@ -121,7 +121,7 @@ def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore"
 
 def tell(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool = False) -> int:
     """Write the files beside the study, and show what it came to so far."""
-    from cortex_dsl.report.study_view import study_view
+    from cortex_dsl.report.terminal.study_view import study_view
     from engine.study.database import read_study
     from engine.study.study_files import summary, write_study
     from engine.study.verdict import findings
@@ -130,7 +130,7 @@ def tell(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool 
     found = findings(study.plan, study.records)
     write_study(study, found)
     if json:
-        from cortex_dsl.report.json_documents import document
+        from cortex_dsl.report.documents import document
 
         terminal.write(document("study", {"folder": folder, **summary(study, found)}))
     else:

@@ -66,7 +66,7 @@ def _list(as_json: bool, terminal: Terminal) -> None:
 
     entries = codes.entries()
     if as_json:
-        from cortex_dsl.report.json_documents import document
+        from cortex_dsl.report.documents import document
 
         terminal.write(document("codes", {"codes": [_summary(entry) for entry in entries]}))
         return
@@ -88,14 +88,15 @@ def _summary(entry: "Entry") -> dict[str, object]:
 
 def _explain(entry: "Entry", as_json: bool, terminal: Terminal) -> None:
     from cortex_dsl.diagnostics import Page
-    from cortex_dsl.report import diagnostics as report
+    from cortex_dsl.report.findings.snippet import as_json
+    from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
 
     page = entry.page or Page("", "")
     source, said = _said(entry.code, page)
     if as_json:
-        from cortex_dsl.report.json_documents import document
+        from cortex_dsl.report.documents import document
 
-        terminal.write(document("code", {**_summary(entry), **_content(page), "says": report.as_json(source, said)}))
+        terminal.write(document("code", {**_summary(entry), **_content(page), "says": as_json(source, said)}))
         return
     out = terminal.out
     out.print(f"{entry.code} ({entry.severity.value}): {page.title}\n", style="title", soft_wrap=True)
@@ -105,7 +106,7 @@ def _explain(entry: "Entry", as_json: bool, terminal: Terminal) -> None:
     _program(out, "For example", page.wrong, page.options[0])
     if said:
         out.print()
-        report.render(source, said, out)
+        print_diagnostics(source, said, out)
     _program(out, "Mended", page.right, page.options[1])
 
 
@@ -121,7 +122,7 @@ def _content(page: "Page") -> dict[str, object]:
 def _program(out: "Console", heading: str, text: str, option: str) -> None:
     if not text:
         return
-    from cortex_dsl.report.snippet import visible
+    from cortex_dsl.report.findings.snippet import visible
 
     out.print(f"\n{heading}{f', with `-p {option!r}`' if option else ''}:\n", style="title", soft_wrap=True)
     lines = text.splitlines()

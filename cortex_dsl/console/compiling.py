@@ -9,7 +9,8 @@ from cortex_dsl.console.request import Mode, Request
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import read_source
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
-from cortex_dsl.report import diagnostics as report
+from cortex_dsl.report.findings.snippet import as_json
+from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import did_you_mean
 
@@ -61,7 +62,7 @@ def show(
         for line in github_annotations(source, diagnostics):
             terminal.write(line)
     elif diagnostics:
-        report.render(source, diagnostics, terminal.err)
+        print_diagnostics(source, diagnostics, terminal.err)
         if terminal.err.is_terminal and (more := _where_to_read_more(diagnostics)):
             terminal.err.print(f"\nfor more: {more}", style="quiet", soft_wrap=True)
         sys.stderr.flush()
@@ -79,10 +80,10 @@ def diagnostics_document(
     source: Source, diagnostics: Sequence[Diagnostic], feasibility: Mapping[str, Any] | None = None
 ) -> str:
     """What a compilation said, as the one document of --json; `feasibility`: what was proved beyond that."""
-    from cortex_dsl.report.json_documents import document
+    from cortex_dsl.report.documents import document
 
     errors = sum(d.severity is Severity.ERROR for d in diagnostics)
-    content = {"file": source.name, "errors": errors, "diagnostics": report.as_json(source, diagnostics)}
+    content = {"file": source.name, "errors": errors, "diagnostics": as_json(source, diagnostics)}
     content |= {} if feasibility is None else {"feasibility": feasibility}
     return document("diagnostics", content)
 

@@ -15,8 +15,8 @@ from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.lowering.code_tables import group_variants
 from cortex_dsl.pipeline import Compiled
-from cortex_dsl.report.numbers import significant
-from cortex_dsl.semantics import errors
+from cortex_dsl.report.findings.readable import significant
+from cortex_dsl.semantics.errors.chance import INFEASIBLE, OFF_THE_ROAD, ON_TOP, STUCK, UNDEFINED
 from cortex_dsl.semantics.quantities.algebra import Numbers, closed_value, operands, parts
 from cortex_dsl.source import Source, Span
 from engine.feasibility import Feasibility, conflicts
@@ -32,7 +32,7 @@ def no_scene_at_all(program: Program, source: Source, found: Feasibility) -> Dia
     named = [r for r in found.conflict if program.requirements[r].line] or list(found.conflict)
     spans = [_line_span(source, program.requirements[r].line) for r in named if program.requirements[r].line]
     names = [f"`{program.requirements[r].name}`" for r in found.conflict]
-    return errors.INFEASIBLE.at(
+    return INFEASIBLE.at(
         spans[0] if spans else Span(0, 0),
         label="cannot hold" if len(names) == 1 else "cannot hold together with the rest",
         secondary=tuple(Label(span, "and this") for span in spans[1:]),
@@ -102,7 +102,7 @@ def _at_known_places(compiled: Compiled) -> Iterator[Diagnostic]:
             (distance,), (inside,) = boundary_distance(edges, np.array(place[:1]), np.array(place[1:]))
         if not inside:
             label = f"({place[0]:g}, {place[1]:g}) is {distance:.1f} m off the road"
-            yield errors.OFF_THE_ROAD.at(actor.span, name=actor.name, label=label)
+            yield OFF_THE_ROAD.at(actor.span, name=actor.name, label=label)
 
 
 def _known_place(versions: Sequence[ir.Actor]) -> tuple[float, float] | None:
@@ -118,7 +118,7 @@ def _off_the_road(compiled: Compiled) -> Iterator[Diagnostic]:
     for number, actor in enumerate(_actors(compiled)):
         program = _checking(compiled.program, road=[number], overlap=[])
         if actor.inside_road and conflicts(program, [len(program.requirements) - 2]):
-            yield errors.OFF_THE_ROAD.at(actor.span, name=actor.name, label="part of its outline is off the road")
+            yield OFF_THE_ROAD.at(actor.span, name=actor.name, label="part of its outline is off the road")
 
 
 def _overlapping(compiled: Compiled) -> Iterator[Diagnostic]:
@@ -126,7 +126,7 @@ def _overlapping(compiled: Compiled) -> Iterator[Diagnostic]:
         program = _checking(compiled.program, road=[], overlap=[i, j])
         if one.no_overlap and other.no_overlap and conflicts(program, [len(program.requirements) - 1]):
             secondary = (Label(one.span, f"`{one.name}`"),)
-            yield errors.ON_TOP.at(other.span, name=other.name, other=one.name, secondary=secondary)
+            yield ON_TOP.at(other.span, name=other.name, other=one.name, secondary=secondary)
 
 
 def _checking(program: Program, road: list[int], overlap: list[int]) -> Program:
@@ -148,7 +148,7 @@ def _only(flags: Ints, kept: list[int]) -> Ints:
 
 def never_acts(compiled: Compiled, budget: int, row: int, time: float) -> Diagnostic:
     """The diagnostic for a run stuck at this row of step code, after `time` seconds and `budget` instructions."""
-    return errors.STUCK.at(
+    return STUCK.at(
         _line_span(compiled.source, int(compiled.program.step_lines[row])),
         label=f"still here after {budget:,} instructions, at {time:.2f} s",
     )
@@ -241,7 +241,7 @@ def _drawn(space: ParamSpace, expression: ir.Expr, scenes: Scenes, row: int) -> 
 
 
 def _diagnostic(what: str, culprit: _Culprit, drawn: str) -> Diagnostic:
-    return errors.UNDEFINED.at(
+    return UNDEFINED.at(
         culprit.part.span,
         label=culprit.why,
         what=what,

@@ -15,17 +15,17 @@ from cortex_dsl.console.scenario_mistakes import never_acts, undefined_value
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.pipeline import Compiled
-from cortex_dsl.report.aftermath import aftermath
-from cortex_dsl.report.exhausted_view import exhausted_view
-from cortex_dsl.report.json_documents import document
-from cortex_dsl.report.run_document import run_content
-from cortex_dsl.report.run_view import RunReport, run_view
-from cortex_dsl.report.story import Moment, end_of
-from cortex_dsl.report.tally import Tally
+from cortex_dsl.report.documents import document
+from cortex_dsl.report.findings.run_report import RunReport, run_content
+from cortex_dsl.report.findings.story import Moment, aftermath, end_of
+from cortex_dsl.report.findings.tally import Tally
+from cortex_dsl.report.terminal.requirements_view import exhausted_view
+from cortex_dsl.report.terminal.run_view import run_view
 from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
 from engine.metrics import recorded
+from engine.outcomes import Outcomes
 from engine.program import Program, Settings
-from engine.scenes import Outcomes, Scenes, Trajectory, actor_columns
+from engine.scenes import Scenes, Trajectory, actor_columns
 from engine.vocabulary import Column, EndReason, Verdict
 
 if TYPE_CHECKING:
@@ -215,8 +215,8 @@ def _no_scene(request: Request, scenario: Scenario, scenes: Scenes, tally: Tally
     genome = scenes.genomes[0] if tally.scenes == 1 else None
     told = account(weigh(scenario.program, seed=request.seed or 0, genome=genome), request.target)
     if request.json:
-        from cortex_dsl.report.blame_view import blame_content
-        from cortex_dsl.report.run_document import no_scene_content
+        from cortex_dsl.report.findings.run_report import no_scene_content
+        from cortex_dsl.report.findings.tally import blame_content
 
         content = no_scene_content(scenario.program, tally, verdict, str(request.file))
         terminal.write(document("run", {**content, "blame": blame_content(told)}))

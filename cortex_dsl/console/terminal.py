@@ -60,7 +60,7 @@ class Terminal:
 def _console(stream: TextIO, colour: bool | None) -> "Console":
     from rich.console import Console
 
-    from cortex_dsl.report.theme import THEME
+    from cortex_dsl.report.terminal.theme import THEME
 
     plain = colour is False or "NO_COLOR" in os.environ
     console = Console(

@@ -128,7 +128,7 @@ def place_files(folder: Path, files: Mapping[str, bytes], *, force: bool) -> fro
     Raises:
         UsageError: they cannot be written, or something else stands in their place.
     """
-    from cortex_dsl.exports.files import standing, write_all
+    from engine.atomic import standing, write_all
 
     try:
         there = standing(folder, files)

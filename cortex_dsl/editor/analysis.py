@@ -13,8 +13,8 @@ from cortex_dsl.editor.lexer import Token, index_at, tokens_of
 from cortex_dsl.editor.symbols import Symbol, SymbolKind, symbols_of, visible
 from cortex_dsl.files import DISK, Files
 from cortex_dsl.semantics import elaborate
-from cortex_dsl.semantics.composition.imports import ImportedFile, link
-from cortex_dsl.semantics.sightings import Sighting, Sightings, Witness
+from cortex_dsl.semantics.model.context import ObservedValue, ObservedValues, ValueRecorder
+from cortex_dsl.semantics.names.linking import ImportedFile, link
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes, parse
 from cortex_dsl.syntax.reading import decode
@@ -27,7 +27,7 @@ class Analysis:
     source: Source
     diagnostics: tuple[Diagnostic, ...] = ()
     symbols: tuple[Symbol, ...] = ()
-    seen: Mapping[Span, Sightings] = field(default_factory=dict, repr=False)
+    seen: Mapping[Span, ObservedValues] = field(default_factory=dict, repr=False)
     module: nodes.Module | None = None
     """None where the text has no syntax tree."""
     imports: Mapping[Span, ImportedFile] = field(default_factory=dict, repr=False)
@@ -45,7 +45,7 @@ def analyse(name: str, text: str, superseded: Callable[[], bool] = lambda: False
         module = parse(source)
     except CompileError as error:
         return Analysis(error.source, error.diagnostics)
-    witness = Witness(superseded)
+    witness = ValueRecorder(superseded)
     result = Analysis(source, (), symbols_of(module, source), witness.seen, module)
     try:
         linked = link(module, source, files)
@@ -89,16 +89,16 @@ class View:
     def tree_end(self) -> int:
         return len(self.analysis.source.text)
 
-    def worth(self, sightings: Sightings) -> str:
+    def worth(self, sightings: ObservedValues) -> str:
         """What values are; where there are errors, not all of them have been seen."""
         partly = any(diagnostic.severity is Severity.ERROR for diagnostic in self.analysis.diagnostics)
         return described(sightings, partly=partly)
 
-    def sightings(self, span: Span) -> Sightings:
+    def sightings(self, span: Span) -> ObservedValues:
         """Values of the expression that ends like `span`, if it has been there when the text was last compiled."""
         return ending_at(self.analysis.seen, span) if self.fresh else ()
 
-    def values_of(self, symbol: Symbol) -> Sightings:
+    def values_of(self, symbol: Symbol) -> ObservedValues:
         """Values that a definition has had: where it was evaluated, or else where it was used."""
         seen = self.analysis.seen
         if symbol.value is not None and (values := seen.get(symbol.value.span, ())):
@@ -108,9 +108,9 @@ class View:
         values = next((seen[span] for span in uses), ())
         return self._as_param(symbol.name) if symbol.kind is SymbolKind.PARAM and not values else values
 
-    def _as_param(self, name: str) -> Sightings:
+    def _as_param(self, name: str) -> ObservedValues:
         """What a param is that no expression uses."""
         evaluator = next((each[0].evaluator for each in self.analysis.seen.values()), None)
         if evaluator is None or name not in evaluator.run.params:
             return ()
-        return [Sighting(evaluator, evaluator.run.params[name])]
+        return [ObservedValue(evaluator, evaluator.run.params[name])]

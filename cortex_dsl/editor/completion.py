@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from cortex_dsl.editor.analysis import View, analyse
-from cortex_dsl.editor.facts import Sighting, Sightings, described, ending_at
+from cortex_dsl.editor.facts import ObservedValue, ObservedValues, described, ending_at
 from cortex_dsl.editor.hover import (
     argument_text,
     attribute_doc,
@@ -16,18 +16,15 @@ from cortex_dsl.editor.hover import (
 )
 from cortex_dsl.editor.place import CLOSERS, Place, place_of
 from cortex_dsl.editor.symbols import Symbol, SymbolKind
-from cortex_dsl.semantics.builtins import BUILTINS, SPECIAL_NAMES, Kind
-from cortex_dsl.semantics.context import Moment
-from cortex_dsl.semantics.definitions import Namespace
-from cortex_dsl.semantics.evaluation import attributes
-from cortex_dsl.semantics.evaluation.attribute_docs import ATTRIBUTE_DOCS
-from cortex_dsl.semantics.problems import Mistake, NeedsExpansion, Rejection
+from cortex_dsl.semantics.acting.statements import SETTINGS
+from cortex_dsl.semantics.errors.problems import Mistake, NeedsExpansion, Rejection
+from cortex_dsl.semantics.evaluation import attributes, signals
+from cortex_dsl.semantics.evaluation.attributes import ATTRIBUTE_DOCS
+from cortex_dsl.semantics.evaluation.roads import MAP_ARGUMENTS
+from cortex_dsl.semantics.model.context import Moment
+from cortex_dsl.semantics.model.values import EnumValue, GlobalParameters, Namespace, Value
+from cortex_dsl.semantics.names.builtins import BUILTINS, FLAGS, PROPERTIES, SPECIAL_NAMES, Kind
 from cortex_dsl.semantics.quantities.units import UNITS, dimension_name
-from cortex_dsl.semantics.road import signals
-from cortex_dsl.semantics.road.roads import MAP_ARGUMENTS
-from cortex_dsl.semantics.statements import SETTINGS
-from cortex_dsl.semantics.things.classes import FLAGS, PROPERTIES
-from cortex_dsl.semantics.values import EnumValue, GlobalParameters, Value
 from cortex_dsl.syntax.words import KEYWORDS, Keyword, Role
 from engine.vocabulary import ManeuverType
 
@@ -56,7 +53,7 @@ def members(view: View, place: Place) -> list[Member]:
     return [Member(name) for name in sorted({*ATTRIBUTE_DOCS, *PROPERTIES})]
 
 
-def _values_before_dot(view: View, place: Place) -> Iterator[Sightings]:
+def _values_before_dot(view: View, place: Place) -> Iterator[ObservedValues]:
     """What stands before the dot: as the mended text has it, or as it was when the text was whole."""
     if len(place.left) < 2:
         return
@@ -71,10 +68,10 @@ def _values_before_dot(view: View, place: Place) -> Iterator[Sightings]:
         yield known
 
 
-def _while_running(sighting: Sighting) -> Sighting:
+def _while_running(sighting: ObservedValue) -> ObservedValue:
     """Any object of the scene, at a moment of the run."""
     actor = next(iter(sighting.evaluator.run.actors), None)
-    return Sighting(sighting.evaluator.at_moment(Moment(running=True, actor=actor)), actor)
+    return ObservedValue(sighting.evaluator.at_moment(Moment(running=True, actor=actor)), actor)
 
 
 def mended(view: View, place: Place, dot: int) -> str:
@@ -88,7 +85,7 @@ def mended(view: View, place: Place, dot: int) -> str:
     return view.text[:dot] + closers + (rest[-1:] if rest[-1:] in (",", ":") else "") + view.text[end:]
 
 
-def _names_before_dot(sighting: Sighting) -> list[str]:
+def _names_before_dot(sighting: ObservedValue) -> list[str]:
     """Names worth asking for."""
     match sighting.value:
         case EnumValue():
@@ -100,7 +97,7 @@ def _names_before_dot(sighting: Sighting) -> list[str]:
     return sorted({*attributes.attribute_names(), *PROPERTIES, *FLAGS})
 
 
-def _asked(sighting: Sighting, name: str) -> Member | None:
+def _asked(sighting: ObservedValue, name: str) -> Member | None:
     """The attribute of a value, if it has it."""
     evaluator = sighting.evaluator
     try:
@@ -109,7 +106,7 @@ def _asked(sighting: Sighting, name: str) -> Member | None:
         return Member(name)
     except Mistake:
         return None
-    return Member(name, described([Sighting(evaluator, value)]))
+    return Member(name, described([ObservedValue(evaluator, value)]))
 
 
 # -- Candidates at a place ---------------------------------------------------------------------------------------------

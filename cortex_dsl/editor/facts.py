@@ -4,12 +4,10 @@ import math
 from collections.abc import Mapping
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.definitions import Actor
-from cortex_dsl.semantics.quantities.speaking import param_units
+from cortex_dsl.semantics.model.context import ObservedValue, ObservedValues
+from cortex_dsl.semantics.model.values import Actor, Quantity, Truth, Value
+from cortex_dsl.semantics.model.wording import kind_name, option_name, param_units
 from cortex_dsl.semantics.quantities.units import UNITS, Unit, dimension_name, si_formula, si_word
-from cortex_dsl.semantics.sightings import Sighting, Sightings
-from cortex_dsl.semantics.values import Quantity, Truth, Value
-from cortex_dsl.semantics.wording import kind_name, option_name
 from cortex_dsl.source import Span
 from engine.vocabulary import GeneKind
 
@@ -17,13 +15,13 @@ MOST_OPTIONS = 6
 """Options that a hover text names."""
 
 
-def ending_at(seen: Mapping[Span, Sightings], span: Span) -> Sightings:
+def ending_at(seen: Mapping[Span, ObservedValues], span: Span) -> ObservedValues:
     """Values of the narrowest expression that ends where a span ends and begins no later: `a.b` for the span of `b`."""
     fitting = [each for each in seen if each.end == span.end and each.start <= span.start]
     return seen[max(fitting, key=lambda each: each.start)] if fitting else ()
 
 
-def described(sightings: Sightings, *, partly: bool = False) -> str:
+def described(sightings: ObservedValues, *, partly: bool = False) -> str:
     """What values are, in one line: kind, range or options; empty where nothing was seen.
 
     `partly`: there may be more values than those seen.
@@ -38,7 +36,7 @@ def described(sightings: Sightings, *, partly: bool = False) -> str:
     return ", ".join(filter(None, (kinds[0], details)))
 
 
-def _kind(sighting: Sighting) -> str:
+def _kind(sighting: ObservedValue) -> str:
     value = sighting.value
     if isinstance(value, Quantity) and value.dimension is None and isinstance(value.expr, ir.Literal):
         return "a number"
@@ -48,7 +46,7 @@ def _kind(sighting: Sighting) -> str:
     return kind_name(value)
 
 
-def _options(sightings: Sightings, partly: bool) -> str:
+def _options(sightings: ObservedValues, partly: bool) -> str:
     """Names of things, where they have any that the kind does not say."""
     names = list(dict.fromkeys(option_name(sighting.value) for sighting in sightings if _is_thing(sighting.value)))
     if not names:
@@ -65,7 +63,7 @@ def _is_thing(value: Value) -> bool:
     return option_name(value) != kind_name(value) and not isinstance(value, tuple)
 
 
-def _numbers(sightings: Sightings) -> str:
+def _numbers(sightings: ObservedValues) -> str:
     """The numbers between which the values lie, where that is known."""
     first = sightings[0]
     assert isinstance(first.value, Quantity)
@@ -80,7 +78,7 @@ def _numbers(sightings: Sightings) -> str:
     return f"{told} ({_between(low / own.factor, high / own.factor, own.word)})" if told and own else told
 
 
-def _own_unit(sighting: Sighting) -> Unit | None:
+def _own_unit(sighting: ObservedValue) -> Unit | None:
     """The unit in which a param behind a number is written, where it is another than that of SI."""
     assert isinstance(sighting.value, Quantity)
     words = param_units(sighting.value.expr, sighting.evaluator.file.genes)

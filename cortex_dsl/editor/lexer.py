@@ -13,7 +13,7 @@ from pygments.token import Comment, Keyword, Name, Number, Operator, Punctuation
 
 from cortex_dsl.editor import patterns
 from cortex_dsl.editor.patterns import BLANK, NAME
-from cortex_dsl.semantics.builtins import Kind
+from cortex_dsl.semantics.names.builtins import Kind
 from cortex_dsl.source import Span
 
 

@@ -14,8 +14,8 @@ from cortex_dsl.editor.completion import Candidate
 from cortex_dsl.editor.navigation import Outline, Target, target_of
 from cortex_dsl.editor.open_files import OpenFile, Positions
 from cortex_dsl.editor.symbols import SymbolKind
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.composition.imports import import_statements
+from cortex_dsl.semantics.errors.names import UNUSED_BEHAVIOUR, UNUSED_GENE
+from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.source import Source, Span
 from cortex_dsl.spelling import nearest
 
@@ -79,7 +79,7 @@ SEVERITIES = {
     Severity.NOTE: types.DiagnosticSeverity.Information,
     Severity.HINT: types.DiagnosticSeverity.Hint,
 }
-UNUSED = (errors.UNUSED_BEHAVIOUR.code, errors.UNUSED_GENE.code)
+UNUSED = (UNUSED_BEHAVIOUR.code, UNUSED_GENE.code)
 ITEM_KINDS = {
     "keyword": types.CompletionItemKind.Keyword,
     "unit": types.CompletionItemKind.Unit,

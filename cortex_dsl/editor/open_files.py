@@ -10,7 +10,7 @@ from functools import cached_property
 
 from cortex_dsl.editor.analysis import Analysis, View, analyse
 from cortex_dsl.files import Folder
-from cortex_dsl.semantics.sightings import Superseded
+from cortex_dsl.semantics.model.context import Superseded
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.reading import decode
 

@@ -7,7 +7,7 @@ what Python and Oniguruma read the same way.
 import re
 from collections.abc import Iterable
 
-from cortex_dsl.semantics.builtins import BUILTINS, SPECIAL_NAMES, Kind
+from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES, Kind
 from cortex_dsl.syntax.literals import UNIT_WORDS
 from cortex_dsl.syntax.words import CONSTANT_WORDS, RESERVED, Keyword, Role, with_role
 

@@ -5,8 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from cortex_dsl.semantics.composition.imports import bound_name
-from cortex_dsl.semantics.tree import everything_in
+from cortex_dsl.semantics.names.tree import bound_name, everything_in
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from cortex_dsl.editor import patterns
 from cortex_dsl.editor.patterns import BLANK, NAME
-from cortex_dsl.semantics.builtins import Kind
+from cortex_dsl.semantics.names.builtins import Kind
 
 PATH = Path(__file__).parents[2] / "editors" / "cortex.tmLanguage.json"
 SCOPE = "source.scn"

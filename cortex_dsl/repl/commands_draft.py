@@ -14,7 +14,7 @@ from cortex_dsl.repl.commands import whole_number
 from cortex_dsl.repl.draft import Draft, History, comments_above, split
 from cortex_dsl.repl.entering import refuse
 from cortex_dsl.repl.state import Desk, check, new_errors
-from cortex_dsl.report.numbers import counted
+from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.formatting import format_source

@@ -8,9 +8,9 @@ from cortex_dsl.console.request import assignment
 from cortex_dsl.console.terminal import UsageError
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.repl.state import LIKE, Desk, check, new_errors
-from cortex_dsl.report import diagnostics as report
-from cortex_dsl.report.layout import columns, left
-from cortex_dsl.report.numbers import counted
+from cortex_dsl.report.findings.readable import counted
+from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
+from cortex_dsl.report.terminal.theme import columns, left
 from cortex_dsl.spelling import did_you_mean
 
 ENTERING = """\
@@ -50,12 +50,12 @@ def do_check(desk: Desk, _argument: str) -> None:
     told = (*checked.errors, *(r for r in checked.remarks if checked.compiled is not None))
     if told:
         out.file.flush()
-        report.render(checked.source, told, desk.terminal.err)
+        print_diagnostics(checked.source, told, desk.terminal.err)
     if checked.missing:
         out.print(Text.assemble(("still to come: ", "warn"), f"an ego, {LIKE}"))
     if checked.compiled is None:
         return
-    from cortex_dsl.report.feasibility_view import feasibility_view
+    from cortex_dsl.report.terminal.check_view import feasibility_view
     from engine.feasibility import explain
 
     program = checked.compiled.program
@@ -92,7 +92,7 @@ def _texts(desk: Desk, word: str) -> Iterator[str]:
     """What is known of a word, the nearest meaning first."""
     from cortex_dsl.editor import hover
     from cortex_dsl.editor.analysis import View, analyse
-    from cortex_dsl.semantics.builtins import BUILTINS, SPECIAL_NAMES
+    from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES
     from cortex_dsl.semantics.quantities.units import UNITS
 
     view = View(desk.name, desk.draft.text, analyse(desk.name, desk.draft.text))
@@ -113,9 +113,8 @@ def _texts(desk: Desk, word: str) -> Iterator[str]:
 
 def known(desk: Desk) -> list[str]:
     from cortex_dsl.editor.analysis import analyse
-    from cortex_dsl.semantics.builtins import BUILTINS, SPECIAL_NAMES
+    from cortex_dsl.semantics.names.builtins import BUILTINS, PROPERTIES, SPECIAL_NAMES
     from cortex_dsl.semantics.quantities.units import UNITS
-    from cortex_dsl.semantics.things.classes import PROPERTIES
 
     own = (symbol.name for symbol in analyse(desk.name, desk.draft.text).symbols)
     return [*own, *BUILTINS, *SPECIAL_NAMES, *UNITS, *PROPERTIES]
@@ -163,7 +162,7 @@ def _hold(desk: Desk, overrides: dict[str, str]) -> None:
     wrong: tuple[Diagnostic, ...] = new_errors(before, checked)
     if wrong:
         desk.mistakes += 1
-        report.render(checked.source, wrong, desk.terminal.err)
+        print_diagnostics(checked.source, wrong, desk.terminal.err)
         desk.terminal.err.print("refused: nothing was changed", style="quiet")
         return
     desk.hold(overrides, checked)

@@ -15,7 +15,7 @@ from cortex_dsl.console.terminal import Exit, UsageError
 from cortex_dsl.repl.commands import whole_number
 from cortex_dsl.repl.entering import refuse
 from cortex_dsl.repl.state import Desk
-from cortex_dsl.report.tally import Tally
+from cortex_dsl.report.findings.tally import Tally
 from cortex_dsl.spelling import did_you_mean
 from engine.search.run import Campaign, Progress
 from engine.vocabulary import Verdict
@@ -55,7 +55,7 @@ def do_sample(desk: Desk, argument: str) -> None:
 
 
 def _show_tally(desk: Desk, scenario: "Scenario", tally: Tally, seconds: float, interrupted_before: int) -> None:
-    from cortex_dsl.report.sample_view import sample_view
+    from cortex_dsl.report.terminal.sample_view import sample_view
     from engine.acceptance import account
 
     told = None if tally.always else account(desk.weighing(scenario.program))
@@ -91,7 +91,7 @@ def do_scene(desk: Desk, _argument: str) -> None:
     scenes = _next_scene(desk, scenario)
     if scenes is None:
         return
-    from cortex_dsl.report.still_view import still_view
+    from cortex_dsl.report.terminal.sample_view import still_view
     from engine import batch
     from engine.road import build_network, outline
 
@@ -131,7 +131,7 @@ def do_plot(desk: Desk, argument: str) -> None:
     if argument not in names:
         raise _unknown_param(argument, names)
     desk.kernels.wait(desk.terminal)
-    from cortex_dsl.report.distribution_view import distribution_view
+    from cortex_dsl.report.terminal.sample_view import distribution_view
 
     weighing = _plenty(desk, desk.weighing(program))
     console = desk.terminal.out
@@ -170,8 +170,9 @@ def do_relax(desk: Desk, argument: str) -> None:
     except ArgumentTypeError as error:
         raise UsageError(f"the share {error}", "as in `:relax 50%`") from None
     desk.kernels.wait(desk.terminal)
-    from cortex_dsl.report.blame_view import blame_note, blame_view
-    from cortex_dsl.report.layout import section
+    from cortex_dsl.report.findings.tally import blame_note
+    from cortex_dsl.report.terminal.requirements_view import blame_view
+    from cortex_dsl.report.terminal.theme import section
     from engine.acceptance import account
 
     told = account(desk.weighing(program), target)
@@ -229,8 +230,8 @@ def _search(desk: Desk, method: str, argument: str) -> None:
         refuse(desk, scenario.compiled.source, [mistake])
         return
     desk.no_scene = not campaign.by_individual.valid
-    from cortex_dsl.report.search_report import SearchReport
-    from cortex_dsl.report.search_view import search_view
+    from cortex_dsl.report.findings.search_report import SearchReport
+    from cortex_dsl.report.terminal.search_view import search_view
 
     console, population = desk.terminal.out, scenario.config.search.population
     settings = f"{generations} x {population}, seed {desk.seed}"
@@ -239,7 +240,7 @@ def _search(desk: Desk, method: str, argument: str) -> None:
 
 def _campaign(desk: Desk, scenario: Scenario, method: str, generations: int) -> Campaign:
     """The search; Ctrl-C ends it, and what was found until then stays."""
-    from cortex_dsl.report.progress import SearchProgress
+    from cortex_dsl.report.terminal.progress import SearchProgress
 
     with SearchProgress(desk.terminal.err, method, generations) as progress:
 

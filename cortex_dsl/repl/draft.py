@@ -7,7 +7,7 @@ from functools import cached_property, lru_cache
 from itertools import accumulate, pairwise
 
 from cortex_dsl.diagnostics import CompileError
-from cortex_dsl.semantics.tree import everything_in
+from cortex_dsl.semantics.names.tree import everything_in
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes, parse
 

@@ -9,8 +9,8 @@ from cortex_dsl.editor.facts import described
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.repl.draft import Draft, Placed, keys, place, place_last, place_new, split
 from cortex_dsl.repl.state import STILL_TO_COME, Checked, Desk, check, new_errors, remarks_on
-from cortex_dsl.report import diagnostics as report
-from cortex_dsl.semantics.sightings import Witness
+from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
+from cortex_dsl.semantics.model.context import ValueRecorder
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes, parse
 
@@ -28,7 +28,7 @@ def show_value(desk: Desk, expression: str, refuse: Refuse) -> None:
     """Print what an expression is; the draft stays as it is."""
     text = f"{desk.draft.text}{PLACE}{expression}\n"
     start = len(desk.draft.text) + len(PLACE)
-    witness = Witness()
+    witness = ValueRecorder()
     source = Source(desk.name, text)
     try:
         compile_source(source, desk.overrides, observe=witness)
@@ -62,7 +62,7 @@ def _as_typed(diagnostic: Diagnostic, start: int) -> Diagnostic:
     return replace(diagnostic, label=moved(diagnostic.label), secondary=tuple(map(moved, diagnostic.secondary)))
 
 
-def _widest(witness: Witness, start: int) -> Sequence:
+def _widest(witness: ValueRecorder, start: int) -> Sequence:
     """What was seen of the whole expression, whose span may leave out brackets around it."""
     fitting = [span for span in witness.seen if span.start >= start]
     return witness.seen[min(fitting, key=lambda span: (span.start, -span.end))] if fitting else ()
@@ -91,7 +91,7 @@ def tell_change(desk: Desk, before: Checked, after: Checked) -> None:
     new = desk.weighing(after.weighable)
     if not fresh and (old is None or new.acceptance >= NOTABLE * old.acceptance):
         return
-    from cortex_dsl.report.weighing_view import weighing_view
+    from cortex_dsl.report.terminal.requirements_view import weighing_view
 
     console = desk.terminal.out
     view = weighing_view(old, account(new), fresh, ascii_only=console.options.ascii_only)
@@ -185,7 +185,7 @@ def _tell(desk: Desk, before: Checked, checked: Checked, steps: list[Placed]) ->
     remarks = [remark for index in touched for remark in remarks_on(checked, index)]
     fresh = [r for r in remarks if (r.code, r.message) not in {(b.code, b.message) for b in before.remarks}]
     if fresh:
-        report.render(checked.source, fresh, desk.terminal.err)
+        print_diagnostics(checked.source, fresh, desk.terminal.err)
     tell_change(desk, before, checked)
 
 
@@ -193,4 +193,4 @@ def refuse(desk: Desk, source: Source, diagnostics: Sequence[Diagnostic]) -> Non
     """Show what is wrong."""
     desk.mistakes += 1
     desk.terminal.out.file.flush()
-    report.render(source, diagnostics, desk.terminal.err)
+    print_diagnostics(source, diagnostics, desk.terminal.err)

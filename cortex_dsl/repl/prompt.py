@@ -29,7 +29,7 @@ from cortex_dsl.repl.chunks import MORE, PROMPT, is_command, is_whole
 from cortex_dsl.repl.colours import for_prompt
 from cortex_dsl.repl.commands import COMMANDS
 from cortex_dsl.repl.state import Desk
-from cortex_dsl.report.numbers import counted, percent
+from cortex_dsl.report.findings.readable import counted, percent
 
 # -- What was typed in earlier sessions, in the user's state folder; nothing fails where there is none -----------------
 

@@ -11,7 +11,11 @@ from cortex_dsl.console.terminal import Terminal, UsageError
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.repl.draft import Draft, History
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.names import DEAD_GENE, UNUSED_BEHAVIOUR, UNUSED_GENE, UNUSED_NAME
+from cortex_dsl.semantics.errors.objects import NO_EGO
+from cortex_dsl.semantics.errors.roads import DEFAULT_MAP
+from cortex_dsl.semantics.errors.scenarios import UNUSED_MONITOR
+from cortex_dsl.semantics.errors.statements import EMPTY_FILE
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.reading import decode
 from engine.program import Program
@@ -22,14 +26,14 @@ if TYPE_CHECKING:
 
 # -- A draft, compiled: what is wrong with it, and what is merely still to come ----------------------------------------
 
-STILL_TO_COME = (errors.NO_EGO.code, errors.EMPTY_FILE.code)
+STILL_TO_COME = (NO_EGO.code, EMPTY_FILE.code)
 OF_THE_WHOLE = (
-    errors.DEFAULT_MAP.code,
-    errors.UNUSED_BEHAVIOUR.code,
-    errors.UNUSED_MONITOR.code,
-    errors.UNUSED_GENE.code,
-    errors.DEAD_GENE.code,
-    errors.UNUSED_NAME.code,
+    DEFAULT_MAP.code,
+    UNUSED_BEHAVIOUR.code,
+    UNUSED_MONITOR.code,
+    UNUSED_GENE.code,
+    DEAD_GENE.code,
+    UNUSED_NAME.code,
 )
 """Remarks that make sense when a scenario is complete."""
 STAND_IN = "\nego = new Car on road, with regionContainedIn None\n"

@@ -10,8 +10,8 @@ from cortex_dsl.syntax import nodes
 
 if TYPE_CHECKING:
     from cortex_dsl.files import Files
-    from cortex_dsl.semantics.composition.imports import ImportedFile, Linked
-    from cortex_dsl.semantics.context import Observer
+    from cortex_dsl.semantics.model.context import Observer
+    from cortex_dsl.semantics.names.linking import ImportedFile, Linked
 
 NO_OVERRIDES: Mapping[str, str] = {}
 NO_FILES: "Mapping[Span, ImportedFile]" = {}
@@ -46,6 +46,6 @@ def link(module: nodes.Module, source: Source, files: "Files") -> "Linked":
     Raises:
         CompileError: with every error found in the imported files.
     """
-    from cortex_dsl.semantics.composition.imports import link as run
+    from cortex_dsl.semantics.names.linking import link as run
 
     return run(module, source, files)

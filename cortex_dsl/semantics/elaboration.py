@@ -11,23 +11,22 @@ from pathlib import PurePath
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import CompileError, Diagnostic
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.acting import acts as _acts  # noqa: F401 - fills the table of statements
-from cortex_dsl.semantics.composition import scenarios
-from cortex_dsl.semantics.composition.imports import NO_FILES, ImportedFile
-from cortex_dsl.semantics.context import Observer
-from cortex_dsl.semantics.findings import Findings
-from cortex_dsl.semantics.names.overrides import param_entries, read_overrides
+from cortex_dsl.semantics.acting.rules import judged
+from cortex_dsl.semantics.advice import advised
+from cortex_dsl.semantics.composition import setting_up
+from cortex_dsl.semantics.errors.chance import NO_OPTIONS, TOO_MANY_VARIANTS
+from cortex_dsl.semantics.errors.problems import Findings, NeedsExpansion
+from cortex_dsl.semantics.errors.roads import DEFAULT_MAP
+from cortex_dsl.semantics.errors.statements import ALWAYS_FALSE, DIFFERENT_OBJECTS, EMPTY_FILE
+from cortex_dsl.semantics.errors.values import NEVER_EQUAL
+from cortex_dsl.semantics.evaluation.roads import default_road, map_with_lights, reasons, spelled
+from cortex_dsl.semantics.model.choices import VARIANT_LIMIT, TooManyVariants, enumerate_variants
+from cortex_dsl.semantics.model.context import Observer
+from cortex_dsl.semantics.model.state import FileContext
+from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile, read_overrides
 from cortex_dsl.semantics.names.scope import check_names
-from cortex_dsl.semantics.names.system import system_params
-from cortex_dsl.semantics.problems import NeedsExpansion
+from cortex_dsl.semantics.names.tree import everything_in, param_entries, system_params
 from cortex_dsl.semantics.quantities.units import si_word
-from cortex_dsl.semantics.randomness.choices import VARIANT_LIMIT, TooManyVariants, enumerate_variants
-from cortex_dsl.semantics.remarks.advice import advised
-from cortex_dsl.semantics.road.default_map import default_road, map_with_lights, reasons, spelled
-from cortex_dsl.semantics.running.temporal import judged
-from cortex_dsl.semantics.state import FileContext
-from cortex_dsl.semantics.tree import everything_in
 from cortex_dsl.semantics.variants import Draft, elaborate_variant
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
@@ -47,14 +46,15 @@ def elaborate(
     observe: Observer | None = None,
 ) -> tuple[ir.Scenario, tuple[Diagnostic, ...]]:
     """The checked scenario, and the warnings and notes about it. `overrides` are the `-p NAME=VALUE` of the command,
-    `imports` the file behind each import statement, `scenario` the one to run; `observe` is told every value.
+    `imports` the file behind each import statement, `scenario` the one to run; `observe` is called with
+    every value.
 
     Raises:
         CompileError: with every error found.
     """
     findings = Findings()
     if not module.statements:
-        raise CompileError(source, [errors.EMPTY_FILE.at(Span(0, 0))])
+        raise CompileError(source, [EMPTY_FILE.at(Span(0, 0))])
     whole = _whole(module, imports)
     values = read_overrides(whole, overrides)
     check_names(module, findings, imports)
@@ -65,24 +65,23 @@ def elaborate(
         values,
         imports,
         _default_road(whole, findings),
-        observe=observe,
-        entry=scenarios.entry(module, scenario, findings),
+        entry=setting_up.entry(module, scenario, findings),
         default_signals=map_with_lights(whole),
         from_scenic=any(isinstance(statement, nodes.Model) for statement in whole.statements),
     )
-    file, drafts = _drafted(module, fresh, findings)
+    file, drafts = _drafted(module, fresh, findings, observe)
     return advised(module, file, replace(_scenario(module, file, drafts), system=system))
 
 
 def _drafted(
-    module: nodes.Module, fresh: Callable[..., FileContext], findings: Findings
+    module: nodes.Module, fresh: Callable[..., FileContext], findings: Findings, observe: Observer | None
 ) -> tuple[FileContext, list[Draft]]:
     """Every variant; begins anew where a numeric choice turns out to be needed concretely."""
     expanded: frozenset[Span] = frozenset()
     while True:
         file = fresh(expanded=expanded, findings=findings.copy())
         try:
-            return file, _enumerate(module, file)
+            return file, _enumerate(module, file, observe)
         except NeedsExpansion as need:
             expanded = _expanded(expanded, need.sites)
 
@@ -104,17 +103,15 @@ def _default_road(module: nodes.Module, findings: Findings) -> RoadSpec:
     has_map = any(isinstance(statement, nodes.Map) for statement in module.statements)
     if not has_map and "map" not in param_entries(module):
         lanes = "one lane" if road.lanes == 1 else f"{road.lanes} lanes"
-        findings.add(
-            errors.DEFAULT_MAP.at(Span(0, 0), ways=road.ways, lanes=lanes, reason=reasons(road), road=spelled(road))
-        )
+        findings.add(DEFAULT_MAP.at(Span(0, 0), ways=road.ways, lanes=lanes, reason=reasons(road), road=spelled(road)))
     return road
 
 
-def _enumerate(module: nodes.Module, file: FileContext) -> list[Draft]:
+def _enumerate(module: nodes.Module, file: FileContext, observe: Observer | None) -> list[Draft]:
     """Every variant; stops at the first one with errors, since the others would repeat them."""
     drafts: list[Draft] = []
     try:
-        for _, draft in enumerate_variants(lambda oracle: elaborate_variant(module, file, oracle)):
+        for _, draft in enumerate_variants(lambda oracle: elaborate_variant(module, file, oracle, observe)):
             if draft is not None:
                 drafts.append(draft)
             if file.findings.has_errors:
@@ -127,7 +124,7 @@ def _enumerate(module: nodes.Module, file: FileContext) -> list[Draft]:
 def _too_many(too_many: TooManyVariants) -> Diagnostic:
     sizes = ", ".join(f"`{d.name}` has {len(d.probabilities)}" for d in too_many.decisions if len(d.probabilities) > 1)
     largest = max(too_many.decisions, key=lambda d: len(d.probabilities))
-    return errors.TOO_MANY_VARIANTS.at(largest.span, limit=VARIANT_LIMIT, sizes=sizes)
+    return TOO_MANY_VARIANTS.at(largest.span, limit=VARIANT_LIMIT, sizes=sizes)
 
 
 # -- all variants together --------------------------------------------------------------------------------------------
@@ -178,7 +175,7 @@ def _has_end(module: nodes.Module, file: FileContext) -> bool:
 
 
 def _how_to_have_options(file: FileContext, span: Span) -> str:
-    if any(d.code == errors.NEVER_EQUAL.code and span.start <= d.label.span.start < span.end for d in file.findings):
+    if any(d.code == NEVER_EQUAL.code and span.start <= d.label.span.start < span.end for d in file.findings):
         return "mend the comparison in it, which never holds"
     if "U_TURN" in file.source.slice(span):
         return "gridded intersections have no U-turns: choose `STRAIGHT`, `LEFT_TURN` or `RIGHT_TURN`"
@@ -189,16 +186,16 @@ def _check_together(file: FileContext, drafts: Sequence[Draft], possible: Sequen
     if not possible:
         first = drafts[0]
         cure = _how_to_have_options(file, first.span)
-        file.findings.add(errors.NO_OPTIONS.at(first.span, reason=first.variant.rejection, cure=cure))
+        file.findings.add(NO_OPTIONS.at(first.span, reason=first.variant.rejection, cure=cure))
         return
     for span, weight in file.weights.items():
         if not weight.possible:
-            file.findings.add(errors.ALWAYS_FALSE.at(span, secondary=weight.labels(file.genes)))
+            file.findings.add(ALWAYS_FALSE.at(span, secondary=weight.labels(file.genes)))
     objects = [[(a.name, a.kind) for a in draft.variant.actors] for draft in possible]
     for draft, here in zip(possible, objects, strict=True):
         if here != objects[0]:
             names = [", ".join(name for name, _ in each) for each in (objects[0], here)]
-            file.findings.add(errors.DIFFERENT_OBJECTS.at(draft.span, here=names[0], there=names[1]))
+            file.findings.add(DIFFERENT_OBJECTS.at(draft.span, here=names[0], there=names[1]))
             return
 
 

@@ -7,26 +7,62 @@ and the state of the simulation.
 from collections.abc import Iterator, Mapping, Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.acting.behaviours import actor_behaviour, warn_if_idle
+from cortex_dsl.semantics.acting.behaviours import actor_behaviour, started_monitors, warn_if_idle
+from cortex_dsl.semantics.acting.rules import rules_of_run
 from cortex_dsl.semantics.acting.yielding import everything
 from cortex_dsl.semantics.composition.composing import Composer, run_by, set_up_run
-from cortex_dsl.semantics.composition.modules import OF_THE_RUN, run_module
-from cortex_dsl.semantics.context import Evaluator, Moment
-from cortex_dsl.semantics.definitions import Actor
-from cortex_dsl.semantics.evaluation.expressions import evaluator
-from cortex_dsl.semantics.problems import Mistake, Rejection
-from cortex_dsl.semantics.randomness.choices import Oracle
-from cortex_dsl.semantics.road.roads import network_of
-from cortex_dsl.semantics.running import monitors
-from cortex_dsl.semantics.running.rules import rules_of_run
-from cortex_dsl.semantics.state import FileContext, RuleKey, Variant
-from cortex_dsl.semantics.things.classes import OFF_ROAD, PROPERTIES
-from cortex_dsl.semantics.values import POISON, Value
+from cortex_dsl.semantics.composition.setting_up import OF_THE_RUN, run_module
+from cortex_dsl.semantics.errors.names import DUPLICATE
+from cortex_dsl.semantics.errors.objects import NO_EGO
+from cortex_dsl.semantics.errors.problems import Mistake, Rejection
+from cortex_dsl.semantics.errors.scenarios import WHICH_SCENARIO
+from cortex_dsl.semantics.evaluation import calls, geometry, objects, operators
+from cortex_dsl.semantics.evaluation.roads import network_of
+from cortex_dsl.semantics.model.choices import Oracle
+from cortex_dsl.semantics.model.context import Evaluator, Handler, Moment, Observer
+from cortex_dsl.semantics.model.state import FileContext, RuleKey, Variant
+from cortex_dsl.semantics.model.values import POISON, Actor, Value
+from cortex_dsl.semantics.names.builtins import OFF_ROAD, PROPERTIES
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 from engine.vocabulary import Column
+
+# -- which function gives the value of which kind of expression --------------------------------------------------------
+
+HANDLERS: Mapping[type, Handler] = {
+    nodes.Number: operators.number,
+    nodes.WithUnit: operators.with_unit,
+    nodes.Degrees: operators.degrees,
+    nodes.String: operators.string,
+    nodes.Constant: operators.constant,
+    nodes.Name: operators.name,
+    nodes.Attribute: operators.attribute,
+    nodes.Index: operators.index,
+    nodes.Call: calls.call,
+    nodes.Starred: operators.starred,
+    nodes.ListDisplay: operators.display,
+    nodes.TupleDisplay: operators.display,
+    nodes.DictDisplay: operators.dictionary,
+    nodes.Comprehension: operators.comprehension,
+    nodes.Lambda: operators.lambda_,
+    nodes.Unary: operators.unary,
+    nodes.Binary: operators.binary,
+    nodes.BoolOp: operators.boolean,
+    nodes.Compare: operators.compare,
+    nodes.Conditional: operators.conditional,
+    nodes.Distance: geometry.distance,
+    nodes.RelativeHeading: geometry.relative_heading,
+    nodes.CanSee: geometry.can_see,
+    nodes.Intersects: geometry.intersects,
+    nodes.OffsetBy: geometry.offset_by,
+    nodes.OffsetAlong: geometry.offset_along,
+    nodes.New: objects.new,
+    nodes.Temporal: operators.implication,
+}  # type: ignore[dict-item]
+
+
+# -- the variant -------------------------------------------------------------------------------------------------------
 
 
 @frozen
@@ -39,10 +75,12 @@ class Draft:
     """Where it was rejected, or its first object."""
 
 
-def elaborate_variant(module: nodes.Module, file: FileContext, oracle: Oracle) -> Draft | None:
-    """One variant; None when it has errors."""
+def elaborate_variant(
+    module: nodes.Module, file: FileContext, oracle: Oracle, observe: Observer | None = None
+) -> Draft | None:
+    """One variant; None when it has errors. `observe` is called with every value."""
     run = Variant(file, oracle)
-    ev = evaluator(run)
+    ev = Evaluator(run, HANDLERS, observe=observe)
     try:
         run_module(ev, module.statements)
         composer = set_up_run(ev)
@@ -81,7 +119,7 @@ def _rejected(run: Variant, rejection: Rejection) -> ir.Variant:
     )
 
 
-HIDES_THE_EGO = (errors.WHICH_SCENARIO.code, errors.DUPLICATE.code)
+HIDES_THE_EGO = (WHICH_SCENARIO.code, DUPLICATE.code)
 """Mistakes after which nobody knows whether there is an ego."""
 
 
@@ -92,7 +130,7 @@ def _finished_actors(ev: Evaluator) -> list[Actor]:
     taken = ev.run.names.get("ego") is POISON
     if (ego is None or ego.index != 0) and not taken and not undecided:
         end = len(ev.file.source.text.rstrip())
-        ev.report(errors.NO_EGO.at(Span(end, end), label="the file ends without one"))
+        ev.report(NO_EGO.at(Span(end, end), label="the file ends without one"))
     return sorted(ev.run.actors, key=lambda actor: actor.index)
 
 
@@ -113,7 +151,7 @@ def _rules(ev: Evaluator, statements: Sequence[nodes.Statement], composer: Compo
         root = ev.run.root
         places.append((composer.ev.at_moment(Moment(running=True, scenario=root)), root.rules))
     rules_of_run(places)
-    required = list(monitors.started(ev))
+    required = list(started_monitors(ev))
     ev.run.monitors[: len(required)] = required
 
 

@@ -1,7 +1,7 @@
 """Intervals, over many boxes at once: what a value may be in each, and arithmetic, comparisons and logic on them.
 
 NaN is kept beside the numbers: an interval holds all values that are numbers, `undefined` says whether there may be one
-that is not. Truths are intervals within [0, 1]. (`cortex_dsl.semantics.quantities.intervals` has the plain ones of the
+that is not. Truths are intervals within [0, 1]. (`cortex_dsl.semantics.quantities.bounds` has the plain ones of the
 compiler, one expression at a time; a test holds the two together.)
 
 Each function takes intervals and gives one that holds every value the instruction can have on operands in them.

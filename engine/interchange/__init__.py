@@ -4,8 +4,7 @@
 files of one, `measure` judges one with the kernels that judge our own runs, whoever drove it.
 """
 
-from engine.interchange.errors import InterchangeError
-from engine.interchange.export import Export, ExportOptions
+from engine.interchange.contract import Export, ExportOptions, InterchangeError
 from engine.interchange.recording import Contact, Provenance, RecordedActor, Recording, SignalTimes
 
 __all__ = [

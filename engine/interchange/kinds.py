@@ -1,23 +1,60 @@
-"""What each standard calls the kinds of actors, and what a flat world does not know of them: one row for each."""
+"""What each standard calls the kinds of actors, and what a flat world does not know of them: one row for each.
+
+ASAM's Open Simulation Interface numbers what an actor is, as omega-prime's columns hold it. Source: Open Simulation
+Interface 3.7, `osi_object.proto`: MovingObject.Type, MovingObject.VehicleClassification.Type and .Role. What is no
+vehicle has neither role nor subtype, -1 in omega-prime.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import NamedTuple
 
-from engine.interchange.osi import (
-    BICYCLE,
-    BUS,
-    CIVIL,
-    HEAVY_TRUCK,
-    MEDIUM_CAR,
-    MOTORBIKE,
-    OTHER,
-    PEDESTRIAN,
-    PUBLIC_TRANSPORT,
-    VEHICLE,
-    Code,
-)
 from engine.vocabulary import ActorKind
+
+# -- numbers of the Open Simulation Interface --------------------------------------------------------------------------
+
+UNSET = -1
+OTHER, VEHICLE, PEDESTRIAN, ANIMAL = 1, 2, 3, 4
+"""Types."""
+CIVIL, PUBLIC_TRANSPORT = 2, 6
+"""Roles."""
+SMALL_CAR, LUXURY_CAR, DELIVERY_VAN, HEAVY_TRUCK, SEMITRAILER, TRAILER = 2, 5, 6, 7, 8, 9
+MOTORBIKE, BICYCLE, BUS, TRAM, TRAIN, WHEELCHAIR, SEMITRACTOR, STANDUP_SCOOTER = 10, 11, 12, 13, 14, 15, 16, 17
+"""Subtypes of vehicles; 2 to 5 are cars by size."""
+MEDIUM_CAR = 4
+
+
+class Code(NamedTuple):
+    """What one actor is."""
+
+    type: int
+    role: int = UNSET
+    subtype: int = UNSET
+
+
+BY_SUBTYPE: Mapping[int, ActorKind] = MappingProxyType(
+    {
+        **dict.fromkeys(range(SMALL_CAR, DELIVERY_VAN + 1), ActorKind.CAR),
+        **dict.fromkeys((HEAVY_TRUCK, SEMITRAILER, TRAILER, SEMITRACTOR), ActorKind.TRUCK),
+        **dict.fromkeys((BUS, TRAM, TRAIN), ActorKind.BUS),
+        MOTORBIKE: ActorKind.MOTORCYCLE,
+        **dict.fromkeys((BICYCLE, STANDUP_SCOOTER), ActorKind.BICYCLE),
+        WHEELCHAIR: ActorKind.PEDESTRIAN,
+    }
+)
+
+
+def kind_of(code: Code) -> ActorKind | None:
+    """The kind nearest to what a code says; None where it says nothing that we know."""
+    if code.type == PEDESTRIAN:
+        return ActorKind.PEDESTRIAN
+    if code.type == OTHER:
+        return ActorKind.OBSTACLE
+    return BY_SUBTYPE.get(code.subtype) if code.type == VEHICLE else None
+
+
+# -- the table ---------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

@@ -6,20 +6,20 @@ was such a run has the same numbers again.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from engine.host import MAX_SAMPLES
-from engine.interchange.errors import InterchangeError
-from engine.interchange.recording import SAME_INSTANT, Recording
-from engine.interchange.resampling import OF_STEPS, states_at
+from engine.host import MAX_SAMPLES, pair_arrays
+from engine.interchange.contract import Finding, InterchangeError
+from engine.interchange.recording import OF_STEPS, SAME_INSTANT, RecordedCase, Recording, states_at
 from engine.kernels.approach import Touch, search_contact
-from engine.kernels.pair import PairMetrics, measure_pair
+from engine.kernels.pair import measure_pair
 from engine.metrics import Metric, measure_trajectory
+from engine.outcomes import PAIRS, Outcomes
 from engine.risk import PROFILES, Risk, assess
-from engine.scenes import Outcomes, Trajectory
+from engine.scenes import Trajectory
 from engine.tables import ROAD_REGION, Floats
 from engine.vocabulary import EndReason, State, Verdict
 
@@ -144,9 +144,9 @@ def _judged(steps: Floats, end: _End) -> Floats:
 def _outcomes(recording: Recording, judged: Floats, outlines: Floats, end: _End) -> Outcomes:
     samples = len(judged) - (1 if end.part > 0.0 else 0)
     touched = end.touch.other if end.touch.one == 0 else -1
-    pairs = [
-        measure_pair(judged, samples, recording.step, other, outlines, other == touched, end.part)
-        for other in range(1, len(recording.actors))
+    others = range(1, len(recording.actors))
+    pairs: list[Sequence[float]] = [
+        measure_pair(judged, samples, recording.step, other, outlines, other == touched, end.part) for other in others
     ]
     return Outcomes(
         verdict=_row(int(Verdict.VALID)),
@@ -155,7 +155,7 @@ def _outcomes(recording: Recording, judged: Floats, outlines: Floats, end: _End)
         end_rule=_row(-1),
         end_time=np.array([end.time]),
         steps=_row(end.last + (1 if end.part > 0.0 else 0)),
-        **_of_pairs(pairs),
+        **pair_arrays(np.array(pairs, dtype=np.float64).reshape(1, len(others), len(PAIRS)) + 0.0),  # -0.0 is 0
         left_road_time=_left_road(recording, judged),
         contact_actors=_row(end.touch.one, end.touch.other).reshape(1, 2),
     )
@@ -170,29 +170,6 @@ def _reason(end: _End) -> EndReason:
         return EndReason.COLLISION if end.touch.one == 0 else EndReason.OTHER_COLLISION
     there = np.count_nonzero(end.states[:, State.PRESENT])
     return EndReason.TIMEOUT if there >= min(2, len(end.states)) else EndReason.ALL_DONE
-
-
-def _of_pairs(pairs: Sequence[PairMetrics]) -> dict[str, np.ndarray]:
-    """The columns of outcomes that hold a number for each pair."""
-    met = [pair.approach for pair in pairs]
-    return {
-        "min_distance": _line(pair.min_distance for pair in pairs),
-        "min_distance_time": _line(pair.min_distance_time for pair in pairs),
-        "max_closing_speed": _line(pair.max_closing_speed for pair in pairs),
-        "max_closing_time": _line(pair.max_closing_time for pair in pairs),
-        "distance_at_ms": _line(pair.distance_at_ms for pair in pairs),
-        "ttc_at_ms": _line(pair.ttc_at_ms for pair in pairs),
-        "ego_speed": _line(approach.ego_speed for approach in met),
-        "other_speed": _line(approach.other_speed for approach in met),
-        "approach_angle": _line(approach.angle for approach in met),
-        "closing_speed": _line(approach.closing_speed for approach in met),
-        "side": _row(*(approach.side for approach in met)).reshape(1, -1),
-    }
-
-
-def _line(values: Iterable[float]) -> Floats:
-    """(1, pairs); -0.0 is 0."""
-    return np.array(list(values), dtype=np.float64).reshape(1, -1) + 0.0
 
 
 def _left_road(recording: Recording, judged: Floats) -> Floats:
@@ -210,3 +187,80 @@ def _left_road(recording: Recording, judged: Floats) -> Floats:
                 times[0, actor] = sample * recording.step
                 break
     return times
+
+
+# -- against the run that a file was written from ----------------------------------------------------------------------
+
+NEAR = 1e-3
+"""A place that is read back may be so far off [m]; a heading [rad], a speed [m/s]."""
+SAME = 1e-6
+"""A metric may be so far off, of its size."""
+METRICS = {
+    "MD": "min_distance",
+    "MS": "max_closing_speed",
+    "D_MS": "distance_at_ms",
+    "TTC_MS": "ttc_at_ms",
+}
+OURS = "this is a bug in cortexc: please report it"
+
+
+def same_run(case: RecordedCase, read: Recording, name: str) -> Iterator[Finding]:
+    """Everybody where they were, and the same metrics and risk."""
+    ours = case.replay
+    if len(read.actors) != len(ours.actors):
+        count = f"{len(ours.actors)} took part, {len(read.actors)} are read back"
+        yield Finding(name, count, OURS)
+        return
+    for number, actor in enumerate(ours.actors):
+        yield from _same_way(ours, read, number, f"{name}, {actor.name}")
+    yield from _same_risk(case, read, name)
+
+
+def _same_way(ours: Recording, read: Recording, actor: int, place: str) -> Iterator[Finding]:
+    """One actor's states at every sample of the run at which it was there; a speed after contact has no one meaning."""
+    scored = ours.scored_samples()
+    for what, column in (("place", State.X), ("place", State.Y), ("heading", State.HEADING), ("speed", State.SPEED)):
+        for first, last in ours.stretches(actor):
+            end = min(last + 1, scored) if what == "speed" else last + 1
+            times, states = ours.time[first:end], ours.states[first:end, actor, column]
+            off = np.abs(np.interp(times, *_course(read, actor, column)) - states)
+            off = np.abs((off + np.pi) % (2 * np.pi) - np.pi) if what == "heading" else off
+            worst = int(off.argmax()) if len(off) else 0
+            if len(off) and not off[worst] <= NEAR:
+                yield Finding(place, f"the {what} at {times[worst]:.3f} s is {off[worst]:.3g} off", OURS)
+
+
+def _course(read: Recording, actor: int, column: State) -> tuple[Floats, Floats]:
+    there = read.there[:, actor]
+    values = read.states[there, actor, column]
+    return read.time[there], np.unwrap(values) if column == State.HEADING else values
+
+
+def _same_risk(case: RecordedCase, read: Recording, name: str) -> Iterator[Finding]:
+    """What was read back is judged as the run was, if that could be judged."""
+    if case.outcomes.verdict[0] != Verdict.VALID:
+        return
+    try:
+        measured = measure(read, case.profile)
+    except InterchangeError as error:
+        yield Finding(name, error.message, error.cure)
+        return
+    pairs = [actor - 1 for actor in range(1, len(case.recording.actors)) if actor not in case.recording.never_there]
+    yield from _same_metrics(case.outcomes, pairs, measured.outcomes, name)
+    ours = assess(case.outcomes, PROFILES[case.profile])
+    if int(ours.score[0]) != int(measured.risk.score[0]):
+        yield Finding(name, f"the risk is {ours.score[0]}, read back {measured.risk.score[0]}", OURS)
+
+
+def _same_metrics(ours: Outcomes, pairs: Sequence[int], read: Outcomes, name: str) -> Iterator[Finding]:
+    """`pairs` of ours are those of which both took part."""
+    if bool(ours.collided[0]) != bool(read.collided[0]):
+        yield Finding(name, "the run collided or not, read back it is otherwise", OURS)
+    for metric, column in METRICS.items():
+        one, other = getattr(ours, column)[0, pairs], getattr(read, column)[0]
+        if not np.allclose(one, other, rtol=SAME, atol=SAME, equal_nan=True):
+            yield Finding(name, f"{metric} is {_listed(one)}, read back {_listed(other)}", OURS)
+
+
+def _listed(values: Floats) -> str:
+    return ", ".join(f"{value:.6g}" for value in values.tolist())

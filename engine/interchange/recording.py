@@ -1,19 +1,27 @@
 """A run as others see it: who took part, where each was when, and where the recording comes from. SI units, radians.
 
 Positions are centres of outlines, headings anticlockwise from +x and not wrapped: a vehicle that turns has headings
-that run on. Motion between two samples is linear in position and heading, as it is for contact in our own runs.
+that run on. Motion between two samples is linear in position and heading, as it is for contact in our own runs. The
+end of the file makes a recording of a run of ours.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.interchange.errors import InterchangeError
-from engine.program import RoadSpec
+from engine.interchange.contract import InterchangeError
+from engine.outcomes import Outcomes
+from engine.program import Program, RoadSpec
+from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats
-from engine.vocabulary import ActorKind, State
+from engine.vehicles import MODELS
+from engine.vocabulary import ActorKind, Column, State
+
+if TYPE_CHECKING:  # pymunk, which nothing that reads or writes a file needs
+    from engine.world import WorldRun
 
 SAME_INSTANT = 1e-9
 """Instants closer than this are one [s]: no format tells them apart."""
@@ -66,7 +74,7 @@ def phase_of(arm: str) -> int:
 
 @dataclass(frozen=True)
 class SignalTimes:
-    """The fixed-time plan of all traffic lights [s]: see `cortex_dsl.semantics.road.signals`.
+    """The fixed-time plan of all traffic lights [s]: see `cortex_dsl.semantics.evaluation.signals`.
 
     Arms that face each other share a phase, north and south first. A phase begins `phase * (green + yellow + all_red)`
     into the plan, is green, yellow, then red until the plan starts again, after two phases.
@@ -206,3 +214,125 @@ class Recording:
         x, y, heading = (self.states[:, actor, column] for column in (State.X, State.Y, State.HEADING))
         behind = self.actors[actor].rear_to_center
         return np.column_stack([x - behind * np.cos(heading), y - behind * np.sin(heading), heading])
+
+
+@dataclass(frozen=True)
+class RecordedCase:
+    """A run of ours as formats get it: recorded, and with what it came to."""
+
+    recording: Recording
+    outcomes: Outcomes
+    """Of the run that was recorded; one row."""
+    profile: str
+    """Of the risk."""
+
+    @property
+    def replay(self) -> Recording:
+        """What happened, with those alone who took part.
+
+        Raises:
+            InterchangeError: the ego did not.
+        """
+        return self.recording.taking_part()
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """What is to be said of a replay that leaves somebody out."""
+        actors = self.recording.actors
+        return tuple(f"`{actors[each].name}` never comes in, and is left out" for each in self.recording.never_there)
+
+
+# -- a recording at other instants: motion between two samples is linear -----------------------------------------------
+
+OF_STEPS = [State.ACCELERATION, State.THROTTLE, State.BRAKE]
+"""What a sample tells of the step that ended there, so that it holds all through that step."""
+
+
+def states_at(recording: Recording, instants: Floats) -> Floats:
+    """(instants, actors, len(State)): everybody at instants within the recording [s].
+
+    A sample no farther than `SAME_INSTANT` away is taken as it is. Between two samples only those are there who are at
+    both.
+    """
+    time, states = recording.time, recording.states
+    after = np.minimum(np.searchsorted(time, instants - SAME_INSTANT), len(time) - 1)
+    sampled = (np.abs(time[after] - instants) <= SAME_INSTANT) | (after == 0)
+    before = np.where(sampled, after, after - 1)
+    way = np.where(sampled, 1.0, time[after] - time[before])
+    part = np.where(sampled, 0.0, (instants - time[before]) / way)[:, np.newaxis, np.newaxis]
+    found = states[before] + part * (states[after] - states[before])
+    found[:, :, OF_STEPS] = states[after][:, :, OF_STEPS]
+    found[:, :, State.PRESENT] = (states[before, :, State.PRESENT] != 0.0) & (states[after, :, State.PRESENT] != 0.0)
+    return found
+
+
+# -- from a run of ours to a recording ---------------------------------------------------------------------------------
+
+NO_PROVENANCE = Provenance()
+
+
+def recorded_run(
+    program: Program,
+    scenes: Scenes,
+    run: "WorldRun",
+    *,
+    row: int = 0,
+    step: float,
+    name: str = "",
+    signals: SignalTimes | None = None,
+    provenance: Provenance = NO_PROVENANCE,
+) -> Recording:
+    """The recording of scene `row` as the world host ran it with a time step [s], through contact to rest."""
+    time, states = _with_contact(run, step)
+    pair = (int(run.outcomes.contact_actors[0, 0]), int(run.outcomes.contact_actors[0, 1]))
+    return Recording(
+        name=name or program.name,
+        actors=recorded_actors(program, scenes.values[row]),
+        time=time,
+        states=states,
+        step=step,
+        contact=None if run.touching is None else Contact(float(run.outcomes.end_time[0]), pair),
+        road=program.road_spec,
+        signals=signals,
+        provenance=provenance,
+    )
+
+
+def recorded_actors(program: Program, values: Floats) -> tuple[RecordedActor, ...]:
+    """The actors of one scene; `values` is its row of scene values."""
+    columns = actor_columns(program, values)
+    kinds = map(ActorKind, program.code.actor_kind.tolist())
+    return tuple(map(_recorded_actor, program.actors, kinds, columns))
+
+
+def _recorded_actor(name: str, kind: ActorKind, columns: Floats) -> RecordedActor:
+    return RecordedActor(
+        name=name,
+        kind=kind,
+        length=float(columns[Column.LENGTH]),
+        width=float(columns[Column.WIDTH]),
+        rear_to_center=float(columns[Column.REAR_TO_CENTER]),
+        wheelbase=float(columns[Column.WHEELBASE]),
+        mass=float(columns[Column.MASS]),
+        max_acceleration=float(columns[Column.MAX_ACCELERATION]),
+        max_braking=float(columns[Column.MAX_BRAKING]),
+        max_steer=float(columns[Column.MAX_STEER]),
+        max_speed=MODELS[kind].max_speed,
+    )
+
+
+def _with_contact(run: "WorldRun", step: float) -> tuple[Floats, Floats]:
+    """Times and states of all samples, and of first contact where it lies between two of them."""
+    states = run.trajectory.states
+    time: Floats = np.arange(len(states), dtype=np.float64) * step
+    if run.touching is None:
+        return time, states
+    instant, after = float(run.outcomes.end_time[0]), run.trajectory.contact_sample + 1
+    touching = run.touching.copy()
+    touching[:, State.PRESENT] = touching[:, State.PRESENT] == 1.0  # who leaves in this step is on its way out
+    for sample in (after - 1, after):
+        if sample < len(time) and abs(time[sample] - instant) < SAME_INSTANT:
+            states = states.copy()
+            states[sample] = touching
+            return time, states
+    return np.insert(time, after, instant), np.insert(states, after, touching, axis=0)

@@ -63,7 +63,10 @@ def source_hash() -> str:
     """Hash of all sources that a compiled kernel may depend on."""
     here = Path(__file__).parent
     digest = hashlib.sha256()
-    for path in (*sorted(here.glob("*.py")), here.parent / "vocabulary.py", here.parent / "tables.py"):
+    for path in (
+        *sorted(here.glob("*.py")),
+        *(here.parent / f"{name}.py" for name in ("outcomes", "tables", "vocabulary")),
+    ):
         digest.update(path.name.encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]

@@ -15,12 +15,14 @@ Two who are never in the scene together have an infinite MD, at no time, and an 
 """
 
 import math
-from typing import NamedTuple
+from collections import namedtuple
+from typing import Any, NamedTuple
 
 from engine.kernels.approach import centers_apart, closest_in_step
 from engine.kernels.geometry import Box, box_distance, half_diagonal, shortest_turn
 from engine.kernels.inline import inlined
 from engine.kernels.jit import kernel
+from engine.outcomes import PAIRS
 from engine.tables import Floats
 from engine.vocabulary import Side, State
 
@@ -32,8 +34,12 @@ and whether D_MS is a number must not hang on its sign."""
 FRONT, LEFT, REAR, RIGHT = map(int, Side)
 
 
+PairMetrics: Any = namedtuple("PairMetrics", [row.name for row in PAIRS])
+"""Metrics of one pair, by the table in `engine.outcomes`; all of them floats. Times count from the start of the run."""
+
+
 class Approach(NamedTuple):
-    """One pair at the instant of MD, or of contact: how the two met. NaN and -1 where they never do."""
+    """How the two met: the pair at the instant of MD, or of contact."""
 
     ego_speed: float
     """Of the rear axle, along its heading [m/s]."""
@@ -45,22 +51,6 @@ class Approach(NamedTuple):
     """Of the centres [m/s]."""
     side: int
     """`Side` of the ego's outline on which the other is."""
-
-
-class PairMetrics(NamedTuple):
-    """Metrics of one pair; times in seconds from the start of the run."""
-
-    min_distance: float
-    """MD [m]"""
-    min_distance_time: float
-    max_closing_speed: float
-    """MS [m/s]"""
-    max_closing_time: float
-    distance_at_ms: float
-    """D_MS [m]"""
-    ttc_at_ms: float
-    """TTC_MS [s]"""
-    approach: Approach
 
 
 class Rate(NamedTuple):
@@ -89,8 +79,7 @@ def measure_pair(
     """
     first = _first_together(states, samples, other)
     if first == samples:
-        nothing = Approach(math.nan, math.nan, math.nan, math.nan, -1)
-        return PairMetrics(math.inf, math.nan, -math.inf, math.nan, math.inf, math.inf, nothing)
+        return _never_together()
     states, samples = states[first:], samples - first
     together = _samples_together(states, samples, other)
     seed, fastest = _survey(states, together, time_step, other, outlines)
@@ -108,7 +97,37 @@ def measure_pair(
             least, least_at = _least_in_ending(states, samples - 1, other, outlines, ending, least, least_at)
     least_time, fastest_time = (first + least_at) * time_step, (first + at) * time_step
     approach = _approach(states, together + (1 if beyond else 0), least_at, time_step, other, outlines)
-    return PairMetrics(least, least_time, fastest, fastest_time, distance_at_ms, ttc_at_ms, approach)
+    return PairMetrics(
+        min_distance=least,
+        min_distance_time=least_time,
+        max_closing_speed=fastest,
+        max_closing_time=fastest_time,
+        distance_at_ms=distance_at_ms,
+        ttc_at_ms=ttc_at_ms,
+        ego_speed=approach.ego_speed,
+        other_speed=approach.other_speed,
+        approach_angle=approach.angle,
+        closing_speed=approach.closing_speed,
+        side=float(approach.side),
+    )
+
+
+@inlined
+def _never_together() -> PairMetrics:
+    """Those of two who are never in the scene together; how they met has no numbers."""
+    return PairMetrics(
+        min_distance=math.inf,
+        min_distance_time=math.nan,
+        max_closing_speed=-math.inf,
+        max_closing_time=math.nan,
+        distance_at_ms=math.inf,
+        ttc_at_ms=math.inf,
+        ego_speed=math.nan,
+        other_speed=math.nan,
+        approach_angle=math.nan,
+        closing_speed=math.nan,
+        side=-1.0,
+    )
 
 
 @inlined

@@ -1,14 +1,13 @@
-"""Many runs, one after another: rows of scenes to rows of outcomes."""
+"""Many runs, one after another: rows of scenes to rows of results, by the table in `engine.outcomes`."""
 
-from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
+from collections import namedtuple
+from typing import Any, NamedTuple
 
 from engine.kernels.jit import kernel
 from engine.kernels.pair import measure_pair
 from engine.kernels.rollout import advance, begin
 from engine.kernels.stage import COLUMNS, RUNNING, Plan, Run, Slot, Status
+from engine.outcomes import OUTCOMES, Per
 from engine.tables import Floats, Ints
 from engine.vocabulary import Column, EndReason, Verdict
 
@@ -22,28 +21,9 @@ class Requested(NamedTuple):
     keys: Ints
 
 
-class Results(NamedTuple):
-    """Where results go; the arrays of `engine.scenes.Outcomes` under their names there, filled for no result."""
-
-    verdict: Ints
-    collided: NDArray[np.bool_]
-    end_reason: Ints
-    end_rule: Ints
-    end_time: Floats
-    steps: Ints
-    min_distance: Floats
-    min_distance_time: Floats
-    max_closing_speed: Floats
-    max_closing_time: Floats
-    distance_at_ms: Floats
-    ttc_at_ms: Floats
-    ego_speed: Floats
-    other_speed: Floats
-    approach_angle: Floats
-    closing_speed: Floats
-    side: Ints
-    left_road_time: Floats
-    contact_actors: Ints
+Results: Any = namedtuple("Results", [*(row.name for row in OUTCOMES if row.per is not Per.PAIR), "pairs"])
+"""Where results go: the arrays of `engine.outcomes.Outcomes` under their names there, filled for no result; those of
+pairs are one array (n, pairs, len(PAIRS)), in the order of `PAIRS`."""
 
 
 @kernel
@@ -93,15 +73,5 @@ def measure_run(plan: Plan, run: Run, values: Floats, row: int, outlines: Floats
     samples = run.status[Status.SAMPLE] + (0 if ending > 0.0 else 1)
     for other in range(1, len(plan.kinds)):
         metrics = measure_pair(run.states, samples, plan.layout.time_step, other, outlines, touching == other, ending)
-        pair = other - 1
-        out.min_distance[row, pair] = metrics.min_distance
-        out.min_distance_time[row, pair] = metrics.min_distance_time
-        out.max_closing_speed[row, pair] = metrics.max_closing_speed
-        out.max_closing_time[row, pair] = metrics.max_closing_time
-        out.distance_at_ms[row, pair] = metrics.distance_at_ms
-        out.ttc_at_ms[row, pair] = metrics.ttc_at_ms
-        out.ego_speed[row, pair] = metrics.approach.ego_speed
-        out.other_speed[row, pair] = metrics.approach.other_speed
-        out.approach_angle[row, pair] = metrics.approach.angle
-        out.closing_speed[row, pair] = metrics.approach.closing_speed
-        out.side[row, pair] = metrics.approach.side
+        for number in range(len(metrics)):
+            out.pairs[row, other - 1, number] = metrics[number]

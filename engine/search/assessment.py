@@ -4,80 +4,15 @@
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any, TypeVar
 
 import numpy as np
 
-from engine.scenes import Bools
+from engine.outcomes import RESULTS, Assessment, Result
 from engine.tables import Floats, Ints
 
 Table = TypeVar("Table")
-
-RISK_PARTS = ("c", "md", "d_ms", "ttc_ms")
-"""Columns of `Assessment.parts`."""
-
-
-@dataclass(frozen=True)
-class Assessment:
-    """Row-aligned results; every array may carry more leading axes (a campaign has (individuals, rollouts)).
-
-    Where a simulation was invalid or failed, floats are NaN, integers -1 and `collided` is False. SI units.
-    """
-
-    verdict: Ints
-    """(n,) `Verdict`"""
-    variant: Ints
-    """(n,) the finite choices of the accepted attempt."""
-    attempts: Ints
-    """(n,) attempts that sampling took."""
-    tested: Ints
-    """(n, requirements): how often each requirement was tested …"""
-    failed: Ints
-    """(n, requirements): … and failed. Conditional on the earlier ones."""
-    score: Ints
-    """(n,) the integer risk, -1 invalid."""
-    continuous: Floats
-    """(n,) the continuous risk."""
-    parts: Ints
-    """(n, 4) what C, MD, D_MS and TTC_MS add to the score."""
-    pair: Ints
-    """(n,) the pair (ego, actor pair + 1) that decides the risk."""
-    collided: Bools
-    """(n,) the ego touched another actor."""
-    end_reason: Ints
-    """(n,) `EndReason`"""
-    end_rule: Ints
-    """(n,) index into `Program.rules`."""
-    end_time: Floats
-    """(n,) [s]"""
-    min_distance: Floats
-    """(n,) MD of the scene: the least over its pairs [m]."""
-    min_distance_time: Floats
-    """(n,) [s]"""
-    max_closing_speed: Floats
-    """(n,) MS of the deciding pair [m/s]."""
-    max_closing_time: Floats
-    """(n,) [s]"""
-    distance_at_ms: Floats
-    """(n,) D_MS of the deciding pair [m]."""
-    ttc_at_ms: Floats
-    """(n,) TTC_MS of the deciding pair [s]."""
-    ego_speed: Floats
-    """(n,) at the deciding pair's instant of MD, or of contact [m/s]; as the next four."""
-    other_speed: Floats
-    """(n,) [m/s]"""
-    approach_angle: Floats
-    """(n,) the other's heading seen from the ego's, -pi .. pi [rad]."""
-    closing_speed: Floats
-    """(n,) of the centres [m/s]."""
-    side: Ints
-    """(n,) `Side` of the ego on which the other is, -1 where there is none."""
-    left_road_time: Floats
-    """(n,) when the first actor left the road, NaN if none did [s]."""
-
-    def __len__(self) -> int:
-        return len(self.verdict)
 
 
 Evaluate = Callable[[Floats, Ints], Assessment]
@@ -106,43 +41,30 @@ def concatenate(tables: Sequence[Table]) -> Table:
 
 # -- flat columns ------------------------------------------------------------------------------------------------------
 
-INTEGERS = ("verdict", "variant", "attempts", "score", "pair", "collided", "end_reason", "end_rule", "side")
-FLOATS = (
-    "continuous",
-    "end_time",
-    "min_distance",
-    "min_distance_time",
-    "max_closing_speed",
-    "max_closing_time",
-    "distance_at_ms",
-    "ttc_at_ms",
-    "ego_speed",
-    "other_speed",
-    "approach_angle",
-    "closing_speed",
-    "left_road_time",
+FLOATS: tuple[Result, ...] = tuple(row for row in RESULTS if row.kind is float)
+COLUMNS: tuple[Result, ...] = (
+    *(row for row in RESULTS if row.kind is not float and not row.parts),
+    *(row for row in RESULTS if row.parts),
+    *FLOATS,
 )
-PARTS = tuple(f"risk_{part}" for part in RISK_PARTS)
-SCALARS = (*INTEGERS, *PARTS, *FLOATS)
-"""Every number of a simulation but the counts per requirement."""
+"""Every number of a simulation but the counts per requirement: integers, then parts, then floats."""
+SCALARS: tuple[str, ...] = tuple(name for row in COLUMNS for name in row.columns)
+"""Names of the columns."""
 
 
 def to_columns(runs: Assessment) -> dict[str, list[float | int]]:
     """Lists (n,) by the names of `SCALARS`, from arrays (n, …)."""
-    columns = {name: getattr(runs, name).tolist() for name in FLOATS}
-    columns |= {name: getattr(runs, name).astype(np.int64).tolist() for name in INTEGERS}
-    columns |= {name: runs.parts[:, number].astype(np.int64).tolist() for number, name in enumerate(PARTS)}
-    return {name: columns[name] for name in SCALARS}
+    columns: dict[str, list[float | int]] = {}
+    for row in COLUMNS:
+        array = getattr(runs, row.name).astype(np.float64 if row.kind is float else np.int64)
+        columns |= dict(zip(row.columns, array.T.tolist() if row.parts else [array.tolist()], strict=True))
+    return columns
 
 
 def from_columns(columns: dict[str, list[float | int | None]], tested: Ints, failed: Ints) -> Assessment:
     """Inverse of `to_columns`; None is NaN."""
-    arrays: dict[str, Any] = {name: np.array(columns[name], dtype=np.int32) for name in INTEGERS}
-    arrays |= {name: np.array(columns[name], dtype=np.float64) for name in FLOATS}
-    arrays["collided"] = arrays["collided"].astype(bool)
-    return Assessment(
-        tested=tested,
-        failed=failed,
-        parts=np.array([columns[name] for name in PARTS], dtype=np.int32).T.copy(),
-        **arrays,
-    )
+    arrays: dict[str, Any] = {"tested": tested, "failed": failed}
+    for row in COLUMNS:
+        lists = [columns[name] for name in row.columns]
+        arrays[row.name] = np.array(lists, dtype=row.dtype).T.copy() if row.parts else np.array(lists[0], row.dtype)
+    return Assessment(**arrays)

@@ -10,10 +10,10 @@ from functools import cached_property
 
 import numpy as np
 
-from engine.scenes import Bools
-from engine.search.assessment import Assessment, map_arrays
+from engine.outcomes import Assessment
+from engine.search.assessment import map_arrays
 from engine.search.protocol import MEASURES, Birth, Proposal, Result, Status
-from engine.tables import Floats, Ints
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import EndReason, Verdict
 
 # -- one number for k rollouts -----------------------------------------------------------------------------------------

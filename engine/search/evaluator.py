@@ -3,18 +3,21 @@
 The one module of the search that knows sampler, hosts and risk; a host is imported when it is chosen.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.config import Config
 from engine.feasibility import pruner
+from engine.outcomes import MEASURED, Assessment, Kept, Outcomes, Result
 from engine.program import Program
 from engine.risk import Risk, RiskProfile, assess
 from engine.sampling import sample
-from engine.scenes import Outcomes, Scenes
-from engine.search.assessment import Assessment, Evaluate
-from engine.tables import Floats, Ints
+from engine.scenes import Scenes
+from engine.search.assessment import Evaluate
+from engine.tables import Bools, Floats, Ints
 
 Simulate = Callable[[Scenes], Outcomes]
 
@@ -48,17 +51,14 @@ def make_host(program: Program, config: Config) -> Simulate:
 
 
 def assessment(scenes: Scenes, outcomes: Outcomes, risk: Risk) -> Assessment:
-    """Sampled, simulated and judged rows as one table; of several pairs, MS and its kin are the deciding pair's."""
-    rows = np.arange(len(outcomes))
-    pair = np.maximum(risk.pair, 0)
+    """Sampled, simulated and judged rows as one table; of several pairs and actors, each keeps what its row says."""
     valid = outcomes.verdict == 0
-    alone = outcomes.min_distance.shape[1] == 0
     distances = np.where(np.isnan(outcomes.min_distance), np.inf, outcomes.min_distance)
-    nearest = rows if alone else np.argmin(distances, axis=1)
-
-    def known(values: Floats, column: Ints) -> Floats:
-        return np.full(len(rows), np.nan) if alone else np.where(valid, values[rows, column], np.nan)
-
+    deciding = np.maximum(risk.pair, 0)
+    chosen = {
+        Kept.NEAREST: np.argmin(distances, axis=1) if distances.shape[1] else deciding,
+        Kept.DECIDING: deciding,
+    }
     return Assessment(
         verdict=outcomes.verdict,
         variant=scenes.variant,
@@ -69,26 +69,17 @@ def assessment(scenes: Scenes, outcomes: Outcomes, risk: Risk) -> Assessment:
         continuous=np.where(valid, risk.continuous, np.nan),
         parts=risk.parts,
         pair=np.where(valid, risk.pair, -1),
-        collided=outcomes.collided.astype(bool) & valid,
-        end_reason=outcomes.end_reason,
-        end_rule=outcomes.end_rule,
-        end_time=outcomes.end_time,
-        min_distance=known(outcomes.min_distance, nearest),
-        min_distance_time=known(outcomes.min_distance_time, nearest),
-        max_closing_speed=known(outcomes.max_closing_speed, pair),
-        max_closing_time=known(outcomes.max_closing_time, pair),
-        distance_at_ms=known(outcomes.distance_at_ms, pair),
-        ttc_at_ms=known(outcomes.ttc_at_ms, pair),
-        ego_speed=known(outcomes.ego_speed, pair),
-        other_speed=known(outcomes.other_speed, pair),
-        approach_angle=known(outcomes.approach_angle, pair),
-        closing_speed=known(outcomes.closing_speed, pair),
-        side=np.full(len(rows), -1, np.int32) if alone else np.where(valid, outcomes.side[rows, pair], -1),
-        left_road_time=_earliest(outcomes.left_road_time),
+        **{row.name: _of_scene(row, getattr(outcomes, row.name), valid, chosen) for row in MEASURED},
     )
 
 
-def _earliest(times: Floats) -> Floats:
-    """(n,) least of each row, NaN where all are."""
-    least = np.where(np.isnan(times), np.inf, times).min(axis=1, initial=np.inf)
-    return np.where(np.isinf(least), np.nan, least)
+def _of_scene(row: Result, values: NDArray[Any], valid: Bools, chosen: Mapping[Kept, Ints]) -> NDArray[Any]:
+    """(n,) what each scene keeps of a result."""
+    if row.kept is Kept.OWN:
+        return values & valid if row.kind is bool else values
+    if row.kept is Kept.LEAST:
+        least = np.where(np.isnan(values), np.inf, values).min(axis=1, initial=np.inf)
+        return np.where(np.isinf(least), np.nan, least)
+    if not values.shape[1]:
+        return np.full(len(values), row.fill, row.dtype)
+    return np.where(valid, values[np.arange(len(values)), chosen[row.kept]], row.fill).astype(row.dtype)

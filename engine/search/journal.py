@@ -28,7 +28,7 @@ from typing import Any
 
 import numpy as np
 
-from engine.search.assessment import FLOATS, SCALARS, take, to_columns
+from engine.search.assessment import COLUMNS, SCALARS, take, to_columns
 from engine.search.evaluations import Evaluations, GenerationFigures, flat_rollouts
 from engine.search.manifest import Manifest
 from engine.search.run import Campaign, Progress
@@ -39,7 +39,9 @@ APPLICATION_ID = 0x43525458
 SCHEMA_VERSION = 2
 """Rises with every change of the tables."""
 
-_SIMULATION = ",\n    ".join(f"{name} {'REAL' if name in FLOATS else 'INTEGER NOT NULL'}" for name in SCALARS)
+_SIMULATION = ",\n    ".join(
+    f"{name} {'REAL' if row.kind is float else 'INTEGER NOT NULL'}" for row in COLUMNS for name in row.columns
+)
 SCHEMA = f"""
 CREATE TABLE manifest (field TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE generation (generation INTEGER PRIMARY KEY, figures TEXT NOT NULL);

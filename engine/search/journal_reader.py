@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from engine.search.assessment import SCALARS, Assessment, from_columns, map_arrays, take
+from engine.outcomes import Assessment
+from engine.search.assessment import SCALARS, from_columns, map_arrays, take
 from engine.search.evaluations import Evaluations, Figures, GenerationFigures, aggregate, generation_figures
 from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION
 from engine.search.manifest import Link, Manifest, Origin, Parameter, Text

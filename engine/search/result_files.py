@@ -14,13 +14,14 @@ gene is the number of its option. Missing numbers are empty in CSV and null in J
 """
 
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from engine.outcomes import RESULTS, Result
 from engine.search.assessment import take, to_columns
 from engine.search.evaluations import Evaluations, Figures, flat_rollouts, partners
 from engine.search.journal import finite
@@ -31,13 +32,12 @@ from engine.search.run import Campaign
 from engine.search.store import store_errors
 from engine.streams import format_key
 from engine.tables import Ints
-from engine.vocabulary import EndReason, Side, Verdict
 
 # -- the page in every run directory: what its files are, and what their columns mean, with units ----------------------
 
 GUIDE = "README.md"
 
-TEXT = """\
+_HEAD = """\
 # Results of a search by cortexc
 
 | file | holds |
@@ -66,26 +66,8 @@ An empty cell is a number that does not exist. Times count from the start of the
 | `key` | names the random numbers of this simulation |
 | `param_…` | the params, in the units of the file (see `summary.json`); of a choice, the number of its option |
 | `fitness` | score of the individual over its rollouts, -1 if invalid |
-| `verdict` | `valid`; `exhausted`, `infeasible`, `aborted`: no valid scene; `error`: the engine failed |
-| `variant` | number of the combination of lanes and other finite choices, -1: none |
-| `attempts` | attempts to draw the scene |
-| `score` | risk, 0 to 22, -1 if invalid |
-| `risk_c`, `risk_md`, `risk_d_ms`, `risk_ttc_ms` | its parts |
-| `continuous` | the same without steps |
-| `pair` | who decided the score: actor `pair` + 1, where the ego is actor 0 |
-| `collided` | 1: the ego touched another actor |
-| `end_reason` | `collision`, `other_collision` (without the ego), `rule`, `timeout`, `all_done`, `stuck`, `broken` |
-| `end_rule` | of `rule`: its number among the rules in `summary.json`, else -1 |
-| `end_time` | end of the run [s] |
-| `min_distance`, `min_distance_time` | MD, least distance of the ego's outline to another [m], and when [s] |
-| `max_closing_speed`, `max_closing_time` | MS, fastest closing speed of that pair [m/s], and when [s] |
-| `distance_at_ms` | D_MS, their distance then [m] |
-| `ttc_at_ms` | TTC_MS = D_MS / MS [s] |
-| `ego_speed`, `other_speed` | of that pair at its closest approach, or at contact [m/s] |
-| `approach_angle` | heading of the other then, seen from the ego [rad]: 0 the same way, +-3.14 head-on, positive left |
-| `closing_speed` | of their centres then [m/s] |
-| `side` | of the ego on which the other is then: `front`, `left`, `rear`, `right` |
-| `left_road_time` | when the first actor left the road [s] |
+"""
+_TAIL = """\
 
 ## Columns of `generations.csv`
 
@@ -103,6 +85,22 @@ First by individual, elites included; then, as `simulated_…`, over distinct si
 | `runs`, `valid_runs`, `colliding_runs`, `invalid_runs`, `error_runs` | the same by rollout |
 """
 
+
+def guide() -> str:
+    """The whole page; the columns of results as their table says them."""
+    lines: list[tuple[list[str], str]] = []
+    for row in (each for kept in RESULTS if not kept.part_of for each in (kept, *_parts_of(kept))):
+        if row.sentence:
+            lines.append(([], row.sentence))
+        lines[-1][0].extend(row.columns)
+    rows = "".join(f"| {', '.join(f'`{name}`' for name in names)} | {text} |\n" for names, text in lines)
+    return f"{_HEAD}{rows}{_TAIL}"
+
+
+def _parts_of(whole: Result) -> Iterator[Result]:
+    return (row for row in RESULTS if row.part_of == whole.name)
+
+
 # -- files -------------------------------------------------------------------------------------------------------------
 
 CRITICAL_RISK = 14
@@ -110,12 +108,10 @@ CRITICAL_RISK = 14
 LAST = 10
 """Generations at the end that a summary shows apart."""
 
-_VERDICTS = {int(verdict): verdict.name.lower() for verdict in Verdict}
-_REASONS = {-1: "", **{int(reason): reason.name.lower() for reason in EndReason}}
-_SIDES = {-1: "", **{int(side): side.name.lower() for side in Side}}
 _OPERATORS = {int(operator): operator.name.lower() for operator in Operator}
 
-WORDS = ("operator", "key", "verdict", "end_reason", "side")
+_CODED = tuple(row for row in RESULTS if row.words is not None)
+WORDS = ("operator", "key", *(row.name for row in _CODED))
 """Columns that JSON puts in quotes."""
 
 Column = Sequence[str]
@@ -141,7 +137,7 @@ def write_exports(directory: Path, campaign: Campaign, manifest: Manifest, criti
         _write_lines(directory / "generations.csv", _generation_lines(campaign))
         text = json.dumps(finite(summary(campaign, manifest)), indent=2, ensure_ascii=False, allow_nan=False)
         _write_lines(directory / "summary.json", [text])
-        (directory / GUIDE).write_text(TEXT, encoding="utf-8")
+        (directory / GUIDE).write_text(guide(), encoding="utf-8")
 
 
 def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
@@ -203,9 +199,7 @@ def _table(evaluations: Evaluations, genes: Sequence[str]) -> dict[str, Column]:
         **{f"param_{name}": _texts(individuals.genomes[:, gene].tolist()) for gene, name in enumerate(genes)},
         "fitness": _texts(individuals.fitness.tolist()),
         **{name: _texts(values) for name, values in runs.items()},
-        "verdict": _words(runs["verdict"], _VERDICTS),
-        "end_reason": _words(runs["end_reason"], _REASONS),
-        "side": _words(runs["side"], _SIDES),
+        **{row.name: _words(runs[row.name], row.words or {}) for row in _CODED},
     }
 
 
@@ -226,7 +220,7 @@ def _keys(evaluations: Evaluations) -> Column:
     return [f"{seed_method_run}.{a}.{b}.{c}" for a, b, c in keys[:, 3:].tolist()]
 
 
-def _words(codes: Sequence[Any], names: dict[int, str]) -> Column:
+def _words(codes: Sequence[Any], names: Mapping[int, str]) -> Column:
     return [names[code] for code in codes]
 
 

@@ -14,8 +14,9 @@ import numpy as np
 
 from engine.config import Config, SearchConfig
 from engine.errors import CortexError
+from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
-from engine.search.assessment import Assessment, Evaluate, concatenate, map_arrays, take
+from engine.search.assessment import Evaluate, concatenate, map_arrays, take
 from engine.search.evaluations import (
     Evaluations,
     Figures,

@@ -24,8 +24,9 @@ from typing import Any, Literal
 from engine.config import Config
 from engine.errors import CortexError
 from engine.extras import needed
+from engine.outcomes import Assessment
 from engine.program import Program
-from engine.search.assessment import Assessment, Evaluate, concatenate
+from engine.search.assessment import Evaluate, concatenate
 from engine.tables import Floats, Ints
 
 # -- Ctrl-C ------------------------------------------------------------------------------------------------------------

@@ -21,7 +21,8 @@ from typing import Any
 import numpy as np
 
 from engine.errors import Signal
-from engine.search.assessment import Assessment, map_arrays, take
+from engine.outcomes import Assessment
+from engine.search.assessment import map_arrays, take
 from engine.search.evaluations import Evaluations, Figures, GenerationFigures, flat_rollouts, judge
 from engine.search.insight.diversity import distinct_failures, grids
 from engine.search.protocol import Box

@@ -5,7 +5,8 @@ from enum import StrEnum
 
 import numpy as np
 
-from engine.scenes import Outcomes, Trajectory
+from engine.outcomes import Outcomes
+from engine.scenes import Trajectory
 from engine.vocabulary import EndReason, State
 from engine.world.impacts import Impact
 

@@ -16,8 +16,9 @@ from engine.kernels.rollout import advance, begin
 from engine.kernels.rows import Requested, Results, measure_run, note_end
 from engine.kernels.stage import Plan, Run, Status
 from engine.metrics import Recorded, recorded
+from engine.outcomes import Outcomes
 from engine.program import Program
-from engine.scenes import Outcomes, Scenes, Trajectory
+from engine.scenes import Scenes, Trajectory
 from engine.tables import Floats
 from engine.vocabulary import EndReason, Verdict
 from engine.world.aftermath import follow_contact

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cortex_dsl.diagnostics import Diagnostic, Label
-from cortex_dsl.report.diagnostics import as_json, render_text
+from cortex_dsl.report.findings.snippet import as_json, render_text
 from cortex_dsl.source import Source, Span
 
 TEXTS = st.text(alphabet="ab \n", max_size=12)

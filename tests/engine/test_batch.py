@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from engine.scenes import Outcomes
+from engine.outcomes import Outcomes
 from engine.vocabulary import Column, EndReason, ManeuverType, State, Verdict
 
 

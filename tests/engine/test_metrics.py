@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.metrics import Metric, measure_trajectory, pedal_oscillation, steering_oscillation
-from engine.scenes import Outcomes, Trajectory
+from engine.outcomes import Outcomes
+from engine.scenes import Trajectory
 from engine.tables import Floats
 from engine.vocabulary import EndReason, State
 

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from engine.outcomes import Outcomes
 from engine.risk import (
     HIGHEST_RISK,
     LITERATURE,
@@ -19,7 +20,6 @@ from engine.risk import (
     calibrated,
     continuous_score,
 )
-from engine.scenes import Outcomes
 from engine.vocabulary import EndReason, Verdict
 
 Pair = tuple[float, float, float]

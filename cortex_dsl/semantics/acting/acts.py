@@ -1,30 +1,116 @@
-"""The statements of behaviours as acts of the IR."""
+"""The statements of behaviours as acts of the IR, `do choose` and `do shuffle` among them: one of several behaviours,
+or all of them in random order.
 
-from collections.abc import Callable, Sequence
+As in Scenic, only options whose guards hold at that moment take part, each as likely as its weight over the sum of all
+that do; where none is left, the run is aborted. Arguments are evaluated once, where the statement starts.
+Source: Scenic 3 reference, "do choose", "do shuffle".
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.acting import guards
-from cortex_dsl.semantics.acting.bodies import ACTS, Act, Body
-from cortex_dsl.semantics.acting.picks import pick
+from cortex_dsl.semantics.acting import bodies
+from cortex_dsl.semantics.acting.bodies import Body, Invocation
+from cortex_dsl.semantics.acting.statements import check_called, soft_probability
 from cortex_dsl.semantics.acting.yielding import check_handler, check_loop
-from cortex_dsl.semantics.builtins import Kind, names_of
+from cortex_dsl.semantics.errors.behaviours import NOT_AN_ACTION, SAME_ACTION
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.scenarios import NO_WEIGHT, ONE_OPTION
+from cortex_dsl.semantics.errors.statements import BARE_EXPRESSION
+from cortex_dsl.semantics.evaluation import numbers
+from cortex_dsl.semantics.evaluation.arguments import items_of
 from cortex_dsl.semantics.evaluation.operators import combine, unpack
+from cortex_dsl.semantics.model.values import ActionCall, BuiltinValue, Effect, Value, Weights
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import Kind, names_of
 from cortex_dsl.semantics.names.placement import TOP_LEVEL
-from cortex_dsl.semantics.problems import Mistake
-from cortex_dsl.semantics.quantities import numbers
-from cortex_dsl.semantics.quantities.units import TIME
-from cortex_dsl.semantics.statements import check_called, soft_probability
-from cortex_dsl.semantics.values import ActionCall, BuiltinValue, Effect, Value
-from cortex_dsl.semantics.wording import kind_name
+from cortex_dsl.semantics.quantities.algebra import closed_value
+from cortex_dsl.semantics.quantities.units import PURE, TIME
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
+from engine.frozen import frozen
 from engine.vocabulary import Command, Op
+
+# -- `do choose` and `do shuffle` --------------------------------------------------------------------------------------
+
+WHAT = "a weight"
+
+
+@frozen
+class Candidate:
+    """One option as it is written."""
+
+    value: Value
+    node: nodes.Expression
+    weight: ir.Expr
+
+
+def pick(body: Body, node: nodes.Do) -> ir.Block:
+    """The acts of the statement, without its `until` or `for`."""
+    candidates = list(_candidates(body, node.invocations))
+    if len(candidates) == 1:
+        body.ev.report(ONE_OPTION.at(node.span, mode=node.mode))
+    if all(closed_value(candidate.weight) == 0.0 for candidate in candidates):
+        what = "all weights are 0" if candidates else f"`do {node.mode}` has no options"
+        raise NO_WEIGHT.mistake(node.span, what=what, mode=node.mode)
+    invocations = _invocations(body, candidates)
+    rule = bodies.abort_rule(body.ev, node.span, f"do {node.mode} in {body.inliner.owner}: no option may start")
+    options = tuple(
+        ir.Option(candidate.weight, invocation.allowed(body.ev), invocation.acts)
+        for candidate, invocation in zip(candidates, invocations, strict=True)
+    )
+    prologue = tuple(act for invocation in invocations for act in invocation.prologue)
+    return (*prologue, ir.Pick(node.span, options, node.mode == "shuffle", rule))
+
+
+def _invocations(body: Body, candidates: Sequence[Candidate]) -> list[Invocation]:
+    """What each option runs; reports the mistakes of all before giving up. It may run more than once, or not at all."""
+    found = []
+    for candidate in candidates:
+        try:
+            found.append(body.option(candidate.value, candidate.node))
+        except Mistake as mistake:
+            body.ev.report(mistake)
+    if len(found) < len(candidates):
+        raise Mistake
+    return found
+
+
+def _candidates(body: Body, invocations: Sequence[nodes.Expression]) -> Iterator[Candidate]:
+    for node in invocations:
+        if isinstance(node, nodes.DictDisplay):
+            for option, weight in node.entries:
+                yield Candidate(body.ev.evaluate(option), option, _weight(body, body.ev.evaluate(weight), weight))
+        elif isinstance(node, nodes.Starred):
+            for value in items_of(body.ev.evaluate(node.value), node.span, "what `*` unpacks"):
+                yield Candidate(value, node, body.ev.algebra.literal(1.0))
+        else:
+            yield from _named(body, body.ev.evaluate(node), node)
+
+
+def _named(body: Body, value: Value, node: nodes.Expression) -> Iterator[Candidate]:
+    """One behaviour, or a dictionary that has a name."""
+    if not isinstance(value, Weights):
+        yield Candidate(value, node, body.ev.algebra.literal(1.0))
+        return
+    for option, weight in value.entries:
+        yield Candidate(option, node, _weight(body, weight, node))
+
+
+def _weight(body: Body, value: Value, node: nodes.Expression) -> ir.Expr:
+    expr = numbers.adopt(body.ev, value, PURE, node.span, WHAT)
+    return numbers.in_range(body.ev, expr, 0.0, float("inf"), PURE, node.span, WHAT)
+
+
+# -- the statements ----------------------------------------------------------------------------------------------------
 
 CLOCK_TOLERANCE = 1e-9
 """Slack of `do ... for`: sums of time steps do not hit a duration exactly [s]."""
+
+
+Act = Callable[[Body, nodes.Statement], ir.Block]
 
 
 def _assign(body: Body, node: nodes.Assign) -> ir.Block:
@@ -49,7 +135,7 @@ def _expression(body: Body, node: nodes.ExpressionStatement) -> ir.Block:
     if isinstance(value, Effect):
         return value.acts
     if not isinstance(value, str):
-        body.ev.report(errors.BARE_EXPRESSION.at(node.span, cure=_use_of(body, value, node.span)))
+        body.ev.report(BARE_EXPRESSION.at(node.span, cure=_use_of(body, value, node.span)))
     return ()
 
 
@@ -113,7 +199,7 @@ def _take(body: Body, node: nodes.Take) -> ir.Block:
     known = [command for command, _ in commands]
     for command in known:
         if known.count(command) > 1:
-            raise errors.SAME_ACTION.mistake(node.span, command=command.name.lower())
+            raise SAME_ACTION.mistake(node.span, command=command.name.lower())
     return (ir.Take(node.span, tuple(commands)),)
 
 
@@ -124,7 +210,7 @@ def _action(value: Value, node: nodes.Expression) -> tuple[Command, ir.Expr]:
         suggestion = f"give it a value, as in `{value.name}(1)`"
     else:
         suggestion = did_you_mean(kind_name(value).strip("`"), names_of(Kind.ACTION))
-    raise errors.NOT_AN_ACTION.mistake(node.span, actual=kind_name(value), suggestion=suggestion)
+    raise NOT_AN_ACTION.mistake(node.span, actual=kind_name(value), suggestion=suggestion)
 
 
 def _wait(_body: Body, node: nodes.Wait) -> ir.Block:
@@ -154,7 +240,7 @@ def _terminate(body: Body, node: nodes.Terminate) -> ir.Block:
 
 def _require(body: Body, node: nodes.Require) -> ir.Block:
     probability = soft_probability(body.ev, node.probability)
-    return guards.demand(body.ev, node, body.condition(node.condition), probability, body.inliner.owner)
+    return bodies.demand(body.ev, node, body.condition(node.condition), probability, body.inliner.owner)
 
 
 def _if(body: Body, node: nodes.If) -> ir.Block:
@@ -204,24 +290,23 @@ def _misplaced(_body: Body, _node: nodes.Statement) -> ir.Block:
     raise Mistake
 
 
-ACTS.update(
-    {
-        nodes.Assign: _assign,
-        nodes.AugmentedAssign: _augmented,
-        nodes.ExpressionStatement: _expression,
-        nodes.Do: _do,
-        nodes.Take: _take,
-        nodes.Wait: _wait,
-        nodes.Try: _try,
-        nodes.Abort: _abort,
-        nodes.Terminate: _terminate,
-        nodes.If: _if,
-        nodes.While: _while,
-        nodes.Break: _leave("break"),
-        nodes.Continue: _leave("continue"),
-        nodes.Return: _leave("return"),
-        nodes.Pass: _nothing,
-        nodes.Require: _require,
-        **dict.fromkeys((*TOP_LEVEL, nodes.Override), _misplaced),
-    }  # type: ignore[arg-type]
-)
+ACTS: Mapping[type, Act] = {
+    nodes.Assign: _assign,
+    nodes.AugmentedAssign: _augmented,
+    nodes.ExpressionStatement: _expression,
+    nodes.Do: _do,
+    nodes.Take: _take,
+    nodes.Wait: _wait,
+    nodes.Try: _try,
+    nodes.Abort: _abort,
+    nodes.Terminate: _terminate,
+    nodes.If: _if,
+    nodes.While: _while,
+    nodes.Break: _leave("break"),
+    nodes.Continue: _leave("continue"),
+    nodes.Return: _leave("return"),
+    nodes.Pass: _nothing,
+    nodes.Require: _require,
+    **dict.fromkeys((*TOP_LEVEL, nodes.Override), _misplaced),
+}  # type: ignore[dict-item]
+"""What each statement of a behaviour does."""

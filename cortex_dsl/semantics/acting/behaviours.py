@@ -1,31 +1,61 @@
 """Behaviours, inlined: each actor's behaviour with everything that it `do`es becomes one block of acts. So do monitors,
-which are behaviours of nobody.
+which are behaviours of nobody and watch the run from its start.
 
 Arguments are evaluated where the behaviour starts. Numbers that a body assigns live in locals; lanes, objects and
 other things are bound at compile time and cannot change during the run.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.acting import library
-from cortex_dsl.semantics.acting.bodies import Body, Invocation
-from cortex_dsl.semantics.acting.variables import snapshot
-from cortex_dsl.semantics.acting.yielding import ever_acts
-from cortex_dsl.semantics.builtins import Kind, names_of
-from cortex_dsl.semantics.context import Evaluator, Moment
-from cortex_dsl.semantics.definitions import Actor, BehaviourCall, BehaviourValue, Instance, MonitorCall, MonitorValue
+from cortex_dsl.semantics.acting import caution, following
+from cortex_dsl.semantics.acting.acts import ACTS
+from cortex_dsl.semantics.acting.bodies import Body, Invocation, snapshot
+from cortex_dsl.semantics.acting.job import Job
+from cortex_dsl.semantics.acting.yielding import ever_acts, everything
+from cortex_dsl.semantics.errors.behaviours import IDLE_BEHAVIOUR, NOT_A_BEHAVIOUR, RECURSIVE
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.scenarios import DO_SEVERAL, LOOKS_ONCE
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
-from cortex_dsl.semantics.problems import Mistake
-from cortex_dsl.semantics.values import Value
-from cortex_dsl.semantics.wording import kind_name
+from cortex_dsl.semantics.model.context import Evaluator, Moment
+from cortex_dsl.semantics.model.values import (
+    Actor,
+    BehaviourCall,
+    BehaviourValue,
+    Instance,
+    MonitorCall,
+    MonitorValue,
+    Value,
+)
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import Kind, names_of
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Op
+
+# -- the library -------------------------------------------------------------------------------------------------------
+
+
+LIBRARY: dict[str, Callable[[Job], ir.Block]] = {
+    "FollowTrajectoryBehavior": following.follow_trajectory,
+    "FollowLaneBehavior": following.follow_lane,
+    "CarFollowingBehavior": following.follow_car,
+    "GapAcceptanceBehavior": caution.accept_gap,
+    "LaneChangeBehavior": following.change_lane,
+    "EmergencyBrakeBehavior": caution.emergency_brake,
+    "DriveAvoidingCollisions": caution.drive_avoiding,
+    "CrossingBehavior": caution.cross,
+    "WalkForwardBehavior": caution.walk_forward,
+    "ConstantSpeedBehavior": following.constant_speed,
+    "ConstantThrottleBehavior": following.constant_throttle,
+    "BrakeBehavior": following.brake,
+    "IdleBehavior": following.idle,
+}
+
+# -- objects -----------------------------------------------------------------------------------------------------------
 
 
 def actor_behaviour(ev: Evaluator, actor: Actor) -> ir.Block | None:
@@ -79,6 +109,10 @@ class Inliner:
         body = Body(inner, self.ev.moment)
         return body.inlined(call, call.monitor.node).block(call.span)
 
+    def act(self, body: Body, statement: nodes.Statement) -> ir.Block:
+        """What a statement of a body does."""
+        return ACTS[type(statement)](body, statement)
+
     def invocation(self, value: Value, node: nodes.Expression, moment: Moment) -> Invocation:
         """What `do node` runs.
 
@@ -90,7 +124,7 @@ class Inliner:
         call = as_behaviour(value, node.span)
         if call is None:
             cure = did_you_mean(node.id, names_of(Kind.BEHAVIOUR)) if isinstance(node, nodes.Name) else ""
-            raise errors.NOT_A_BEHAVIOUR.mistake(node.span, actual=kind_name(value), cure=cure)
+            raise NOT_A_BEHAVIOUR.mistake(node.span, actual=kind_name(value), cure=cure)
         return self.invoke(call, moment)
 
     def invoke(self, call: BehaviourCall, moment: Moment, *, at_start: bool = False) -> Invocation:
@@ -112,7 +146,7 @@ class Inliner:
     def together(self, body: "Body", invocations: Sequence[nodes.Expression]) -> ir.Block:
         """What `do a, b` does."""
         del body
-        raise errors.DO_SEVERAL.mistake(invocations[1].span)
+        raise DO_SEVERAL.mistake(invocations[1].span)
 
     def over(self, body: "Body", node: nodes.Terminate) -> ir.Block:
         """What `terminate` does."""
@@ -125,7 +159,8 @@ class Inliner:
     def _library(self, call: BehaviourCall, ev: Evaluator, at_start: bool) -> Invocation:
         assert self.actor is not None
         prologue, fixed = _settled(ev, call)
-        acts = library.acts(library.Job(ev, fixed, self.actor, at_start, partial(self._inner, ev.moment, at_start)))
+        job = Job(ev, fixed, self.actor, at_start, partial(self._inner, ev.moment, at_start))
+        acts = LIBRARY[call.name](job)
         if any(isinstance(each, BehaviourValue) and each.node.invariants for each in self.stack):
             # Its turns are not those of the behaviour around it, whose invariants rest meanwhile.
             acts = (ir.Scope(call.span, call.name, ev.run.new_scope(call.span), acts),)
@@ -139,7 +174,7 @@ class Inliner:
         if any(behaviour.node is running.node for running in self.stack):
             names = [running.node.name for running in (*self.stack, behaviour)]
             first = names.index(behaviour.node.name)
-            raise errors.RECURSIVE.mistake(span, name=behaviour.node.name, cycle=" -> ".join(names[first:]))
+            raise RECURSIVE.mistake(span, name=behaviour.node.name, cycle=" -> ".join(names[first:]))
 
 
 def _settled(ev: Evaluator, call: BehaviourCall) -> tuple[ir.Block, BehaviourCall]:
@@ -153,4 +188,29 @@ def warn_if_idle(ev: Evaluator, actor: Actor, block: ir.Block) -> None:
     """A behaviour that does nothing at all is hardly meant."""
     call = actor.properties.get("behavior")
     if isinstance(call, BehaviourCall) and isinstance(call.behaviour, BehaviourValue) and not ever_acts(block):
-        ev.report(errors.IDLE_BEHAVIOUR.at(call.span, name=call.name))
+        ev.report(IDLE_BEHAVIOUR.at(call.span, name=call.name))
+
+
+# -- monitors ----------------------------------------------------------------------------------------------------------
+
+
+def monitor_body(ev: Evaluator, call: MonitorCall, moment: Moment) -> ir.Block:
+    """What a monitor does; warns of one that looks at the first sample only."""
+    block = Inliner(ev.at_moment(moment), None).monitor(call)
+    if not any(isinstance(act, ir.Wait | ir.Loop) for act in everything(block)):
+        ev.report(LOOKS_ONCE.at(call.monitor.node.name_span, name=call.name))
+    return block
+
+
+def started_monitors(ev: Evaluator) -> Iterator[ir.Monitor]:
+    """The monitors that the file requires, in its order."""
+    for name, call, span in ev.run.required_monitors:
+        try:
+            block = monitor_body(ev, call, Moment(running=True))
+        except Mistake as mistake:
+            ev.report(mistake)
+        else:
+            yield ir.Monitor(name or call.name, block, True, span)
+
+
+Required = tuple[str | None, MonitorCall, Span]

@@ -1,29 +1,119 @@
-"""The statements of one behaviour, monitor or `compose`, with its names: from text to acts.
+"""The statements of one behaviour, monitor or `compose`, with its names: from text to acts; and the conditions that
+abort a run, guards of behaviours and `require` in behaviours and monitors.
 
 Numbers that a body assigns live in locals; lanes, objects and other things are bound at compile time and cannot change
 during the run.
+
+As in Scenic, preconditions are tested when a behaviour starts, and invariants then and in every sample in which the
+behaviour itself goes on: not while something that it `do`es is running, but again when that has ended.
+Source: Scenic 3 reference, "Behavior Definition".
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.acting import guards
-from cortex_dsl.semantics.acting.variables import assigned_names, snapshot
-from cortex_dsl.semantics.context import Evaluator, Moment
-from cortex_dsl.semantics.definitions import BehaviourCall, MonitorCall
-from cortex_dsl.semantics.problems import Mistake
-from cortex_dsl.semantics.quantities import numbers
-from cortex_dsl.semantics.quantities.algebra import is_dynamic
+from cortex_dsl.diagnostics import Label
+from cortex_dsl.semantics.errors.behaviours import DIMENSION_CHANGES, OBJECT_CHANGES
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.scenarios import GUARD_NEVER
+from cortex_dsl.semantics.evaluation import numbers
+from cortex_dsl.semantics.model.context import Evaluator, Moment
+from cortex_dsl.semantics.model.values import (
+    POISON,
+    BehaviourCall,
+    Colour,
+    LaneNow,
+    MonitorCall,
+    Pose,
+    Quantity,
+    Truth,
+    Value,
+    Vector,
+)
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.tree import assigned_names
+from cortex_dsl.semantics.quantities.algebra import closed_value, is_dynamic
 from cortex_dsl.semantics.quantities.units import dimension_name
-from cortex_dsl.semantics.values import POISON, Quantity, Truth, Value
-from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
-from engine.vocabulary import Op
+from engine.vocabulary import Op, RuleKind
+
+# -- guards ------------------------------------------------------------------------------------------------------------
+
+Condition = Callable[[nodes.Expression], ir.Expr]
+"""The truth of a condition at every later moment."""
+
+
+def tested_guards(
+    ev: Evaluator, guards: Iterable[nodes.Guard], kind: str, name: str, condition: Condition, call: Span
+) -> tuple[tuple[ir.Expr, int], ...]:
+    """The conditions of guards and the rules that abort the run where they are false."""
+    found = []
+    for guard in guards:
+        holds = condition(guard.condition)
+        rule = abort_rule(ev, guard.condition.span, f"{kind} of {name}: {source_of(ev, guard.condition)}")
+        if closed_value(holds) == 0.0:
+            where = (Label(call, "started here"),)
+            ev.report(GUARD_NEVER.at(guard.condition.span, secondary=where, guard=kind, name=name))
+        found.append((holds, rule))
+    return tuple(found)
+
+
+def abort_rule(ev: Evaluator, span: Span, name: str) -> int:
+    return ev.file.rule(span, name, RuleKind.ABORT)
+
+
+def source_of(ev: Evaluator, node: nodes.Node) -> str:
+    """The text of a node on one line."""
+    return " ".join(ev.file.source.slice(node.span).split())
+
+
+def demand(ev: Evaluator, node: nodes.Require, holds: ir.Expr, probability: float, owner: str) -> ir.Block:
+    """`require` in a behaviour or a monitor; the coin of a soft one is tossed each time."""
+    if probability < 1.0:
+        spared = ev.algebra.apply(Op.LE, ev.algebra.literal(probability), ev.algebra.random())
+        holds = ev.algebra.apply(Op.OR, spared, holds)
+    if isinstance(holds, ir.Literal) and holds.value:
+        return ()
+    name = node.name or f"require in {owner}: {source_of(ev, node.condition)}"
+    return (ir.Demand(node.span, holds, abort_rule(ev, node.span, name)),)
+
+
+# -- values kept as they are now ---------------------------------------------------------------------------------------
+
+
+def snapshot(ev: Evaluator, value: Value, span: Span, acts: list[ir.Act]) -> Value:
+    """The value with everything that changes during the run copied into fresh locals."""
+
+    def kept(expr: ir.Expr) -> ir.Expr:
+        if not is_dynamic(expr):
+            return expr
+        local = ev.run.new_local()
+        acts.append(ir.SetLocal(span, local, expr))
+        return ev.algebra.local(local)
+
+    match value:
+        case Quantity(expr, dimension):
+            return Quantity(kept(expr), dimension)
+        case Truth(expr):
+            return Truth(kept(expr))
+        case Vector(x, y):
+            return Vector(kept(x), kept(y))
+        case Pose(x, y, heading):
+            return Pose(kept(x), kept(y), kept(heading))
+        case LaneNow(id, section):
+            return LaneNow(kept(id), section)
+        case Colour(index):
+            return Colour(kept(index))
+        case tuple():
+            return tuple(snapshot(ev, item, span, acts) for item in value)
+    return value
+
+
+# -- bodies ------------------------------------------------------------------------------------------------------------
 
 Defined = nodes.BehaviorDefinition | nodes.MonitorDefinition
 
@@ -65,6 +155,10 @@ class Invoker(Protocol):
     @property
     def owner(self) -> str:
         """The name of what is being inlined."""
+        ...
+
+    def act(self, body: "Body", statement: nodes.Statement) -> ir.Block:
+        """What a statement of a body does."""
         ...
 
     def invocation(self, value: Value, node: nodes.Expression, moment: Moment) -> Invocation:
@@ -134,7 +228,7 @@ class Body:
             return (), ()
 
         def tested(written: Sequence[nodes.Guard], kind: str) -> Guards:
-            return guards.tested(self.ev, written, kind, node.name, self._later, call)
+            return tested_guards(self.ev, written, kind, node.name, self._later, call)
 
         return tested(node.preconditions, "precondition"), tested(node.invariants, "invariant")
 
@@ -173,7 +267,7 @@ class Body:
 
     def _acts(self, statement: nodes.Statement) -> ir.Block:
         try:
-            return ACTS[type(statement)](self, statement)
+            return self.inliner.act(self, statement)
         except Mistake as mistake:
             self.ev.report(mistake)
             self._poison(statement)
@@ -209,7 +303,7 @@ class Body:
             if needs_local or (known is not None and known.local is not None):
                 return self._set_local(name, value, span)
         elif known is not None and self.depth > known.depth:
-            raise errors.OBJECT_CHANGES.mistake(span, name=name, kind=kind_name(value).split(" ", 1)[-1])
+            raise OBJECT_CHANGES.mistake(span, name=name, kind=kind_name(value).split(" ", 1)[-1])
         acts: list[ir.Act] = []
         self.names[name] = snapshot(self.ev, value, span, acts)
         self.variables[name] = Variable(None, self.depth)
@@ -235,10 +329,8 @@ class Body:
             if before.dimension == value.dimension:
                 return value
             actual = dimension_name(value.dimension)
-            raise errors.DIMENSION_CHANGES.mistake(
-                span, name=name, before=dimension_name(before.dimension), after=actual
-            )
-        raise errors.DIMENSION_CHANGES.mistake(span, name=name, before=kind_name(before), after=kind_name(value))
+            raise DIMENSION_CHANGES.mistake(span, name=name, before=dimension_name(before.dimension), after=actual)
+        raise DIMENSION_CHANGES.mistake(span, name=name, before=kind_name(before), after=kind_name(value))
 
     def invocation(self, node: nodes.Expression) -> Invocation:
         """What `do node` runs."""
@@ -247,8 +339,3 @@ class Body:
     def option(self, value: Value, node: nodes.Expression) -> Invocation:
         """What `do choose` runs if it takes this value."""
         return self.inliner.invocation(value, node, self.moment)
-
-
-Act = Callable[[Body, nodes.Statement], ir.Block]
-ACTS: dict[type, Act] = {}
-"""What each statement of a behaviour does; `acts` fills it."""

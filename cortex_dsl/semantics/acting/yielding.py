@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.context import Evaluator
+from cortex_dsl.semantics.errors.behaviours import MAY_NOT_ACT, NEVER_ACTS
+from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.quantities.algebra import leaves
 from cortex_dsl.source import Span
 from engine.vocabulary import Op
@@ -41,9 +41,9 @@ def ever_acts(block: ir.Block) -> bool:
 def check_loop(ev: Evaluator, condition: ir.Expr, body: ir.Block, span: Span) -> None:
     """A loop must act, have a way out, or change what its condition looks at."""
     if not _goes_on(condition, body):
-        ev.report(errors.NEVER_ACTS.at(span, what="loop", words=_words(ev)))
+        ev.report(NEVER_ACTS.at(span, what="loop", words=_words(ev)))
     elif not _changes(condition, body) and _passes(body):
-        ev.report(errors.MAY_NOT_ACT.at(span))
+        ev.report(MAY_NOT_ACT.at(span))
 
 
 def _changes(condition: ir.Expr, body: ir.Block) -> bool:
@@ -71,7 +71,7 @@ def _passes(block: ir.Block) -> bool:
 def check_handler(ev: Evaluator, condition: ir.Expr, body: ir.Block, span: Span) -> None:
     """A handler that ends without acting is asked for again at once."""
     if not _goes_on(condition, body):
-        ev.report(errors.NEVER_ACTS.at(span, what="handler", words=_words(ev)))
+        ev.report(NEVER_ACTS.at(span, what="handler", words=_words(ev)))
 
 
 def _words(ev: Evaluator) -> str:

@@ -1,33 +1,167 @@
 """`compose` blocks: the acts of a scenario's coroutine, and of those that it starts.
 
 A scenario that is started is a coroutine of its own with a higher number than the one that starts it, which waits
-until it has ended. What an interrupt leaves behind by `abort`, and what `until` or `for` end, is stopped with the
-behaviours of its objects.
+until it has ended: its objects come in, its rules hold, its `compose` runs. What an interrupt leaves behind by `abort`,
+and what `until` or `for` end, is stopped with the behaviours of its objects.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.acting import guards
-from cortex_dsl.semantics.acting.behaviours import Inliner, stop
+from cortex_dsl.semantics.acting import bodies
+from cortex_dsl.semantics.acting.behaviours import Inliner, monitor_body, stop
 from cortex_dsl.semantics.acting.bodies import Body, Guards, Invocation
-from cortex_dsl.semantics.acting.variables import assigned_names
-from cortex_dsl.semantics.composition.coroutines import Coroutine
-from cortex_dsl.semantics.composition.scenarios import number, place_of, set_up, surely_first
-from cortex_dsl.semantics.context import Evaluator, Moment
-from cortex_dsl.semantics.definitions import Actor, Instance, ScenarioCall, ScenarioValue
+from cortex_dsl.semantics.acting.statements import known_number, required_monitor
+from cortex_dsl.semantics.composition.setting_up import number, place_of, set_up, surely_first
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.scenarios import (
+    LATER_TEMPORAL,
+    MADE_AGAIN,
+    NOT_A_SCENARIO,
+    SCENARIO_CYCLE,
+    STARTED_TWICE,
+)
+from cortex_dsl.semantics.evaluation import numbers
+from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.calls import as_scenario
-from cortex_dsl.semantics.evaluation.motion import is_present
-from cortex_dsl.semantics.values import Value
-from cortex_dsl.semantics.wording import kind_name
+from cortex_dsl.semantics.evaluation.geometry import is_present
+from cortex_dsl.semantics.model.context import Evaluator, Moment
+from cortex_dsl.semantics.model.values import Actor, Instance, ScenarioCall, ScenarioValue, Value
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.tree import always_condition, assigned_names
+from cortex_dsl.semantics.quantities.units import TIME
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
+from engine.config import SimulationConfig
 from engine.frozen import frozen
 from engine.vocabulary import Op
+
+# -- the coroutine of a scenario that another one starts ---------------------------------------------------------------
+
+CLOCK_TOLERANCE = 1e-9
+"""Slack of `terminate after`: sums of time steps do not hit a duration exactly [s]."""
+
+
+@frozen
+class Written:
+    block: ir.Block
+    preconditions: Guards
+    invariants: Guards
+
+
+@frozen
+class Coroutine:
+    """Writes it; `span` is where the scenario is started."""
+
+    composer: "Composer"
+    span: Span
+
+    def written(self) -> Written:
+        composer, instance, span = self.composer, self.composer.instance, self.span
+        body = composer.body()
+        before, during = composer.guarded(body, span)
+        during = (*during, *self._always(body))
+        starts = tuple(ir.Start(span, number) for number in self._watchers(body))
+        acts = body.block(composer.node.compose) if composer.node.compose else self._for_ever()
+        clock, handlers = self._ends(body, during)
+        inner: ir.Block = (ir.Scope(span, composer.node.name, body.scope, acts, during),)
+        if handlers:
+            inner = (ir.TryInterrupt(span, inner, handlers),)
+        own = [actor.index for actor in instance.actors]
+        spawn = (ir.Spawn(span, tuple(own)),) if own and not instance.present else ()
+        return Written((*spawn, *starts, *clock, *inner, stop((instance,), span)), before, during)
+
+    def _for_ever(self) -> ir.Block:
+        return (ir.Loop(self.span, self.composer.ev.algebra.truth(True), (ir.Wait(self.span),)),)
+
+    def _rules(self, kind: type) -> Iterator[nodes.Statement]:
+        return (statement for statement in self.composer.instance.rules if isinstance(statement, kind))
+
+    def _always(self, body: Body) -> Iterator[tuple[ir.Expr, int]]:
+        """`require always c` holds while the scenario runs; no other formula can be judged over a part of a run."""
+        for statement in self._rules(nodes.Require):
+            assert isinstance(statement, nodes.Require)
+            condition = always_condition(statement.condition)
+            if condition is None or statement.probability is not None:
+                self._refuse(body, statement, "require", "it is judged over the whole run", "write it at the top level")
+                continue
+            try:
+                holds = body.condition(condition, repeated=True)
+            except Mistake as mistake:
+                body.ev.report(mistake)
+                continue
+            name = statement.name or bodies.source_of(body.ev, statement.condition)
+            yield holds, bodies.abort_rule(body.ev, statement.span, name)
+
+    def _refuse(self, body: Body, statement: nodes.Statement, word: str, reason: str, cure: str) -> None:
+        body.ev.report(LATER_TEMPORAL.at(statement.span, statement=word, reason=reason, cure=cure))
+
+    def _watchers(self, body: Body) -> Iterator[int]:
+        """The monitors that the scenario requires; they start with it."""
+        run = body.ev.run
+        for statement in self._rules(nodes.Record):
+            self._refuse(body, statement, "record", "a value is kept over the whole run", "record it at the top level")
+        for statement in self._rules(nodes.RequireMonitor):
+            assert isinstance(statement, nodes.RequireMonitor)
+            try:
+                call = required_monitor(place(body.ev, self.composer.instance), statement)
+                block = monitor_body(body.ev, call, Moment(running=True, scenario=self.composer.instance))
+            except Mistake as mistake:
+                body.ev.report(mistake)
+                continue
+            self.composer.instance.watchers.append(len(run.monitors))
+            run.monitors.append(ir.Monitor(statement.name or call.name, block, False, statement.span))
+            yield len(run.monitors) - 1
+
+    def _ends(self, body: Body, during: Guards) -> tuple[ir.Block, tuple[tuple[ir.Expr, ir.Block], ...]]:
+        """What `terminate when` and `terminate after` of the setup do: acts at the start, and handlers. What must hold
+        while the scenario runs must hold at its last sample too.
+        """
+        clock: list[ir.Act] = []
+        handlers = []
+        for statement in self.composer.instance.rules:
+            demands = tuple(ir.Demand(statement.span, holds, rule) for holds, rule in during)
+            try:
+                if isinstance(statement, nodes.TerminateAfter):
+                    leave = ir.Abort(statement.span)
+                    handlers.append((self._elapsed(body, statement, clock), (*demands, leave)))
+                elif isinstance(statement, nodes.TerminateWhen):
+                    condition = body.condition(statement.condition, repeated=True)
+                    handlers.append((condition, (*demands, self._end(body, statement))))
+            except Mistake as mistake:
+                body.ev.report(mistake)
+        return tuple(clock), tuple(handlers)
+
+    def _end(self, body: Body, node: nodes.TerminateWhen) -> ir.Act:
+        """`terminate when` ends the scenario, `terminate simulation when` the run."""
+        if not node.simulation:
+            return ir.Abort(node.span)
+        name = node.name or bodies.source_of(body.ev, node.condition)
+        return ir.Terminate(node.span, body.ev.file.rule(node.span, name))
+
+    def _elapsed(self, body: Body, node: nodes.TerminateAfter, clock: list[ir.Act]) -> ir.Expr:
+        algebra, scene = body.ev.algebra, place(body.ev, self.composer.instance)
+        amount = Given(scene.evaluate(node.amount), node.amount.span)
+        if node.in_steps:
+            number_of = scene.constant(numbers.quantity(amount.value, amount.span), amount.span, "a number of steps")
+            seconds = number_of * (scene.file.settings.time_step or SimulationConfig().time_step)
+        else:
+            seconds = known_number(scene, amount, TIME, "the time of `terminate after`", 1e-4, 1e5)
+        start = body.ev.run.new_local()
+        clock.append(ir.SetLocal(node.span, start, algebra.apply(Op.TIME)))
+        passed = algebra.sub(algebra.apply(Op.TIME), algebra.local(start))
+        return algebra.apply(Op.LE, algebra.literal(seconds - CLOCK_TOLERANCE), passed)
+
+
+def place(ev: Evaluator, instance: Instance) -> Evaluator:
+    """The same place, with the scene."""
+    return ev.at_moment(Moment(scenario=instance))
+
+
+# -- what a `compose` does ---------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -63,8 +197,8 @@ class Composer(Inliner):
             return body.condition(node, repeated=True)
 
         node = self.node
-        before = guards.tested(body.ev, node.preconditions, "precondition", node.name, condition, call)
-        during = guards.tested(body.ev, node.invariants, "invariant", node.name, condition, call)
+        before = bodies.tested_guards(body.ev, node.preconditions, "precondition", node.name, condition, call)
+        during = bodies.tested_guards(body.ev, node.invariants, "invariant", node.name, condition, call)
         return before, during
 
     # -- what it starts ----------------------------------------------------------------------------------------------
@@ -107,10 +241,10 @@ class Composer(Inliner):
             known = [name for name, each in self.ev.names.items() if isinstance(each, ScenarioValue)]
             cure = did_you_mean(node.id, known) if isinstance(node, nodes.Name) else ""
             cure = cure or "behaviors belong to objects; what a `compose` runs is defined by `scenario`"
-            raise errors.NOT_A_SCENARIO.mistake(node.span, actual=kind_name(value), cure=cure)
+            raise NOT_A_SCENARIO.mistake(node.span, actual=kind_name(value), cure=cure)
         self._check_started(call, node.span)
         if call.instance is not None:
-            raise errors.STARTED_TWICE.mistake(node.span, name=call.name)
+            raise STARTED_TWICE.mistake(node.span, name=call.name)
         call.instance = self._instance(call, node, moment)
         before = len(self.ev.run.actors)
         set_up(self.ev, call.scenario, call.instance, dict(call.arguments))
@@ -130,9 +264,9 @@ class Composer(Inliner):
         """What makes objects can start once: refused in a loop, and in a handler the run is aborted the second time."""
         if moment.looping:
             here = Label(made[0].span, "made here")
-            raise errors.MADE_AGAIN.mistake(call.span, name=call.name, secondary=(here,))
+            raise MADE_AGAIN.mistake(call.span, name=call.name, secondary=(here,))
         fresh = self.ev.algebra.apply(Op.NOT, is_present(self.ev, made[0]))
-        rule = guards.abort_rule(self.ev, call.span, f"{call.name} starts a second time")
+        rule = bodies.abort_rule(self.ev, call.span, f"{call.name} starts a second time")
         return replace(child, preconditions=((fresh, rule), *child.preconditions))
 
     def _written(self, call: ScenarioCall, instance: Instance) -> "Child":
@@ -146,7 +280,7 @@ class Composer(Inliner):
         running = [each.node.name for each in self.scenarios]
         if any(call.scenario.node is each.node for each in self.scenarios):
             cycle = " -> ".join([*running[running.index(call.name) :], call.name])
-            raise errors.SCENARIO_CYCLE.mistake(span, name=call.name, cycle=cycle)
+            raise SCENARIO_CYCLE.mistake(span, name=call.name, cycle=cycle)
 
 
 @frozen

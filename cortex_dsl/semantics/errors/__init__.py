@@ -1,17 +1,11 @@
-"""Every finding of this stage, declared once: a module for each family, each of its rows a name of this package."""
+"""Every finding of this stage, declared once: a module for each family, each of its rows a name."""
 
-from cortex_dsl.semantics.errors.behaviours import *  # noqa: F403
-from cortex_dsl.semantics.errors.choices import *  # noqa: F403
-from cortex_dsl.semantics.errors.composing import *  # noqa: F403
-from cortex_dsl.semantics.errors.definitions import *  # noqa: F403
-from cortex_dsl.semantics.errors.driving import *  # noqa: F403
-from cortex_dsl.semantics.errors.feasibility import *  # noqa: F403
-from cortex_dsl.semantics.errors.monitors import *  # noqa: F403
-from cortex_dsl.semantics.errors.names import *  # noqa: F403
-from cortex_dsl.semantics.errors.placing import *  # noqa: F403
-from cortex_dsl.semantics.errors.roads import *  # noqa: F403
-from cortex_dsl.semantics.errors.running import *  # noqa: F403
-from cortex_dsl.semantics.errors.statements import *  # noqa: F403
-from cortex_dsl.semantics.errors.temporal import *  # noqa: F403
-from cortex_dsl.semantics.errors.units import *  # noqa: F403
-from cortex_dsl.semantics.errors.values import *  # noqa: F403
+from cortex_dsl.semantics.errors import behaviours, chance, names, objects, roads, scenarios, statements, values
+from cortex_dsl.semantics.errors.problems import Problem
+
+FAMILIES = (names, values, statements, objects, roads, chance, behaviours, scenarios)
+
+
+def declared() -> dict[str, Problem]:
+    """All problems by the name of their row."""
+    return {name: row for family in FAMILIES for name, row in vars(family).items() if isinstance(row, Problem)}

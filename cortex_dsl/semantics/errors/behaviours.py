@@ -1,7 +1,7 @@
 """SCN6xx: behaviors."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem, warning
+from cortex_dsl.semantics.errors.problems import Problem, warning
 
 RECURSIVE = Problem(
     "SCN601",
@@ -235,5 +235,65 @@ TOO_DEEP_BODIES = Problem(
         + "".join(f"behavior B{k}():\n    do B{k - 1}()\n" for k in range(1, 70))
         + "\nego = new Car on road, with behavior B69()\n",
         "behavior B0():\n    wait\n\nbehavior B1():\n    do B0()\n\nego = new Car on road, with behavior B1()\n",
+    ),
+)
+
+
+LANE_OF_THE_RUN = Problem(
+    "SCN630",
+    "a lane that only the run knows has no `{name}`",
+    "where an object is, is a matter of the moment; the compiler cannot list what hangs on it",
+    "{suggestion}",
+    page=Page(
+        "attribute of a lane of the run",
+        "`self.lane` is where the object is now. Its neighbours, its length and its section can be asked for; lists "
+        "such as its maneuvers only of lanes that the compiler knows.",
+        "behavior Turn():\n    do FollowTrajectoryBehavior(10, self.lane.maneuvers[0])\n"
+        "ego = new Car on road, with behavior Turn()\n",
+        "lane = network.lanes[0]\nbehavior Turn():\n    do FollowTrajectoryBehavior(10, lane.maneuvers[0])\n"
+        "ego = new Car in lane.centerline, with behavior Turn()\n",
+    ),
+)
+
+
+NOT_A_DRIVER = Problem(
+    "SCN631",
+    "`{behaviour}` is for vehicles, and this is {actual}",
+    cure="give it to a Car or another vehicle",
+    page=Page(
+        "behavior for vehicles",
+        "Some behaviors steer wheels; people and obstacles have none.",
+        "ego = new Car on road\nnew Pedestrian on road, with behavior LaneChangeBehavior(network.lanes[0])\n",
+        "ego = new Car on road, with behavior LaneChangeBehavior(network.lanes[0])\n",
+    ),
+)
+
+
+NO_INTERSECTION = Problem(
+    "SCN632",
+    "this trajectory crosses no intersection",
+    "there is nobody to give way to on it",
+    "as in `[maneuver.startLane, maneuver.connectingLane, maneuver.endLane]`",
+    page=Page(
+        "trajectory without an intersection",
+        "Gap acceptance waits at the entry of an intersection, so the trajectory must lead through one.",
+        "lane = network.lanes[0]\nego = new Car in lane.centerline, with behavior GapAcceptanceBehavior(10, [lane])\n",
+        "m = network.maneuvers[0]\n"
+        "ego = new Car in m.startLane.centerline, with behavior GapAcceptanceBehavior(10, m)\n",
+    ),
+)
+
+
+WALKS_IN_LANE = warning(
+    "SCN633",
+    "this Pedestrian walks in the middle of the lane, as a car drives",
+    "`{behaviour}` follows lanes",
+    "to cross the road write `CrossingBehavior(ego)`, to walk straight on `WalkForwardBehavior()`, and turn the walker "
+    "with `facing`",
+    page=Page(
+        "pedestrian who follows a lane",
+        "Lanes and trajectories are ways of vehicles. A pedestrian may be sent along them, but is seldom meant to be.",
+        "ego = new Car on road\nnew Pedestrian on road, with behavior FollowLaneBehavior(1 m/s)\n",
+        "ego = new Car on road\nnew Pedestrian on road, with behavior CrossingBehavior(ego)\n",
     ),
 )

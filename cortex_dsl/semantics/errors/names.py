@@ -1,7 +1,7 @@
 """SCN2xx: names."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem, hint, warning
+from cortex_dsl.semantics.errors.problems import Problem, hint, warning
 
 UNKNOWN_NAME = Problem(
     "SCN201",
@@ -229,5 +229,95 @@ UNUSED_SCENARIO = hint(
         "        new Car on road\n",
         "scenario Main():\n    setup:\n        ego = new Car on road\n    compose:\n        do Traffic()\n\n"
         "scenario Traffic():\n    setup:\n        new Car on road\n",
+    ),
+)
+
+
+# -- imports ----------------------------------------------------------------------------------------------------------
+MISSING_IMPORT = Problem(
+    "SCN230",
+    "there is no file {path}",
+    "imports are looked for beside the file that imports them",
+    "{suggestion}",
+    page=Page(
+        "import of a missing file",
+        "`import cars` reads `cars.scn` in the folder of the importing file, `import lib.cars` reads `lib/cars.scn`.",
+        shown="while the imports of a file are read",
+    ),
+)
+
+
+IMPORT_CYCLE = Problem(
+    "SCN231",
+    "this file imports itself: {cycle}",
+    cure="move what both need into a file of its own",
+    page=Page(
+        "files that import each other",
+        "An imported file is read to its end before the importing one goes on, which two files cannot do for each "
+        "other.",
+        shown="while the imports of a file are read",
+    ),
+)
+
+
+TOO_MANY_IMPORTS = Problem(
+    "SCN232",
+    "more than {limit} files are imported",
+    cure="join small files",
+    page=Page(
+        "too many imports",
+        "There is a limit on the number of imported files, so that a slip cannot keep the compiler reading.",
+        shown="while the imports of a file are read",
+    ),
+)
+
+
+UNREADABLE_IMPORT = Problem(
+    "SCN233",
+    "cannot read `{name}`: {reason}",
+    cure="check the file and its permissions",
+    page=Page(
+        "import that cannot be read",
+        "The file is there, but the system does not let it be read.",
+        shown="while the imports of a file are read",
+    ),
+)
+
+
+NAMELESS_IMPORT = Problem(
+    "SCN234",
+    "`{path}` is not one name",
+    "an import gives its file one name",
+    "write `{statement} as {name}`",
+    page=Page(
+        "import without a name",
+        "What a file defines is reached through one name. A path with dots or slashes needs `as`.",
+        shown="when a path with dots is imported without `as`",
+    ),
+)
+
+
+NOT_IN_FILE = Problem(
+    "SCN235",
+    "`{file}` defines no `{name}`",
+    cure="{suggestion}",
+    page=Page(
+        "import of a missing name",
+        "`from FILE import NAME` takes a name that the file gives a value to at its top level.",
+        shown="when an imported file does not define the name",
+    ),
+)
+
+
+NOT_IN_IMPORT = Problem(
+    "SCN236",
+    "an imported file cannot have `{statement}`",
+    "{reason}",
+    "move it into the file that is run",
+    page=Page(
+        "statement in an imported file",
+        "An imported file gives definitions, params, objects and requirements. The road, the ego and the end of the "
+        "run are decided by the file that is run.",
+        shown="when an imported file has such a statement",
     ),
 )

@@ -1,7 +1,7 @@
-"""SCN4xx: the map."""
+"""SCN4xx: the map, and its traffic lights."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem, note
+from cortex_dsl.semantics.errors.problems import Problem, note, warning
 
 BAD_MAP = Problem(
     "SCN411",
@@ -106,5 +106,78 @@ SCENIC_MODEL = note(
         "Files of Scenic name the simulator whose classes they use. Here they are built in.",
         "model scenic.simulators.carla.model\nego = new Car on road\n",
         "ego = new Car on road\n",
+    ),
+)
+
+# -- Lanes during the run, library behaviors and traffic lights --------------------------------------------------------
+
+NOT_ON_GRID = Problem(
+    "SCN450",
+    "a gridded road has no `{name}`",
+    "it is made of lanes and intersections only",
+    "place people with `right of ego by 3` or `at (x, y)`, and `with regionContainedIn None`",
+    page=Page(
+        "not part of a gridded road",
+        "Scenic's maps know sidewalks, kerbs, shoulders and crossings; the grid has lanes and intersections.",
+        "ego = new Car on road\nnew Pedestrian on network.sidewalks[0]\n",
+        "ego = new Car on road\nnew Pedestrian right of ego by 2, with regionContainedIn None\n",
+    ),
+)
+NO_SIGNALS = Problem(
+    "SCN451",
+    "{what} needs traffic lights, and there are none",
+    cure="add a line like `signals(green=10 s, yellow=3 s)` after the map",
+    page=Page(
+        "no traffic lights",
+        "Intersections have lights only where the file says `signals(...)`.",
+        "ego = new Car on road, with behavior FollowLaneBehavior(obey_signals=True)\n",
+        "signals()\nego = new Car on road, with behavior FollowLaneBehavior(obey_signals=True)\n",
+    ),
+)
+UNKNOWN_COLOUR = Problem(
+    "SCN452",
+    "no traffic light shows {actual}",
+    cure="{suggestion}",
+    page=Page(
+        "unknown colour of a light",
+        "Lights are `green`, `yellow`, `red`, `off` or `unknown`; where there is none, their status is `None`.",
+        'signals()\nego = new Car on road\nterminate when getClosestTrafficLightStatus(ego) == "amber"\n',
+        'signals()\nego = new Car on road\nterminate when getClosestTrafficLightStatus(ego) == "yellow"\n',
+    ),
+)
+SIGNALS_UNUSED = warning(
+    "SCN453",
+    "nobody looks at the traffic lights",
+    "they change nothing by themselves",
+    "drive with `obey_signals=True`, or ask `withinDistanceToRedYellowTrafficLight(self, 15)`",
+    page=Page(
+        "traffic lights without effect",
+        "Lights act through those who look at them: a library behavior with `obey_signals`, or a condition.",
+        "signals()\nego = new Car on road, with behavior FollowLaneBehavior()\n",
+        "signals()\nego = new Car on road, with behavior FollowLaneBehavior(obey_signals=True)\n",
+    ),
+)
+SIGNALS_TWICE = Problem(
+    "SCN454",
+    "the traffic lights are given twice",
+    "all intersections share one plan",
+    "remove one",
+    page=Page(
+        "two plans of the lights",
+        "All intersections share one plan.",
+        "signals()\nsignals(green=5 s)\nego = new Car on road, with behavior FollowLaneBehavior(obey_signals=True)\n",
+        "signals(green=5 s)\nego = new Car on road, with behavior FollowLaneBehavior(obey_signals=True)\n",
+    ),
+)
+SCENIC_SIGNALS = note(
+    "SCN447",
+    "the map's traffic lights are answered by a fixed plan: green 10 s, yellow 3 s, all red 2 s",
+    cure="add a line like `signals(green=10 s, offset=5 s)` to choose its times",
+    page=Page(
+        "lights of Scenic's maps",
+        "CARLA's maps have traffic lights. A script that names such a map and asks for lights gets a fixed plan here.",
+        "param map = localPath('Town05.xodr')\n"
+        "ego = new Car on road, with behavior FollowLaneBehavior(obey_signals=True)\n",
+        "signals()\nego = new Car on road, with behavior FollowLaneBehavior(obey_signals=True)\n",
     ),
 )

@@ -1,7 +1,213 @@
-"""SCN4xx: values, and the limits of what is worked out."""
+"""SCN3xx: units and types. SCN4xx: values, and the limits of what is worked out."""
 
 from cortex_dsl.diagnostics import Page
-from cortex_dsl.semantics.problems import Problem, warning
+from cortex_dsl.semantics.errors.problems import Problem, warning
+
+DIMENSION_MISMATCH = Problem(
+    "SCN301",
+    "{what} must be {expected}, but this is {actual}",
+    cure="{cure}",
+    page=Page(
+        "wrong dimension",
+        "Every place knows what it measures: a speed, a length, an angle. A number with a unit must fit; a bare "
+        "number takes the place's own unit.",
+        "ego = new Car on road, with speed 5 m\n",
+        "ego = new Car on road, with speed 5 m/s\n",
+    ),
+)
+UNLIKE_OPERANDS = Problem(
+    "SCN302",
+    "{left} and {right} cannot be {joined}",
+    "both sides must measure the same",
+    "{cure}",
+    page=Page(
+        "unlike operands",
+        "What is added or compared must measure the same; metres and seconds cannot be put together.",
+        "ego = new Car on road\nrequire ego.speed < 3 m\n",
+        "ego = new Car on road\nrequire ego.speed < 3 m/s\n",
+    ),
+)
+WRONG_KIND = Problem(
+    "SCN303",
+    "{what} must be {expected}, but this is {actual}",
+    cure="{cure}",
+    page=Page(
+        "wrong kind of value",
+        "Lanes, objects, numbers, truths and lists are different things; this place takes another one.",
+        "ego = new Car on road\nrequire distance from ego to intersection\n",
+        "ego = new Car on road\nrequire (distance from ego to intersection) < 20 m\n",
+    ),
+)
+NO_OPERATOR = Problem(
+    "SCN304",
+    "`{operator}` does not work on {left} and {right}",
+    "arithmetic and comparisons of size need numbers",
+    "{cure}",
+    page=Page(
+        "operator that does not fit",
+        "Arithmetic works on numbers; things such as lanes can only be compared with `==`, `is` and `in`.",
+        "ego = new Car on road\nrequire ego + 1 == 2\n",
+        "ego = new Car on road\nrequire ego.speed + 1 < 2\n",
+    ),
+)
+UNKNOWN_UNIT = Problem(
+    "SCN305",
+    "there is no unit `{unit}`",
+    cure="{suggestion}",
+    page=Page(
+        "unknown unit",
+        "The units are mm, cm, m, km, ft; ms, s, min; m/s, km/h, mph; m/s^2, g; deg, rad; kg, t; Hz.",
+        shown="when a program is made without its text; in a file the parser says SCN111",
+    ),
+)
+TWO_UNITS = Problem(
+    "SCN306",
+    "this value has a unit twice",
+    "the values inside already are {kind}",
+    "write the unit in one place",
+    page=Page(
+        "unit given twice",
+        "A unit is read once: behind each bound, or behind the whole distribution.",
+        "x = Range(1 m, 2 m) km\nego = new Car at (x, 0 m)\n",
+        "x = Range(1, 2) km\nego = new Car at (x, 0 m)\n",
+    ),
+)
+NOT_CALLABLE = Problem(
+    "SCN307",
+    "{kind} cannot be called",
+    cure="remove the brackets; an item of a list is taken with `[0]`",
+    page=Page(
+        "not a function",
+        "Only functions, distributions, actions, behaviors and lambdas are called with `( )`.",
+        "lane = network.lanes[0]\nego = new Car in lane(1).centerline\n",
+        "lane = network.lanes[0]\nego = new Car in lane.centerline\n",
+    ),
+)
+TOO_FEW_ARGUMENTS = Problem(
+    "SCN308",
+    "`{function}` needs {missing}",
+    cure="as in `{signature}`",
+    page=Page(
+        "missing argument",
+        "Arguments without a default value must be given.",
+        "ego = new Car on road, with speed Range(5) m/s\n",
+        "ego = new Car on road, with speed Range(5, 9) m/s\n",
+    ),
+)
+TOO_MANY_ARGUMENTS = Problem(
+    "SCN309",
+    "`{function}` takes {count}, but got {given}",
+    cure="as in `{signature}`",
+    page=Page(
+        "too many arguments",
+        "More values are given than the function has a use for.",
+        "ego = new Car on road, with speed Range(1, 5, 9) m/s\n",
+        "ego = new Car on road, with speed Range(1, 9) m/s\n",
+    ),
+)
+POWER_NOT_CONSTANT = Problem(
+    "SCN310",
+    "the exponent of {what} must be a known whole number",
+    "else the dimension of the result would be unknown",
+    "write it as a number: `** 2`",
+    page=Page(
+        "power of unknown dimension",
+        "A square metre is no cubic metre: the exponent of a number with a unit decides its dimension, so it must "
+        "be known.",
+        "ego = new Car on road\nrequire ego.length ** Range(1, 2) > 16 m\n",
+        "ego = new Car on road\nrequire ego.length ** 2 > 16 m * 1 m\n",
+    ),
+)
+NEVER_EQUAL = warning(
+    "SCN312",
+    "{left} and {right} are never equal",
+    "a text is equal to nothing but a text",
+    "{cure}",
+    page=Page(
+        "comparison that never holds",
+        "Lanes, maneuvers, their types and numbers are things of their own, and no text is equal to them.",
+        "m = Uniform(*[m for m in network.maneuvers if m.type != 'LEFT_TURN'])\n"
+        "ego = new Car in m.startLane.centerline\n",
+        "m = Uniform(*[m for m in network.maneuvers if m.type != ManeuverType.LEFT_TURN])\n"
+        "ego = new Car in m.startLane.centerline\n",
+    ),
+)
+SUSPICIOUS_ANGLE = warning(
+    "SCN320",
+    "a bare {value:g} here is {value:g} rad, which is {turns:.1f} full turns",
+    "angles without a unit are radians",
+    "write `{value:g} deg` if degrees are meant",
+    page=Page(
+        "angle that looks like degrees",
+        "Angles without a unit are radians, as in Scenic, and more than a full turn of them is hardly meant.",
+        "ego = new Car at (0, -30), facing 90\n",
+        "ego = new Car at (0, -30), facing 90 deg\n",
+    ),
+)
+SUSPICIOUS_SPEED = warning(
+    "SCN321",
+    "a bare {value:g} here is {value:g} m/s, which is {kmh:.4g} km/h",
+    "speeds without a unit are metres a second",
+    "write `km/h` behind the number if that is meant",
+    page=Page(
+        "speed that looks like km/h",
+        "Speeds without a unit are metres a second, as in Scenic, and more than 40 of them (144 km/h) are hardly "
+        "meant.",
+        "ego = new Car on road, with speed 50\n",
+        "ego = new Car on road, with speed 50 km/h\n",
+    ),
+)
+SUSPICIOUS_LENGTH = warning(
+    "SCN322",
+    "a bare {value:g} here is {value:g} m, which is {kilometres:.4g} km",
+    "lengths without a unit are metres, and most roads here are shorter",
+    "write `{value:g} cm`, `{value:g} ft` or `{value:g} m`",
+    page=Page(
+        "length that looks like centimetres",
+        "Lengths without a unit are metres, as in Scenic, and more than 500 of them leave the map.",
+        "ego = new Car on road\ncar = new Car ahead of ego by 800\n",
+        "ego = new Car on road\ncar = new Car ahead of ego by 800 cm\n",
+    ),
+)
+SUSPICIOUS_TIME = warning(
+    "SCN323",
+    "a bare {value:g} here is {value:g} s, which is {minutes:.4g} minutes",
+    "times without a unit are seconds",
+    "write `{value:g} ms` if milliseconds are meant",
+    page=Page(
+        "time that looks like milliseconds",
+        "Times without a unit are seconds, as in Scenic, and a scene lasts well below ten minutes.",
+        "behavior Drive():\n    do FollowLaneBehavior() for 2000\n\nego = new Car on road, with behavior Drive()\n",
+        "behavior Drive():\n    do FollowLaneBehavior() for 2000 ms\n\nego = new Car on road, with behavior Drive()\n",
+    ),
+)
+SUSPICIOUS_ACCELERATION = warning(
+    "SCN324",
+    "a bare {value:g} here is {value:g} m/s^2, which is {gravities:.3g} g",
+    "accelerations without a unit are metres a second squared; tyres on a dry road give 10",
+    "write a unit behind the number: `m/s^2` or `g`",
+    page=Page(
+        "acceleration beyond tyres",
+        "Accelerations without a unit are m/s^2, and more than 20 of them are no car's.",
+        "ego = new Car in network.lanes[0].centerline,\n    with behavior FollowLaneBehavior(max_lateral=300)\n",
+        "ego = new Car in network.lanes[0].centerline,\n    with behavior FollowLaneBehavior(max_lateral=0.3 g)\n",
+    ),
+)
+BARE_BESIDE_UNIT = warning(
+    "SCN325",
+    "a bare {value:g} beside a number in {unit} is {value:g} {si}, which is {converted:.4g} {unit}",
+    "a number without a unit counts in SI, whatever unit its neighbour is written in",
+    "write `{value:g} {unit}`, or `{value:g} {si}` if that is meant",
+    page=Page(
+        "bare number beside another unit",
+        "A number without a unit is SI: added to a param in km/h, or compared with it, it counts metres a second.",
+        "param V = Range(20, 80) km/h\nego = new Car in network.lanes[0].centerline, with speed V\nrequire V > 10\n",
+        "param V = Range(20, 80) km/h\nego = new Car in network.lanes[0].centerline, with speed V\n"
+        "require V > 30 km/h\n",
+    ),
+)
+
+# -- SCN4xx: values, and the limits of what is worked out --------------------------------------------------------------
 
 NOT_FINITE = Problem(
     "SCN401",
@@ -60,30 +266,8 @@ BAD_UNPACKING = Problem(
         "x, y = (1, 2)\nego = new Car at (x, y)\n",
     ),
 )
-BAD_SETTING = Problem(
-    "SCN428",
-    "`{name}` must be {expected}, but this is {actual}",
-    "{reason}",
-    'a search writes it, as in `stream="7.ga.0.3.12.0"`; leave it out to draw anew',
-    page=Page(
-        "wrong setting",
-        "`simulation(...)` pins settings of the run; each takes a certain kind of value.",
-        "ego = new Car on road\nsimulation(stream=5)\n",
-        "ego = new Car on road\nsimulation(time_step=0.05 s)\n",
-    ),
-)
-NO_SYSTEM_PARAM = Problem(
-    "SCN483",
-    "`system` lists params of this file, and `{actual}` is none",
-    "they are the params of the system under test, which `--freeze` holds fixed",
-    "{suggestion}",
-    page=Page(
-        "no param of the system",
-        "`simulation(system=[...])` names the params that belong to the system under test.",
-        "param BRAKE = Range(0, 1)\nego = new Car on road, with speed BRAKE * 9 m/s\nsimulation(system=[BRAKES])\n",
-        "param BRAKE = Range(0, 1)\nego = new Car on road, with speed BRAKE * 9 m/s\nsimulation(system=[BRAKE])\n",
-    ),
-)
+
+
 CANNOT_ASSIGN = Problem(
     "SCN430",
     "`{name}` cannot be assigned",
@@ -141,16 +325,5 @@ LIST_TOO_LONG = Problem(
         "Every item of a list is worked out when the file is compiled, so its length is limited.",
         "x = list(range(9000)) + list(range(9000))\nego = new Car on road, with speed len(x) / 1e4\n",
         "x = list(range(900)) + list(range(900))\nego = new Car on road, with speed len(x) / 1e4\n",
-    ),
-)
-BARE_EXPRESSION = warning(
-    "SCN440",
-    "this value is not used",
-    cure="{cure}",
-    page=Page(
-        "value that is not used",
-        "A line that only works out a value changes nothing. Perhaps `require` is missing in front of it.",
-        "ego = new Car on road\nego.speed < 3 m/s\n",
-        "ego = new Car on road\nrequire ego.speed < 3 m/s\n",
     ),
 )

@@ -3,13 +3,14 @@
 from collections.abc import Mapping, Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.builtins import Builtin, Parameter
-from cortex_dsl.semantics.context import Evaluator
-from cortex_dsl.semantics.problems import Mistake
-from cortex_dsl.semantics.quantities.numbers import adopt, in_range
-from cortex_dsl.semantics.values import POISON, Value
-from cortex_dsl.semantics.wording import kind_name
+from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.values import TOO_FEW_ARGUMENTS, TOO_MANY_ARGUMENTS, WRONG_KIND
+from cortex_dsl.semantics.evaluation.numbers import adopt, in_range
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import POISON, Value
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import Builtin, Parameter
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -60,7 +61,7 @@ def evaluate_each(ev: Evaluator, arguments: Sequence[nodes.Argument]) -> tuple[l
 def items_of(value: Value, span: Span, what: str = "this") -> tuple[Value, ...]:
     if isinstance(value, tuple):
         return value
-    raise errors.WRONG_KIND.mistake(span, what=what, expected="a list", actual=kind_name(value), cure="")
+    raise WRONG_KIND.mistake(span, what=what, expected="a list", actual=kind_name(value), cure="")
 
 
 @frozen
@@ -82,7 +83,7 @@ def bind(function: str, signature: str, slots: Sequence[Slot], given: Sequence[G
     by_name = {name: slot.name for slot in slots for name in (slot.name, *slot.aliases)}
     positional = [g for g in given if g.name is None]
     if len(positional) > len(slots):
-        raise errors.TOO_MANY_ARGUMENTS.mistake(
+        raise TOO_MANY_ARGUMENTS.mistake(
             positional[len(slots)].span,
             function=function,
             count=_count(len(slots)),
@@ -94,17 +95,15 @@ def bind(function: str, signature: str, slots: Sequence[Slot], given: Sequence[G
         if g.name is None:
             continue
         if g.name not in by_name:
-            raise errors.UNKNOWN_ARGUMENT.mistake(
+            raise UNKNOWN_ARGUMENT.mistake(
                 g.place, function=function, name=g.name, suggestion=did_you_mean(g.name, [slot.name for slot in slots])
             )
         if by_name[g.name] in bound:
-            raise errors.DUPLICATE.mistake(g.place, what="the argument", name=g.name)
+            raise DUPLICATE.mistake(g.place, what="the argument", name=g.name)
         bound[by_name[g.name]] = g
     missing = [f"`{slot.name}`" for slot in slots if not slot.optional and slot.name not in bound]
     if missing:
-        raise errors.TOO_FEW_ARGUMENTS.mistake(
-            span, function=function, missing=" and ".join(missing), signature=signature
-        )
+        raise TOO_FEW_ARGUMENTS.mistake(span, function=function, missing=" and ".join(missing), signature=signature)
     return bound
 
 
@@ -129,7 +128,7 @@ def no_names(function: str, given: Sequence[Given]) -> None:
     """Functions of any number of arguments take none by name."""
     for g in given:
         if g.name is not None:
-            raise errors.UNKNOWN_ARGUMENT.mistake(g.place, function=function, name=g.name, suggestion="")
+            raise UNKNOWN_ARGUMENT.mistake(g.place, function=function, name=g.name, suggestion="")
 
 
 Bound = Mapping[str, Given]

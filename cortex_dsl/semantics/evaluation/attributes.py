@@ -1,35 +1,43 @@
-"""`x.name`: what lanes, maneuvers, intersections, the network, places and objects can be asked for."""
+"""`x.name`: what lanes, maneuvers, intersections, the network, places and objects can be asked for, and one sentence
+about everything that may follow a dot.
+"""
 
 import math
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import TypeVar
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.context import Evaluator
-from cortex_dsl.semantics.definitions import Actor, Namespace, ScenarioCall
-from cortex_dsl.semantics.evaluation import nearby
-from cortex_dsl.semantics.evaluation.motion import as_written, check_settled, current_pose, state
-from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
-from cortex_dsl.semantics.road import lanes, signals
-from cortex_dsl.semantics.road.roads import ROAD
-from cortex_dsl.semantics.things.classes import PROPERTIES, property_value
-from cortex_dsl.semantics.values import (
+from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
+from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE, UNKNOWN_PARAM
+from cortex_dsl.semantics.errors.roads import NOT_ON_GRID
+from cortex_dsl.semantics.errors.scenarios import NOT_STARTED
+from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.evaluation import driving, lanes, signals
+from cortex_dsl.semantics.evaluation.geometry import as_written, check_settled, current_pose, state
+from cortex_dsl.semantics.evaluation.roads import ROAD
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import (
+    Actor,
     Centerline,
     Closure,
     DirectionField,
     EnumValue,
     GlobalParameters,
     LaneNow,
+    Namespace,
     Pose,
     Quantity,
+    ScenarioCall,
     Signal,
     Truth,
     Unfinished,
     Value,
     Vector,
 )
-from cortex_dsl.semantics.wording import kind_name
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import PROPERTIES
+from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from engine.road.network import Intersection, Lane, Maneuver, Network
@@ -185,7 +193,7 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
         return _of(name, span, "`ManeuverType`", {member.name: member for member in ManeuverType})
     if isinstance(value, GlobalParameters):
         if name not in ev.run.params:
-            raise errors.UNKNOWN_PARAM.mistake(span, name=name, suggestion=did_you_mean(name, ev.run.params))
+            raise UNKNOWN_PARAM.mistake(span, name=name, suggestion=did_you_mean(name, ev.run.params))
         return ev.usable(ev.run.params[name])
     if isinstance(value, LaneNow):
         return lanes.of_lane_now(ev, value, name, span)
@@ -196,7 +204,7 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
             getter: Callable[..., Value] = _of(name, span, kind_name(value), table)
             return getter(ev, value)
     cure = _of_an_item(value, name) if isinstance(value, tuple) else ""
-    raise errors.UNKNOWN_ATTRIBUTE.mistake(span, kind=kind_name(value), name=name, suggestion=cure)
+    raise UNKNOWN_ATTRIBUTE.mistake(span, kind=kind_name(value), name=name, suggestion=cure)
 
 
 def _of_an_item(items: tuple[Value, ...], name: str) -> str:
@@ -209,9 +217,9 @@ def _of_an_item(items: tuple[Value, ...], name: str) -> str:
 
 def _of(name: str, span: Span, kind: str, table: Mapping[str, Entry]) -> Entry:
     if name not in table and name.removeprefix("_") in _NOT_ON_A_GRID:
-        raise errors.NOT_ON_GRID.mistake(span, name=name)
+        raise NOT_ON_GRID.mistake(span, name=name)
     if name not in table:
-        raise errors.UNKNOWN_ATTRIBUTE.mistake(span, kind=kind, name=name, suggestion=did_you_mean(name, table))
+        raise UNKNOWN_ATTRIBUTE.mistake(span, kind=kind, name=name, suggestion=did_you_mean(name, table))
     return table[name]
 
 
@@ -223,7 +231,7 @@ def _lane_at(ev: Evaluator, place: Value) -> Value:
         return lanes.lane_at(ev, place)
     if isinstance(place, Vector):
         return lanes.lane_at(ev, Pose(place.x, place.y, ev.algebra.literal(math.nan)))
-    raise errors.WRONG_KIND.mistake(
+    raise WRONG_KIND.mistake(
         ev.algebra.span, what="what is asked for its lane", expected="a place", actual=kind_name(place), cure=""
     )
 
@@ -231,7 +239,7 @@ def _lane_at(ev: Evaluator, place: Value) -> Value:
 def _of_scenario(ev: Evaluator, call: ScenarioCall, name: str, span: Span) -> Value:
     """A variable of a scenario that another one has started."""
     if call.instance is None:
-        raise errors.NOT_STARTED.mistake(span, name=call.name)
+        raise NOT_STARTED.mistake(span, name=call.name)
     return ev.usable(_of(name, span, f"the scenario `{call.name}`", call.instance.names))
 
 
@@ -242,7 +250,7 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
         column, dimension = _STATES[name]
         return Quantity(state(ev, actor, column), dimension)
     if name in _STATES and name != "speed":
-        raise errors.ONLY_WHILE_RUNNING.mistake(span, what=f"`{name}` of an object")
+        raise ONLY_WHILE_RUNNING.mistake(span, what=f"`{name}` of an object")
     if name == "speed":
         check_settled(ev, actor)
     if name in actor.properties:
@@ -250,10 +258,87 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
     if (of_lane := _OF_PLACE.get(name.removeprefix("_"))) is not None:
         return of_lane(_lane_at(ev, actor))
     if name == "distanceToClosest":
-        return Closure(("type",), lambda kind: nearby.distance_to_closest(ev, actor, kind, span))
-    raise errors.UNKNOWN_ATTRIBUTE.mistake(
+        return Closure(("type",), lambda kind: driving.distance_to_closest(ev, actor, kind, span))
+    raise UNKNOWN_ATTRIBUTE.mistake(
         span,
         kind=kind_name(actor),
         name=name,
         suggestion=did_you_mean(name, {*_POSE, *_STATES, *PROPERTIES, *actor.properties}),
     )
+
+
+def property_value(value: Value, name: str) -> Value:
+    """A stored property as the language sees it."""
+    if isinstance(value, ir.Expr):
+        return Quantity(value, PROPERTIES[name].dimension)
+    return value
+
+
+# -- one sentence about each; a name means the same after whatever has it ----------------------------------------------
+
+ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
+    {
+        # -- places and objects
+        "x": "East of the centre of the map.",
+        "y": "North of the centre of the map.",
+        "position": "The point alone.",
+        "heading": "Anticlockwise from the east; from the north in files with a `model` line.",
+        "steer": "Steering angle, positive to the left; only during the run.",
+        "throttle": "Throttle pedal, 0 to 1; only during the run.",
+        "brake": "Brake pedal, 0 to 1; only during the run.",
+        "distanceToClosest": "Distance to the nearest object of a class.",
+        # -- the network
+        "intersections": "All intersections of the map.",
+        "lanes": "All its lanes.",
+        "maneuvers": "The ways through the intersection: from here, or all of them.",
+        "roads": "All its roads.",
+        "drivableRegion": "Everything that lanes and intersections cover.",
+        "roadDirection": "At every point the direction of the lane there.",
+        "laneGroups": "Lanes side by side that go the same way.",
+        "laneSections": "All lane sections; here a lane has one section.",
+        "laneAt": "The lane at a point or under an object.",
+        "laneSectionAt": "The lane section at a point or under an object.",
+        # -- intersections and maneuvers
+        "incomingLanes": "Lanes that end at the intersection.",
+        "outgoingLanes": "Lanes that begin at the intersection.",
+        "is3Way": "Whether three roads meet.",
+        "is4Way": "Whether four roads meet.",
+        "center": "The middle of the intersection.",
+        "type": "`ManeuverType.STRAIGHT`, `LEFT_TURN`, `RIGHT_TURN` or `U_TURN`.",
+        "startLane": "The lane that leads into the intersection.",
+        "connectingLane": "The lane inside the intersection.",
+        "endLane": "The lane that leads out of the intersection.",
+        "conflictingManeuvers": "Maneuvers whose ways cross this one.",
+        "reverseManeuvers": "Maneuvers that come from the lane across, against this one.",
+        "signals": "Its traffic lights, one for each incoming lane.",
+        "signal": "The traffic light at its end.",
+        "isSignalized": "Whether it has traffic lights.",
+        "isTrafficLight": "Whether it is a traffic light.",
+        # -- lanes
+        "centerline": "The line in the middle of the lane: places on it head along it.",
+        "width": "Width.",
+        "length": "Length.",
+        "name": "Its name in reports.",
+        "intersection": "The intersection that it belongs to or leads to.",
+        "successors": "Lanes that go on from it.",
+        "predecessors": "Lanes that lead into it.",
+        "lane": "The lane.",
+        "laneSection": "The lane section.",
+        "laneGroup": "The lanes side by side with it that go the same way.",
+        "oppositeLaneGroup": "The lanes that come the other way.",
+        "sections": "Its sections; here it has one.",
+        "sectionAt": "The section at a point.",
+        "group": "The lanes side by side with it that go the same way.",
+        "road": "Its road: the lanes of both directions.",
+        "isForward": "Whether it goes the way in which its road is drawn.",
+        "adjacentLanes": "Lanes beside it, on either side.",
+        "laneToLeft": "The lane to its left.",
+        "laneToRight": "The lane to its right.",
+        "fasterLane": "The lane beside it that is further from the edge.",
+        "slowerLane": "The lane beside it that is nearer to the edge.",
+        "opposite": "The lanes that come the other way.",
+        "forwardLanes": "Lanes that go the way in which the road is drawn.",
+        "backwardLanes": "Lanes that go against it.",
+        "is1Way": "Whether all lanes go the same way.",
+    }
+)

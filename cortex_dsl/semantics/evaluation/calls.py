@@ -2,37 +2,61 @@
 
 from collections.abc import Sequence
 
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.builtins import BUILTINS, Builtin, Kind
-from cortex_dsl.semantics.context import Evaluator, Moment
-from cortex_dsl.semantics.definitions import (
-    BehaviourCall,
-    BehaviourValue,
-    MonitorCall,
-    MonitorValue,
-    ScenarioCall,
-    ScenarioValue,
-)
+from cortex_dsl import ir
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.scenarios import MONITOR_USED, SCENARIO_USED, SETTLED_ARGUMENT
+from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.values import NOT_CALLABLE
 from cortex_dsl.semantics.evaluation import driving as _driving  # noqa: F401 - fills the table of functions
-from cortex_dsl.semantics.evaluation import steering
+from cortex_dsl.semantics.evaluation import numbers, random_values
 from cortex_dsl.semantics.evaluation.arguments import Given, Slot, bind, bind_builtin, evaluate_arguments, number_for
 from cortex_dsl.semantics.evaluation.functions import FUNCTIONS
-from cortex_dsl.semantics.problems import Mistake
+from cortex_dsl.semantics.evaluation.geometry import size_of
+from cortex_dsl.semantics.evaluation.random_values import Site
+from cortex_dsl.semantics.model.context import Evaluator, Moment
+from cortex_dsl.semantics.model.values import (
+    ActionCall,
+    BehaviourCall,
+    BehaviourValue,
+    BuiltinValue,
+    Closure,
+    MonitorCall,
+    MonitorValue,
+    Quantity,
+    ScenarioCall,
+    ScenarioValue,
+    Truth,
+    Value,
+)
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import BUILTINS, Builtin, Kind
 from cortex_dsl.semantics.quantities.algebra import is_dynamic
-from cortex_dsl.semantics.randomness import distributions
-from cortex_dsl.semantics.randomness.draws import Site
-from cortex_dsl.semantics.values import ActionCall, BuiltinValue, Closure, Quantity, Truth, Value
-from cortex_dsl.semantics.wording import kind_name
+from cortex_dsl.semantics.quantities.units import ANGLE, PURE
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
-from engine.vocabulary import Command
+from engine.vocabulary import Command, Op
+
+# -- steering as Scenic's scripts give it: a share of the full angle, positive to the right ----------------------------
+
+
+def scenic_steering(ev: Evaluator, steer: Given) -> ir.Expr:
+    """The steering angle, positive to the left [rad]; what has a unit of angle is one already."""
+    given = numbers.quantity(steer.value, steer.span, "`steer`")
+    if given.dimension == ANGLE or ev.moment.actor is None:
+        return numbers.adopt(ev, given, ANGLE, steer.span, "`steer`")
+    share = numbers.adopt(ev, given, PURE, steer.span, "`steer`")
+    share = numbers.in_range(ev, share, -1.0, 1.0, PURE, steer.span, "`steer`")
+    return ev.algebra.apply(Op.NEG, ev.algebra.mul(share, size_of(ev.moment.actor, "maxSteer")))
+
+
+# -- calls -------------------------------------------------------------------------------------------------------------
 
 Definition = nodes.BehaviorDefinition | nodes.MonitorDefinition | nodes.ScenarioDefinition
 
 
 def call(ev: Evaluator, node: nodes.Call) -> Value:
-    if distributions.distribution_call(ev, node) is not None:
-        return distributions.sample_call(ev, node, Site(node.span))
+    if random_values.distribution_call(ev, node) is not None:
+        return random_values.sample_call(ev, node, Site(node.span))
     callee = ev.evaluate(node.function)
     if isinstance(callee, ScenarioValue):
         return scenario_call(ev, callee, node)
@@ -49,7 +73,7 @@ def call(ev: Evaluator, node: nodes.Call) -> Value:
             signature = f"lambda {', '.join(callee.parameters)}"
             bound = bind("lambda", signature, slots, given, node.span)
             return callee.apply(*(bound[name].value for name in callee.parameters))
-    raise errors.NOT_CALLABLE.mistake(node.function.span, kind=kind_name(callee))
+    raise NOT_CALLABLE.mistake(node.function.span, kind=kind_name(callee))
 
 
 def _builtin(ev: Evaluator, row: Builtin, given: Sequence[Given], node: nodes.Call) -> Value:
@@ -57,13 +81,13 @@ def _builtin(ev: Evaluator, row: Builtin, given: Sequence[Given], node: nodes.Ca
         case Kind.FUNCTION:
             return FUNCTIONS[row.name](ev, given, node.span)
         case Kind.DISTRIBUTION:
-            return distributions.DISTRIBUTIONS[row.name](ev, row.name, given, Site(node.span))
+            return random_values.DISTRIBUTIONS[row.name](ev, row.name, given, Site(node.span))
         case Kind.ACTION:
             return _action(ev, row, given, node.span)
         case Kind.BEHAVIOUR:
             bound = bind_builtin(row, given, node.span)
             return _behaviour(BuiltinValue(row.name), bound, node.span)
-    raise errors.NOT_SUPPORTED.mistake(
+    raise NOT_SUPPORTED.mistake(
         node.span, what=f"`{row.name}` cannot be called", reason="", cure=f"objects are made with `new {row.name} ...`"
     )
 
@@ -73,7 +97,7 @@ def _action(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -> 
     parameter = row.parameters[0]
     assert row.command is not None
     if row.command is Command.STEER and ev.file.from_scenic:
-        return ActionCall(row.command, steering.of_scenic(ev, bound[parameter.name]), row.name)
+        return ActionCall(row.command, scenic_steering(ev, bound[parameter.name]), row.name)
     return ActionCall(row.command, number_for(ev, parameter, bound[parameter.name]), row.name)
 
 
@@ -93,7 +117,7 @@ def scenario_call(ev: Evaluator, scenario: ScenarioValue, node: nodes.Call) -> S
     bound = bind_parameters(scenario.node, evaluate_arguments(scene, node.arguments), node.span)
     for name, argument in bound.items():
         if isinstance(argument.value, Quantity | Truth) and is_dynamic(argument.value.expr):
-            raise errors.SETTLED_ARGUMENT.mistake(argument.span, name=name)
+            raise SETTLED_ARGUMENT.mistake(argument.span, name=name)
     values, spans = {name: g.value for name, g in bound.items()}, {name: g.span for name, g in bound.items()}
     return ScenarioCall(scenario, values, spans, node.span)
 
@@ -131,7 +155,7 @@ def as_behaviour(value: Value, span: Span) -> BehaviourCall | None:
         case BuiltinValue(name) if BUILTINS[name].kind is Kind.BEHAVIOUR:
             return _behaviour(value, bind_builtin(BUILTINS[name], [], span), span)
         case MonitorValue(node=nodes.MonitorDefinition(name=name)) | MonitorCall(name=name):
-            raise errors.MONITOR_USED.mistake(span, name=name)
+            raise MONITOR_USED.mistake(span, name=name)
         case ScenarioValue(node=nodes.ScenarioDefinition(name=name)) | ScenarioCall(name=name):
-            raise errors.SCENARIO_USED.mistake(span, name=name)
+            raise SCENARIO_USED.mistake(span, name=name)
     return None

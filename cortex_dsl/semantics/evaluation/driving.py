@@ -1,28 +1,230 @@
-"""Functions of Scenic's driving domain and of its CARLA model: who is near, and the traffic lights."""
+"""Functions of Scenic's driving domain and of its CARLA model: who is near, what the traffic lights show, and how
+behaviours and monitors change them, by setting a light or stopping the clock of all.
+
+Names and meaning are those of Scenic's driving domain: distances are from centre to centre.
+"""
+
+import math
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.builtins import BUILTINS
-from cortex_dsl.semantics.context import Evaluator
-from cortex_dsl.semantics.evaluation import nearby
+from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
+from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.evaluation import signals
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for
 from cortex_dsl.semantics.evaluation.functions import function
-from cortex_dsl.semantics.road import signal_changes, signals
-from cortex_dsl.semantics.road.signal_plan import RED, YELLOW
-from cortex_dsl.semantics.values import Colour, Effect, Signal, Truth, Value
-from cortex_dsl.semantics.wording import kind_name
+from cortex_dsl.semantics.evaluation.geometry import between, current_pose, is_present, others, sees, size_of
+from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, looked_up
+from cortex_dsl.semantics.evaluation.roads import network_of
+from cortex_dsl.semantics.evaluation.signals import (
+    ahead_of,
+    by_plan,
+    clock,
+    needed,
+    number_of,
+    phase_of,
+    unknown_colour,
+)
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.state import COLOURS, RED, YELLOW, SignalPlan
+from cortex_dsl.semantics.model.values import Actor, BuiltinValue, Colour, Effect, Pose, Quantity, Signal, Truth, Value
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import ACTOR_KINDS, BUILTINS
+from cortex_dsl.semantics.quantities.units import LENGTH, TIME
 from cortex_dsl.source import Span
 from engine.road.network import Intersection
-from engine.vocabulary import Op
+from engine.vocabulary import ActorKind, Op
+
+NOT_VEHICLES = frozenset({ActorKind.PEDESTRIAN, ActorKind.OBSTACLE})
+
+
+def actor_of(argument: Given, what: str) -> Actor:
+    if isinstance(argument.value, Actor):
+        return argument.value
+    actual = kind_name(argument.value)
+    raise WRONG_KIND.mistake(argument.span, what=what, expected="an object", actual=actual, cure="write `self`")
+
+
+def while_running(ev: Evaluator, span: Span, name: str) -> None:
+    if not ev.moment.running:
+        raise ONLY_WHILE_RUNNING.mistake(span, what=f"`{name}`")
+
+
+def _near(ev: Evaluator, one: Pose, other: Pose, limit: ir.Expr) -> ir.Expr:
+    return ev.algebra.apply(Op.LT, between(ev, one, other), limit)
+
+
+def _limit(ev: Evaluator, name: str, distance: Given) -> ir.Expr:
+    return number_for(ev, BUILTINS[name].parameters[1], distance)
+
+
+def any_cars(ev: Evaluator, car: Given, distance: Given, span: Span) -> Value:
+    """Whether another vehicle, seen or not, is near."""
+    while_running(ev, span, "withinDistanceToAnyCars")
+    actor, limit = actor_of(car, "`car`"), _limit(ev, "withinDistanceToAnyCars", distance)
+    here = current_pose(ev, actor)
+    return Truth(
+        ev.algebra.any_of(
+            [
+                ev.algebra.all_of((is_present(ev, each), _near(ev, here, current_pose(ev, each), limit)))
+                for each in others(ev, actor)
+                if each.kind not in NOT_VEHICLES
+            ],
+        )
+    )
+
+
+def any_pedestrians(ev: Evaluator, vehicle: Given, distance: Given, span: Span) -> Value:
+    """Whether a person that the vehicle sees is near its front."""
+    while_running(ev, span, "withinDistanceToAnyPedestrians")
+    actor, limit = actor_of(vehicle, "`vehicle`"), _limit(ev, "withinDistanceToAnyPedestrians", distance)
+    front = _front(ev, actor)
+    return Truth(
+        ev.algebra.any_of(
+            [
+                ev.algebra.all_of(
+                    (is_present(ev, each), _near(ev, front, current_pose(ev, each), limit), sees(ev, actor, each))
+                )
+                for each in others(ev, actor)
+                if each.kind is ActorKind.PEDESTRIAN
+            ],
+        )
+    )
+
+
+def _front(ev: Evaluator, actor: Actor) -> Pose:
+    """The middle of the front of the outline."""
+    algebra, pose = ev.algebra, current_pose(ev, actor)
+    half = algebra.mul(size_of(actor, "length"), algebra.literal(0.5))
+    x = algebra.add(pose.x, algebra.mul(half, algebra.apply(Op.COS, pose.heading)))
+    y = algebra.add(pose.y, algebra.mul(half, algebra.apply(Op.SIN, pose.heading)))
+    return Pose(x, y, pose.heading)
+
+
+def objects_in_lane(ev: Evaluator, vehicle: Given, distance: Given, span: Span) -> Value:
+    """Whether the vehicle sees another that is near and in the same lane, or in the same intersection."""
+    while_running(ev, span, "withinDistanceToObjsInLane")
+    actor, limit = actor_of(vehicle, "`vehicle`"), _limit(ev, "withinDistanceToObjsInLane", distance)
+    here = current_pose(ev, actor)
+    return Truth(ev.algebra.any_of([_in_lane(ev, actor, here, each, limit) for each in others(ev, actor)]))
+
+
+def _in_lane(ev: Evaluator, actor: Actor, here: Pose, other: Actor, limit: ir.Expr) -> ir.Expr:
+    there = current_pose(ev, other)
+    near = _near(ev, here, there, limit)
+    return ev.algebra.all_of((is_present(ev, other), near, sees(ev, actor, other), together(ev, here, there)))
+
+
+def together(ev: Evaluator, here: Pose, there: Pose) -> ir.Expr:
+    """Whether two places lie in one intersection, or in one lane outside of it."""
+    network, algebra = network_of(ev), ev.algebra
+    lane = index_of(ev, lane_at(ev, here))
+    assert lane is not None
+    areas = [
+        float(each.region if each.intersection is None or each.maneuvers else each.intersection.region)
+        for each in network.lanes
+    ]
+    region = looked_up(ev, lane, areas, missing=0.0)
+    return algebra.apply(Op.REGION_CONTAINS, region, there.x, there.y)
+
+
+def distance_to_closest(ev: Evaluator, actor: Actor, kind: Value, span: Span) -> Value:
+    """Distance to the nearest other object of a class; infinite without one."""
+    if not isinstance(kind, BuiltinValue) or kind.name not in ACTOR_KINDS:
+        raise WRONG_KIND.mistake(
+            span, what="`distanceToClosest`", expected="a class", actual=kind_name(kind), cure="as in `Car`"
+        )
+    while_running(ev, span, "distanceToClosest")
+    wanted = ACTOR_KINDS[kind.name]
+    return Quantity(closest(ev, actor, [each for each in others(ev, actor) if each.kind is wanted]), LENGTH)
+
+
+def closest(ev: Evaluator, actor: Actor, candidates: list[Actor]) -> ir.Expr:
+    """Least distance to one of several objects that take part [m]; infinite without one."""
+    algebra, here, far = ev.algebra, current_pose(ev, actor), ev.algebra.literal(math.inf)
+    distances = [
+        algebra.apply(Op.SELECT, is_present(ev, each), between(ev, here, current_pose(ev, each)), far)
+        for each in candidates
+    ]
+    return ev.algebra.gathered(Op.MIN, distances, math.inf)
+
+
+def time_to_collision(ev: Evaluator, first: Given, second: Given | None, span: Span) -> Value:
+    """Time until two outlines touch if both keep their velocities; of one alone, the least over all others."""
+    while_running(ev, span, "timeToCollision")
+    actor = actor_of(first, "`object`")
+    other = -1 if second is None or second.value is None else actor_of(second, "`other`").index
+    return Quantity(ev.algebra.apply(Op.TTC, immediates=(actor.index, other)), TIME)
+
+
+# -- changing the lights: acts -----------------------------------------------------------------------------------------
+
+
+def named_colour(value: Value, span: Span) -> float:
+    if isinstance(value, str) and value in COLOURS[1:]:
+        return float(COLOURS.index(value))
+    raise unknown_colour(value, span)
+
+
+def set_light(ev: Evaluator, plan: SignalPlan, light: Signal, colour: float, span: Span) -> ir.Block:
+    controls = plan.controls
+    assert controls is not None, "the file changes lights, so there are locals for it"
+    number, phase = number_of(light), ev.algebra.literal(float(phase_of(light)))
+    return (
+        ir.SetLocal(span, controls.changes[number], by_plan(ev, plan, phase).changes),
+        ir.SetLocal(span, controls.colours[number], ev.algebra.literal(colour)),
+    )
+
+
+def set_light_ahead(ev: Evaluator, actor: Actor, colour: float, reach: ir.Expr, span: Span) -> Effect:
+    """Set the light that an object comes to, if it is within reach."""
+    plan = needed(ev, span, "`setClosestTrafficLightStatus`")
+    ahead = ahead_of(ev, actor)
+    within = ahead.within(ev, reach)
+    acts: list[ir.Act] = []
+    for intersection in network_of(ev).intersections:
+        for light in (Signal(intersection, i) for i in range(len(intersection.legs))):
+            this = ev.algebra.apply(Op.EQ, ahead.light, ev.algebra.literal(float(number_of(light))))
+            condition = ev.algebra.apply(Op.AND, within, this)
+            acts.append(ir.Branch(span, condition, set_light(ev, plan, light, colour, span), ()))
+    return Effect(tuple(acts))
+
+
+def freeze(ev: Evaluator, span: Span) -> Effect:
+    """Stop the clock of the lights."""
+    plan = needed(ev, span, "`freezeTrafficLights`")
+    assert plan.controls is not None
+    return Effect(
+        (
+            ir.SetLocal(span, plan.controls.frozen_at, clock(ev, plan)),
+            ir.SetLocal(span, plan.controls.frozen, ev.algebra.truth(True)),
+        )
+    )
+
+
+def unfreeze(ev: Evaluator, span: Span) -> Effect:
+    """Let the clock of the lights go on where it stood."""
+    plan, algebra = needed(ev, span, "`unfreezeTrafficLights`"), ev.algebra
+    assert plan.controls is not None
+    frozen, lost = algebra.local(plan.controls.frozen), algebra.local(plan.controls.lost)
+    stood = algebra.sub(algebra.apply(Op.TIME), algebra.local(plan.controls.frozen_at))
+    return Effect(
+        (
+            ir.SetLocal(span, plan.controls.lost, algebra.apply(Op.SELECT, frozen, stood, lost)),
+            ir.SetLocal(span, plan.controls.frozen, algebra.truth(False)),
+        )
+    )
+
+
+# -- the functions -----------------------------------------------------------------------------------------------------
 
 REACH = 100.0
 """How far lights are looked for unless a call says otherwise; Scenic's default [m]."""
 
 for _name, _meaning in {
-    "withinDistanceToAnyCars": nearby.any_cars,
-    "withinDistanceToAnyPedestrians": nearby.any_pedestrians,
-    "withinDistanceToObjsInLane": nearby.objects_in_lane,
-    "timeToCollision": nearby.time_to_collision,
+    "withinDistanceToAnyCars": any_cars,
+    "withinDistanceToAnyPedestrians": any_pedestrians,
+    "withinDistanceToObjsInLane": objects_in_lane,
+    "timeToCollision": time_to_collision,
 }.items():
     function(_name)(_meaning)
 
@@ -36,9 +238,9 @@ def _reach(ev: Evaluator, name: str, distance: Given | None) -> ir.Expr:
 
 
 def _shown_ahead(ev: Evaluator, name: str, vehicle: Given, distance: Given | None, span: Span) -> ir.Expr:
-    nearby.while_running(ev, span, name)
+    while_running(ev, span, name)
     plan = signals.needed(ev, span, f"`{name}`")
-    return signals.colour_ahead(ev, nearby.actor_of(vehicle, "`vehicle`"), _reach(ev, name, distance), plan)
+    return signals.colour_ahead(ev, actor_of(vehicle, "`vehicle`"), _reach(ev, name, distance), plan)
 
 
 @function("getClosestTrafficLightStatus")
@@ -48,9 +250,9 @@ def _closest_status(ev: Evaluator, vehicle: Given, distance: Given | None, span:
 
 @function("withinDistanceToTrafficLight")
 def _within_light(ev: Evaluator, vehicle: Given, distance: Given, span: Span) -> Value:
-    nearby.while_running(ev, span, "withinDistanceToTrafficLight")
+    while_running(ev, span, "withinDistanceToTrafficLight")
     signals.needed(ev, span, "`withinDistanceToTrafficLight`")
-    ahead = signals.ahead_of(ev, nearby.actor_of(vehicle, "`vehicle`"))
+    ahead = signals.ahead_of(ev, actor_of(vehicle, "`vehicle`"))
     return Truth(ahead.within(ev, _reach(ev, "withinDistanceToTrafficLight", distance)))
 
 
@@ -63,7 +265,7 @@ def _within_red_yellow(ev: Evaluator, vehicle: Given, distance: Given, span: Spa
 
 @function("getTrafficLightStatus")
 def _status(ev: Evaluator, light: Given, span: Span) -> Value:
-    nearby.while_running(ev, span, "getTrafficLightStatus")
+    while_running(ev, span, "getTrafficLightStatus")
     plan = signals.needed(ev, span, "`getTrafficLightStatus`")
     return Colour(signals.colour_of(ev, _light(light), plan))
 
@@ -73,7 +275,7 @@ def _light(given: Given) -> Signal:
         return given.value
     actual = kind_name(given.value)
     cure = "as in `lane.signal`, or one of `intersection.signals`"
-    raise errors.WRONG_KIND.mistake(given.span, what="`signal`", expected="a traffic light", actual=actual, cure=cure)
+    raise WRONG_KIND.mistake(given.span, what="`signal`", expected="a traffic light", actual=actual, cure=cure)
 
 
 # -- changing them ----------------------------------------------------------------------------------------------------
@@ -81,42 +283,40 @@ def _light(given: Given) -> Signal:
 
 @function("setClosestTrafficLightStatus")
 def _set_closest(ev: Evaluator, vehicle: Given, color: Given, distance: Given | None, span: Span) -> Value:
-    nearby.while_running(ev, span, "setClosestTrafficLightStatus")
-    actor = nearby.actor_of(vehicle, "`vehicle`")
-    colour = signal_changes.named_colour(color.value, color.span)
-    return signal_changes.set_light_ahead(ev, actor, colour, _reach(ev, "setClosestTrafficLightStatus", distance), span)
+    while_running(ev, span, "setClosestTrafficLightStatus")
+    actor = actor_of(vehicle, "`vehicle`")
+    colour = named_colour(color.value, color.span)
+    return set_light_ahead(ev, actor, colour, _reach(ev, "setClosestTrafficLightStatus", distance), span)
 
 
 @function("setTrafficLightStatus")
 def _set(ev: Evaluator, light: Given, color: Given, span: Span) -> Value:
-    nearby.while_running(ev, span, "setTrafficLightStatus")
+    while_running(ev, span, "setTrafficLightStatus")
     plan = signals.needed(ev, span, "`setTrafficLightStatus`")
-    return Effect(
-        signal_changes.set_light(ev, plan, _light(light), signal_changes.named_colour(color.value, color.span), span)
-    )
+    return Effect(set_light(ev, plan, _light(light), named_colour(color.value, color.span), span))
 
 
 @function("setAllIntersectionTrafficLightsStatus")
 def _set_all(ev: Evaluator, intersection: Given, color: Given, span: Span) -> Value:
-    nearby.while_running(ev, span, "setAllIntersectionTrafficLightsStatus")
+    while_running(ev, span, "setAllIntersectionTrafficLightsStatus")
     plan = signals.needed(ev, span, "`setAllIntersectionTrafficLightsStatus`")
     if not isinstance(intersection.value, Intersection):
         actual = kind_name(intersection.value)
-        raise errors.WRONG_KIND.mistake(
+        raise WRONG_KIND.mistake(
             intersection.span, what="`intersection`", expected="an intersection", actual=actual, cure=""
         )
-    colour = signal_changes.named_colour(color.value, color.span)
+    colour = named_colour(color.value, color.span)
     lights = signals.lights(ev, intersection.value)
-    return Effect(tuple(act for light in lights for act in signal_changes.set_light(ev, plan, light, colour, span)))
+    return Effect(tuple(act for light in lights for act in set_light(ev, plan, light, colour, span)))
 
 
 @function("freezeTrafficLights")
 def _freeze(ev: Evaluator, span: Span) -> Value:
-    nearby.while_running(ev, span, "freezeTrafficLights")
-    return signal_changes.freeze(ev, span)
+    while_running(ev, span, "freezeTrafficLights")
+    return freeze(ev, span)
 
 
 @function("unfreezeTrafficLights")
 def _unfreeze(ev: Evaluator, span: Span) -> Value:
-    nearby.while_running(ev, span, "unfreezeTrafficLights")
-    return signal_changes.unfreeze(ev, span)
+    while_running(ev, span, "unfreezeTrafficLights")
+    return unfreeze(ev, span)

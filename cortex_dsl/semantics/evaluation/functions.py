@@ -4,16 +4,23 @@ import math
 from collections.abc import Callable, Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.builtins import BUILTINS
-from cortex_dsl.semantics.context import Evaluator
-from cortex_dsl.semantics.definitions import Actor
+from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
+from cortex_dsl.semantics.errors.chance import NOT_WHOLE
+from cortex_dsl.semantics.errors.values import (
+    DIMENSION_MISMATCH,
+    NOT_FINITE,
+    OUT_OF_RANGE,
+    TOO_FEW_ARGUMENTS,
+    WRONG_KIND,
+)
+from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin, items_of, no_names, number_for
-from cortex_dsl.semantics.quantities import numbers, operations
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import Actor, Closure, Quantity, Truth, Value
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.quantities.algebra import closed_value
 from cortex_dsl.semantics.quantities.units import ANGLE, PURE, dimension_name
-from cortex_dsl.semantics.values import Closure, Quantity, Truth, Value
-from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from engine.vocabulary import Op
 
@@ -53,7 +60,7 @@ def _pure(ev: Evaluator, argument: Given, name: str) -> ir.Expr:
 def _in_domain(result: ir.Expr, span: Span, name: str) -> ir.Expr:
     value = closed_value(result)
     if value is not None and not math.isfinite(value):
-        raise errors.NOT_FINITE.mistake(span, reason=f"`{name}` has no value there")
+        raise NOT_FINITE.mistake(span, reason=f"`{name}` has no value there")
     return result
 
 
@@ -94,12 +101,12 @@ def _abs(ev: Evaluator, x: Given, _span: Span) -> Value:
 
 @function("sqrt")
 def _sqrt(ev: Evaluator, x: Given, span: Span) -> Value:
-    return operations.square_root(ev, numbers.quantity(x.value, x.span, "the argument of `sqrt`"), span)
+    return numbers.square_root(ev, numbers.quantity(x.value, x.span, "the argument of `sqrt`"), span)
 
 
 def _two_alike(ev: Evaluator, op: Op, x: Given, y: Given, span: Span) -> Quantity:
     left, right = (numbers.quantity(g.value, g.span) for g in (x, y))
-    dimension = operations.common(left.dimension, right.dimension, span, "combined")
+    dimension = numbers.common(left.dimension, right.dimension, span, "combined")
     return Quantity(ev.algebra.apply(op, left.expr, right.expr), dimension)
 
 
@@ -124,7 +131,7 @@ def _extremum(name: str, op: Op) -> None:
     @function(name)
     def meaning(ev: Evaluator, given: Sequence[Given], span: Span) -> Value:
         if not (given := _spread(given)):
-            raise errors.TOO_FEW_ARGUMENTS.mistake(
+            raise TOO_FEW_ARGUMENTS.mistake(
                 span, function=name, missing="at least one number", signature=f"{name}(a, b)"
             )
         result = numbers.quantity(given[0].value, given[0].span)
@@ -141,7 +148,7 @@ _extremum("max", Op.MAX)
 def _sum(ev: Evaluator, items: Given, span: Span) -> Value:
     total = Quantity(ev.algebra.literal(0.0), None)
     for item in items_of(items.value, items.span):
-        total = operations.add(ev, total, numbers.quantity(item, items.span), span)
+        total = numbers.add(ev, total, numbers.quantity(item, items.span), span)
     return total
 
 
@@ -160,7 +167,7 @@ def _len(ev: Evaluator, items: Given, _span: Span) -> Value:
 def _closure(argument: Given) -> Closure:
     if isinstance(argument.value, Closure) and len(argument.value.parameters) == 1:
         return argument.value
-    raise errors.WRONG_KIND.mistake(
+    raise WRONG_KIND.mistake(
         argument.span,
         what="this",
         expected="a function of one argument",
@@ -206,12 +213,12 @@ _combination("all", Op.AND, empty=True)
 def _range(ev: Evaluator, given: Sequence[Given], span: Span) -> Value:
     bounds = [whole_number(ev, g.value, g.span, "the end of a `range`") for g in given]
     if not 1 <= len(bounds) <= 3 or (len(bounds) == 3 and bounds[2] == 0):
-        raise errors.TOO_FEW_ARGUMENTS.mistake(
+        raise TOO_FEW_ARGUMENTS.mistake(
             span, function="range", missing="an end, or a start and an end", signature="range(start, end)"
         )
     numbers_within = range(*bounds)
     if len(numbers_within) > RANGE_LIMIT:
-        raise errors.OUT_OF_RANGE.mistake(
+        raise OUT_OF_RANGE.mistake(
             span, what="the length of a `range`", actual=len(numbers_within), expected=f"at most {RANGE_LIMIT}", cure=""
         )
     return tuple(_count(ev, n) for n in numbers_within)
@@ -221,12 +228,12 @@ def whole_number(ev: Evaluator, value: Value, span: Span, what: str) -> int:
     """A whole number that must be known at compile time."""
     given = numbers.quantity(value, span, what)
     if given.dimension not in (None, PURE):
-        raise errors.DIMENSION_MISMATCH.mistake(
+        raise DIMENSION_MISMATCH.mistake(
             span, what=what, expected="a pure number", actual=dimension_name(given.dimension), cure=""
         )
     number = ev.constant(given, span, what)
     if not math.isfinite(number) or number != math.floor(number):
-        raise errors.NOT_WHOLE.mistake(span, what=what, actual=f"{number:g}")
+        raise NOT_WHOLE.mistake(span, what=what, actual=f"{number:g}")
     return int(number)
 
 
@@ -243,11 +250,11 @@ for _name in ("list", "tuple"):
 @function("withinDistanceToAnyObjs")
 def _within_distance(ev: Evaluator, vehicle: Given, distance: Given, span: Span) -> Value:
     if not isinstance(vehicle.value, Actor):
-        raise errors.WRONG_KIND.mistake(
+        raise WRONG_KIND.mistake(
             vehicle.span, what="`vehicle`", expected="an object", actual=kind_name(vehicle.value), cure="write `self`"
         )
     if not ev.moment.running:
-        raise errors.ONLY_WHILE_RUNNING.mistake(span, what="`withinDistanceToAnyObjs`")
+        raise ONLY_WHILE_RUNNING.mistake(span, what="`withinDistanceToAnyObjs`")
     limit = number_for(ev, BUILTINS["withinDistanceToAnyObjs"].parameters[1], distance)
     return Truth(ev.algebra.apply(Op.WITHIN, limit, immediates=(vehicle.value.index,)))
 

@@ -1,4 +1,5 @@
-"""Places and the operators between them: distances, headings, regions, sight, offsets.
+"""Places, and the operators between them: distances, headings, regions, sight, offsets; where objects are and how they
+move at the moment at which an expression is evaluated.
 
 Headings are anticlockwise from +x. Local offsets are (to the right, ahead), as in Scenic.
 """
@@ -6,28 +7,113 @@ Headings are anticlockwise from +x. Local offsets are (to the right, ahead), as 
 import math
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.context import Evaluator
-from cortex_dsl.semantics.definitions import Actor
-from cortex_dsl.semantics.evaluation.motion import as_meant, current_pose
-from cortex_dsl.semantics.problems import Mistake
-from cortex_dsl.semantics.quantities.numbers import adopt
+from cortex_dsl.diagnostics import Label
+from cortex_dsl.semantics.errors.objects import EGO_NEEDED
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.scenarios import LATER_PLACE
+from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.evaluation.numbers import adopt
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import (
+    Actor,
+    Centerline,
+    DirectionField,
+    Pose,
+    Quantity,
+    Region,
+    Truth,
+    Value,
+    Vector,
+)
+from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
-from cortex_dsl.semantics.values import Centerline, DirectionField, Pose, Quantity, Region, Truth, Value, Vector
-from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.road.network import Intersection, Lane
 from engine.road.sections import LaneSection
 from engine.vehicles import VIEW_DISTANCE
-from engine.vocabulary import Op
+from engine.vocabulary import Op, State
+
+# -- objects now -------------------------------------------------------------------------------------------------------
+
+
+def current_pose(ev: Evaluator, actor: Actor) -> Pose:
+    """Where an object is: at the start for the scene, at the moment during the run."""
+    if not ev.moment.running:
+        check_settled(ev, actor)
+        return actor.pose
+    x, y, heading = (state(ev, actor, column) for column in (State.X, State.Y, State.HEADING))
+    return Pose(x, y, heading)
+
+
+def check_settled(ev: Evaluator, actor: Actor) -> None:
+    """What an object is at the start says nothing about a scenario that starts later."""
+    scenario = ev.moment.scenario
+    if actor.scenario is not None and actor.scenario is scenario and not ev.moment.later:
+        return
+    if ev.moment.later or (scenario is not None and not scenario.present):
+        started = () if scenario is None or scenario.span is None else (Label(scenario.span, "started here"),)
+        raise LATER_PLACE.mistake(ev.algebra.span, name=actor.name, secondary=started)
+
+
+NORTH = math.pi / 2
+"""Heading of the north, counted from the east [rad]."""
+
+
+def as_written(ev: Evaluator, heading: ir.Expr) -> ir.Expr:
+    """A heading as the file counts it: from the north in Scenic's files, from the east in others."""
+    return ev.algebra.sub(heading, ev.algebra.literal(NORTH)) if ev.file.from_scenic else heading
+
+
+def as_meant(ev: Evaluator, written: ir.Expr) -> ir.Expr:
+    """A heading that the file gives as a number, from the east."""
+    return ev.algebra.add(written, ev.algebra.literal(NORTH)) if ev.file.from_scenic else written
+
+
+def state(ev: Evaluator, actor: Actor, column: State) -> ir.Expr:
+    return ev.algebra.apply(Op.STATE, immediates=(actor.index, int(column)))
+
+
+def size_of(actor: Actor, name: str) -> ir.Expr:
+    """A number among the properties of an object."""
+    value = actor.properties[name]
+    assert isinstance(value, ir.Expr)
+    return value
+
+
+def is_present(ev: Evaluator, actor: Actor) -> ir.Expr:
+    return state(ev, actor, State.PRESENT)
+
+
+def others(ev: Evaluator, actor: Actor) -> tuple[Actor, ...]:
+    """All objects of the scene but one."""
+    return tuple(each for each in ev.run.actors if each is not actor)
+
+
+def between(ev: Evaluator, start: Vector | Pose, end: Vector | Pose) -> ir.Expr:
+    """Distance of two places [m]."""
+    return ev.algebra.apply(Op.HYPOT, ev.algebra.sub(end.x, start.x), ev.algebra.sub(end.y, start.y))
+
+
+def outline_of(ev: Evaluator, actor: Actor) -> ir.Expr:
+    """Packed x, y, heading, length, width."""
+    pose = current_pose(ev, actor)
+    return ev.algebra.pack(pose.x, pose.y, pose.heading, size_of(actor, "length"), size_of(actor, "width"))
+
+
+def sees(ev: Evaluator, viewer: Actor, other: Actor) -> ir.Expr:
+    """Whether a corner or the centre of the other lies in the viewer's sector."""
+    pose = current_pose(ev, viewer)
+    sector = (size_of(viewer, "viewAngle"), size_of(viewer, "visibleDistance"))
+    view = ev.algebra.pack(pose.x, pose.y, pose.heading, *sector)
+    return ev.algebra.apply(Op.CAN_SEE, view, outline_of(ev, other))
+
 
 # -- places -----------------------------------------------------------------------------------------------------------
-
-
 def vector(ev: Evaluator, items: tuple[Value, ...], span: Span) -> Vector:
     if len(items) != 2:
-        raise errors.WRONG_KIND.mistake(
+        raise WRONG_KIND.mistake(
             span,
             what="this",
             expected="a place",
@@ -52,7 +138,7 @@ def position(ev: Evaluator, value: Value, span: Span, what: str = "this") -> Vec
         case Intersection():
             return Vector(*map(ev.algebra.literal, value.center))
     cure = _AN_OFFSET if what == "an offset" else "a place is an object, a point, or `(x, y)`"
-    raise errors.WRONG_KIND.mistake(span, what=what, expected="a place", actual=kind_name(value), cure=cure)
+    raise WRONG_KIND.mistake(span, what=what, expected="a place", actual=kind_name(value), cure=cure)
 
 
 def pose_of(ev: Evaluator, value: Value) -> Pose | None:
@@ -64,7 +150,7 @@ def pose_of(ev: Evaluator, value: Value) -> Pose | None:
 
 def oriented(ev: Evaluator, value: Value, span: Span, what: str = "this") -> Pose:
     if (pose := pose_of(ev, value)) is None:
-        raise errors.WRONG_KIND.mistake(
+        raise WRONG_KIND.mistake(
             span,
             what=what,
             expected="an object or an oriented point",
@@ -86,7 +172,7 @@ def ego_of(ev: Evaluator, span: Span, what: str) -> Actor:
         return ev.ego
     if ev.has("ego") or ev.moment.running:
         raise Mistake
-    raise errors.EGO_NEEDED.mistake(span, what=what)
+    raise EGO_NEEDED.mistake(span, what=what)
 
 
 def ends(ev: Evaluator, line: Centerline) -> tuple[Value, ...]:
@@ -134,16 +220,9 @@ def bearing(ev: Evaluator, origin: Vector, target: Vector) -> ir.Expr:
 def outline(ev: Evaluator, value: Value, span: Span) -> ir.Expr:
     """Packed x, y, heading, length, width; a place is an outline of no size."""
     if isinstance(value, Actor):
-        pose = current_pose(ev, value)
-        return ev.algebra.pack(pose.x, pose.y, pose.heading, size(value, "length"), size(value, "width"))
+        return outline_of(ev, value)
     point, zero = position(ev, value, span), ev.algebra.literal(0.0)
     return ev.algebra.pack(point.x, point.y, zero, zero, zero)
-
-
-def size(actor: Actor, name: str) -> ir.Expr:
-    value = actor.properties[name]
-    assert isinstance(value, ir.Expr)
-    return value
 
 
 # -- operators --------------------------------------------------------------------------------------------------------
@@ -172,10 +251,6 @@ def _is_area(value: Value) -> bool:
     return isinstance(value, Centerline) or region_of(value) is not None
 
 
-def between(ev: Evaluator, start: Vector, end: Vector) -> ir.Expr:
-    return ev.algebra.apply(Op.HYPOT, ev.algebra.sub(end.x, start.x), ev.algebra.sub(end.y, start.y))
-
-
 def _to_region(ev: Evaluator, op: Op, region: Region, point: Vector) -> ir.Expr:
     return ev.algebra.apply(op, ev.algebra.literal(float(region.id)), point.x, point.y)
 
@@ -190,7 +265,7 @@ def _gap_to_region(ev: Evaluator, item: Value, area: Value, span: Span, what: st
     """Distance between the outline of an object, or a point, and a region; 0 where they overlap."""
     region = region_of(area)
     if region is None or _is_area(item):
-        raise errors.NOT_SUPPORTED.mistake(
+        raise NOT_SUPPORTED.mistake(
             span,
             what=f"{what} is between two objects, or an object and a region",
             reason="a centerline is a line and no region" if region is None else "",
@@ -218,7 +293,7 @@ def can_see(ev: Evaluator, node: nodes.CanSee) -> Value:
     viewer, target = ev.evaluate_all((node.viewer, node.target))
     pose = oriented(ev, viewer, node.viewer.span, "what sees")
     if isinstance(viewer, Actor):
-        angle, reach = size(viewer, "viewAngle"), size(viewer, "visibleDistance")
+        angle, reach = size_of(viewer, "viewAngle"), size_of(viewer, "visibleDistance")
     else:
         angle, reach = ev.algebra.literal(math.tau), ev.algebra.literal(VIEW_DISTANCE)
     view = ev.algebra.pack(pose.x, pose.y, pose.heading, angle, reach)
@@ -240,7 +315,7 @@ def inside(ev: Evaluator, item: Value, container: Value, span: Span) -> ir.Expr:
     """`x in region`: the whole outline of an object, or a point."""
     region = region_of(container)
     if region is None:
-        raise errors.WRONG_KIND.mistake(
+        raise WRONG_KIND.mistake(
             span, what="what follows `in`", expected="a list or a region", actual=kind_name(container), cure=""
         )
     if isinstance(item, Actor):

@@ -4,21 +4,38 @@ import math
 from collections.abc import Sequence
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.context import Evaluator
-from cortex_dsl.semantics.definitions import Actor
-from cortex_dsl.semantics.evaluation import attributes, geometry
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED, TEMPORAL_PLACE
+from cortex_dsl.semantics.errors.values import (
+    BAD_INDEX,
+    BAD_UNPACKING,
+    ENDLESS_LAMBDA,
+    LIST_TOO_LONG,
+    NEVER_EQUAL,
+    NO_OPERATOR,
+    NOT_FINITE,
+    UNKNOWN_UNIT,
+)
+from cortex_dsl.semantics.evaluation import attributes, geometry, lanes, numbers, random_values, signals
 from cortex_dsl.semantics.evaluation.arguments import Given, items_of
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth, whole_number
-from cortex_dsl.semantics.problems import Mistake
-from cortex_dsl.semantics.quantities import numbers, operations
+from cortex_dsl.semantics.evaluation.random_values import Site, scaled
+from cortex_dsl.semantics.evaluation.roads import named_constant
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import (
+    POISON,
+    Actor,
+    Centerline,
+    Closure,
+    Pose,
+    Quantity,
+    Truth,
+    Value,
+    Vector,
+    Weights,
+)
+from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.units import UNITS, Unit
-from cortex_dsl.semantics.randomness import distributions
-from cortex_dsl.semantics.randomness.draws import Site, scaled
-from cortex_dsl.semantics.road import lanes, signals
-from cortex_dsl.semantics.road.roads import named_constant
-from cortex_dsl.semantics.values import POISON, Centerline, Closure, Pose, Quantity, Truth, Value, Vector, Weights
-from cortex_dsl.semantics.wording import kind_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
@@ -32,14 +49,14 @@ CALL_LIMIT = 30
 
 def unit_named(word: str, span: Span) -> Unit:
     if word not in UNITS:
-        raise errors.UNKNOWN_UNIT.mistake(span, unit=word, suggestion=did_you_mean(word, UNITS))
+        raise UNKNOWN_UNIT.mistake(span, unit=word, suggestion=did_you_mean(word, UNITS))
     return UNITS[word]
 
 
 def number(ev: Evaluator, node: nodes.Number) -> Value:
     """SI value = written value * factor, once."""
     if not math.isfinite(node.value):
-        raise errors.NOT_FINITE.mistake(node.span, reason="it is too large")
+        raise NOT_FINITE.mistake(node.span, reason="it is too large")
     if node.unit is None:
         return Quantity(ev.algebra.literal(node.value), None)
     unit = unit_named(node.unit, node.span)
@@ -55,9 +72,9 @@ def degrees(ev: Evaluator, node: nodes.Degrees) -> Value:
 
 
 def _in_unit(ev: Evaluator, node: nodes.Expression, value: nodes.Expression, unit: Unit) -> Value:
-    call = distributions.distribution_call(ev, node)
+    call = random_values.distribution_call(ev, node)
     if call is not None:
-        return distributions.sample_call(ev, call, Site(node.span, unit))
+        return random_values.sample_call(ev, call, Site(node.span, unit))
     return scaled(ev, Given(ev.evaluate(value), value.span), unit)
 
 
@@ -87,7 +104,7 @@ def attribute(ev: Evaluator, node: nodes.Attribute) -> Value:
 def lambda_(ev: Evaluator, node: nodes.Lambda) -> Value:
     def apply(*values: Value) -> Value:
         if ev.run.calls >= CALL_LIMIT:
-            raise errors.ENDLESS_LAMBDA.mistake(node.span)
+            raise ENDLESS_LAMBDA.mistake(node.span)
         ev.run.calls += 1
         try:
             return ev.inside(dict(zip(node.parameters, values, strict=True))).evaluate(node.body)
@@ -139,7 +156,7 @@ def unpack(targets: Sequence[str], value: Value, span: Span) -> dict[str, Value]
         return {targets[0]: value}
     items = items_of(value, span, "what is unpacked")
     if len(items) != len(targets):
-        raise errors.BAD_UNPACKING.mistake(span, names=len(targets), count=len(items))
+        raise BAD_UNPACKING.mistake(span, names=len(targets), count=len(items))
     return dict(zip(targets, items, strict=True))
 
 
@@ -150,7 +167,7 @@ def index(ev: Evaluator, node: nodes.Index) -> Value:
     items = items_of(value, node.value.span, "what is indexed")
     position = whole_number(ev, at, node.index.span, "an index")
     if not -len(items) <= position < len(items):
-        raise errors.BAD_INDEX.mistake(node.index.span, index=position, count=len(items), cure=_indices(len(items)))
+        raise BAD_INDEX.mistake(node.index.span, index=position, count=len(items), cure=_indices(len(items)))
     return items[position]
 
 
@@ -162,13 +179,13 @@ def _indices(count: int) -> str:
 # -- arithmetic -------------------------------------------------------------------------------------------------------
 
 _ARITHMETIC = {
-    "+": operations.add,
-    "-": operations.subtract,
-    "*": operations.multiply,
-    "/": operations.divide,
-    "//": operations.floor_divide,
-    "%": operations.modulo,
-    "**": operations.raised,
+    "+": numbers.add,
+    "-": numbers.subtract,
+    "*": numbers.multiply,
+    "/": numbers.divide,
+    "//": numbers.floor_divide,
+    "%": numbers.modulo,
+    "**": numbers.raised,
 }
 
 
@@ -177,7 +194,7 @@ def unary(ev: Evaluator, node: nodes.Unary) -> Value:
     if node.operator == "not":
         return Truth(ev.algebra.apply(Op.NOT, numbers.truth(ev, value, node.operand.span)))
     operand = numbers.quantity(value, node.operand.span, f"the operand of `{node.operator}`")
-    return operations.negated(ev, operand) if node.operator == "-" else operand
+    return numbers.negated(ev, operand) if node.operator == "-" else operand
 
 
 def binary(ev: Evaluator, node: nodes.Binary) -> Value:
@@ -189,20 +206,18 @@ def combine(ev: Evaluator, operator: str, left: Value, right: Value, node: nodes
     if operator == "@":
         return geometry.vector(ev, (left, right), node.span)
     if isinstance(left, Quantity) and isinstance(right, Quantity):
-        with operations.sides((node.left.span, left), (node.right.span, right)):
+        with numbers.sides((node.left.span, left), (node.right.span, right)):
             return _ARITHMETIC[operator](ev, left, right, node.span)
     if isinstance(left, tuple) and isinstance(right, tuple) and operator == "+":
         if len(left) + len(right) > RANGE_LIMIT:
-            raise errors.LIST_TOO_LONG.mistake(node.span, limit=RANGE_LIMIT)
+            raise LIST_TOO_LONG.mistake(node.span, limit=RANGE_LIMIT)
         return (*left, *right)
     if operator in ("+", "-") and isinstance(left, Vector | Pose) and isinstance(right, Vector | Pose):
         op = Op.ADD if operator == "+" else Op.SUB
         return Vector(ev.algebra.apply(op, left.x, right.x), ev.algebra.apply(op, left.y, right.y))
     displaced = {type(left), type(right)} & {Vector, Pose, Actor} and Quantity in (type(left), type(right))
     cure = _DISPLACED if operator in ("+", "-") and displaced else _NUMBER_OF_IT
-    raise errors.NO_OPERATOR.mistake(
-        node.span, operator=operator, left=kind_name(left), right=kind_name(right), cure=cure
-    )
+    raise NO_OPERATOR.mistake(node.span, operator=operator, left=kind_name(left), right=kind_name(right), cure=cure)
 
 
 _NUMBER_OF_IT = "take a number of it, such as `ego.speed`, or `distance from ego to lane`"
@@ -219,7 +234,7 @@ def compare(ev: Evaluator, node: nodes.Compare) -> Value:
     result: ir.Expr = ev.algebra.truth(True)
     for i, (operator, operand) in enumerate(node.rest):
         span = operands[i].span.to(operand.span)
-        with operations.sides((operands[i].span, values[i]), (operand.span, values[i + 1])):
+        with numbers.sides((operands[i].span, values[i]), (operand.span, values[i + 1])):
             result = ev.algebra.apply(Op.AND, result, _link(ev, operator, values[i], values[i + 1], span))
     return Truth(result)
 
@@ -231,9 +246,9 @@ def _link(ev: Evaluator, operator: str, left: Value, right: Value, span: Span) -
     if isinstance(left, Quantity) and isinstance(right, Quantity):
         if operator in ("is", "is not"):
             operator = "==" if operator == "is" else "!="
-        return operations.compare(ev, operator, left, right, span)
+        return numbers.compare(ev, operator, left, right, span)
     if operator in ("<", "<=", ">", ">="):
-        raise errors.NO_OPERATOR.mistake(
+        raise NO_OPERATOR.mistake(
             span, operator=operator, left=kind_name(left), right=kind_name(right), cure=_NUMBER_OF_IT
         )
     same = _same(ev, left, right)
@@ -257,7 +272,7 @@ def _same(ev: Evaluator, left: Value, right: Value) -> ir.Expr:
         return result
     if isinstance(left, str) != isinstance(right, str) and None not in (left, right):
         cure = _instead_of_text(left, right)
-        finding = errors.NEVER_EQUAL.at(ev.algebra.span, left=kind_name(left), right=kind_name(right), cure=cure)
+        finding = NEVER_EQUAL.at(ev.algebra.span, left=kind_name(left), right=kind_name(right), cure=cure)
         ev.report(finding)
     return ev.algebra.truth(type(left) is type(right) and left == right)
 
@@ -298,8 +313,8 @@ def conditional(ev: Evaluator, node: nodes.Conditional) -> Value:
         return ev.evaluate(node.then if condition.value else node.otherwise)
     then, otherwise = ev.evaluate_all((node.then, node.otherwise))
     if isinstance(then, Quantity) and isinstance(otherwise, Quantity):
-        with operations.sides((node.then.span, then), (node.otherwise.span, otherwise)):
-            return operations.select(ev, condition, then, otherwise, node.span)
+        with numbers.sides((node.then.span, then), (node.otherwise.span, otherwise)):
+            return numbers.select(ev, condition, then, otherwise, node.span)
     if isinstance(then, Truth) and isinstance(otherwise, Truth):
         return Truth(ev.algebra.apply(Op.SELECT, condition, then.expr, otherwise.expr))
     known = known_truth(ev, Truth(condition), node.condition.span, "a condition that chooses between objects")
@@ -307,6 +322,12 @@ def conditional(ev: Evaluator, node: nodes.Conditional) -> Value:
 
 
 def starred(_ev: Evaluator, node: nodes.Starred) -> Value:
-    raise errors.NOT_SUPPORTED.mistake(
-        node.span, what="`*` unpacks only in calls and lists", reason="", cure="remove it"
-    )
+    raise NOT_SUPPORTED.mistake(node.span, what="`*` unpacks only in calls and lists", reason="", cure="remove it")
+
+
+def implication(ev: Evaluator, node: nodes.Temporal) -> Value:
+    """`a implies b` of one moment."""
+    if node.operator != "implies":
+        raise TEMPORAL_PLACE.mistake(node.span, operator=node.operator, cure="")
+    premise, conclusion = (numbers.truth(ev, ev.evaluate(part), part.span) for part in node.operands)
+    return Truth(ev.algebra.apply(Op.OR, ev.algebra.apply(Op.NOT, premise), conclusion))

@@ -2,8 +2,9 @@
 
 from dataclasses import replace
 
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.findings import Findings
+from cortex_dsl.semantics.errors.problems import Findings
+from cortex_dsl.semantics.errors.scenarios import MONITOR_ACTS, SETTING_IN_SCENARIO
+from cortex_dsl.semantics.errors.statements import STATEMENT_PLACE
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
@@ -111,7 +112,7 @@ def _check(statement: nodes.Statement, around: _Around, findings: Findings) -> N
         here = "in a monitor" if around.monitor else "in a behavior"
         _report(findings, statement, TOP_LEVEL[kind], here, "at the top level")
     elif around.monitor and isinstance(statement, nodes.Do | nodes.Take):
-        findings.add(errors.MONITOR_ACTS.at(statement.span, statement=INSIDE[kind]))
+        findings.add(MONITOR_ACTS.at(statement.span, statement=INSIDE[kind]))
     elif not around.behaviour and kind in INSIDE:
         _report(findings, statement, INSIDE[kind], "at the top level", "in a behavior")
     elif kind in (nodes.Break, nodes.Continue) and not around.loop:
@@ -149,11 +150,11 @@ def _check_all(statements: tuple[nodes.Statement, ...], around: _Around, finding
 
 def _refuse(findings: Findings, statement: nodes.Statement, word: str, reason: str) -> None:
     span = Span(statement.span.start, statement.span.start + len(word))
-    findings.add(errors.SETTING_IN_SCENARIO.at(span, statement=word, reason=reason))
+    findings.add(SETTING_IN_SCENARIO.at(span, statement=word, reason=reason))
 
 
 def _report(findings: Findings, statement: nodes.Statement, word: str, here: str, there: str) -> None:
     span = Span(statement.span.start, statement.span.start + len(word))
     chooses = word == "if" and there == "in a behavior"
     cure = VALUE_BY_IF if chooses else CURES.get(there, "move it there, or remove it")
-    findings.add(errors.STATEMENT_PLACE.at(span, statement=word, here=here, there=there, cure=cure))
+    findings.add(STATEMENT_PLACE.at(span, statement=word, here=here, there=there, cure=cure))

@@ -1,32 +1,246 @@
 """Names before values: every name of the file is looked up once, behaviours that nothing runs included.
 
-The top level is read in order, so a name must be assigned above its use. Behaviours and `terminate when` see all names
-of the file, because they run after it. In a behaviour, a name that is assigned anywhere in it is its own.
+The top level is read in order, so a name must be assigned above its use. Definitions and `terminate when` see all names
+of the file, because they run after it. In a definition, a name that is assigned anywhere in it is its own.
 """
 
-import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from pathlib import PurePath
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass, field, replace
 
 from cortex_dsl.diagnostics import Diagnostic, Label
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.composition.imports import NO_FILES, ImportedFile, bound_name
-from cortex_dsl.semantics.findings import Findings
-from cortex_dsl.semantics.names.binding import Definition, bound_by, duplicate, is_class, looked_at
-from cortex_dsl.semantics.names.bodies import BodyNames
-from cortex_dsl.semantics.names.looking_up import Names, NameTable
-from cortex_dsl.semantics.names.overrides import param_entries
+from cortex_dsl.semantics.errors.names import (
+    SELF_AS_PARAMETER,
+    UNKNOWN_NAME,
+    UNKNOWN_PARAM,
+    UNUSED_BEHAVIOUR,
+    UNUSED_GENE,
+    USED_BEFORE,
+)
+from cortex_dsl.semantics.errors.objects import SELF_OUTSIDE
+from cortex_dsl.semantics.errors.problems import Findings
+from cortex_dsl.semantics.errors.roads import MAP_TWICE
+from cortex_dsl.semantics.errors.scenarios import UNUSED_MONITOR
+from cortex_dsl.semantics.errors.statements import TEMPORAL_PLACE
+from cortex_dsl.semantics.errors.values import CANNOT_ASSIGN
+from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES, UNASSIGNABLE, Kind, names_of
+from cortex_dsl.semantics.names.linking import NO_FILES, ImportedFile, nameless
 from cortex_dsl.semantics.names.placement import check_placement
-from cortex_dsl.semantics.names.system import lists_names
-from cortex_dsl.semantics.running.rules import speaks_of_run
-from cortex_dsl.semantics.tree import parts
+from cortex_dsl.semantics.names.tree import (
+    TIMED,
+    Definition,
+    assigned,
+    body_of,
+    bound_by,
+    bound_name,
+    duplicate,
+    is_class,
+    is_searched,
+    lists_names,
+    looked_at,
+    param_entries,
+    parts,
+    speaks_of_run,
+)
 from cortex_dsl.source import Span
+from cortex_dsl.spelling import class_called, did_you_mean, likely_range, nearest
 from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
+
+# -- one expression ----------------------------------------------------------------------------------------------------
+
+
+@frozen
+class NameTable:
+    """The names of one file, and what is noted down while they are looked up."""
+
+    findings: Findings
+    params: Mapping[str, nodes.ParamEntry]
+    """Of all files."""
+    all_names: frozenset[str]
+    """All that the top level gives a value to."""
+    used: set[str] = field(default_factory=set)
+
+    def check_assignable(self, name: str, span: Span) -> None:
+        if name in UNASSIGNABLE:
+            self.findings.add(CANNOT_ASSIGN.at(span, name=name, reason=UNASSIGNABLE[name]))
+
+
+@frozen
+class Names:
+    """Looks up the names of one expression."""
+
+    table: NameTable
+    visible: AbstractSet[str]
+    inner: frozenset[str]
+    """Names of lambdas, comprehensions and the behaviour around the expression."""
+    early: frozenset[str] = frozenset()
+    """Names of the behaviour that have no value yet."""
+    in_behaviour: bool = False
+    running: bool = False
+    """In a behaviour or a monitor."""
+
+    def visit(self, node: nodes.Node) -> None:
+        match node:
+            case nodes.Name(id=name):
+                self.use(name, node.span)
+            case nodes.New(class_name=name):
+                self.table.used.add(name)
+                for part in parts(node):
+                    self.visit(part)
+            case nodes.Lambda(parameters=parameters, body=body):
+                # It is called later, when more names have a value.
+                replace(self._with(parameters), visible=self.table.all_names).visit(body)
+            case nodes.Comprehension():
+                self._comprehension(node)
+            case nodes.Attribute(value=nodes.Name(id="globalParameters"), name=name):
+                self._param(name, node.name_span)
+            case nodes.Temporal(operator=operator) if operator in TIMED:
+                cure = "write a plain `require`: it looks at each moment at which it runs" if self.running else ""
+                cure = cure or "join it by `and`, `or` and `not` alone, in a `require`"
+                self.table.findings.add(TEMPORAL_PLACE.at(node.span, operator=operator, cure=cure))
+            case _:
+                for part in parts(node):
+                    self.visit(part)
+
+    def _with(self, names: tuple[str, ...]) -> "Names":
+        inner = self.inner | frozenset(names)
+        return replace(self, inner=inner, early=self.early - frozenset(names))
+
+    def _comprehension(self, node: nodes.Comprehension) -> None:
+        names = self
+        for clause in node.clauses:
+            names.visit(clause.iterable)
+            names = names._with(clause.targets)
+            for condition in clause.conditions:
+                names.visit(condition)
+        names.visit(node.element)
+
+    def _param(self, name: str, span: Span) -> None:
+        self.table.used.add(name)
+        if name not in self.table.params:
+            suggestion = did_you_mean(name, self.table.params) or "this file has no params"
+            self.table.findings.add(UNKNOWN_PARAM.at(span, name=name, suggestion=suggestion))
+
+    def use(self, name: str, span: Span) -> None:
+        self.table.used.add(name)
+        if name in self.early:
+            self.table.findings.add(USED_BEFORE.at(span, name=name))
+        elif name == "self" and not self.in_behaviour:
+            self.table.findings.add(SELF_OUTSIDE.at(span))
+        elif not self._is_known(name):
+            self._report(name, span)
+
+    def _is_known(self, name: str) -> bool:
+        if name in self.inner or name in self.visible or name in BUILTINS:
+            return True
+        return name in SPECIAL_NAMES and name not in self.table.all_names
+
+    def _kind_of_thing(self, name: str, candidates: AbstractSet[str]) -> str:
+        """What to do about `truck`, where no object has that name: the class `Truck` is not what is missing."""
+        mine = candidates - BUILTINS.keys()
+        if not name[0].islower() or nearest(name, mine) is not None:
+            return ""
+        meant = class_called(name, names_of(Kind.CLASS))
+        return f"make it first: `{name} = new {meant} …`" if meant else ""
+
+    def _report(self, name: str, span: Span) -> None:
+        if name in self.table.all_names:
+            self.table.findings.add(USED_BEFORE.at(span, name=name))
+            return
+        candidates = {*self.inner, *self.visible, *BUILTINS, *SPECIAL_NAMES} - ({"self"} - {*self.inner})
+        suggestion = self._kind_of_thing(name, candidates) or did_you_mean(name, candidates)
+        self.table.used.add(nearest(name, candidates) or name)  # what was meant is used, for all that is known
+        if not suggestion and name.endswith("Behavior"):
+            suggestion = "library behaviors: " + ", ".join(f"`{n}`" for n in names_of(Kind.BEHAVIOUR))
+        elif not suggestion and name.isupper():
+            suggestion = f"declare it: `param {name} = {likely_range(name)}`"
+        self.table.findings.add(UNKNOWN_NAME.at(span, name=name, suggestion=suggestion))
+
+
+# -- one definition ----------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class BodyNames:
+    """Looks up the names of one behaviour or monitor, statement by statement."""
+
+    table: NameTable
+    definition: Definition
+
+    def __post_init__(self) -> None:
+        self.parameters = frozenset(p.name for p in self.definition.parameters)
+        self.body = body_of(self.definition)
+        self.locals = frozenset(assigned(self.body)) - self.parameters
+        if isinstance(self.definition, nodes.ScenarioDefinition):
+            self.locals -= {"ego"}
+        self.early = set(self.locals)
+        self.in_behaviour = isinstance(self.definition, nodes.BehaviorDefinition)
+
+    def check(self) -> None:
+        seen: dict[str, Span] = {}
+        outside = Names(self.table, self.table.all_names, frozenset(), in_behaviour=self.in_behaviour)
+        for parameter in self.definition.parameters:
+            if parameter.name in seen:
+                first = seen[parameter.name]
+                self.table.findings.add(duplicate("the argument", parameter.name, parameter.span, first))
+            seen[parameter.name] = parameter.span
+            if parameter.name == "self":
+                self.table.findings.add(self._self_named(parameter.span))
+            if parameter.default is not None:
+                outside.visit(parameter.default)
+        if not isinstance(self.definition, nodes.MonitorDefinition):
+            # What a scenario sets up has its values when its guards are tested, what a behaviour assigns has not.
+            scenario = isinstance(self.definition, nodes.ScenarioDefinition)
+            names = replace(self._names(), early=frozenset()) if scenario else self._names()
+            for guard in (*self.definition.preconditions, *self.definition.invariants):
+                names.visit(guard.condition)
+        self._block(self.body)
+
+    def _self_named(self, span: Span) -> Diagnostic:
+        kinds = {nodes.BehaviorDefinition: "behavior", nodes.MonitorDefinition: "monitor"}
+        reason = "it is there anyway" if self.in_behaviour else "it drives no object"
+        return SELF_AS_PARAMETER.at(span, kind=kinds.get(type(self.definition), "scenario"), reason=reason)
+
+    def _names(self) -> Names:
+        inner, early = self.parameters | self.locals, frozenset(self.early)
+        return Names(self.table, self.table.all_names, inner, early, self.in_behaviour, running=True)
+
+    def _waits_for_run(self, statement: nodes.Statement) -> bool:
+        """Whether a statement of a setup is evaluated when everything has been set up."""
+        setup = self.definition.setup if isinstance(self.definition, nodes.ScenarioDefinition) else ()
+        return speaks_of_run(statement) and any(statement is each for each in setup)
+
+    def _block(self, statements: tuple[nodes.Statement, ...]) -> None:
+        for statement in statements:
+            self._statement(statement)
+
+    def _statement(self, statement: nodes.Statement) -> None:
+        names = self._names()
+        if isinstance(statement, nodes.ClassDefinition):
+            names = replace(names, in_behaviour=True)
+        if self._waits_for_run(statement):
+            for condition in looked_at(statement):
+                replace(names, early=frozenset()).visit(condition)
+            return
+        for part in parts(statement):
+            if isinstance(part, nodes.Statement):
+                self._statement(part)
+            elif isinstance(part, nodes.Handler):
+                names.visit(part.condition)
+                self._block(part.body)
+            else:
+                names.visit(part)
+        if isinstance(statement, nodes.AugmentedAssign):
+            names.use(statement.target, statement.span)
+        for name in bound_by(statement):
+            self.table.check_assignable(name, statement.span)
+            self.early.discard(name)
+
+
+# -- one file ----------------------------------------------------------------------------------------------------------
 
 Imports = Mapping[Span, ImportedFile]
-SEARCHED = ("Range", "TruncatedNormal", "DiscreteRange", "VerifaiRange", "VerifaiDiscreteRange", "VerifaiOptions")
-"""Distributions that make a param a gene whatever their arguments are."""
 
 
 def check_names(module: nodes.Module, findings: Findings, imports: Imports = NO_FILES) -> None:
@@ -88,7 +302,7 @@ class _Resolver:
             return
         names = Names(self.table, self.known, frozenset(), in_behaviour=isinstance(statement, nodes.ClassDefinition))
         if isinstance(statement, nodes.Import) and bound_name(statement) is None:
-            self.findings.add(_nameless(statement))
+            self.findings.add(nameless(statement))
         if isinstance(statement, nodes.AugmentedAssign):
             names.use(statement.target, statement.span)
         for part in parts(statement):
@@ -107,7 +321,7 @@ class _Resolver:
     def _report_doubles(self) -> None:
         maps = [s for s in self.module.statements if isinstance(s, nodes.Map)]
         for second in maps[1:]:
-            self.findings.add(errors.MAP_TWICE.at(second.span, secondary=(Label(maps[0].span, "first here"),)))
+            self.findings.add(MAP_TWICE.at(second.span, secondary=(Label(maps[0].span, "first here"),)))
         seen: dict[tuple[str, str], Span] = {}
         entries = [e for s in self.module.statements if isinstance(s, nodes.Param) for e in s.entries]
         named = [("the param", e.name, e.name_span) for e in entries]
@@ -126,22 +340,10 @@ class _Resolver:
     def report_unused(self) -> None:
         for behaviour in self.behaviours:
             if behaviour.name not in self.table.used:
-                self.findings.add(errors.UNUSED_BEHAVIOUR.at(behaviour.name_span, name=behaviour.name))
+                self.findings.add(UNUSED_BEHAVIOUR.at(behaviour.name_span, name=behaviour.name))
         for monitor in self.monitors:
             if monitor.name not in self.table.used:
-                self.findings.add(errors.UNUSED_MONITOR.at(monitor.name_span, name=monitor.name))
+                self.findings.add(UNUSED_MONITOR.at(monitor.name_span, name=monitor.name))
         for entry in param_entries(self.module).values():
-            if entry.name not in self.table.used and _is_searched(entry.value):
-                self.findings.add(errors.UNUSED_GENE.at(entry.name_span, name=entry.name))
-
-
-def _nameless(node: nodes.Import) -> Diagnostic:
-    path = f'"{node.path}"' if node.quoted else node.path
-    name = re.sub(r"\W", "_", PurePath(node.path).stem) if node.quoted else node.path.rpartition(".")[2]
-    return errors.NAMELESS_IMPORT.at(node.path_span, path=node.path, statement=f"import {path}", name=name)
-
-
-def _is_searched(value: nodes.Expression) -> bool:
-    if isinstance(value, nodes.WithUnit | nodes.Degrees):
-        value = value.value
-    return isinstance(value, nodes.Call) and isinstance(value.function, nodes.Name) and value.function.id in SEARCHED
+            if entry.name not in self.table.used and is_searched(entry.value):
+                self.findings.add(UNUSED_GENE.at(entry.name_span, name=entry.name))

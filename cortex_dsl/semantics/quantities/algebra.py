@@ -4,12 +4,12 @@ Transcendental operations on constants stay operations: a concrete copy of a cas
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
 
 from cortex_dsl import ir
-from cortex_dsl.semantics import errors
+from cortex_dsl.semantics.errors.values import TOO_DEEP
 from cortex_dsl.source import Span
 from engine.vocabulary import Op
 
@@ -134,7 +134,7 @@ class Algebra:
         depth = 1 + max((self._depths.get(id(argument), 0) for argument in arguments), default=0)
         self._depths[id(expression)] = depth
         if depth > DEPTH_LIMIT:
-            raise errors.TOO_DEEP.mistake(self.span, limit=DEPTH_LIMIT)
+            raise TOO_DEEP.mistake(self.span, limit=DEPTH_LIMIT)
 
     def add(self, a: ir.Expr, b: ir.Expr) -> ir.Expr:
         return self.apply(Op.ADD, a, b)
@@ -144,6 +144,28 @@ class Algebra:
 
     def mul(self, a: ir.Expr, b: ir.Expr) -> ir.Expr:
         return self.apply(Op.MUL, a, b)
+
+    def gathered(self, op: Op, items: Sequence[ir.Expr], empty: float) -> ir.Expr:
+        """All items joined by an associative operation, as a tree: long chains of operations are refused."""
+        if len(items) < 2:
+            return items[0] if items else self.literal(empty)
+        half = len(items) // 2
+        return self.apply(op, self.gathered(op, items[:half], empty), self.gathered(op, items[half:], empty))
+
+    def any_of(self, items: Sequence[ir.Expr]) -> ir.Expr:
+        return self.gathered(Op.OR, items, 0.0)
+
+    def all_of(self, items: Sequence[ir.Expr]) -> ir.Expr:
+        return self.gathered(Op.AND, items, 1.0)
+
+    def chosen(self, index: ir.Expr, items: Sequence[ir.Expr], first: int = 0) -> ir.Expr:
+        """The item of a number that only the run knows, found by halving."""
+        if len(items) == 1:
+            return items[0]
+        half = len(items) // 2
+        below = self.apply(Op.LT, index, self.literal(float(first + half)))
+        lower, upper = self.chosen(index, items[:half], first), self.chosen(index, items[half:], first + half)
+        return self.apply(Op.SELECT, below, lower, upper)
 
     def _interned(self, key: tuple[object, ...], make: Callable[[], ir.Expr]) -> ir.Expr:
         if key not in self._known:

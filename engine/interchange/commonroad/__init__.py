@@ -4,6 +4,6 @@ Format: XML 2020a, Althoff et al., "CommonRoad: Composable benchmarks for motion
 published schema; names of vehicles, models and costs as commonroad-io reads them.
 """
 
-from engine.interchange.commonroad.scenario import write_commonroad
+from engine.interchange.commonroad.write import write_commonroad
 
 __all__ = ["write_commonroad"]

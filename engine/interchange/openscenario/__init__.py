@@ -3,6 +3,6 @@
 versions (what differs) -> names, document, entities (shared parts) -> trajectory, storyboard, signals -> writing
 """
 
-from engine.interchange.openscenario.writing import write_trajectories
+from engine.interchange.openscenario.write import write_trajectories
 
 __all__ = ["write_trajectories"]

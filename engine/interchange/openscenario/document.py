@@ -1,14 +1,57 @@
-"""The parts of a scenario that do not depend on how its motion is said: head, parameters, road, times, places."""
+"""The parts of a scenario that do not depend on how its motion is said: head, parameters, road, times, places, and who
+takes part, written inline: no catalogs and no 3D models, which another machine may not have.
 
-from collections.abc import Mapping, Sequence
+The reference point of a vehicle is the middle of its rear axle on the ground (ASAM OpenSCENARIO XML, User Guide, on
+coordinate systems), so the centre of its bounding box lies ahead of it.
+"""
+
+import re
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from itertools import count
 
-from engine.interchange.openscenario.names import literal, unique_names
+import numpy as np
+
+from engine.interchange.kinds import KINDS, Kind
 from engine.interchange.openscenario.versions import Version
-from engine.interchange.properties import FILE_PREFIX
-from engine.interchange.recording import Provenance, Recording
-from engine.interchange.xml_text import Element, child, decimal, number
+from engine.interchange.own_metadata import FIELDS, FILE_PREFIX, of_actor
+from engine.interchange.recording import Provenance, RecordedActor, Recording
+from engine.interchange.xml import Element, child, decimal, number
+from engine.vocabulary import State
+
+# -- names as every reader takes them: letters, digits and `_`, unique, and still to be recognised ---------------------
+
+
+def plain_name(text: str) -> str:
+    """A name without marks, spaces and signs; `$` and `::` would mean something to readers."""
+    letters = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
+    name = re.sub(r"[^A-Za-z0-9]+", "_", letters).strip("_") or "unnamed"
+    return f"_{name}" if name[0].isdigit() else name
+
+
+def unique_names(texts: Iterable[str]) -> tuple[str, ...]:
+    """Plain names in the same order; one that is taken already gets the first free number from 2 on."""
+    taken: dict[str, None] = {}
+    for text in texts:
+        name = plain_name(text)
+        numbered = (f"{name}_{number}" for number in count(2))
+        taken[name if name not in taken else next(free for free in numbered if free not in taken)] = None
+    return tuple(taken)
+
+
+def entity_names(recording: Recording) -> tuple[str, ...]:
+    """What each actor of a recording is called in its files."""
+    return unique_names(actor.name for actor in recording.actors)
+
+
+def literal(text: str) -> str:
+    """A text that refers to no parameter: readers take a `$` anywhere for a reference, so it becomes its wide form."""
+    return text.replace("$", "\N{FULLWIDTH DOLLAR SIGN}")
+
+
+# -- head, parameters, road, times, places -----------------------------------------------------------------------------
 
 LONGEST_DESCRIPTION = 500
 """Characters; what is longer stands in the parameters alone."""
@@ -155,3 +198,94 @@ def speed_action(private_action: Element, dynamics: Mapping[str, str], speed: st
     action = child(child(private_action, "LongitudinalAction"), "SpeedAction")
     child(action, "SpeedActionDynamics", **dynamics)
     return child(child(action, "SpeedActionTarget"), "AbsoluteTargetSpeed", value=speed)
+
+
+# -- who takes part ----------------------------------------------------------------------------------------------------
+
+UNBOUNDED_SPEED = 100.0
+"""`maxSpeed` of what no speed bounds [m/s]; a run that is faster has its own top speed instead."""
+CATEGORY = {"Vehicle": "vehicleCategory", "Pedestrian": "pedestrianCategory", "MiscObject": "miscObjectCategory"}
+WALKER = "walker.pedestrian.0001"
+"""The model that 1.0 wants of every pedestrian: the name CARLA has for its first."""
+
+
+def add_entities(
+    root: Element,
+    recording: Recording,
+    names: Sequence[str],
+    version: Version,
+    properties: Sequence[Mapping[str, str]] = (),
+) -> Element:
+    """All actors under the names of `names.entity_names`, with more properties for each if wanted."""
+    entities = child(root, "Entities")
+    for index, actor in enumerate(recording.actors):
+        scenario_object = child(entities, "ScenarioObject", name=names[index])
+        top_speed = float(np.abs(recording.states[:, index, State.SPEED]).max(initial=0.0))
+        element = _entity(scenario_object, actor, names[index], top_speed, version)
+        own = _own_properties(actor, ego=index == 0, carried=_carried(actor, version))
+        _properties(element, {**own, **(properties[index] if properties else {})})
+    return entities
+
+
+def _entity(parent: Element, actor: RecordedActor, name: str, top_speed: float, version: Version) -> Element:
+    shape = KINDS[actor.kind]
+    attributes: dict[str, str | float] = {"name": name, CATEGORY[shape.tag]: shape.category}
+    if shape.tag != "Vehicle" or version.vehicle_mass:
+        attributes["mass"] = actor.mass
+    if shape.tag == "Pedestrian" and version.pedestrian_model:
+        attributes["model"] = WALKER
+    element = child(parent, shape.tag, **attributes)
+    _bounding_box(element, actor, shape)
+    if shape.tag == "Vehicle":
+        _performance(element, actor, top_speed)
+        _axles(element, actor, shape)
+    return element
+
+
+def _bounding_box(parent: Element, actor: RecordedActor, shape: Kind) -> None:
+    box = child(parent, "BoundingBox")
+    child(box, "Center", x=actor.rear_to_center, y=0, z=shape.height / 2)
+    child(box, "Dimensions", width=actor.width, length=actor.length, height=shape.height)
+
+
+def _performance(parent: Element, actor: RecordedActor, top_speed: float) -> None:
+    speed = max(actor.max_speed if np.isfinite(actor.max_speed) else UNBOUNDED_SPEED, top_speed)
+    acceleration, braking = actor.max_acceleration, actor.max_braking
+    child(parent, "Performance", maxSpeed=speed, maxAcceleration=acceleration, maxDeceleration=braking)
+
+
+def _axles(parent: Element, actor: RecordedActor, shape: Kind) -> None:
+    axles = child(parent, "Axles")
+    for tag, x, steering in (("FrontAxle", actor.wheelbase, actor.max_steer), ("RearAxle", 0.0, 0.0)):
+        child(
+            axles,
+            tag,
+            maxSteering=steering,
+            wheelDiameter=shape.wheel,
+            trackWidth=actor.width,
+            positionX=x,
+            positionZ=shape.wheel / 2,
+        )
+
+
+def _carried(actor: RecordedActor, version: Version) -> tuple[str, ...]:
+    """Fields that the element of this kind has no place for."""
+    if KINDS[actor.kind].tag != "Vehicle":
+        return FIELDS[1:]
+    mass = () if version.vehicle_mass else ("mass",)
+    return mass if np.isfinite(actor.max_speed) else (*mass, "max_speed")
+
+
+def _own_properties(actor: RecordedActor, *, ego: bool, carried: Sequence[str]) -> dict[str, str]:
+    """`type` tells ScenarioRunner who the ego is, `plineInterpolation` esmini how headings run between vertices."""
+    return {
+        "type": "ego_vehicle" if ego else "simulation",
+        "plineInterpolation": "segment",
+        **of_actor(actor, carried),
+    }
+
+
+def _properties(parent: Element, properties: Mapping[str, str]) -> None:
+    element = child(parent, "Properties")
+    for name, value in properties.items():
+        child(element, "Property", name=name, value=literal(value))

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-from engine.interchange.export import ExportOptions
+from engine.interchange.contract import ExportOptions
 
 BEFORE = 0.001
 """How long before its instant a "greater than" condition is set [s]: above readers' tolerance, below any step."""
@@ -88,7 +88,7 @@ _THIRD = replace(_SECOND, name="1.2", minor=2, priority="override", integer="int
 _FOURTH = replace(_THIRD, name="1.3", minor=3)
 
 VERSIONS: Mapping[str, Version] = MappingProxyType({each.name: each for each in (_FIRST, _SECOND, _THIRD, _FOURTH)})
-"""By name; each says what it changes of the one before. The names are those of `engine.interchange.export`."""
+"""By name; each says what it changes of the one before. The names are those of `engine.interchange.contract`."""
 
 
 def version_of(options: ExportOptions) -> Version:

@@ -1,4 +1,7 @@
-"""The cells of a CSV file as columns of numbers and texts. What a cell cannot be is said with its line and column."""
+"""The cells of a table, CSV or Parquet, as columns of numbers and texts. What a cell cannot be is said with its place.
+
+Parquet goes through pyarrow, which only the extra brings: imported when asked for, and missed with a cure.
+"""
 
 import csv
 import math
@@ -12,10 +15,15 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from engine.interchange.errors import InterchangeError, quoted
+from engine.interchange.contract import InterchangeError, quoted
 from engine.interchange.tables.columns import TEXTS, Chosen, Column, check_complete, choose
 from engine.interchange.tables.parquet import ParquetFile
 from engine.tables import Floats, Ints
+
+# -- Parquet files through pyarrow -------------------------------------------------------------------------------------
+
+
+# -- cells -------------------------------------------------------------------------------------------------------------
 
 MOST_ROWS = 1_000_000
 """A recording of twenty actors over an hour at ten samples a second has fewer."""
@@ -197,7 +205,7 @@ def _wrong_length(row: Sequence[str], header: Sequence[str], place: str) -> None
     raise InterchangeError(f"{len(row)} cells stand under {len(header)} column names", cure, place)
 
 
-# -- Parquet ----------------------------------------------------------------------------------------------------------
+# -- cells of Parquet --------------------------------------------------------------------------------------------------
 
 
 def read_parquet_cells(path: Path) -> Cells:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from engine.extras import installing
-from engine.interchange.errors import InterchangeError
+from engine.interchange.contract import InterchangeError
 
 EGO, NAMES = b"host_vehicle_idx", b"cortexc_names"
 """Metadata: omega-prime's own key for the ego, and ours for names, a JSON list by idx."""
@@ -19,7 +19,7 @@ LARGEST_COLUMN = 300_000_000
 """Bytes of one column once it is unpacked; a million rows of twenty digits take a fifteenth of it."""
 LONGEST_IDX = 19
 """Digits."""
-TEXTS = ("string", "large_string", "string_view")
+TEXT_TYPES = ("string", "large_string", "string_view")
 """Types that hold texts, as pyarrow calls them."""
 
 
@@ -45,7 +45,7 @@ class ParquetFile:
         self.file = path.name
         try:
             file: Any = parquet.ParquetFile(path)
-            texts = [field.name for field in file.schema_arrow if str(field.type) in TEXTS]
+            texts = [field.name for field in file.schema_arrow if str(field.type) in TEXT_TYPES]
             # each text once, however many rows hold it
             self._file: Any = parquet.ParquetFile(path, metadata=file.metadata, read_dictionary=texts)
         except (OSError, ValueError) as error:  # pyarrow's own errors are both
@@ -86,7 +86,7 @@ class ParquetFile:
         return list(zip(texts, first.tolist(), strict=True)), places
 
     def _refuse_other(self, kind: str, name: str) -> None:
-        if kind not in TEXTS and not kind.startswith(("int", "uint", "float", "double")):
+        if kind not in TEXT_TYPES and not kind.startswith(("int", "uint", "float", "double")):
             place = f"{self.file}, column `{name}`"
             raise InterchangeError(f"it should hold texts, and holds {kind}", "convert the column", place)
 

@@ -9,13 +9,21 @@ from typing import NoReturn
 
 import numpy as np
 
-from engine.interchange.errors import InterchangeError, quoted
-from engine.interchange.osi import UNSET, Code, kind_of
+from engine.interchange.contract import InterchangeError, quoted
+from engine.interchange.kinds import UNSET, Code, kind_of
 from engine.interchange.recording import MOST_ACTORS
 from engine.interchange.tables.cells import Cells
-from engine.interchange.tables.columns import NAME
-from engine.interchange.tables.fitting import along_heading, held_headings, held_speeds
-from engine.interchange.tables.motion import across, along, driven, headings_of, rates
+from engine.interchange.tables.columns import (
+    NAME,
+    across,
+    along,
+    along_heading,
+    driven,
+    headings_of,
+    held_headings,
+    held_speeds,
+    rates,
+)
 from engine.tables import Floats, Ints
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind

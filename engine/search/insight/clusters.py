@@ -18,10 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine.scenes import Bools
 from engine.search.evaluations import Evaluations
 from engine.search.protocol import Box
-from engine.tables import Floats, Ints
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import GeneKind
 
 MOST_CLUSTERS = 6

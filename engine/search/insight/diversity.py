@@ -14,10 +14,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from engine.scenes import Bools
 from engine.search.evaluations import Evaluations
 from engine.search.protocol import Box
-from engine.tables import Floats, Ints
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import GeneKind, Side
 
 SHARE = 0.1

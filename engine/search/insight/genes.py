@@ -15,13 +15,14 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from engine.scenes import Bools, StreamKey
-from engine.search.assessment import Assessment, Evaluate, concatenate, take
+from engine.outcomes import Assessment
+from engine.scenes import StreamKey
+from engine.search.assessment import Evaluate, concatenate, take
 from engine.search.evaluations import Evaluations
 from engine.search.protocol import Box
 from engine.search.ranking import order_of_risk
 from engine.search.statistics import Interval, spearman
-from engine.tables import Floats, Ints
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import GeneKind, Verdict
 
 FURTHER = 8

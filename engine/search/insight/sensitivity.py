@@ -29,12 +29,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator, Philox, default_rng
 
+from engine.outcomes import Assessment
 from engine.program import ParamSpace
-from engine.scenes import Bools
-from engine.search.assessment import Assessment, Evaluate
+from engine.search.assessment import Evaluate
 from engine.search.statistics import Interval
 from engine.streams import key_rows
-from engine.tables import Floats, Ints
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Method, Verdict
 
 TWICE = 2

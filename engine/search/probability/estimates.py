@@ -11,12 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from engine.scenes import Bools
-from engine.search.assessment import Assessment
+from engine.outcomes import Assessment
 from engine.search.journal import finite
 from engine.search.statistics import Interval
 from engine.search.store import StoreError, store_errors
-from engine.tables import Floats, Ints
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import EndReason, Verdict
 
 NOT_KNOWN = Interval(math.nan, math.nan)

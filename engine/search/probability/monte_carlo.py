@@ -22,14 +22,14 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.config import Config
+from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
-from engine.scenes import Bools
-from engine.search.assessment import Assessment, Evaluate, take
+from engine.search.assessment import Evaluate, take
 from engine.search.probability.estimates import CONDITIONS, JOINT, MOST_DRIVEN, PARAMS, Count, Judge, Probability
 from engine.search.probability.subset_simulation import REPETITIONS, subset_simulation
 from engine.search.statistics import clopper_pearson
 from engine.streams import key_rows
-from engine.tables import Floats, Ints
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Method, Verdict
 
 __all__ = [

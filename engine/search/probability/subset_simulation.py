@@ -18,8 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.random import Generator
 
+from engine.outcomes import Assessment
 from engine.program import ParamSpace
-from engine.search.assessment import Assessment, Evaluate, concatenate, take
+from engine.search.assessment import Evaluate, concatenate, take
 from engine.search.probability.estimates import MOST_DRIVEN, NOT_KNOWN, Count, Judge, Probability
 from engine.search.statistics import Interval
 from engine.streams import key_rows, operator_generator

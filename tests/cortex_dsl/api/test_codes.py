@@ -6,7 +6,7 @@ import pytest
 
 from cortex_dsl.api.codes import Entry, entries, find, judged, near
 from cortex_dsl.diagnostics import CompileError, Severity
-from cortex_dsl.semantics import state
+from cortex_dsl.semantics.model import state
 from cortex_dsl.syntax.reading import decode
 
 HERE = Path(__file__).parents[1]

@@ -9,8 +9,8 @@ import pytest
 from cortex_dsl.api.scenario import Scenario, compile_text, load
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.formatting import format_source
+from engine.outcomes import Outcomes
 from engine.sampling import sample
-from engine.scenes import Outcomes
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples").glob("*.scn"))
 

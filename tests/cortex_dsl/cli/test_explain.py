@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from cortex_dsl.api import codes
-from cortex_dsl.semantics import errors
-from cortex_dsl.semantics.problems import Problem
+from cortex_dsl.semantics.errors.chance import STUCK, UNDEFINED
+from cortex_dsl.semantics.errors.problems import Problem
 
 Command = Callable[..., Any]
 
@@ -28,8 +28,8 @@ def test_a_page(cortexc: Command) -> None:
 @pytest.mark.parametrize("entry", codes.entries(), ids=lambda entry: entry.code)
 def test_every_page_can_be_shown(entry: codes.Entry, cortexc: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     """Within the width, with the diagnostic wherever compiling shows it, and without a character that acts."""
-    monkeypatch.setattr("cortex_dsl.semantics.state.EVALUATION_LIMIT", 20_000)
-    monkeypatch.setattr("cortex_dsl.semantics.state.BODY_LIMIT", 200)
+    monkeypatch.setattr("cortex_dsl.semantics.model.state.EVALUATION_LIMIT", 20_000)
+    monkeypatch.setattr("cortex_dsl.semantics.model.state.BODY_LIMIT", 200)
     result = cortexc("explain", entry.code)
     assert result.code == 0
     assert entry.title in result.out
@@ -67,7 +67,7 @@ def test_help_names_the_command(cortexc: Command) -> None:
     assert "such as SCN203" in cortexc("explain", "--help").out
 
 
-@pytest.mark.parametrize("problem", [errors.STUCK, errors.UNDEFINED], ids=lambda problem: problem.code)
+@pytest.mark.parametrize("problem", [STUCK, UNDEFINED], ids=lambda problem: problem.code)
 def test_what_only_a_run_shows(problem: Problem, cortexc: Command, tmp_path: Path) -> None:
     """The examples of these pages are run: one is told, the other ends well."""
     assert problem.page

@@ -11,7 +11,7 @@ import pytest
 
 from cortex_dsl.cli import main
 from cortex_dsl.console.terminal import Exit
-from cortex_dsl.exports.formats import FORMATS
+from cortex_dsl.interchange.formats import FORMATS
 from tests.cortex_dsl.cli.conftest import Result
 
 Command = Callable[..., Result]
@@ -91,8 +91,8 @@ def test_a_check_says_what_it_did_not_look_at(cortexc: Command, run: Path, tmp_p
 def test_versions_and_modes_are_those_of_the_engine() -> None:
     """The command names them before it imports the engine."""
     from cortex_dsl.cli import export
-    from cortex_dsl.exports.formats import MODES as CHECKED
-    from engine.interchange.export import MODES, OSC_VERSIONS
+    from cortex_dsl.interchange.formats import MODES as CHECKED
+    from engine.interchange.contract import MODES, OSC_VERSIONS
 
     assert (export.OSC_VERSIONS, export.MODES) == (OSC_VERSIONS, MODES)
     assert set(CHECKED) == set(MODES)
@@ -100,10 +100,10 @@ def test_versions_and_modes_are_those_of_the_engine() -> None:
 
 def test_findings_are_shown(cortexc: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With their place and cure, and by the exit code."""
-    from cortex_dsl.exports.findings import Finding
+    from engine.interchange.contract import Finding
 
     finding = Finding("a.csv, ego", "it is elsewhere", "bring it back")
-    monkeypatch.setattr("cortex_dsl.exports.formats.checker_of", lambda _: lambda *_: iter([finding, finding]))
+    monkeypatch.setattr("cortex_dsl.interchange.formats.checker_of", lambda _: lambda *_: iter([finding, finding]))
     result = cortexc("export", run, "--to", "csv", "--check", "--out", tmp_path)
     assert result.code == Exit.DIAGNOSTICS
     assert "a.csv, ego: it is elsewhere" in result.out
@@ -300,7 +300,7 @@ def test_what_a_format_cannot_carry(
     cortexc: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The case and the format are named, and nothing of the format is written."""
-    from engine.interchange.errors import InterchangeError
+    from engine.interchange.contract import InterchangeError
 
     def refused(*_: object) -> None:
         raise InterchangeError("a lorry that flies", "keep it on the ground")

@@ -7,11 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import engine.interchange.openscenario.read
 import engine.interchange.reading
 from cortex_dsl.api.scenario import load
 from cortex_dsl.console.terminal import Exit
 from engine.interchange import InterchangeError, Recording
-from engine.interchange.record import recorded_run
+from engine.interchange.recording import recorded_run
 from engine.interchange.tables import write_csv, write_parquet
 
 Cortexc = Callable[..., SimpleNamespace]
@@ -238,7 +239,7 @@ def test_import_tells_the_road_and_the_remarks(
         asked.append((path.name, ego, step))
         return SimpleNamespace(recording=recording, road=ROAD, remarks=("its traffic lights are not taken over",))
 
-    monkeypatch.setattr(engine.interchange.reading, "read_openscenario", read)
+    monkeypatch.setattr(engine.interchange.openscenario.read, "read_openscenario", read)
     (tmp_path / "case.xosc").write_text("<OpenSCENARIO/>")
     result = cortexc("import", tmp_path / "case.xosc", "--ego", "ego", "--step", "0.05")
     assert result.code == Exit.FINE
@@ -276,7 +277,7 @@ def test_what_the_reader_refuses_is_told(cortexc: Cortexc, monkeypatch: pytest.M
     def read(path: Path, **_: object) -> None:
         raise InterchangeError("there is no road `7`", "did you mean `1`?", f"{path.name}, line 12")
 
-    monkeypatch.setattr(engine.interchange.reading, "read_openscenario", read)
+    monkeypatch.setattr(engine.interchange.openscenario.read, "read_openscenario", read)
     (tmp_path / "case.xosc").write_text("<OpenSCENARIO/>")
     result = cortexc("import", tmp_path / "case.xosc")
     assert result.code == Exit.DIAGNOSTICS

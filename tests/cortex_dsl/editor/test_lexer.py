@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pygments.token import Comment, Error, Keyword, Name, Number, Operator, String
 
 from cortex_dsl.editor.lexer import ScnLexer
-from cortex_dsl.semantics.builtins import BUILTINS, Kind
+from cortex_dsl.semantics.names.builtins import BUILTINS, Kind
 from cortex_dsl.syntax.literals import UNIT_WORDS
 from cortex_dsl.syntax.words import KEYWORDS, RESERVED, Role
 

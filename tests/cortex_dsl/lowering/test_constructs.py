@@ -14,7 +14,7 @@ from cortex_dsl import ir
 from cortex_dsl.api.scenario import compile_text
 from cortex_dsl.lowering import lower
 from cortex_dsl.lowering.program_listing import format_program
-from cortex_dsl.semantics.printing.listing import format_ir
+from cortex_dsl.semantics.printing import format_ir
 from cortex_dsl.source import Span
 from engine import batch, world
 from engine.config import Config, SimulationConfig

@@ -7,8 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cortex_dsl.report.search_report import SearchReport
+from cortex_dsl.report.findings.search_report import SearchReport
 from engine.config import SearchConfig
+from engine.outcomes import Assessment, Outcomes
 from engine.program import (
     ChoiceLabel,
     ParamSpace,
@@ -19,8 +20,8 @@ from engine.program import (
     Settings,
     VariantLabel,
 )
-from engine.scenes import Outcomes, Scenes, Trajectory
-from engine.search.assessment import Assessment, take
+from engine.scenes import Scenes, Trajectory
+from engine.search.assessment import take
 from engine.search.evaluations import Evaluations, distinct_collisions, figures, generation_figures, judge
 from engine.search.insight.genes import Probes, gene_effects
 from engine.search.protocol import Box

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from cortex_dsl.api.scenario import compile_text
-from cortex_dsl.report.aftermath import aftermath
-from cortex_dsl.report.motion import speeds
+from cortex_dsl.report.findings.story import aftermath, speeds
 from engine.vocabulary import State
 from engine.world import WorldRun
 from engine.world.events import EventKind

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cortex_dsl.report.analysis_view import condition_text
-from cortex_dsl.report.avoidance_view import lost_text, margin_text, system_lines
+from cortex_dsl.report.findings.analysis_report import condition_text, lost_text, margin_text, system_lines
 from engine.avoidability import Avoidability, Avoidance
 from engine.program import ParamSpace
 from engine.search.insight.analysis import Avoided, SystemShare, _system_shares

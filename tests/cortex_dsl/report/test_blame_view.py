@@ -6,10 +6,11 @@ import pytest
 from rich.console import Console, RenderableType
 
 from cortex_dsl.api.scenario import compile_text
-from cortex_dsl.report.blame_view import blame_content, blame_note, blame_view, cure_of_conflict
-from cortex_dsl.report.feasibility_view import feasibility_view
-from cortex_dsl.report.json_documents import document
-from cortex_dsl.report.theme import THEME
+from cortex_dsl.report.documents import document
+from cortex_dsl.report.findings.tally import blame_content, blame_note, cure_of_conflict
+from cortex_dsl.report.terminal.check_view import feasibility_view
+from cortex_dsl.report.terminal.requirements_view import blame_view
+from cortex_dsl.report.terminal.theme import THEME
 from engine.acceptance import Account, account, weigh
 from engine.feasibility import explain
 from engine.program import Program

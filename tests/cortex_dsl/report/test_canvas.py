@@ -2,8 +2,8 @@
 
 import pytest
 
-from cortex_dsl.report.canvas import Canvas, Window
-from cortex_dsl.report.layout import shortened
+from cortex_dsl.report.findings.readable import shortened
+from cortex_dsl.report.terminal.canvas import Canvas, Window
 
 
 def test_empty_rows_around_a_drawing_are_left_out() -> None:

@@ -10,7 +10,8 @@ from rich.cells import cell_len
 from rich.console import Console
 
 from cortex_dsl.diagnostics import Diagnostic, Label, Severity
-from cortex_dsl.report.diagnostics import as_json, render, render_text
+from cortex_dsl.report.findings.snippet import as_json, render_text
+from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
 from cortex_dsl.source import Source, Span
 
 TEXT = "first = 1\n\tsecond = größe(文字, 2)\nthird = [\n    4,\n    5,\n]\nlast = 6"
@@ -98,8 +99,10 @@ def test_colour_changes_no_character() -> None:
     ]
     source = Source("a.scn", TEXT)
     plain, coloured = io.StringIO(), io.StringIO()
-    render(source, diagnostics, Console(file=plain, width=80, color_system=None))
-    render(source, diagnostics, Console(file=coloured, width=80, force_terminal=True, color_system="standard"))
+    print_diagnostics(source, diagnostics, Console(file=plain, width=80, color_system=None))
+    print_diagnostics(
+        source, diagnostics, Console(file=coloured, width=80, force_terminal=True, color_system="standard")
+    )
     assert plain.getvalue().replace(" \n", "\n") == render_text(source, diagnostics, 80)
     assert "\x1b[" in coloured.getvalue()
     assert "warning[SCN999]" in plain.getvalue()
@@ -141,7 +144,7 @@ def test_thousands_are_not_drawn() -> None:
     kinds = [Severity.HINT] * 4_000 + [Severity.ERROR] * 70
     found = [Diagnostic("SCN999", "wrong", spot("first"), severity=severity) for severity in kinds]
     console = Console(file=io.StringIO(), width=80)
-    render(Source("a.scn", TEXT), found, console)
+    print_diagnostics(Source("a.scn", TEXT), found, console)
     text = console.file.getvalue()
     assert (text.count("error["), text.count("hint[")) == (70, 30)
     assert "and 3,970 more" in text
@@ -154,7 +157,7 @@ def test_a_long_headline_is_one_line_for_programs_and_broken_at_words_for_people
     shown = {}
     for terminal in (False, True):
         out = io.StringIO()
-        render(source, diagnostics, Console(file=out, width=60, force_terminal=terminal, color_system=None))
+        print_diagnostics(source, diagnostics, Console(file=out, width=60, force_terminal=terminal, color_system=None))
         shown[terminal] = out.getvalue().splitlines()
     assert shown[False][0].endswith("word end")
     assert max(map(len, shown[True])) <= 60

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cortex_dsl.report.ends import ends_of, partners_text
-from cortex_dsl.report.search_report import SearchReport
-from cortex_dsl.report.search_view import headline
+from cortex_dsl.report.findings.search_report import SearchReport, ends_of, partners_text
+from cortex_dsl.report.terminal.search_view import headline
 from engine.program import Program
 from engine.search.evaluations import Evaluations, Partners
 from engine.vocabulary import EndReason

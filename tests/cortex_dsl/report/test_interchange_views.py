@@ -13,18 +13,16 @@ from typing import Any
 import pytest
 from rich.console import Console, RenderableType
 
-from cortex_dsl.exports.findings import Finding
-from cortex_dsl.exports.formats import checked_of
-from cortex_dsl.exports.gathering import Gathered
-from cortex_dsl.report.export_view import Written, export_view
-from cortex_dsl.report.measured_view import MeasuredReport, measured_view
-from cortex_dsl.report.road_lines import road_outline
-from cortex_dsl.report.theme import THEME
+from cortex_dsl.interchange.formats import FORMATS, checked_of
+from cortex_dsl.interchange.writing import Gathered
+from cortex_dsl.report.findings.interchange_report import MeasuredReport, Written, road_outline
+from cortex_dsl.report.terminal.interchange_view import export_view, measured_view
+from cortex_dsl.report.terminal.theme import THEME
 from engine.interchange import Recording
-from engine.interchange.export import ExportOptions
+from engine.interchange.contract import ExportOptions, Finding
 from engine.interchange.measuring import measure
 from engine.interchange.opendrive import write_opendrive
-from engine.interchange.reading import OdrNetwork, read_opendrive
+from engine.interchange.opendrive.read import OdrNetwork, read_opendrive
 from engine.program import RoadSpec
 from engine.tables import Floats
 from tests.engine.interchange.commonroad.recordings import ORIGIN, ROAD, crash
@@ -66,9 +64,10 @@ def exported(findings: list[Finding] | None, checked: dict[str, str]) -> Written
             ("xosc", "not there from the beginning: car_1"): [1],
         },
     )
-    return Written(cases, gathered, Path("runs/x/exports"), frozenset({"two_cars.xodr"}), findings, checked)
+    return Written(cases, gathered, Path("runs/x/exports"), frozenset({"two_cars.xodr"}), findings, checked, OPENED)
 
 
+OPENED = {name: kind.opened for name, kind in FORMATS.items()}
 FOUND = [Finding("two_cars-case01.csv, ego", "the place at 0.100 s is 0.5 off", "export it again")]
 
 

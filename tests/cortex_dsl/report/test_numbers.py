@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cortex_dsl.report.canvas import Canvas, Window
-from cortex_dsl.report.json_documents import document, plain
-from cortex_dsl.report.numbers import column_decimals, counted, duration, fixed, percent, significant
-from cortex_dsl.report.sparkline import bar, sparkline
+from cortex_dsl.report.documents import document, plain
+from cortex_dsl.report.findings.readable import column_decimals, counted, duration, fixed, percent, significant
+from cortex_dsl.report.terminal.canvas import Canvas, Window
+from cortex_dsl.report.terminal.theme import bar, sparkline
 from engine.scenes import StreamKey
 from engine.vocabulary import Verdict
 

@@ -4,8 +4,8 @@ import pytest
 
 from cortex_dsl.api.scenario import compile_text
 from cortex_dsl.console.terminal import Terminal
-from cortex_dsl.report.sample_view import sample_view
-from cortex_dsl.report.tally import Tally
+from cortex_dsl.report.findings.tally import Tally
+from cortex_dsl.report.terminal.sample_view import sample_view
 
 START = "map intersection()\n"
 PARAM = "param V = Range(10, 60) km/h\n"

@@ -8,10 +8,9 @@ import pytest
 from rich.console import Console, RenderableType
 
 from cortex_dsl.api.scenario import Scenario, load
-from cortex_dsl.report.distribution_view import distribution_view
-from cortex_dsl.report.still_view import still_view
-from cortex_dsl.report.theme import THEME
-from cortex_dsl.report.weighing_view import weighing_view
+from cortex_dsl.report.terminal.requirements_view import weighing_view
+from cortex_dsl.report.terminal.sample_view import distribution_view, still_view
+from cortex_dsl.report.terminal.theme import THEME
 from engine.acceptance import account, weigh
 
 LEFT_TURN = Path(__file__).parents[3] / "examples" / "left_turn.scn"

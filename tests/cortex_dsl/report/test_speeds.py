@@ -3,7 +3,7 @@
 import pytest
 
 from cortex_dsl.api.scenario import compile_text
-from cortex_dsl.report.speeds import UNITS, speed_unit
+from cortex_dsl.report.findings.readable import UNITS, speed_unit
 
 FILE = "{param}ego = new Car on road, with speed {speed}{comment}\n"
 

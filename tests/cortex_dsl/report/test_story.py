@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from cortex_dsl.report.story import Moment, tell
+from cortex_dsl.report.findings.story import Moment, tell
+from engine.outcomes import Outcomes
 from engine.program import Program
-from engine.scenes import Outcomes, Trajectory
+from engine.scenes import Trajectory
 from engine.vocabulary import EndReason, State
 
 

@@ -9,23 +9,23 @@ import pytest
 from rich.console import Console, Group, RenderableType
 
 from cortex_dsl.api.arguments import Held
-from cortex_dsl.report.exhausted_view import exhausted_view
-from cortex_dsl.report.pairs_view import further_pairs
-from cortex_dsl.report.progress import SearchProgress, progress_view
-from cortex_dsl.report.run_document import run_content
-from cortex_dsl.report.run_view import RunReport, run_view
-from cortex_dsl.report.sample_view import sample_view
-from cortex_dsl.report.search_report import SearchReport
-from cortex_dsl.report.search_view import comparison_view, search_view
-from cortex_dsl.report.speeds import KM_H
-from cortex_dsl.report.story import end_of
-from cortex_dsl.report.tally import Tally
-from cortex_dsl.report.theme import THEME
-from cortex_dsl.report.titles import name_of, title_of
+from cortex_dsl.report.findings.readable import KM_H, name_of
+from cortex_dsl.report.findings.run_report import RunReport, run_content
+from cortex_dsl.report.findings.search_report import SearchReport
+from cortex_dsl.report.findings.story import end_of
+from cortex_dsl.report.findings.tally import Tally
+from cortex_dsl.report.terminal.measures_view import further_pairs
+from cortex_dsl.report.terminal.progress import SearchProgress, progress_view
+from cortex_dsl.report.terminal.requirements_view import exhausted_view
+from cortex_dsl.report.terminal.run_view import run_view
+from cortex_dsl.report.terminal.sample_view import sample_view
+from cortex_dsl.report.terminal.search_view import comparison_view, search_view
+from cortex_dsl.report.terminal.theme import THEME, title_of
 from engine.metrics import Metric, Recorded
+from engine.outcomes import Outcomes
 from engine.program import Program, RoadSpec, Rule
 from engine.road import build_network, outline
-from engine.scenes import Outcomes, Scenes, Trajectory
+from engine.scenes import Scenes, Trajectory
 from engine.vocabulary import EndReason, Method, RuleKind, State, Verdict
 
 WIDTHS = (60, 80, 100, 120)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.randomness.choices import VARIANT_LIMIT, Oracle, TooManyVariants, enumerate_variants
+from cortex_dsl.semantics.model.choices import VARIANT_LIMIT, Oracle, TooManyVariants, enumerate_variants
 from cortex_dsl.source import Span
 from engine.vocabulary import GeneKind, Op
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.printing.listing import format_ir
+from cortex_dsl.semantics.printing import format_ir
 from cortex_dsl.semantics.quantities.algebra import closed_value
 from engine.program import RoadSpec
 from engine.vehicles import MODELS

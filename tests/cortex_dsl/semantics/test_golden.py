@@ -10,16 +10,17 @@ from pathlib import Path
 import pytest
 
 from cortex_dsl.diagnostics import CompileError, Severity
-from cortex_dsl.report.diagnostics import render_text
-from cortex_dsl.semantics import elaborate, errors, state
-from cortex_dsl.semantics.problems import Problem
+from cortex_dsl.report.findings.snippet import render_text
+from cortex_dsl.semantics import elaborate
+from cortex_dsl.semantics.errors import declared
+from cortex_dsl.semantics.model import state
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 
 GOLDEN = Path(__file__).parent / "golden"
 BAD = sorted((GOLDEN / "bad").glob("*.scn"))
 GOOD = sorted((GOLDEN / "good").glob("*.scn"))
-PROBLEMS = [value for value in vars(errors).values() if isinstance(value, Problem)]
+PROBLEMS = list(declared().values())
 ELSEWHERE = {p.code for p in PROBLEMS if p.page is not None and (p.page.shown or p.page.options[0])}
 """Said about the command line, or when something is run: see test_overrides, test_undefined and test_explain."""
 

@@ -8,8 +8,8 @@ import pytest
 from cortex_dsl.diagnostics import CompileError, Diagnostic
 from cortex_dsl.files import Folder
 from cortex_dsl.pipeline import Compiled, compile_source
-from cortex_dsl.report.diagnostics import render_text
-from cortex_dsl.semantics.composition import imports
+from cortex_dsl.report.findings.snippet import render_text
+from cortex_dsl.semantics.names import linking
 from cortex_dsl.source import Source
 from engine.program import load_program, save_program
 
@@ -160,14 +160,14 @@ def test_syntax_errors_show_the_imported_file(folder: Path) -> None:
 
 
 def test_there_is_a_limit(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(imports, "FILE_LIMIT", 1)
+    monkeypatch.setattr(linking, "FILE_LIMIT", 1)
     assert [d.code for d in refused(folder, "import cars\nego = new Car on road\n")[1]] == ["SCN232"]
 
 
 def test_missing_files_are_not_told_without_end(folder: Path) -> None:
     """A generated file with thousands of wrong imports is answered soon."""
     found = refused(folder, "".join(f"import nowhere{i}\n" for i in range(150)) + "ego = new Car on road\n")[1]
-    assert [d.code for d in found] == ["SCN230"] * imports.FILE_LIMIT
+    assert [d.code for d in found] == ["SCN230"] * linking.FILE_LIMIT
 
 
 def test_only_files_are_suggested(folder: Path) -> None:

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.quantities.intervals import interval
+from cortex_dsl.semantics.quantities.bounds import interval
 from cortex_dsl.source import Span
 from engine.feasibility import forward
 from engine.feasibility.arithmetic import Interval

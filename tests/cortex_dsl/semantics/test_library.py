@@ -1,6 +1,6 @@
 """Numbers that the library shares with the engine: the compiler cannot import kernels, so it has its own copies."""
 
-from cortex_dsl.semantics.acting.library import job, lane_change
+from cortex_dsl.semantics.acting import following, job
 from engine.kernels import steering
 
 
@@ -9,12 +9,12 @@ def test_the_speed_controller_is_the_engines() -> None:
     assert steering.SPEED_GAIN == job.SPEED_GAIN
     assert steering.PLANNED_BRAKING == job.STOPPING
     assert steering.SPEED_PREVIEW == job.STOP_PREVIEW
-    assert steering.MAX_BRAKING == lane_change.BRAKING_LIMIT
+    assert steering.MAX_BRAKING == following.BRAKING_LIMIT
 
 
 def test_the_steering_law_is_the_engines() -> None:
     """Preview, look-ahead, and the share of it above which offsets are clipped."""
-    assert steering.PREVIEW == lane_change.PREVIEW
-    assert steering.LOOK_AHEAD == lane_change.LOOK_AHEAD
-    assert steering.MIN_LOOK_AHEAD == lane_change.MIN_LOOK_AHEAD
-    assert steering.OFFSET_SHARE == lane_change.OFFSET_SHARE
+    assert steering.PREVIEW == following.PREVIEW
+    assert steering.LOOK_AHEAD == following.LOOK_AHEAD
+    assert steering.MIN_LOOK_AHEAD == following.MIN_LOOK_AHEAD
+    assert steering.OFFSET_SHARE == following.OFFSET_SHARE

@@ -9,7 +9,7 @@ from cortex_dsl import ir
 from cortex_dsl.api.scenario import Scenario, compile_text
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.semantics.acting.yielding import everything
-from engine.scenes import Outcomes
+from engine.outcomes import Outcomes
 from engine.vocabulary import EndReason, State
 
 MAP = "map intersection(ways=4, lanes=1, approach=80 m)\nlane = network.intersections[0].incomingLanes[0]\n"

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cortex_dsl.diagnostics import CompileError
-from cortex_dsl.report.diagnostics import as_json, render_text
+from cortex_dsl.report.findings.snippet import as_json, render_text
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.reading import decode

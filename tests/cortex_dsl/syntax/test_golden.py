@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from cortex_dsl.diagnostics import CompileError
-from cortex_dsl.report.diagnostics import render_text
+from cortex_dsl.report.findings.snippet import render_text
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import parse, unparse
 from cortex_dsl.syntax.nodes import Node

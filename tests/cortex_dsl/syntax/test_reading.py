@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from cortex_dsl.diagnostics import CompileError
-from cortex_dsl.report.diagnostics import render_text
+from cortex_dsl.report.findings.snippet import render_text
 from cortex_dsl.syntax.errors import MAX_BYTES
 from cortex_dsl.syntax.reading import decode, read_source
 

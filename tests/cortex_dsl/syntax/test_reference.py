@@ -7,15 +7,14 @@ import pytest
 
 from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.pipeline import compile_source
-from cortex_dsl.semantics.builtins import Kind, names_of
+from cortex_dsl.semantics.acting.statements import SETTINGS
 from cortex_dsl.semantics.evaluation.attributes import attribute_names
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT
 from cortex_dsl.semantics.evaluation.operators import CALL_LIMIT
-from cortex_dsl.semantics.randomness.choices import VARIANT_LIMIT
-from cortex_dsl.semantics.road.roads import MAP_ARGUMENTS
-from cortex_dsl.semantics.state import EVALUATION_LIMIT
-from cortex_dsl.semantics.statements import SETTINGS
-from cortex_dsl.semantics.things.classes import CLASSES, all_properties
+from cortex_dsl.semantics.evaluation.roads import MAP_ARGUMENTS
+from cortex_dsl.semantics.model.choices import VARIANT_LIMIT
+from cortex_dsl.semantics.model.state import EVALUATION_LIMIT
+from cortex_dsl.semantics.names.builtins import CLASSES, Kind, all_properties, names_of
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.errors import MAX_BYTES, MAX_DEPTH, MAX_ERRORS

@@ -11,15 +11,13 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.semantics.builtins import BUILTINS, Builtin, Kind, Parameter
-from cortex_dsl.semantics.evaluation import attributes
-from cortex_dsl.semantics.evaluation.attribute_docs import ATTRIBUTE_DOCS
+from cortex_dsl.semantics.acting.statements import SETTINGS
+from cortex_dsl.semantics.evaluation import attributes, lanes, signals
+from cortex_dsl.semantics.evaluation.attributes import ATTRIBUTE_DOCS
+from cortex_dsl.semantics.evaluation.roads import MAP_ARGUMENTS
+from cortex_dsl.semantics.model.state import DEFAULT_ALL_RED, DEFAULT_GREEN, DEFAULT_YELLOW
+from cortex_dsl.semantics.names.builtins import BUILTINS, FLAGS, IGNORED, PROPERTIES, Builtin, Kind, Parameter, Property
 from cortex_dsl.semantics.quantities.units import ANGLE, dimension_name, si_word
-from cortex_dsl.semantics.road import lanes, signals
-from cortex_dsl.semantics.road.roads import MAP_ARGUMENTS
-from cortex_dsl.semantics.road.signal_plan import DEFAULT_ALL_RED, DEFAULT_GREEN, DEFAULT_YELLOW
-from cortex_dsl.semantics.statements import SETTINGS
-from cortex_dsl.semantics.things.classes import FLAGS, IGNORED, PROPERTIES, Property
 from cortex_dsl.syntax import words
 from engine.config import SimulationConfig
 from engine.program import RoadSpec

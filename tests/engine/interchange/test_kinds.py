@@ -7,14 +7,13 @@ from io import BytesIO, StringIO
 import pytest
 from mcap.reader import make_reader
 
-from engine.interchange.export import ExportOptions
-from engine.interchange.kinds import KINDS
-from engine.interchange.mcap import write_mcap
+from engine.interchange.contract import ExportOptions
+from engine.interchange.kinds import KINDS, VEHICLE, WHEELCHAIR, Code, kind_of
+from engine.interchange.mcap.write import write_mcap
 from engine.interchange.openscenario import write_trajectories
-from engine.interchange.osi import VEHICLE, WHEELCHAIR, Code, kind_of
-from engine.interchange.reading.entities import CATEGORIES
+from engine.interchange.openscenario.read.entities import CATEGORIES
 from engine.interchange.tables import write_csv
-from engine.interchange.xml_text import number
+from engine.interchange.xml import number
 from engine.vocabulary import ActorKind
 from tests.engine.interchange.commonroad.recordings import recording
 

@@ -15,9 +15,9 @@ from cortex_dsl.api.scenario import Scenario, load
 from engine.host import MAX_SAMPLES
 from engine.interchange import Contact, InterchangeError, RecordedActor, Recording
 from engine.interchange.measuring import COMMANDS, Measured, measure
-from engine.interchange.record import recorded_run
+from engine.interchange.recording import recorded_run
 from engine.metrics import measure_trajectory
-from engine.scenes import Outcomes
+from engine.outcomes import Outcomes
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, EndReason, Side, State, Verdict
 from engine.world import WorldRun, run

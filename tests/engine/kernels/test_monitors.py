@@ -7,8 +7,9 @@ import pytest
 
 from engine import batch, world
 from engine.config import Config, SimulationConfig
+from engine.outcomes import Outcomes
 from engine.program import Program
-from engine.scenes import Outcomes, Scenes
+from engine.scenes import Scenes
 from engine.vocabulary import ActorKind, Command, EndReason, Op, RuleKind, State, TemporalOp, Verdict
 
 CAR = ActorKind.CAR

@@ -203,11 +203,11 @@ def boxes(states: Floats) -> list[Box]:
 def test_how_two_meet_is_told_at_contact() -> None:
     """An ego at 10 m/s drives its front into the left flank of one that crosses at 6 m/s to its right."""
     states = np.stack([line(0, 0, 0, 10, 21), line(8.0, 1.8, -math.pi / 2, 6.0, 21)], axis=1)
-    approach = measure_pair(states, 10, STEP, 1, OUTLINES, True, 0.5).approach
+    approach = measure_pair(states, 10, STEP, 1, OUTLINES, True, 0.5)
     apart = np.array([8.0 - 4.75, 1.8 - 2.85])
     closing = -float(apart @ np.array([-10.0, -6.0])) / float(np.hypot(*apart))
     assert (approach.ego_speed, approach.other_speed) == (10.0, 6.0)
-    assert approach.angle == pytest.approx(-math.pi / 2)
+    assert approach.approach_angle == pytest.approx(-math.pi / 2)
     assert approach.closing_speed == pytest.approx(closing, abs=0.05)
     assert approach.side == Side.FRONT
 
@@ -226,15 +226,15 @@ def test_how_two_meet_is_told_at_contact() -> None:
 def test_the_side_is_that_of_the_outline(x: float, y: float, heading: float, side: Side) -> None:
     """Where outlines lie beside each other decides, not where their centres do: a tail may be in front."""
     ego, other = line(0, 0, 0, 0.0, 2), line(x, y, heading, 0.0, 2)
-    assert measure(ego, other).approach.side == side
+    assert measure(ego, other).side == side
 
 
 def test_who_never_meets_has_no_approach() -> None:
     """Nothing is known about an instant that never comes."""
     ego, other = line(0, 0, 0, 10), line(40, 0, 0, 10)
     other[:, State.PRESENT] = 0.0
-    approach = measure(ego, other).approach
-    assert np.isnan(approach[:4]).all()
+    approach = measure(ego, other)
+    assert np.isnan([approach.ego_speed, approach.other_speed, approach.approach_angle, approach.closing_speed]).all()
     assert approach.side == -1
 
 
@@ -252,13 +252,13 @@ def test_how_two_meet_does_not_depend_on_the_axes(pair: tuple[Floats, Floats], t
     reflected = measure(*map(mirrored, pair), outlines)
     for metrics, sign, sides in ((turned, 1.0, (0, 1, 2, 3)), (reflected, -1.0, (0, 3, 2, 1))):
         assume(abs(metrics.min_distance_time - expected.min_distance_time) < 1e-7)
-        found, wanted = metrics.approach, expected.approach
+        found, wanted = metrics, expected
         assert found.ego_speed == pytest.approx(wanted.ego_speed, abs=1e-6)
         assert found.other_speed == pytest.approx(wanted.other_speed, abs=1e-6)
-        assert math.cos(found.angle - sign * wanted.angle) == pytest.approx(1.0)
+        assert math.cos(found.approach_angle - sign * wanted.approach_angle) == pytest.approx(1.0)
         if expected.min_distance > 0.01:
             assert found.closing_speed == pytest.approx(wanted.closing_speed, abs=1e-5)
-            assert found.side == sides[wanted.side] or _at_a_corner(pair, expected)
+            assert found.side == sides[int(wanted.side)] or _at_a_corner(pair, expected)
 
 
 def _at_a_corner(pair: tuple[Floats, Floats], metrics: PairMetrics) -> bool:

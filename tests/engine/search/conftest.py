@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from engine.config import Config, SearchConfig
+from engine.outcomes import Assessment
 from engine.program import ParamSpace
-from engine.search.assessment import Assessment, Evaluate
+from engine.search.assessment import Evaluate
 from engine.search.manifest import Manifest, Parameter
 from engine.search.protocol import Box
 from engine.tables import Floats, Ints

@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.config import Config, SearchConfig
+from engine.outcomes import Assessment
 from engine.program import ParamSpace
-from engine.search.assessment import Assessment, Evaluate, map_arrays, take
+from engine.search.assessment import Evaluate, map_arrays, take
 from engine.search.evaluations import (
     NOBODY,
     Evaluations,

@@ -8,9 +8,10 @@ import pytest
 
 from cortex_dsl.api.scenario import load
 from engine.config import Config, SearchConfig
+from engine.outcomes import Assessment, Outcomes
 from engine.risk import Risk
-from engine.scenes import Outcomes, Scenes
-from engine.search.assessment import Assessment, take
+from engine.scenes import Scenes
+from engine.search.assessment import take
 from engine.search.evaluator import assessment, make_host
 from engine.search.insight.genes import probe_genes
 from engine.search.protocol import Box

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from engine.config import Config, GAConfig, SearchConfig
+from engine.outcomes import Assessment
 from engine.program import ParamSpace
-from engine.search.assessment import Assessment, Evaluate, concatenate, take
+from engine.search.assessment import Evaluate, concatenate, take
 from engine.search.methods.ga import PRESETS
 from engine.search.protocol import Box, Operator
 from engine.search.run import Campaign, Progress, run_campaign

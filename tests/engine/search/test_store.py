@@ -15,8 +15,9 @@ import numpy as np
 import pytest
 
 from engine.config import Config, SearchConfig
+from engine.outcomes import Assessment
 from engine.program import ParamSpace
-from engine.search.assessment import Assessment, Evaluate, take
+from engine.search.assessment import Evaluate, take
 from engine.search.journal import Journal
 from engine.search.journal_reader import read_journal
 from engine.search.manifest import Manifest

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from engine.search.assessment import Assessment
+from engine.outcomes import Assessment
 from engine.search.evaluations import Evaluations
 from engine.search.run import search
 from engine.search.store import StoreError

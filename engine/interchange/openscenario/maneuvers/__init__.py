@@ -1,10 +1,150 @@
-"""Maneuver mode of OpenSCENARIO: what actors intend, in speeds, routes and triggers over parameters.
+"""Maneuver mode of OpenSCENARIO: a case as an `.xosc` in speeds, routes and triggers over parameters, for other tools
+to vary, with files of parameter values: those of known cases, and the ranges to draw from.
 
-formula -> plan -> bends (who plans) | places, conditions -> storyboard -> writing (who writes); distributions
+formula -> plan (what is intended) -> storyboard (how it is written) -> the files, here
+
+Source: ParameterValueDistribution of ASAM OpenSCENARIO XML 1.1 and later; 1.0 has none.
 """
 
-from engine.interchange.openscenario.maneuvers.distributions import champions_file, is_listed, ranges_file
-from engine.interchange.openscenario.maneuvers.plan import ManeuverPlan
-from engine.interchange.openscenario.maneuvers.writing import write_maneuvers
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from engine.interchange.contract import Export, ExportOptions, InterchangeError
+from engine.interchange.opendrive import RoadMap
+from engine.interchange.openscenario.document import (
+    ParameterDeclaration,
+    add_entities,
+    header,
+    new_document,
+    plain_name,
+)
+from engine.interchange.openscenario.maneuvers.plan import ManeuverPlan, Parameter
+from engine.interchange.openscenario.maneuvers.storyboard import Notation, Places, add_storyboard
+from engine.interchange.openscenario.versions import Version, version_of
+from engine.interchange.openscenario.write import add_signals
+from engine.interchange.own_metadata import FILE_PREFIX
+from engine.interchange.recording import Provenance, Recording
+from engine.interchange.xml import Element, child, decimal, xml_text
 
 __all__ = ["ManeuverPlan", "champions_file", "is_listed", "ranges_file", "write_maneuvers"]
+
+
+def write_maneuvers(
+    recording: Recording, plan: ManeuverPlan, stem: str, options: ExportOptions, road_file: str, road_map: RoadMap
+) -> Export:
+    """`<stem>.xosc`: what the actors of `plan` intend, on the road of `road_file`; the names of actors are the plan's.
+
+    Raises:
+        InterchangeError: nobody takes part.
+    """
+    if not plan.actors:
+        raise InterchangeError("a scenario without actors has no maneuvers", "record a run first")
+    version, shown = version_of(options), recording.from_zero()
+    starts = {actor.name: actor.start for actor in plan.actors}
+    notation = Notation(version, plan.values, Places(road_map, starts))
+    varied = _varied(plan, version)
+    declared = [*(_declared(each, version) for each in varied), *_units(varied)]
+    document = new_document(_without(shown, varied), version, road_file, declared)
+    add_signals(document.network, shown)
+    add_entities(document.root, shown, [actor.name for actor in plan.actors], version)
+    add_storyboard(document.root, shown, plan, notation)
+    text = xml_text(document.root)
+    return Export({f"{stem}.xosc": text}, (*plan.remarks, *_remarks(plan, varied, version)))
+
+
+def _varied(plan: ManeuverPlan, version: Version) -> tuple[Parameter, ...]:
+    """Parameters on which something in the file depends."""
+    if version.has_expressions:
+        return plan.parameters
+    bare = {each.name for each in plan.formulas() if each.name}
+    return tuple(each for each in plan.parameters if each.name in bare)
+
+
+def _declared(parameter: Parameter, version: Version) -> ParameterDeclaration:
+    kind = version.integer if parameter.whole else "double"
+    return ParameterDeclaration(parameter.name, decimal(parameter.value), kind, parameter.low, parameter.high)
+
+
+def _units(varied: tuple[Parameter, ...]) -> Iterator[ParameterDeclaration]:
+    """A parameter is a bare number: its unit is one of provenance's notation."""
+    for each in varied:
+        if each.unit:
+            yield ParameterDeclaration(f"{FILE_PREFIX}unit_of_{each.name}", each.unit)
+
+
+def _without(recording: Recording, varied: tuple[Parameter, ...]) -> Recording:
+    """The recording, whose provenance no longer says what parameters of their own say."""
+    provenance, names = recording.provenance, {each.name for each in varied}
+    genome = {name: text for name, text in provenance.genome.items() if plain_name(name) not in names}
+    return replace(recording, provenance=replace(provenance, genome=genome))
+
+
+def _remarks(plan: ManeuverPlan, varied: tuple[Parameter, ...], version: Version) -> Iterator[str]:
+    yield "speeds change by a steady rate and cars keep to their lanes exactly: a maneuver is no replay"
+    yield "distances are taken between rear axles, the reference points of OpenSCENARIO; the simulation takes centres"
+    fixed = [each.name for each in plan.parameters if each not in varied]
+    if fixed:
+        yield f"OpenSCENARIO {version.name} has no expressions: {', '.join(fixed)} stand as numbers of this case"
+
+
+# -- files of parameter values -----------------------------------------------------------------------------------------
+
+RUNS = 100
+"""How many draws a stochastic file asks for."""
+MOST_VALUES = 100
+"""An integer with more values than these is drawn like any number: no law of OpenSCENARIO draws integers alone."""
+
+
+def champions_file(
+    scenario_file: str, sets: Sequence[Mapping[str, float]], provenance: Provenance, version: Version
+) -> str:
+    """A deterministic distribution: one set of values for each known case, of which there must be one."""
+    root, body = _document(scenario_file, provenance, version)
+    multi = child(child(body, "Deterministic"), "DeterministicMultiParameterDistribution")
+    values = child(multi, "ValueSetDistribution")
+    for each in sets:
+        one = child(values, "ParameterValueSet")
+        for name, value in each.items():
+            child(one, "ParameterAssignment", parameterRef=name, value=decimal(value))
+    return xml_text(root)
+
+
+def ranges_file(
+    scenario_file: str, parameters: Sequence[Parameter], provenance: Provenance, version: Version, seed: float
+) -> str:
+    """A stochastic distribution: every parameter as a plain run draws it."""
+    root, body = _document(scenario_file, provenance, version)
+    stochastic = child(body, "Stochastic", numberOfTestRuns=RUNS, randomSeed=seed)
+    for parameter in parameters:
+        _law(child(stochastic, "StochasticDistribution", parameterName=parameter.name), parameter)
+    return xml_text(root)
+
+
+def is_listed(parameter: Parameter) -> bool:
+    """Whether the ranges name each value of a parameter, so that no other is drawn."""
+    return parameter.whole and parameter.high - parameter.low < MOST_VALUES
+
+
+def _document(scenario_file: str, provenance: Provenance, version: Version) -> tuple[Element, Element]:
+    root = Element("OpenSCENARIO")
+    header(root, provenance, version)
+    body = child(root, "ParameterValueDistribution")
+    child(body, "ScenarioFile", filepath=scenario_file)
+    return root, body
+
+
+def _law(parent: Element, parameter: Parameter) -> None:
+    low, high = parameter.low, parameter.high
+    if is_listed(parameter):
+        values = child(parent, "ProbabilityDistributionSet")
+        for value in range(round(low), round(high) + 1):
+            child(values, "Element", value=str(value), weight=1)
+        return
+    if parameter.normal is None:
+        law = child(parent, "UniformDistribution")
+    else:
+        mean, deviation = parameter.normal
+        law = child(parent, "NormalDistribution", expectedValue=mean, variance=deviation**2)
+    if math.isfinite(low) and math.isfinite(high):
+        child(law, "Range", lowerLimit=low, upperLimit=high)

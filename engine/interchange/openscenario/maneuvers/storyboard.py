@@ -6,17 +6,21 @@ again (OpenSCENARIO 1.3, 7.5.1). An event that is overridden would be over for g
 whose triggers exclude each other and the phases, need no order.
 """
 
-from engine.interchange.openscenario.document import AT_ONCE, speed_action, teleport, time_trigger
-from engine.interchange.openscenario.maneuvers import formula
-from engine.interchange.openscenario.maneuvers.conditions import (
-    START,
-    STOP,
-    Edged,
-    Groups,
-    Notation,
-    add_trigger,
-    steady,
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from engine.interchange.contract import InterchangeError
+from engine.interchange.opendrive import LanePlace, RoadMap
+from engine.interchange.openscenario.document import (
+    AT_ONCE,
+    literal,
+    speed_action,
+    teleport,
+    time_trigger,
+    world_position,
 )
+from engine.interchange.openscenario.maneuvers import formula
+from engine.interchange.openscenario.maneuvers.formula import Formula
 from engine.interchange.openscenario.maneuvers.plan import (
     ActorPlan,
     Change,
@@ -25,15 +29,201 @@ from engine.interchange.openscenario.maneuvers.plan import (
     Measure,
     Phase,
     Reaction,
+    Start,
     Trigger,
     all_of,
     any_of,
     none_of,
 )
-from engine.interchange.openscenario.storyboard import add_group, add_replay
-from engine.interchange.openscenario.trajectory import stretches
+from engine.interchange.openscenario.versions import Version
+from engine.interchange.openscenario.write import add_group, add_replay, stretches
 from engine.interchange.recording import Recording
-from engine.interchange.xml_text import Element, child
+from engine.interchange.xml import Element, child, decimal
+
+# -- starts and ways as positions on the lanes of the road file --------------------------------------------------------
+
+MIDDLE = 0.5
+"""A lane on the way is named by its middle, which is on no other lane."""
+BEFORE_END = 1.0
+"""The last place of a way lies so far before the end of its lane [m]."""
+
+Text = Callable[[Formula], str]
+
+
+@dataclass(frozen=True)
+class Places:
+    """Positions in one file."""
+
+    roads: RoadMap
+    starts: Mapping[str, Start]
+    """By actor."""
+
+    def start(self, parent: Element, actor: str, text: Text) -> Element:
+        """The `Position` of an actor's rear axle at the beginning."""
+        start = self.starts[actor]
+        if start.lane is None:
+            return world_position(parent, start.pose)
+        lane = self.roads.places[start.lane]
+        position = _lane_position(parent, lane, start.s, text, start.offset)
+        if start.turned or not lane.forward:  # readers differ in what a relative heading is relative to
+            child(position, "Orientation", type="absolute", h=start.pose[2])
+        return position
+
+    def way(self, parent: Element, plan: ActorPlan, text: Text) -> None:
+        """The waypoints of a route, one for each lane."""
+        self.start(child(parent, "Waypoint", routeStrategy="shortest"), plan.name, text)
+        lanes = [self.roads.places[lane] for lane in plan.route]
+        for lane in lanes[1:]:
+            s = lane.length - BEFORE_END if lane is lanes[-1] else lane.length * MIDDLE
+            _lane_position(child(parent, "Waypoint", routeStrategy="shortest"), lane, formula.number(round(s, 6)), text)
+        if len(lanes) == 1:
+            end = formula.number(round(lanes[0].length - BEFORE_END, 6))
+            _lane_position(child(parent, "Waypoint", routeStrategy="shortest"), lanes[0], end, text)
+
+
+def _lane_position(parent: Element, lane: LanePlace, along: Formula, text: Text, left: float = 0.0) -> Element:
+    """`along` our lane, `left` of its centre line [m]."""
+    s = along if lane.forward else formula.subtract(formula.number(lane.length), along)
+    element = child(child(parent, "Position"), "LanePosition", roadId=lane.road, laneId=str(lane.lane), s=text(s))
+    if left:
+        element.set("offset", decimal(left if lane.forward else -left))
+    return element
+
+
+# -- triggers: groups of conditions, each with an edge -----------------------------------------------------------------
+
+STOP = "StopTrigger"
+START = "StartTrigger"
+
+
+@dataclass(frozen=True)
+class Notation:
+    """How numbers, places and rules are written in one file."""
+
+    version: Version
+    values: Mapping[str, float]
+    """Of the parameters, in this case."""
+    places: Places
+
+    def text(self, formula: Formula) -> str:
+        """A formula as an attribute; a number where the version cannot say more."""
+        if self.version.has_expressions or not formula.operands:
+            return formula.expression()
+        return decimal(formula.value(self.values))
+
+    def time(self, condition: Condition) -> str:
+        """The limit of a condition on the time."""
+        if condition.limit.plain and not condition.below:
+            return decimal(self.version.time_value(condition.limit.number))
+        return self.text(condition.limit)
+
+    def rule(self, condition: Condition) -> str:
+        return "lessThan" if condition.below else self.version.rule
+
+
+@dataclass(frozen=True)
+class Edged:
+    """A condition, and whether it must have become true just now."""
+
+    condition: Condition
+    rises: bool = False
+
+
+def steady(trigger: Trigger) -> tuple[tuple[Edged, ...], ...]:
+    """A trigger that is set for as long as it holds."""
+    return tuple(tuple(Edged(each) for each in group) for group in trigger)
+
+
+Groups = Sequence[Sequence[Edged]]
+
+
+def add_trigger(parent: Element, tag: str, named: Iterable[tuple[str, Groups]], notation: Notation) -> Element:
+    """A `StartTrigger` or `StopTrigger`, as its parent's last child; each name is that of its groups' conditions.
+
+    Raises:
+        InterchangeError: OpenSCENARIO has no words for a condition.
+    """
+    trigger = child(parent, tag)
+    for name, groups in named:
+        for number, group in enumerate(groups, 1):
+            element = child(trigger, "ConditionGroup")
+            for place, edged in enumerate(group, 1):
+                _condition(element, literal(f"{name} {number}.{place}"), edged, notation)
+    return trigger
+
+
+def _condition(group: Element, name: str, edged: Edged, notation: Notation) -> None:
+    edge = "rising" if edged.rises else "none"
+    element = child(group, "Condition", name=name, delay=0, conditionEdge=edge)
+    condition = edged.condition
+    if not condition.can_be_said:
+        what = f"the opposite of `{condition.measure.value}` of `{condition.actor}`"
+        raise InterchangeError(f"OpenSCENARIO has no condition for {what}", "export the case in trajectory mode")
+    if condition.measure is Measure.TIME:
+        by_value = child(element, "ByValueCondition")
+        child(by_value, "SimulationTimeCondition", value=notation.time(condition), rule=notation.rule(condition))
+        return
+    by_entity = child(element, "ByEntityCondition")
+    entities = child(by_entity, "TriggeringEntities", triggeringEntitiesRule="any")
+    child(entities, "EntityRef", entityRef=condition.actor)
+    WRITERS[condition.measure](child(by_entity, "EntityCondition"), condition, notation)
+
+
+def _travelled(parent: Element, condition: Condition, notation: Notation) -> None:
+    child(parent, "TraveledDistanceCondition", value=notation.text(condition.limit))
+
+
+def _speed(parent: Element, condition: Condition, notation: Notation) -> None:
+    child(parent, "SpeedCondition", value=notation.text(condition.limit), rule=notation.rule(condition))
+
+
+def _relative_distance(parent: Element, condition: Condition, notation: Notation) -> None:
+    child(
+        parent,
+        "RelativeDistanceCondition",
+        entityRef=condition.other,
+        relativeDistanceType=notation.version.straight_distance,
+        value=notation.text(condition.limit),
+        freespace="false",
+        rule=notation.rule(condition),
+    )
+
+
+def _time_to_collision(parent: Element, condition: Condition, notation: Notation) -> None:
+    limit, rule, how = notation.text(condition.limit), notation.rule(condition), notation.version.distance_attributes
+    element = child(parent, "TimeToCollisionCondition", value=limit, freespace="true", rule=rule, **how)
+    child(child(element, "TimeToCollisionConditionTarget"), "EntityRef", entityRef=condition.other)
+
+
+def _distance(parent: Element, condition: Condition, notation: Notation) -> Element:
+    limit, rule, how = notation.text(condition.limit), notation.rule(condition), notation.version.distance_attributes
+    return child(parent, "DistanceCondition", value=limit, freespace="false", rule=rule, **how)
+
+
+def _distance_to_start(parent: Element, condition: Condition, notation: Notation) -> None:
+    notation.places.start(_distance(parent, condition, notation), condition.actor, notation.text)
+
+
+def _distance_to_point(parent: Element, condition: Condition, notation: Notation) -> None:
+    world_position(_distance(parent, condition, notation), (*condition.point, 0.0))
+
+
+def _collision(parent: Element, condition: Condition, notation: Notation) -> None:
+    del notation
+    child(child(parent, "CollisionCondition"), "EntityRef", entityRef=condition.other)
+
+
+WRITERS: Mapping[Measure, Callable[[Element, Condition, Notation], None]] = {
+    Measure.TRAVELLED: _travelled,
+    Measure.SPEED: _speed,
+    Measure.RELATIVE_DISTANCE: _relative_distance,
+    Measure.TIME_TO_COLLISION: _time_to_collision,
+    Measure.DISTANCE_TO_START: _distance_to_start,
+    Measure.DISTANCE_TO_POINT: _distance_to_point,
+    Measure.COLLISION: _collision,
+}
+
+# -- the storyboard ----------------------------------------------------------------------------------------------------
 
 OFTEN = 1000
 """How often an event may happen that has no limit of its own."""

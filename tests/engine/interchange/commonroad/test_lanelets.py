@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from engine.interchange.commonroad.lanelets import Lanelet, lanelets
+from engine.interchange.commonroad.road import Lanelet, lanelets
 from engine.program import RoadSpec
 from engine.road import LaneRole, build_network
 from engine.road.sections import to_left, to_right

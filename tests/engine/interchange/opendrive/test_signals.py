@@ -7,8 +7,8 @@ from xml.etree.ElementTree import Element
 
 from hypothesis import given, settings
 
-from cortex_dsl.semantics.road import signals as language
-from cortex_dsl.semantics.values import Signal
+from cortex_dsl.semantics.evaluation import signals as language
+from cortex_dsl.semantics.model.values import Signal
 from engine.interchange import SignalTimes
 from engine.interchange.opendrive import road_map, signal_groups, write_opendrive
 from engine.program import RoadSpec

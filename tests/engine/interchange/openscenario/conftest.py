@@ -8,11 +8,11 @@ from xml.etree import ElementTree
 import numpy as np
 from hypothesis import strategies as st
 
-from engine.interchange.export import OSC_VERSIONS, ExportOptions
+from engine.interchange.contract import OSC_VERSIONS, ExportOptions
 from engine.interchange.openscenario import write_trajectories
 from engine.interchange.openscenario.versions import BEFORE
 from engine.interchange.recording import Contact, Provenance, RecordedActor, Recording, SignalTimes
-from engine.interchange.xml_text import Element
+from engine.interchange.xml import Element
 from engine.program import RoadSpec
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, State

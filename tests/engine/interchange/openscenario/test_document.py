@@ -6,7 +6,7 @@ import pytest
 
 from engine.interchange.openscenario.document import LONGEST_DESCRIPTION, value_kind
 from engine.interchange.recording import Provenance
-from engine.interchange.xml_text import Element
+from engine.interchange.xml import Element
 from tests.engine.interchange.openscenario.conftest import ROAD, scenario, small
 
 

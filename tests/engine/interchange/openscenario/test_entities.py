@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 
 from engine.interchange.kinds import KINDS
-from engine.interchange.openscenario.entities import UNBOUNDED_SPEED
+from engine.interchange.openscenario.document import UNBOUNDED_SPEED
 from engine.interchange.recording import Recording
-from engine.interchange.xml_text import Element
+from engine.interchange.xml import Element
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, State
 from tests.engine.interchange.openscenario.conftest import actor, recording, recordings, scenario, small

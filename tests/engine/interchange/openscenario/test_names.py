@@ -5,7 +5,7 @@ import re
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.interchange.openscenario.names import literal, plain_name, unique_names
+from engine.interchange.openscenario.document import literal, plain_name, unique_names
 
 
 @given(st.lists(st.text(max_size=6)))

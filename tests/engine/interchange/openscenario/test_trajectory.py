@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from engine.interchange.openscenario.names import entity_names
-from engine.interchange.openscenario.trajectory import stretches
-from engine.interchange.properties import COMMANDS, MOTION
+from engine.interchange.openscenario.document import entity_names
+from engine.interchange.openscenario.write import stretches
+from engine.interchange.own_metadata import COMMANDS, MOTION
 from engine.interchange.recording import Recording
 from engine.vocabulary import State
 from tests.engine.interchange.openscenario.conftest import (

@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given, settings
 
-from engine.interchange.export import OSC_VERSIONS, ExportOptions
+from engine.interchange.contract import OSC_VERSIONS, ExportOptions
 from engine.interchange.openscenario import write_trajectories
 from engine.interchange.openscenario.versions import VERSIONS
 from engine.interchange.recording import Recording

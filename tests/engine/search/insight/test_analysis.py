@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from cortex_dsl.api.scenario import load
+from engine.outcomes import Assessment
 from engine.program import ParamSpace
-from engine.search.assessment import Assessment, Evaluate, map_arrays
+from engine.search.assessment import Evaluate, map_arrays
 from engine.search.evaluations import Evaluations, judge
 from engine.search.insight.analysis import analyse
 from engine.search.insight.clusters import clusters

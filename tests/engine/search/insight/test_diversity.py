@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.search.assessment import Assessment, map_arrays
+from engine.outcomes import Assessment
+from engine.search.assessment import map_arrays
 from engine.search.evaluations import Evaluations, judge
 from engine.search.insight.diversity import (
     SECTORS,

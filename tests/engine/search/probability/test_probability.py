@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from cortex_dsl.api.scenario import compile_text
+from engine.outcomes import Assessment
 from engine.program import ParamSpace
-from engine.search.assessment import Assessment, Evaluate
+from engine.search.assessment import Evaluate
 from engine.search.probability.estimates import MOST_DRIVEN
 from engine.search.probability.monte_carlo import CONDITIONS, estimate, monte_carlo, subset_simulation
 from engine.tables import Floats, Ints

@@ -5,8 +5,7 @@ import math
 import pytest
 
 from engine.interchange.openscenario.maneuvers import formula
-from engine.interchange.openscenario.maneuvers.bends import EARLY, HARDEST, PLANNED, Bend, Way, phases_of
-from engine.interchange.openscenario.maneuvers.plan import Change
+from engine.interchange.openscenario.maneuvers.plan import EARLY, HARDEST, PLANNED, Bend, Change, Way, phases_of
 from engine.kernels import steering
 
 SPEED = formula.parameter("SPEED")

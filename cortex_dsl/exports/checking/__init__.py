@@ -1,1 +1,0 @@
-"""What was written, read back: `motion.py` holds it against the run, `documents.py` against each format's own rules."""

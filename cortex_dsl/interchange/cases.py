@@ -1,0 +1,183 @@
+"""A case that is to leave: run again, recorded, and with everything said of where it comes from."""
+
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from shlex import join
+
+from cortex_dsl import ir
+from cortex_dsl.api.concrete import gene_text
+from cortex_dsl.api.runs import OpenedRun
+from cortex_dsl.api.scenario import Scenario
+from cortex_dsl.lowering import lower
+from cortex_dsl.lowering.code_tables import group_variants
+from cortex_dsl.source import Span
+from cortex_dsl.version import VERSION
+from engine.interchange.recording import Provenance, RecordedCase, SignalTimes, recorded_run
+from engine.outcomes import Outcomes
+from engine.risk import HIGHEST_RISK, Risk
+from engine.sampling import sample
+from engine.scenes import Scenes
+from engine.search.ranking import Case
+from engine.streams import format_key
+from engine.vocabulary import Verdict
+
+# -- the plan of the traffic lights in one scene, as numbers -----------------------------------------------------------
+
+HERE = Span(0, 0)
+
+
+def signal_times(scenario: Scenario, scenes: Scenes, row: int = 0) -> SignalTimes | None:
+    """The plan in scene `row`; None without lights, and where there is no scene.
+
+    Programs do not keep these times. So the scene is drawn once more, by a program that gives them out as if they were
+    draws: requirements and random numbers are the same, thus the scene is.
+    """
+    whole = scenario.compiled.scenario
+    number = int(scenes.variant[row])
+    lights = None if number < 0 else group_variants(whole).variants[number].lights
+    if lights is None:
+        return None
+    program = lower(replace(whole, variants=tuple(map(_telling, whole.variants))))
+    rows = slice(row, row + 1)
+    again = sample(program, scenes.genomes[rows], scenes.keys[rows], scenario.config.simulation)
+    site = program.variants[number].sites[-1]
+    green, yellow, all_red, offset = again.values[0, list(site.values)].tolist()
+    return SignalTimes(green, yellow, all_red, offset, lights.controlled)
+
+
+def _telling(variant: ir.Variant) -> ir.Variant:
+    """The variant with the times of its lights among what it draws."""
+    if (lights := variant.lights) is None:
+        return variant
+    times = (lights.green, lights.yellow, lights.all_red, lights.offset)
+    return replace(variant, draw_sites=(*variant.draw_sites, ir.DrawSite(HERE, "number", "s", times)))
+
+
+# -- the case ----------------------------------------------------------------------------------------------------------
+
+LONGEST_NAME = 80
+"""Characters of a scenario's name in the names of files, which file systems limit to 255."""
+NO_DATE = "1970-01-01T00:00:00"
+PARTS = ("C", "MD", "D_MS", "TTC_MS")
+
+
+@dataclass(frozen=True)
+class ExportCase(RecordedCase):
+    """One simulation, row 0 of its scenes, and what was seen when it was run again."""
+
+    scenario: Scenario
+    scenes: Scenes
+    run: OpenedRun | None = None
+    """The search that found it; None for the scene of a file."""
+    rank: int | None = None
+    """In that search, 1 the worst."""
+
+    @property
+    def road_provenance(self) -> Provenance:
+        """What may be said of the road, which all cases of a scenario share."""
+        facts = {
+            name: text for name, text in self.recording.provenance.facts.items() if name in ("scenario", "version")
+        }
+        title = f"the road of {self.scenario.program.name}"
+        return replace(self.recording.provenance, title=title, facts=facts, genome={})
+
+
+def case_of_run(run: OpenedRun, case: Case) -> ExportCase:
+    """One case of a run, from its genome and stream key."""
+    manifest = run.record.manifest
+    again = {
+        "search": join(["cortexc", *manifest.command_line]) if manifest.command_line else "",
+        "command": join(["cortexc", "replay", str(run.folder), "--case", str(case.rank)]),
+    }
+    told = _Told(run.scenario, run.scenario.scene(case), manifest.profile, manifest.file, again)
+    name = f"{road_name(run.scenario)}-case{case.rank:02d}"
+    return replace(_export_case(told, name), run=run, rank=case.rank)
+
+
+def case_of_scene(scenario: Scenario, scenes: Scenes, file: Path, seed: int | None, command: str) -> ExportCase:
+    """The scene of a file, drawn by a seed (None: the stream that a concrete file pins); `command` shows it again."""
+    told = _Told(scenario, scenes, "paper", str(file), {"command": command})
+    name = road_name(scenario)
+    return _export_case(told, name if seed is None else f"{name}-seed{seed}")
+
+
+def road_name(scenario: Scenario) -> str:
+    """The stem of the files that all cases of a scenario share."""
+    return re.sub(r"[^A-Za-z0-9_.-]+", "-", scenario.program.name).strip("-.")[:LONGEST_NAME] or "scenario"
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What is known before the run: which scene of which file, and the commands that show it again."""
+
+    scenario: Scenario
+    scenes: Scenes
+    profile: str
+    file: str
+    again: Mapping[str, str]
+
+
+def _export_case(told: _Told, name: str) -> ExportCase:
+    scenario, scenes = told.scenario, told.scenes
+    run = scenario.watch(scenes)
+    recording = recorded_run(
+        scenario.program,
+        scenes,
+        run,
+        step=scenario.config.simulation.time_step,
+        name=name,
+        signals=signal_times(scenario, scenes),
+        provenance=_provenance(told, run.outcomes),
+    )
+    return ExportCase(recording, run.outcomes, told.profile, scenario, scenes)
+
+
+def _provenance(told: _Told, outcomes: Outcomes) -> Provenance:
+    program = told.scenario.program
+    risk = told.scenario.assess(outcomes, told.profile)
+    key = told.scenes.keys[0].tolist()
+    facts = {
+        "scenario": told.file,
+        "seed": str(key[0]),
+        "stream": format_key(key),
+        "digest": program.digest,
+        "risk": risk_text(risk, outcomes, told.profile),
+        **{name: text for name, text in told.again.items() if text},
+        "version": f"cortexc {VERSION}",
+    }
+    title = " ".join(program.description.split("\n\n")[0].split()) or program.name
+    return Provenance(title=title, date=_date(), facts=facts, genome=_genome(told))
+
+
+def risk_text(risk: Risk, outcomes: Outcomes, profile: str) -> str:
+    """`18 of 22 (C 10, MD 4, D_MS 4, TTC_MS 0; profile paper)`, or that there is none."""
+    if outcomes.verdict[0] != Verdict.VALID:
+        return f"none, the run was {Verdict(int(outcomes.verdict[0])).name.lower()}"
+    parts = ", ".join(f"{name} {points}" for name, points in zip(PARTS, risk.parts[0].tolist(), strict=True))
+    return f"{int(risk.score[0])} of {HIGHEST_RISK} ({parts}; profile {profile})"
+
+
+def _genome(told: _Told) -> dict[str, str]:
+    """Value of each param, those that were held fixed among them."""
+    program = told.scenario.program
+    values: Sequence[float] = told.scenes.genomes[0].tolist()
+    drawn = {name: gene_text(program, gene, values[gene]) for gene, name in enumerate(program.space.names)}
+    return {**told.scenario.overrides, **drawn}
+
+
+def _date() -> str:
+    """What formats take for the date of a file: none of its own, so that the same case gives the same file.
+
+    A case is its seed, not a moment: neither journals nor scenarios keep one, and the time at which a file was changed
+    is lost by the first copy. Whoever wants a date names it as builds do, in SOURCE_DATE_EPOCH
+    (https://reproducible-builds.org/specs/source-date-epoch/).
+    """
+    epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
+    try:
+        return datetime.fromtimestamp(int(epoch), UTC).strftime("%Y-%m-%dT%H:%M:%S")
+    except (ValueError, OverflowError, OSError):
+        return NO_DATE

@@ -1,0 +1,311 @@
+"""Statements and `new` in Scenic. What it has no words for stays in the file as a comment, and is remarked upon; every
+object that stood somewhere is put there by numbers, whatever placed it.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+from cortex_dsl.interchange.scenic.expressions import Expressions, heading_from_north
+from cortex_dsl.interchange.scenic.words import (
+    LEFT_OUT_PARAMS,
+    NO_LONGER,
+    NOWHERE,
+    Unsaid,
+    comments,
+    is_comment,
+    verbatim,
+)
+from cortex_dsl.semantics.model.values import Actor, Pose, Value
+from cortex_dsl.semantics.names.linking import ImportedFile
+from cortex_dsl.semantics.quantities.algebra import closed_value
+from cortex_dsl.source import Span
+from cortex_dsl.syntax import nodes
+from cortex_dsl.syntax.unparse_expressions import Level, write
+from engine.interchange.contract import InterchangeError
+from engine.interchange.recording import Recording
+from engine.vocabulary import State
+
+Block = tuple[nodes.Statement, ...]
+
+
+@dataclass(frozen=True)
+class Statements:
+    """How each statement of a file is written in Scenic."""
+
+    to: Expressions
+    imports: Mapping[Span, ImportedFile]
+
+    def all(self, statements: Iterable[nodes.Statement]) -> Block:
+        return tuple(each for statement in statements for each in self.one(statement))
+
+    def one(self, statement: nodes.Statement) -> Block:
+        """A statement of Scenic's, several, or a comment."""
+        handler = _HANDLERS.get(type(statement))
+        try:
+            return (self.to.parts(statement),) if handler is None else handler(self, statement)
+        except Unsaid as unsaid:
+            return self.left_out(statement, f"Scenic has no {unsaid.what}", unsaid.span)
+
+    def left_out(self, statement: nodes.Statement, why: str, place: Span | None = None) -> Block:
+        """A statement as a comment, with the reason."""
+        self.to.sheet.remark(f"{why}: left out", place or statement.span)
+        return comments(f"left out, {why}:\n{self.to.sheet.source.slice(statement.span)}")
+
+    def block(self, statements: Iterable[nodes.Statement], idle: nodes.Statement) -> Block:
+        """An indented block, which is never empty: `idle` is what is done where nothing is left."""
+        written = self.all(statements)
+        return written if any(not is_comment(each) for each in written) else (*written, idle)
+
+
+WAIT, PASS = nodes.Wait(span=NOWHERE), nodes.Pass(span=NOWHERE)
+
+
+# -- the top level ----------------------------------------------------------------------------------------------------
+
+
+def _nothing(_file: Statements, _node: nodes.Statement) -> Block:
+    """The head of the file says it."""
+    return ()
+
+
+def _param(file: Statements, node: nodes.Param) -> Block:
+    return tuple(each for entry in node.entries for each in _param_entry(file, entry))
+
+
+def _param_entry(file: Statements, entry: nodes.ParamEntry) -> Block:
+    """A name of its own, because Scenic's params are none; and the param, for whoever reads a scene's."""
+    if entry.name in LEFT_OUT_PARAMS:
+        return ()
+    value = file.to(entry.value)
+    param = replace(entry, value=verbatim(entry.name) if entry.name.isidentifier() else value)
+    written = nodes.Param((param,), span=NOWHERE)
+    if not entry.name.isidentifier():
+        return (written,)
+    unit = isinstance(entry.value, nodes.Number) and entry.value.unit not in (None, "m", "s", "m/s", "rad")
+    told = verbatim(f"{write(value)}  # {write(entry.value)}") if unit else value
+    return nodes.Assign((entry.name,), told, span=NOWHERE), written
+
+
+def _signals(file: Statements, node: nodes.Signals) -> Block:
+    return file.left_out(node, "traffic lights, which Scenic's driving library does not have")
+
+
+def _import(file: Statements, node: nodes.Import) -> Block:
+    raise InterchangeError(
+        "an imported file under a name of its own cannot be put into one Scenic file",
+        "import the names from it, as in `from cars import Taxi`",
+        f"line {file.to.sheet.source.position(node.span.start).line}",
+    )
+
+
+def _import_from(file: Statements, node: nodes.ImportFrom) -> Block:
+    """What the file defines, in the place of the import."""
+    if any(each.alias is not None for each in node.names):
+        raise InterchangeError(
+            "an import under another name cannot be put into one Scenic file",
+            "leave `as` out",
+            f"line {file.to.sheet.source.position(node.span.start).line}",
+        )
+    module = file.imports[node.span].module
+    return (*comments(f"from {node.path}:"), *file.all(module.statements))
+
+
+def _require(file: Statements, node: nodes.Require) -> Block:
+    """Scenic takes a probability as a number only."""
+    probability = None if node.probability is None else file.to(node.probability)
+    if probability is not None and not isinstance(probability, nodes.Number):
+        raise Unsaid("probability that is worked out", node.span)
+    return (replace(node, condition=file.to(node.condition), probability=probability),)
+
+
+def _class(file: Statements, node: nodes.ClassDefinition) -> Block:
+    base = node.base or "Object"
+    file.to.declare(base)
+    return (replace(file.to.parts(node), base=base),)
+
+
+def _terminate_after(file: Statements, node: nodes.TerminateAfter) -> Block:
+    return (replace(node, amount=_seconds(file, node.amount, node.in_steps)),)
+
+
+def _seconds(file: Statements, amount: nodes.Expression, in_steps: bool) -> nodes.Expression:
+    """Scenic wants a word behind every time."""
+    written = file.to(amount)
+    bare = isinstance(written, nodes.Number) and written.unit is None
+    return written if in_steps or bare else verbatim(f"{write(written, Level.OR)} seconds")
+
+
+# -- blocks -----------------------------------------------------------------------------------------------------------
+
+
+def _behaviour(file: Statements, node: nodes.BehaviorDefinition) -> Block:
+    return (
+        replace(
+            node,
+            parameters=tuple(map(file.to.parts, node.parameters)),
+            preconditions=_guards(file, node.preconditions),
+            invariants=_guards(file, node.invariants),
+            body=file.block(node.body, WAIT),
+        ),
+    )
+
+
+def _guards(file: Statements, guards: Iterable[nodes.Guard]) -> tuple[nodes.Guard, ...]:
+    return tuple(file.to.parts(guard) for guard in guards)
+
+
+def _monitor(file: Statements, node: nodes.MonitorDefinition) -> Block:
+    return (replace(node, parameters=tuple(map(file.to.parts, node.parameters)), body=file.block(node.body, WAIT)),)
+
+
+def _scenario(file: Statements, node: nodes.ScenarioDefinition) -> Block:
+    return (
+        replace(
+            node,
+            parameters=tuple(map(file.to.parts, node.parameters)),
+            preconditions=_guards(file, node.preconditions),
+            invariants=_guards(file, node.invariants),
+            setup=file.block(node.setup, PASS) if node.setup else (),
+            compose=file.block(node.compose, WAIT) if node.compose else (),
+        ),
+    )
+
+
+def _do(file: Statements, node: nodes.Do) -> Block:
+    written = file.to.parts(replace(node, duration=None))
+    if node.duration is None:
+        return (written,)
+    return (replace(written, duration=_seconds(file, node.duration, node.in_steps)),)
+
+
+def _try(file: Statements, node: nodes.Try) -> Block:
+    """An interrupt whose condition cannot be said is left out alone."""
+    handlers, told = [], ()
+    for handler in node.handlers:
+        try:
+            condition = file.to(handler.condition)
+        except Unsaid as unsaid:
+            lost = nodes.ExpressionStatement(handler.condition, span=handler.span)
+            told += file.left_out(lost, f"Scenic has no {unsaid.what}", unsaid.span)
+            continue
+        handlers.append(replace(handler, condition=condition, body=file.block(handler.body, WAIT)))
+    body = file.block(node.body, WAIT)
+    return (*told, replace(node, body=body, handlers=tuple(handlers))) if handlers else (*told, *body)
+
+
+def _if(file: Statements, node: nodes.If) -> Block:
+    branches = tuple((file.to(condition), file.block(body, PASS)) for condition, body in node.branches)
+    return (replace(node, branches=branches, otherwise=file.block(node.otherwise, PASS) if node.otherwise else ()),)
+
+
+def _while(file: Statements, node: nodes.While) -> Block:
+    return (replace(node, condition=file.to(node.condition), body=file.block(node.body, WAIT)),)
+
+
+_HANDLERS: Mapping[type, Callable[[Statements, Any], Block]] = {
+    nodes.Map: _nothing,
+    nodes.Model: _nothing,
+    nodes.Simulation: _nothing,
+    nodes.Mutate: _nothing,
+    nodes.Signals: _signals,
+    nodes.Param: _param,
+    nodes.Import: _import,
+    nodes.ImportFrom: _import_from,
+    nodes.Require: _require,
+    nodes.ClassDefinition: _class,
+    nodes.TerminateAfter: _terminate_after,
+    nodes.BehaviorDefinition: _behaviour,
+    nodes.MonitorDefinition: _monitor,
+    nodes.ScenarioDefinition: _scenario,
+    nodes.Do: _do,
+    nodes.Try: _try,
+    nodes.If: _if,
+    nodes.While: _while,
+}
+
+# -- `new` -------------------------------------------------------------------------------------------------------------
+
+SIZES = ("width", "length")
+
+
+@dataclass(frozen=True)
+class Stand:
+    """Where something stood: metres, and the heading from the east [rad]."""
+
+    x: float
+    y: float
+    heading: float
+
+    def specifiers(self) -> list[nodes.Specifier]:
+        """Scenic's headings are measured from the north."""
+        place, heading = f"({self.x!r}, {self.y!r})", repr(self.heading - math.pi / 2.0)
+        return [nodes.At(verbatim(place), span=NOWHERE), nodes.Facing(verbatim(heading), span=NOWHERE)]
+
+
+def made(to: Expressions, node: nodes.New) -> nodes.New:
+    """The same `new` for Scenic."""
+    to.declare(node.class_name)
+    value = to.value(node)
+    stand = _stand(value, to.recording)
+    given = [each for each in node.specifiers if isinstance(each, nodes.With)]
+    kept = (each for with_ in given for each in _property(to, with_))
+    placed = stand.specifiers() if stand else list(map(partial(_placing, to), _placings(node)))
+    added = _sizes(value, to.recording, given) if isinstance(value, Actor) else []
+    free = [] if node.class_name in ("Point", "OrientedPoint") else [_with("regionContainedIn", "everywhere")]
+    return replace(node, specifiers=(*placed, *kept, *added, *free))
+
+
+def _stand(value: Value, recording: Recording) -> Stand | None:
+    """Where an object was when it came in, or where a place is; None where that is not one place."""
+    if isinstance(value, Actor):
+        return _first_seen(value.index, recording)
+    if isinstance(value, Pose):
+        x, y, heading = map(closed_value, (value.x, value.y, value.heading))
+        if x is not None and y is not None and heading is not None:
+            return Stand(x, y, heading)
+    return None
+
+
+def _first_seen(actor: int, recording: Recording) -> Stand | None:
+    for first, _ in recording.stretches(actor):
+        state = recording.states[first, actor]
+        return Stand(float(state[State.X]), float(state[State.Y]), float(state[State.HEADING]))
+    return None
+
+
+def _placings(node: nodes.New) -> Iterator[nodes.Specifier]:
+    return (each for each in node.specifiers if not isinstance(each, nodes.With))
+
+
+def _placing(to: Expressions, specifier: nodes.Specifier) -> nodes.Specifier:
+    """Where an object goes that has no one place."""
+    if isinstance(specifier, nodes.Before):
+        raise Unsaid(f"`{'after' if isinstance(specifier, nodes.After) else 'before'} … by`", specifier.span)
+    if isinstance(specifier, nodes.Facing) and not specifier.mode:
+        return replace(specifier, heading=heading_from_north(to, specifier.heading))
+    return to.parts(specifier)
+
+
+def _property(to: Expressions, specifier: nodes.With) -> Iterator[nodes.Specifier]:
+    """A property, unless every object gets it, or its value cannot be said."""
+    if specifier.property in NO_LONGER:
+        return
+    try:
+        yield to.parts(specifier)
+    except Unsaid as unsaid:
+        told = f"Scenic has no {unsaid.what}: `with {specifier.property}` is left out"
+        to.sheet.remark(told, unsaid.span)
+
+
+def _sizes(actor: Actor, recording: Recording, given: Sequence[nodes.With]) -> list[nodes.Specifier]:
+    """Length and width, unless the author gives them."""
+    recorded = recording.actors[actor.index]
+    said = {specifier.property for specifier in given}
+    return [_with(name, repr(float(getattr(recorded, name)))) for name in SIZES if name not in said]
+
+
+def _with(name: str, value: str) -> nodes.Specifier:
+    return nodes.With(name, verbatim(value), span=NOWHERE, property_span=NOWHERE)

@@ -1,0 +1,78 @@
+"""The one JSON document that each command prints under --json, and its content for `--check`.
+
+Numbers that do not exist are null.
+"""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cortex_dsl.version import VERSION
+
+if TYPE_CHECKING:
+    from engine.feasibility import Cut, Feasibility
+    from engine.program import Program
+
+SCHEMA_VERSION = 1
+"""Rises when a field changes its meaning or goes away; new fields may come at any time."""
+
+
+def document(kind: str, content: Mapping[str, Any]) -> str:
+    """One document of `kind`, such as `run` or `search`, indented for people too."""
+    head = {"schema": f"cortexc/{kind}", "schema_version": SCHEMA_VERSION, "cortexc": VERSION}
+    return json.dumps({**head, **plain(content)}, indent=2, allow_nan=False, ensure_ascii=False)
+
+
+def plain(value: Any) -> Any:
+    """Any value of ours as what JSON can hold: dataclasses by field, enumerations by name, NaN and infinity as null."""
+    if isinstance(value, Enum):
+        return value.name.lower()
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, np.generic | np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if (as_mapping := getattr(value, "_asdict", None)) is not None:
+        return plain(as_mapping())
+    if is_dataclass(value):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, Sequence | set | frozenset):
+        return [plain(item) for item in value]
+    return str(value)
+
+
+# -- which parts of the ranges cannot hold -----------------------------------------------------------------------------
+
+
+def feasibility_content(program: "Program", found: "Feasibility") -> dict[str, Any]:
+    """What `--check` proves of a file as the content of a document; params in the file's own units."""
+    names = [requirement.name for requirement in program.requirements]
+    return {
+        "looked_at": found.looked_at,
+        "infeasible": found.infeasible,
+        "conflict": [names[r] for r in found.conflict],
+        "cuts": [_cut_content(program, cut) for cut in found.cuts],
+        "variants": len(found.impossible),
+        "impossible_variants": int((found.impossible >= 0).sum()),
+    }
+
+
+def _cut_content(program: "Program", cut: "Cut") -> dict[str, Any]:
+    return {
+        "param": program.space.names[cut.gene],
+        "unit": program.space.units[cut.gene],
+        "side": "above" if cut.above else "below",
+        "value": cut.value,
+        "requirements": [program.requirements[r].name for r in cut.requirements],
+    }

@@ -1,0 +1,305 @@
+"""What an analysis of a search found, in words: kinds of failures, heat maps, whose fault, and how probable."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from cortex_dsl.report.findings.readable import (
+    ABSENT,
+    column_decimals,
+    counted,
+    fixed,
+    format_gene,
+    percent,
+    significant,
+    whole,
+)
+from engine.avoidability import Avoidability, Avoidance
+from engine.program import ParamSpace
+from engine.scenes import Bools
+from engine.search.evaluations import Evaluations
+from engine.search.insight.analysis import Analysis, Avoided
+from engine.search.insight.clusters import Cluster, Condition
+from engine.search.insight.diversity import Grid
+from engine.search.insight.sensitivity import Indices, Sensitivity
+from engine.search.manifest import Parameter
+from engine.search.probability.estimates import JOINT, Probability
+from engine.search.statistics import Interval
+from engine.tables import Floats, Ints
+from engine.vocabulary import GeneKind
+
+# -- kinds of failures, grids, and which params matter -----------------------------------------------------------------
+
+
+def shuffled_text(analysis: Analysis) -> str:
+    """`; 72 to 82 when counted in other orders`; empty where no order matters."""
+    low, high = analysis.distinct_range
+    if low == high == len(analysis.distinct):
+        return ""
+    return f"; {low:,} to {high:,} when counted in other orders"
+
+
+def held_out_text(cluster: Cluster) -> str:
+    """`71 %, 64 %`: precision and coverage on runs that the rule was not grown from."""
+    return f"{percent(cluster.held_out.precision, 0)}, {percent(cluster.held_out.coverage, 0)}"
+
+
+def condition_text(space: ParamSpace, cluster: Cluster) -> str:
+    """`ADV_SPEED > 41.0 km/h and EGO_BRAKE < 0.300`."""
+    return " and ".join(_condition(space, each) for each in cluster.conditions) or "no condition sets it apart"
+
+
+def _condition(space: ParamSpace, condition: Condition) -> str:
+    gene = condition.gene
+    name, unit = space.names[gene], f" {space.units[gene]}" if space.units[gene] else ""
+    if space.kinds[gene] == GeneKind.INDEX:
+        return f"{name} is {format_gene(space, gene, condition.low)}"
+    low = format_gene(space, gene, _outward(space, gene, condition.low, -1.0)) if math.isfinite(condition.low) else ""
+    high = format_gene(space, gene, _outward(space, gene, condition.high, 1.0)) if math.isfinite(condition.high) else ""
+    if low and high:
+        return f"{name} {low} .. {high}{unit}"
+    return f"{name} ≥ {low}{unit}" if low else f"{name} ≤ {high}{unit}"
+
+
+def _outward(space: ParamSpace, gene: int, value: float, sign: float) -> float:
+    """The next value that is printed as it is: a bound as printed leaves out nothing that the bound lets in."""
+    if space.kinds[gene] == GeneKind.INTEGER:
+        return value
+    scale = 10.0 ** column_decimals(float(space.low[gene]), float(space.high[gene]))
+    return sign * math.ceil(sign * value * scale - 1e-6) / scale
+
+
+def grid_text(grid: Grid) -> str:
+    """Of the cells that were reached: many of the others cannot be."""
+    return f"collisions in {grid.failing} of the {counted(grid.covered, 'cell')} reached"
+
+
+def varying(found: Sensitivity) -> list[tuple[str, Indices]]:
+    """What the params may matter for, with its title; what never varies is left out."""
+    outputs = (("a valid run", found.validity), ("risk", found.risk), ("collision", found.collision))
+    return [(title, indices) for title, indices in outputs if math.isfinite(indices.chance.value)]
+
+
+# -- would a competent driver have avoided it? -------------------------------------------------------------------------
+
+AVOIDANCES = {
+    Avoidance.AVOIDABLE: ("avoidable", "good", "the reference driver would have stopped or passed in time"),
+    Avoidance.UNAVOIDABLE: ("unavoidable", "bad", "the reference driver would have braked too late"),
+    Avoidance.BRAKED_AS_HARD: ("braked as hard", "warn", "too late, and the ego had braked as hard itself, or stood"),
+    Avoidance.UNSEEN: ("unseen", "warn", "in sight for too short a time before contact"),
+}
+
+
+DRIVER = (
+    "UN R157: 0.4 s to perceive, 0.75 s to react, 0.774 g after 0.6 s more; it brakes along the ego's own path, no "
+    "less than the ego had begun to and never harder than 0.774 g, and never steers. The regulation means cut-ins on "
+    "motorways; that a conflict is in sight 4 s ahead is cortexc's choice"
+)
+
+
+def lost_text(avoided: Avoided) -> str:
+    """`3 of them no braking avoids …`; empty where there are none."""
+    if not avoided.lost:
+        return ""
+    return (
+        f"{avoided.lost:,} of them no braking avoids, neither the driver's from any moment on nor full braking from "
+        "the start: they speak of the scene drawn"
+    )
+
+
+def system_lines(avoided: Avoided) -> list[str]:
+    """How the avoidable ones depend on params of the system that the search chose; nothing where there are none."""
+    if not (avoided.by_system and avoided.avoidable):
+        return []
+    parts = [f"{share.name} {', '.join(f'{n:,}' for n in share.thirds)}" for share in avoided.by_system]
+    where = f"of the {avoided.avoidable:,} avoidable, in the lower, middle and upper third of the range"
+    return [
+        f"the search chose the system's own params; {where}: {'; '.join(parts)}",
+        "what is avoidable speaks against the ego with these settings; --freeze holds them",
+    ]
+
+
+def closing_text(speed: float) -> str:
+    """`45 km/h`"""
+    return f"{fixed(3.6 * speed, 0)} km/h" if math.isfinite(speed) else ABSENT
+
+
+def fastest_text(analysis: Analysis) -> str:
+    """What an order by risk may hide; empty without a contact."""
+    if not math.isfinite(analysis.fastest):
+        return ""
+    fastest = closing_text(analysis.fastest)
+    return f"risk has a top and tells no severity beyond; the fastest contact of the search closed at {fastest}"
+
+
+def margin_text(answer: Avoidability) -> str:
+    """By how much braking was early enough, or too late."""
+    if math.isnan(answer.margin):
+        return ""
+    if math.isinf(answer.margin):
+        return "braking never helps"
+    if answer.avoidable:
+        return f"{fixed(answer.margin, 2)} s to spare"
+    if answer.margin > 0.0:
+        return f"{fixed(answer.margin, 2)} s too early: who brakes later passes first"
+    return f"{fixed(-answer.margin, 2)} s too late"
+
+
+# -- how probable a collision is ---------------------------------------------------------------------------------------
+
+HOW = {
+    "mc": "plain Monte Carlo; exact interval of Clopper and Pearson",
+    "subset": "subset simulation (Au and Beck 2001); Student's interval over ten independent repetitions",
+}
+
+
+EXPOSURE = "a range is drawn evenly, which is no model of how often a road brings such values"
+"""What such a probability is not."""
+
+
+def how_drawn(found: Probability) -> str:
+    """Which probability it is: the two differ where some params allow a scene more often than others."""
+    if found.condition == JOINT:
+        return "params and scene are drawn anew together until the requirements hold"
+    often = f" in up to {counted(found.max_attempts, 'attempt')}" if found.max_attempts else ""
+    return f"params are drawn once, a scene for them is then sought{often}"
+
+
+def probability_text(found: Probability) -> str:
+    """The estimate: in percent where that reads well."""
+    return _text(found.value)
+
+
+def interval_text(found: Probability) -> str:
+    """`1.20 % .. 1.90 %`."""
+    if not math.isfinite(found.interval.low):
+        return "none, as no chain reached contact" if found.valid else "none"
+    return _range(found.interval)
+
+
+def avoidable_text(found: Probability) -> str:
+    """The same of a collision that a competent driver avoids."""
+    return _text(found.avoidable)
+
+
+def avoidable_interval_text(found: Probability) -> str:
+    if not math.isfinite(found.avoidable_interval.low):
+        return "none, as none of those driven again was one" if found.driven else "not known"
+    return _range(found.avoidable_interval)
+
+
+def _text(value: float) -> str:
+    if math.isnan(value):
+        return "not known"
+    if value >= 0.001:
+        return percent(value, 2)
+    return "none seen" if value == 0.0 else significant(value, 3)
+
+
+def _range(interval: Interval) -> str:
+    """Both ends alike: in percent where the higher one reads well so."""
+    low, high = (percent(end, 2) if interval.high >= 0.001 else significant(end, 3) for end in interval)
+    return f"{low} .. {high}"
+
+
+def counts_text(found: Probability) -> str:
+    """What the estimate was made from: numbers whose quotient it is, or the word that they are none."""
+    tried = "draw" if found.condition == JOINT else "simulation"
+    runs = f"{whole(found.valid)} valid of {counted(found.simulations, tried)}"
+    if found.method == "subset":
+        return f"{runs}; those of chains depend on one another, so their share is no estimate"
+    return f"{counted(found.collisions, 'collision')} among {runs}"
+
+
+# -- where in the space of params a search failed: pairs of genes, those first that tell the most ----------------------
+
+CELLS = 14
+"""Along each side, for a gene that is not a choice of few."""
+
+
+@dataclass(frozen=True)
+class Sides:
+    """How one gene is cut into cells."""
+
+    name: str
+    unit: str
+    edges: Floats
+    """(cells + 1,) file units."""
+    labels: tuple[str, ...]
+    """Of an index gene's cells; () otherwise."""
+
+    @property
+    def cells(self) -> int:
+        return len(self.edges) - 1
+
+    def place(self, values: Floats) -> Ints:
+        """The cell of each value."""
+        return np.clip(np.searchsorted(self.edges, values, side="right") - 1, 0, self.cells - 1)
+
+
+@dataclass(frozen=True)
+class HeatMap:
+    """Valid distinct simulations counted by two genes."""
+
+    across: Sides
+    up: Sides
+    tried: Ints
+    """(cells across, cells up)"""
+    failed: Ints
+    information: float
+    """What the cell tells of whether a simulation failed [bits]; see `information`."""
+
+
+def sides(parameter: Parameter) -> Sides:
+    """Even cells over the range; one for each value where there are few."""
+    low, high = parameter.low, parameter.high
+    if parameter.kind == GeneKind.CONTINUOUS or high - low + 1 > CELLS:
+        edges = np.linspace(low, high if high > low else low + 1.0, CELLS + 1)
+        return Sides(parameter.name, parameter.unit, edges, ())
+    return Sides(parameter.name, parameter.unit, np.arange(low, high + 2) - 0.5, parameter.options)
+
+
+def heat_maps(parameters: Sequence[Parameter], evaluations: Evaluations, count: int = 3) -> list[HeatMap]:
+    """The pairs of genes that tell the most, best first; no gene twice in all of them if that can be had cheaply."""
+    rows = evaluations.valid & evaluations.simulated
+    genomes, failed = evaluations.genomes[rows], evaluations.collided[rows]
+    cuts = [sides(parameter) for parameter in parameters]
+    places = [cut.place(genomes[:, gene]) for gene, cut in enumerate(cuts)]
+    maps = [
+        _heat_map(cuts[a], cuts[b], places[a], places[b], failed)
+        for a, b in combinations(range(len(cuts)), 2)
+        if cuts[a].cells > 1 and cuts[b].cells > 1
+    ]
+    return sorted(maps, key=lambda found: -found.information)[:count]
+
+
+def _heat_map(across: Sides, up: Sides, x: Ints, y: Ints, failed: Bools) -> HeatMap:
+    shape = across.cells, up.cells
+    cell = np.ravel_multi_index((x, y), shape)
+    tried = np.bincount(cell, minlength=shape[0] * shape[1]).reshape(shape)
+    hit = np.bincount(cell[failed], minlength=shape[0] * shape[1]).reshape(shape)
+    return HeatMap(across, up, tried, hit, information(tried, hit))
+
+
+def information(tried: Ints, failed: Ints) -> float:
+    """Mutual information of cell and failure [bits], less what chance alone would show; never below 0.
+
+    Shannon (1948), "A mathematical theory of communication"; the correction for few samples in many cells is that of
+    Miller (1955), "Note on the bias of information estimates".
+    """
+    table = np.stack([failed.ravel(), tried.ravel() - failed.ravel()])
+    total = int(table.sum())
+    if not total:
+        return 0.0
+    entropy = _entropy(table.sum(axis=0)) + _entropy(table.sum(axis=1)) - _entropy(table)
+    return max(0.0, entropy)
+
+
+def _entropy(counts: Ints) -> float:
+    """With the correction for its bias [bits]."""
+    there = counts[counts > 0].astype(np.float64)
+    share = there / there.sum()
+    return float(-(share * np.log2(share)).sum() + (len(there) - 1) / (2.0 * there.sum() * np.log(2.0)))

@@ -1,0 +1,276 @@
+"""One case of a search, run again from its genome and stream key: what a page, a film or a terminal shows of it.
+
+Beside the run itself: how everybody is drawn, the part of the world that a drawing shows, and how the deciding pair
+came near over time, by the kernels that measure it.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from cortex_dsl.api.arguments import Held, held_params
+from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
+from cortex_dsl.report.findings.story import Moment, aftermath, in_order, speeds, tell
+from cortex_dsl.syntax import nodes
+from engine.kernels.conflict import Snapshot, snapshot
+from engine.kernels.geometry import box_distance
+from engine.metrics import Metric, measure_impacts, measure_trajectory, scored_samples, span_together, time_step
+from engine.outcomes import Outcomes
+from engine.program import Program
+from engine.risk import Risk
+from engine.road import build_network, outline
+from engine.road.outline import Outline
+from engine.scenes import Scenes, Trajectory, actor_columns
+from engine.search.ranking import Case
+from engine.tables import Floats
+from engine.vocabulary import ActorKind, Column, State, Verdict
+from engine.world import WorldRun
+from engine.world.impacts import Impact
+
+MARGIN = 9.0
+"""World shown around what happens [m]."""
+SHAPE = 1.5
+"""Width of a drawing over its height."""
+LEAST_HEIGHT = 24.0
+"""[m]"""
+COLOURS = 6
+"""Actors that have a colour of their own."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The part of the world that a drawing shows [m]; y points up."""
+
+    left: float
+    bottom: float
+    width: float
+    height: float
+
+    @staticmethod
+    def around(points: Floats, shape: float = SHAPE) -> "Frame":
+        """The frame of the given shape that shows all points (n, 2) and a margin."""
+        low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
+        middle, size = (low + high) / 2.0, high - low
+        height = max(LEAST_HEIGHT, float(size[1]), float(size[0]) / shape)
+        return Frame(float(middle[0]) - shape * height / 2.0, float(middle[1]) - height / 2.0, shape * height, height)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """How an actor is drawn."""
+
+    name: str
+    kind: ActorKind
+    length: float
+    width: float
+    """[m]"""
+
+
+def shapes(program: Program, trajectory: Trajectory) -> list[Shape]:
+    """One an actor."""
+    rows = zip(program.actors, program.code.actor_kind.tolist(), trajectory.outlines.tolist(), strict=True)
+    return [Shape(name, ActorKind(kind), length, width) for name, kind, (length, width) in rows]
+
+
+def way_of(trajectory: Trajectory, actor: int) -> Floats:
+    """(n, 2) where an actor's centre was while it took part and its poses were numbers."""
+    states = trajectory.states[:, actor]
+    there = (states[:, State.PRESENT] > 0.5) & np.isfinite(states[:, : State.HEADING + 1]).all(axis=1)
+    return states[there][:, [State.X, State.Y]]
+
+
+def colour(actor: int) -> int:
+    """Which of the colours an actor has: the ego always the first, many actors share the rest."""
+    return actor if actor == 0 else 1 + (actor - 1) % (COLOURS - 1)
+
+
+def outline_corners(x: float, y: float, heading: float, length: float, width: float) -> list[tuple[float, float]]:
+    """Corners of an oriented rectangle, anticlockwise [m]."""
+    cos, sin = math.cos(heading), math.sin(heading)
+    half = ((length / 2, width / 2), (-length / 2, width / 2), (-length / 2, -width / 2), (length / 2, -width / 2))
+    return [(x + u * cos - v * sin, y + u * sin + v * cos) for u, v in half]
+
+
+# -- how the deciding pair came near -----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Approach:
+    """How the deciding pair came near, at every sample of the run; NaN where the two are not both scored."""
+
+    distance: Floats
+    """(samples,) between the outlines [m]"""
+    closing_speed: Floats
+    """(samples,) of the centres [m/s], positive while they approach"""
+
+
+def approach(trajectory: Trajectory, other: int, rear_to_center: Sequence[float]) -> Approach:
+    """Of the ego and one other, by the kernels that measure them."""
+    samples = len(trajectory.time)
+    distance, closing = np.full(samples, np.nan), np.full(samples, np.nan)
+    if 0 < other < trajectory.states.shape[1]:
+        first, together = span_together(trajectory, other)
+        outlines = np.column_stack([trajectory.outlines[:, :2], np.asarray(rear_to_center, dtype=np.float64)])
+        states = np.ascontiguousarray(trajectory.states[first:])
+        for k in range(together):
+            now = snapshot(states, together, k, 0.0, time_step(trajectory), other, outlines)
+            distance[first + k], closing[first + k] = box_distance(now.ego, now.other), _closing_speed(now)
+    return Approach(distance, closing)
+
+
+def _closing_speed(now: Snapshot) -> float:
+    """As `engine.kernels.pair` defines it."""
+    x, y = now.other.x - now.ego.x, now.other.y - now.ego.y
+    vx, vy = now.other_rate.x - now.ego_rate.x, now.other_rate.y - now.ego_rate.y
+    apart = math.hypot(x, y)
+    return -(x * vx + y * vy) / apart if apart else math.nan
+
+
+# -- the case ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class ToldCase:
+    """Row 0 of its scenes, with everything that was seen when it ran in the world host."""
+
+    program: Program
+    scenes: Scenes
+    outcomes: Outcomes
+    trajectory: Trajectory
+    impacts: Sequence[Impact]
+    road: Outline
+    score: int
+    parts: tuple[int, ...]
+    pair: int
+    """The pair (ego, pair + 1) that decides the risk; 0 where there is none."""
+    files: Mapping[str, str]
+    """The case as a scenario of its own: texts by name, the main one first."""
+    held: Sequence[Held] = ()
+    """Params that were held fixed."""
+
+    @cached_property
+    def shapes(self) -> list[Shape]:
+        return shapes(self.program, self.trajectory)
+
+    @cached_property
+    def moments(self) -> list[Moment]:
+        told = tell(self.program, self.outcomes, self.trajectory, 0, self.pair, self.unit)
+        return in_order([*told, *aftermath(self.program, self.impacts, self.trajectory)])
+
+    @cached_property
+    def unit(self) -> SpeedUnit:
+        """Of speeds, as people read them."""
+        return speed_unit(self.program)
+
+    @cached_property
+    def speeds(self) -> Floats:
+        """(samples, actors) [m/s], after contact those of free bodies."""
+        return speeds(self.trajectory)
+
+    @cached_property
+    def metrics(self) -> tuple[Metric, ...]:
+        """Of a valid run."""
+        if int(self.outcomes.verdict[0]) != Verdict.VALID:
+            return ()
+        driven = measure_trajectory(self.trajectory, self.outcomes, rear_to_center=self._rear_to_center)
+        return (*driven, *measure_impacts(self.impacts))
+
+    @cached_property
+    def approach(self) -> Approach:
+        return approach(self.trajectory, self.pair + 1, self._rear_to_center)
+
+    @cached_property
+    def _rear_to_center(self) -> list[float]:
+        return actor_columns(self.program, self.scenes.values[0])[:, Column.REAR_TO_CENTER].tolist()
+
+    @cached_property
+    def ways(self) -> list[Floats]:
+        """Where each actor drove until the scored run was over."""
+        scored = self.scored
+        return [way_of(scored, actor) for actor in range(len(self.program.actors))]
+
+    @cached_property
+    def scored(self) -> Trajectory:
+        """The run without what follows contact."""
+        end = scored_samples(self.trajectory)
+        now = self.trajectory
+        return Trajectory(now.time[:end], now.states[:end], now.outlines, now.contact_sample)
+
+    @property
+    def collided(self) -> bool:
+        """Whether any two touched."""
+        return self.trajectory.contact_sample >= 0
+
+    @property
+    def key_time(self) -> float:
+        """When it was worst: contact, or the closest approach of the deciding pair [s]."""
+        if self.collided or not self.outcomes.min_distance.shape[1]:
+            return float(self.outcomes.end_time[0])
+        time = float(self.outcomes.min_distance_time[0, self.pair])
+        return time if np.isfinite(time) else 0.0
+
+    @property
+    def key_sample(self) -> int:
+        """The sample nearest to the key moment."""
+        return int(np.abs(self.trajectory.time - self.key_time).argmin())
+
+    @property
+    def contact_point(self) -> tuple[float, float] | None:
+        """Where bodies first met [m]."""
+        return self.impacts[0].point if self.impacts else None
+
+    @property
+    def frame(self) -> Frame:
+        """The part of the world in which it all happens."""
+        ways = [way_of(self.trajectory, actor) for actor in range(len(self.program.actors))]
+        points = [way for way in ways if len(way)]
+        return Frame.around(np.concatenate(points) if points else np.zeros((1, 2)))
+
+
+class Compiled(Protocol):
+    """A scenario's syntax tree."""
+
+    @property
+    def module(self) -> nodes.Module: ...
+
+
+class Runnable(Protocol):
+    """A compiled scenario that can be run and written down: what a replay asks of a `Scenario`."""
+
+    @property
+    def program(self) -> Program: ...
+    @property
+    def compiled(self) -> Compiled: ...
+    @property
+    def overrides(self) -> Mapping[str, str]: ...
+    def watch(self, scenes: Scenes, row: int = 0) -> WorldRun: ...
+    def assess(self, outcomes: Outcomes, profile: str = "paper") -> Risk: ...
+    def scene(self, case: Case) -> Scenes: ...
+    def concrete_files(
+        self, scenes: Scenes, row: int = 0, remark: str = "", name: str = "copy.scn"
+    ) -> Mapping[str, str]: ...
+
+
+def tell_case(
+    scenario: Runnable, scenes: Scenes, profile: str = "paper", remark: str = "", name: str = "case.scn"
+) -> ToldCase:
+    """Run row 0 of the scenes, which must be valid, and keep what was seen."""
+    run = scenario.watch(scenes)
+    risk = scenario.assess(run.outcomes, profile)
+    return ToldCase(
+        program=scenario.program,
+        scenes=scenes,
+        outcomes=run.outcomes,
+        trajectory=run.trajectory,
+        impacts=run.impacts,
+        road=outline(build_network(scenario.program.road_spec)),
+        score=int(risk.score[0]),
+        parts=tuple(risk.parts[0].tolist()),
+        pair=max(0, int(risk.pair[0])),
+        files=scenario.concrete_files(scenes, remark=remark, name=name),
+        held=held_params(scenario.compiled.module, scenario.overrides),
+    )

@@ -1,0 +1,177 @@
+"""A single run: what there is to say of it, what its scenario is called, and all of it as the content of a document."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cortex_dsl.api.arguments import Held
+from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
+from cortex_dsl.report.findings.story import RULE_TEXTS, Moment, in_order, tell
+from cortex_dsl.report.findings.tally import Tally, first_culprit
+from engine.metrics import Metric, Recorded
+from engine.outcomes import PAIRS, Outcomes
+from engine.program import ParamSpace, Program
+from engine.road.outline import Outline
+from engine.scenes import Scenes, StreamKey, Trajectory
+from engine.streams import format_key
+from engine.vocabulary import EndReason, GeneKind, Verdict
+
+PARTS: Sequence[tuple[str, int, str]] = (
+    ("C", 10, ""),
+    ("MD", 4, "m"),
+    ("D_MS", 4, "m"),
+    ("TTC_MS", 4, "s"),
+)
+"""Parts of the score in their order: name, most points, unit of its bands."""
+HIGHEST = sum(most for _, most, _ in PARTS)
+
+
+@dataclass(frozen=True)
+class RunReport:
+    """Everything there is to say about row 0 of a single run."""
+
+    program: Program
+    scenes: Scenes
+    outcomes: Outcomes
+    trajectory: Trajectory
+    aftermath: Sequence[Moment]
+    """What the world shows after contact."""
+    metrics: Sequence[Metric]
+    """Of a valid run."""
+    records: Sequence[Recorded]
+    score: int
+    parts: Sequence[float]
+    pair: int
+    profile: str
+    engine: str
+    road: Outline
+    reproduce: str
+    """The command that shows this run again."""
+    held: Sequence[Held] = ()
+    """Params that the command line holds fixed."""
+
+    @property
+    def unit(self) -> SpeedUnit:
+        """Of speeds, as people read them."""
+        return speed_unit(self.program)
+
+    @property
+    def story(self) -> list[Moment]:
+        """What happened, in the order of time."""
+        told = tell(self.program, self.outcomes, self.trajectory, pair=self.pair, unit=self.unit)
+        return in_order([*told, *self.aftermath])
+
+    @property
+    def valid(self) -> bool:
+        """Whether the run counts; one that a requirement on it broke has no metrics and no risk."""
+        return int(self.outcomes.verdict[0]) == Verdict.VALID
+
+
+def run_content(report: RunReport, file: str) -> dict[str, Any]:
+    """Everything that the view shows, without the drawing. SI units, except params: the file's own."""
+    program, outcomes, scenes = report.program, report.outcomes, report.scenes
+    reason = EndReason(int(outcomes.end_reason[0]))
+    rule = int(outcomes.end_rule[0])
+    return {
+        "file": file,
+        "program": program.digest,
+        "key": format_key(StreamKey(*scenes.keys[0].tolist())),
+        "engine": report.engine,
+        "verdict": Verdict(int(outcomes.verdict[0])),
+        "attempts": scenes.attempts[0],
+        "params": params_content(program.space, scenes.genomes[0]),
+        "held": {one.name: {"value": one.value, "unit": one.unit} for one in report.held},
+        "choices": {c.name: c.option for c in program.variants[int(scenes.variant[0])].choices},
+        "actors": program.actors,
+        "end": {
+            "reason": reason,
+            **_rule(program, reason, rule),
+            "time": outcomes.end_time[0],
+        },
+        "collided": outcomes.collided[0],
+        "pairs": pairs_content(program.actors, outcomes),
+        "left_road": dict(zip(program.actors, outcomes.left_road_time[0].tolist(), strict=True)),
+        "risk": {
+            "profile": report.profile,
+            "score": report.score,
+            "parts": dict(zip(("C", "MD", "D_MS", "TTC_MS"), report.parts, strict=True)),
+        },
+        "events": [
+            {
+                "time": moment.time,
+                "actor": program.actors[moment.actor] if moment.actor >= 0 else None,
+                "kind": moment.kind,
+                "text": moment.text,
+            }
+            for moment in report.story
+        ],
+        "metrics": [
+            {**vars(metric), "actors": [program.actors[actor] for actor in metric.actors]} for metric in report.metrics
+        ],
+        "records": report.records,
+        "reproduce": report.reproduce,
+    }
+
+
+def _rule(program: Program, reason: EndReason, rule: int) -> dict[str, Any]:
+    """The rule that ended the run, or that it broke, with its place."""
+    if reason not in RULE_TEXTS or rule < 0:
+        return {"rule": None}
+    return {"rule": program.rules[rule].name, **_place(program, program.rules[rule].line)}
+
+
+def no_scene_content(program: Program, tally: Tally, verdict: Verdict, file: str) -> dict[str, Any]:
+    """Why there was nothing to run."""
+    culprit = first_culprit(program, tally)
+    return {
+        "file": file,
+        "program": program.digest,
+        "verdict": verdict,
+        "attempts": tally.attempts,
+        "requirements": requirements_content(program, tally),
+        "first_culprit": None if culprit is None else program.requirements[culprit].name,
+    }
+
+
+def params_content(space: ParamSpace, genome: np.ndarray) -> dict[str, Any]:
+    """Each param with its value in the file's own unit; options by their text."""
+    return {
+        name: {
+            "value": space.options[gene][int(genome[gene])] if space.kinds[gene] == GeneKind.INDEX else genome[gene],
+            "unit": space.units[gene],
+        }
+        for gene, name in enumerate(space.names)
+    }
+
+
+def requirements_content(program: Program, tally: Tally) -> list[dict[str, Any]]:
+    """Each requirement with its counts."""
+    return [
+        {
+            "name": requirement.name,
+            **_place(program, requirement.line),
+            "tested": tally.tested[index] if tally.scenes else 0,
+            "failed": tally.failed[index] if tally.scenes else 0,
+            "pass_rate": tally.pass_rate(index) if tally.scenes else None,
+        }
+        for index, requirement in enumerate(program.requirements)
+    ]
+
+
+def _place(program: Program, line: int) -> dict[str, Any]:
+    """The line, and its file if that is not the main one."""
+    file, _, number = program.place(line).rpartition(":")
+    return {"line": int(number) or None, **({"file": file} if file else {})}
+
+
+def pairs_content(actors: Sequence[str], outcomes: Outcomes) -> list[dict[str, Any]]:
+    """The metrics of each pair (ego, other) that decide the risk."""
+    return [
+        {
+            "actors": [actors[0], other],
+            **{row.name: getattr(outcomes, row.name)[0, pair] for row in PAIRS if row.in_document},
+        }
+        for pair, other in enumerate(actors[1:])
+    ]

@@ -1,0 +1,233 @@
+"""A run as moments in time: who braked, when it was closest, what touched what, why it ended, what followed contact."""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cortex_dsl.report.findings.readable import KM_H, SpeedUnit, fixed, percent, speed_unit
+from engine.metrics import time_step
+from engine.outcomes import Outcomes
+from engine.program import Program, Rule
+from engine.scenes import Trajectory
+from engine.tables import Floats, Ints
+from engine.vocabulary import EndReason, State
+
+if TYPE_CHECKING:
+    from engine.world.impacts import Impact
+
+
+PEDAL = 0.01
+"""Brake pedal from which an actor is said to brake."""
+PAUSE = 0.3
+"""A shorter pause in braking is not told [s]."""
+REST = 0.05
+"""Speed below which an actor stands [m/s]."""
+TOLD_PER_ACTOR = 3
+"""How many brakings of one actor are told."""
+
+
+ORDER = ("start", "left_road", "fastest", "brake", "closest", "rest", "contact", "impact", "end")
+"""Kinds of moments, in the order in which those of one time are told."""
+
+
+class Cast(Protocol):
+    """Of whom a story tells, and by which rules they play: a program, or a recording from elsewhere."""
+
+    @property
+    def actors(self) -> Sequence[str]: ...
+    @property
+    def rules(self) -> Sequence[Rule]: ...
+    @property
+    def step_lines(self) -> Ints: ...
+    def place(self, line: int) -> str: ...
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One line of the story."""
+
+    time: float
+    """[s]"""
+    actor: int
+    """-1: not of one actor."""
+    kind: str
+    """One of `ORDER`."""
+    text: str
+
+
+def tell(
+    program: Cast, outcomes: Outcomes, trajectory: Trajectory, row: int = 0, pair: int = 0, unit: SpeedUnit = KM_H
+) -> list[Moment]:
+    """The story of one scored run, in the order of time. `pair`: the pair (ego, pair + 1) that decided the risk."""
+    contact_time = float(outcomes.end_time[row])
+    moments = [
+        *_starts(program, trajectory, unit),
+        *(m for actor in range(len(program.actors)) for m in _of_actor(trajectory, actor, contact_time, unit)),
+        *_left_road(outcomes, row),
+        *_of_pair(program, outcomes, row, pair, unit),
+        end_of(program, outcomes, row),
+    ]
+    return in_order(moments)
+
+
+def in_order(moments: Iterable[Moment]) -> list[Moment]:
+    """By time; what happened at one time from its causes to its effects."""
+    return sorted(moments, key=lambda moment: (moment.time, ORDER.index(moment.kind)))
+
+
+def end_of(program: Cast, outcomes: Outcomes, row: int) -> Moment:
+    """Why the run was over."""
+    time, reason = float(outcomes.end_time[row]), EndReason(int(outcomes.end_reason[row]))
+    if reason in (EndReason.COLLISION, EndReason.OTHER_COLLISION):
+        first, second = (program.actors[int(actor)] for actor in outcomes.contact_actors[row])
+        alone = f"; {program.actors[0]} has touched nobody" if reason == EndReason.OTHER_COLLISION else ""
+        return Moment(time, -1, "contact", f"contact: {first} and {second}{alone}")
+    return Moment(time, -1, "end", end_text(program, reason, int(outcomes.end_rule[row])))
+
+
+def end_text(program: Cast, reason: EndReason, rule: int) -> str:
+    """The reason of an end in words; a rule with its line."""
+    if reason in RULE_TEXTS and 0 <= rule < len(program.rules):
+        name, line = program.rules[rule].name, program.rules[rule].line
+        return f"{RULE_TEXTS[reason]} {name if '`' in name else f'`{name}`'} (line {program.place(line)})"
+    if reason == EndReason.STUCK and 0 <= rule < len(program.step_lines):
+        return f"a behaviour was stuck (line {program.place(int(program.step_lines[rule]))})"
+    return END_TEXTS[reason]
+
+
+END_TEXTS = {
+    EndReason.COLLISION: "collision",
+    EndReason.OTHER_COLLISION: "collision without the ego",
+    EndReason.RULE: "ended by a rule",
+    EndReason.TIMEOUT: "time is up",
+    EndReason.ALL_DONE: "every actor is done",
+    EndReason.STUCK: "a behaviour was stuck",
+    EndReason.BROKEN: "a state became NaN",
+    EndReason.ABORTED: "invalid: a requirement on the run broke",
+}
+RULE_TEXTS = {EndReason.RULE: "ended by", EndReason.ABORTED: "invalid, for it broke"}
+
+
+def _starts(program: Cast, trajectory: Trajectory, unit: SpeedUnit) -> Iterator[Moment]:
+    """Who comes in later is told when it does."""
+    for actor in range(len(program.actors)):
+        here = np.flatnonzero(trajectory.states[:, actor, State.PRESENT] > 0.5)
+        if len(here):
+            speed = float(trajectory.states[here[0], actor, State.SPEED])
+            verb = "starts" if here[0] == 0 else "comes in"
+            text = f"{verb} at {unit.text(speed)}" if speed > REST else f"{verb} at rest"
+            yield Moment(float(trajectory.time[here[0]]), actor, "start", text)
+
+
+def _of_actor(trajectory: Trajectory, actor: int, end: float, unit: SpeedUnit) -> Iterator[Moment]:
+    """Brakings, and coming to rest, up to the end of the scored run."""
+    scored = trajectory.time <= end + 1e-9
+    states, time = trajectory.states[scored, actor], trajectory.time[scored]
+    for start, stop in list(_stretches(time, states[:, State.BRAKE] > PEDAL))[:TOLD_PER_ACTOR]:
+        pedal = float(np.max(states[start:stop, State.BRAKE]))
+        before, after = (float(states[i, State.SPEED]) for i in (max(0, start - 1), stop - 1))
+        yield Moment(
+            float(time[max(0, start - 1)]),
+            actor,
+            "brake",
+            f"brakes, pedal {percent(pedal, 0)}, {unit.number(before)} to {unit.text(after)}",
+        )
+    moving = np.flatnonzero(states[:, State.SPEED] > REST)
+    if len(moving) and moving[-1] + 1 < len(states) and states[moving[-1] + 1, State.PRESENT] > 0.5:
+        yield Moment(float(time[moving[-1] + 1]), actor, "rest", "stands still")
+
+
+def _stretches(time: NDArray[np.float64], on: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+    """Half-open runs of samples where `on` holds, those with short pauses joined."""
+    start = stop = -1
+    for index in np.flatnonzero(on):
+        if start >= 0 and time[index] - time[stop - 1] > PAUSE:
+            yield start, stop
+            start = -1
+        start = int(index) if start < 0 else start
+        stop = int(index) + 1
+    if start >= 0:
+        yield start, stop
+
+
+def _left_road(outcomes: Outcomes, row: int) -> Iterator[Moment]:
+    for actor, time in enumerate(outcomes.left_road_time[row]):
+        if np.isfinite(time):
+            text = "leaves the road" if time > 0 else "starts off the road"
+            yield Moment(float(time), actor, "left_road", text)
+
+
+def _of_pair(program: Cast, outcomes: Outcomes, row: int, pair: int, unit: SpeedUnit) -> Iterator[Moment]:
+    """Fastest closing and closest approach of the deciding pair."""
+    if outcomes.min_distance.shape[1] == 0:
+        return
+    other = program.actors[pair + 1]
+    closing = float(outcomes.max_closing_speed[row, pair])
+    if closing > 0:
+        apart = fixed(float(outcomes.distance_at_ms[row, pair]), 2)
+        text = f"closing fastest on {other}: {unit.text(closing)}, {apart} m apart"
+        yield Moment(float(outcomes.max_closing_time[row, pair]), 0, "fastest", text)
+    distance = float(outcomes.min_distance[row, pair])
+    if distance > 0:
+        yield Moment(
+            float(outcomes.min_distance_time[row, pair]),
+            0,
+            "closest",
+            f"closest to {other}: {fixed(distance, 2)} m apart",
+        )
+
+
+# -- how fast everybody moves, also after contact, where bodies slide sideways and spin --------------------------------
+
+
+def speeds(trajectory: Trajectory) -> Floats:
+    """(samples, actors) [m/s]. Up to contact as the actor drives, backwards negative; from then on of its centre,
+    whatever way it heads: over the step that follows a sample, so that none mixes what was before the blow with what
+    came after it; the last sample goes on with the braking before it. NaN where an actor is not in the scene.
+    """
+    found = np.where(trajectory.states[..., State.PRESENT] > 0.5, trajectory.states[..., State.SPEED], np.nan)
+    first = trajectory.contact_sample + 1
+    if 0 < first < len(found) - 1:
+        x, y = trajectory.states[first:, :, State.X], trajectory.states[first:, :, State.Y]
+        moved = np.hypot(np.diff(x, axis=0), np.diff(y, axis=0)) / time_step(trajectory)
+        last = np.maximum(0.0, 2.0 * moved[-1:] - moved[-2:-1] if len(moved) > 1 else moved)
+        moved = np.concatenate([moved, last])
+        found[first:] = np.where(np.isnan(found[first:]), np.nan, moved)
+    return found
+
+
+# -- what the world shows after contact: every impact, and where all came to rest --------------------------------------
+
+TOLD_IMPACTS = 4
+"""Later ones are a car against the same car again, with hardly any force."""
+
+
+def aftermath(program: Program, impacts: "Sequence[Impact]", trajectory: Trajectory) -> list[Moment]:
+    """Each impact with the change of velocity it gave to both, and who stands still in the end."""
+    unit = speed_unit(program)
+    told = [moment for impact in impacts[:TOLD_IMPACTS] for moment in _impact(program, impact, unit)]
+    return told + list(_rests(trajectory)) if impacts else []
+
+
+def _impact(program: Program, impact: "Impact", unit: SpeedUnit) -> Iterator[Moment]:
+    first, second = impact.actors
+    angle = round(abs(math.degrees(impact.impact_angle)))
+    speed = unit.text(impact.closing_speed)
+    yield Moment(impact.time, -1, "impact", f"impact at {speed}, headings {angle}° apart")
+    for actor, other, change, hour in zip(impact.actors, (second, first), impact.delta_v, impact.clock, strict=True):
+        text = f"delta-V {unit.text(change)}, struck by {program.actors[other]} at {hour} o'clock"
+        yield Moment(impact.time, actor, "impact", text)
+
+
+def _rests(trajectory: Trajectory) -> Iterator[Moment]:
+    """When each actor that the contact set moving, or found moving, stood still for good."""
+    if trajectory.contact_sample < 0:
+        return
+    for actor, speed in enumerate(np.abs(speeds(trajectory)).T):
+        moving = np.flatnonzero(speed > REST)
+        if len(moving) and trajectory.contact_sample <= moving[-1] < len(speed) - 1:
+            yield Moment(float(trajectory.time[moving[-1] + 1]), actor, "rest", "comes to rest")

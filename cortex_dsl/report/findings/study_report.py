@@ -1,0 +1,67 @@
+"""Numbers of a study as people read them: what the run in the middle has, also where it has none; and how the study
+differs from the paper.
+"""
+
+import math
+from collections.abc import Sequence
+
+from cortex_dsl.report.findings.readable import fixed, whole
+from engine.study.comparisons import FIRST, MEASURES, Comparison, Measure, Spread
+from engine.study.verdict import Beside
+
+
+def told(value: float, row: Comparison) -> str:
+    """A median or quartile; `> 3,000` for the first collision of a run without any, `none` for another number."""
+    if math.isinf(value):
+        return f"> {whole(row.budget)}" if row.measure.name == FIRST else "none"
+    return fixed(value, row.measure.decimals)
+
+
+def quartiles(spread: Spread, row: Comparison) -> tuple[str, str]:
+    """The ends of the middle half."""
+    return told(spread.quartiles.low, row), told(spread.quartiles.high, row)
+
+
+def p_text(p: float) -> str:
+    """Four decimals, and no pretence of more."""
+    return "< 0.0001" if p < 1e-4 else fixed(p, 4)
+
+
+def missing_lines(rows: "tuple[Comparison, ...] | list[Comparison]") -> list[str]:
+    """`first collision: ga: 22 of 30 never collided`, for each row where runs have no number."""
+    return [f"{row.title}: {row.missing}; such runs rank last" for row in rows if row.missing]
+
+
+def differences(rows: Sequence[Beside]) -> list[str]:
+    """Where ours differ from the paper's, in words; the first line is the sum of it."""
+    against = [row for row in rows if not row.same_direction]
+    windows = [row for row in rows if row.measure.name.startswith("NIS")]
+    others = [row for row in rows if row not in windows]
+    same = sum(row.same_direction for row in others)
+    alike = sum(row.same_direction for row in windows)
+    lines = [
+        f"{same} of {len(others)} comparisons of risk, collisions and distances point the same way as in the paper",
+        f"{alike} of {len(windows)} of NIS do, one observation told over again: all share the windows that decide it",
+        *(f"the other way in {row.letter}: {row.measure.name}" for row in against),
+    ]
+    for name in dict.fromkeys(row.measure.name for row in rows):
+        ours, paper = (_range([getattr(r, field) for r in rows if r.measure.name == name]) for field in _RATIOS)
+        lines.append(f"{name}: ga / random is {ours} here, {paper} in the paper")
+    return [*lines, "another simulator and one run each: sizes are not expected to agree"]
+
+
+_RATIOS = ("ratio", "paper_ratio")
+
+
+def _range(values: Sequence[float]) -> str:
+    low, high = fixed(min(values), 2), fixed(max(values), 2)
+    return low if low == high else f"{low} to {high}"
+
+
+BOXED = ("colliding genomes", "distinct failures", "failing cells", "RL", "MDG", "MDEC", "NIS")
+"""Measures with box plots of their own."""
+
+
+def measure_called(name: str) -> Measure:
+    """The measure of a name in `BOXED`."""
+    return next(measure for measure in MEASURES if measure.name == name)

@@ -1,0 +1,299 @@
+"""Sections of a run's page that come from its analysis: kinds of failures, grids, whose fault, which params matter."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+from cortex_dsl.report.findings.analysis_report import (
+    AVOIDANCES,
+    DRIVER,
+    condition_text,
+    fastest_text,
+    grid_text,
+    lost_text,
+    margin_text,
+    shuffled_text,
+    system_lines,
+    varying,
+)
+from cortex_dsl.report.findings.readable import counted, fixed, percent, shortened
+from cortex_dsl.report.page.markup import Element, Node, element, figure, part, table
+from cortex_dsl.report.page.run_charts import bars, strip
+from cortex_dsl.report.page.scene_svg import number
+from engine.avoidability import Avoidability, Avoidance
+from engine.program import ParamSpace
+from engine.search.evaluations import Evaluations
+from engine.search.insight.analysis import Analysis
+from engine.search.insight.diversity import Grid
+from engine.search.insight.sensitivity import Indices, Sensitivity, Share
+from engine.tables import Floats
+from engine.vocabulary import GeneKind
+
+AVOIDANCE_STYLES = {Avoidance.AVOIDABLE: "hit", Avoidance.BRAKED_AS_HARD: "warn", Avoidance.UNSEEN: "warn"}
+"""What speaks against the ego stands out."""
+
+
+# -- kinds of failures -------------------------------------------------------------------------------------------------
+
+
+KINDS = (
+    " differ from all before in at least a third of the params by a tenth of their range. Failures that lie together "
+    "are one kind; the condition is what tells it from everything else that was simulated. It is fitted to these very "
+    "runs: held out are the shares when it is found from every other run and judged on those between."
+)
+
+
+def kinds(space: ParamSpace, analysis: Analysis) -> Node:
+    """Each kind with the condition that sets it apart."""
+    if not analysis.clusters:
+        return None
+    whole = sum(len(cluster.rows) for cluster in analysis.clusters)
+    rows = [
+        element(
+            "tr",
+            element("td", f"{len(cluster.rows):,}", class_="number"),
+            element("td", _bar(len(cluster.rows) / whole), class_="bar-cell"),
+            element("td", condition_text(space, cluster), class_="condition"),
+            element("td", percent(cluster.precision, 0), class_="number"),
+            element("td", percent(cluster.coverage, 0), class_="number"),
+            element("td", percent(cluster.held_out.precision, 0), class_="number quiet"),
+            element("td", percent(cluster.held_out.coverage, 0), class_="number quiet"),
+        )
+        for cluster in analysis.clusters
+    ]
+    distinct = len(analysis.distinct)
+    note = [
+        figure("distinct_failures", distinct, counted(distinct, "failure")),
+        f"{KINDS}{_shuffled(analysis)}",
+    ]
+    head = ("failures", "", "where", "collide there", "of the kind", "held out: collide", "of the kind")
+    return part("kinds", "Kinds of failures", note, table(head, rows, "kinds"))
+
+
+def _bar(share: float) -> Element:
+    return element("div", class_="bar hit", style=share_style(share))
+
+
+def _shuffled(analysis: Analysis) -> str:
+    """How far the count depends on which failure came first."""
+    low, high = analysis.distinct_range
+    return f" Counted in other orders, {low:,} to {high:,} differ so." if shuffled_text(analysis) else ""
+
+
+# -- grids ------------------------------------------------------------------------------------------------------------
+
+
+def grids(analysis: Analysis) -> Node:
+    """How the two met, counted in the cells of the descriptors."""
+    shown = [grid for grid in analysis.grids if grid.covered]
+    if not shown:
+        return None
+    panels = [
+        element(
+            "figure",
+            element(
+                "figcaption",
+                element("b", grid.name),
+                element("span", f"{grid_text(grid)} · QD score {fixed(grid.qd_score, 0)}"),
+            ),
+            grid_chart(grid),
+            class_="panel",
+        )
+        for grid in shown
+    ]
+    note = "How the ego and the other met at the closest approach: collisions by speeds, by angle, by side."
+    return part("met", "How they met", note, element("div", panels, class_="panels"))
+
+
+CELL, LABEL, FOOT = 26, 74, 18
+ROOM = 50
+"""Characters that stand below the cells side by side."""
+
+
+def grid_chart(grid: Grid) -> Element:
+    """A row for each cell of the first descriptor that was reached; the shade is the share that collided."""
+    used = [i for i in range(len(grid.first)) if grid.runs[i].any()][::-1]
+    width = LABEL + 300
+    across = 300 / len(grid.second)
+    ends = _ends(grid.second, width, CELL * len(used))
+    height = CELL * len(used) + FOOT * len({end.attributes["y"] for end in ends})
+    cells = [
+        _grid_cell(grid, i, j, LABEL + j * across, row * CELL, across)
+        for row, i in enumerate(used)
+        for j in range(len(grid.second))
+        if grid.runs[i, j]
+    ]
+    labels = [
+        element("text", grid.first[i], x=LABEL - 6, y=number(row * CELL + 17), text_anchor="end")
+        for row, i in enumerate(used)
+    ]
+    return element(
+        "svg",
+        element("title", grid.name),
+        cells,
+        labels,
+        ends,
+        viewBox=f"0 0 {width} {height}",
+        class_="chart heat",
+        role="img",
+        xmlns="http://www.w3.org/2000/svg",
+    )
+
+
+def _ends(names: Sequence[str], width: int, top: int) -> list[Element]:
+    """The first and the last cell by name, one below the other where they would meet."""
+    first, *others = names
+    below = FOOT if others and len(first) + len(others[-1]) > ROOM - 4 else 0
+    y = top + FOOT - 4
+    return [
+        element("text", shortened(first, ROOM), x=LABEL, y=y),
+        *(element("text", shortened(last, ROOM), x=width, y=y + below, text_anchor="end") for last in others[-1:]),
+    ]
+
+
+def _grid_cell(grid: Grid, i: int, j: int, x: float, y: float, across: float) -> Element:
+    runs, failures = int(grid.runs[i, j]), int(grid.failures[i, j])
+    text = f"{grid.first[i]}; {grid.second[j]}: {failures:,} of {runs:,} collide"
+    return element(
+        "rect",
+        element("title", text),
+        x=number(x),
+        y=number(y),
+        width=number(across - 1),
+        height=CELL - 1,
+        class_="cell hit" if failures else "cell safe",
+        style=share_style(failures / runs) if failures else None,
+    )
+
+
+def share_style(share: float) -> str:
+    return f"--share:{100.0 * max(0.0, min(1.0, share)):.1f}%"
+
+
+# -- the reference driver ---------------------------------------------------------------------------------------------
+
+
+def avoided(analysis: Analysis) -> Node:
+    """What the reference driver would have made of the failures."""
+    found = analysis.avoided
+    if not found.driven:
+        return None
+    rows = [
+        (f"{AVOIDANCES[kind][0]}: {AVOIDANCES[kind][2]}", count, AVOIDANCE_STYLES.get(kind, ""))
+        for kind, count in found.by.items()
+    ]
+    note = (
+        f"{counted(found.driven, 'different collision')}, each driven again by the reference driver of {DRIVER}. "
+        "An avoidable collision speaks against the ego as it was set; an unavoidable one may speak against the scene. "
+        "Shares are of what this search kept: no rates."
+    )
+    more = [text for text in (lost_text(found), *system_lines(found), fastest_text(analysis)) if text]
+    said = [element("p", f"{text[0].upper()}{text[1:]}.", class_="note") for text in more]
+    return part("avoidable", "Would a competent driver have avoided it?", note, bars(rows, found.driven), said)
+
+
+def avoidance_badge(answer: Avoidability | None) -> Node:
+    """What is said of one case."""
+    if answer is None:
+        return None
+    name, _, meaning = AVOIDANCES[answer.avoidance]
+    margin = margin_text(answer)
+    text = f"{name} for a competent driver{f' ({margin})' if margin else ''}"
+    return element(
+        "span", text, class_=f"badge {AVOIDANCE_STYLES.get(answer.avoidance, '')}".strip(), title=f"{meaning}. {DRIVER}"
+    )
+
+
+# -- which params matter for what, and what the search made of them ----------------------------------------------------
+
+
+def params(space: ParamSpace, analysis: Analysis, evaluations: Evaluations) -> Node:
+    """What each param does to the scenario, and what the search made of it."""
+    if not len(space):
+        return None
+    hit = evaluations.simulated & evaluations.collided
+    outputs = varying(analysis.sensitivity) if analysis.sensitivity else []
+    rows = [
+        element(
+            "tr",
+            element("th", effect.name, _system(analysis, effect.name), scope="row"),
+            *_cells([indices.genes[gene].total for _, indices in outputs], "total-bar"),
+            element("td", _signed(effect.correlation), class_="number"),
+            element("td", _strip(space, gene, evaluations.genomes[hit, gene]), class_="strip-cell"),
+        )
+        for gene, effect in enumerate(analysis.genes)
+    ]
+    if outputs:
+        last = element("th", "chance", element("small", " lanes, places, …", class_="quiet"), scope="row")
+        left = _cells([indices.chance for _, indices in outputs], "quiet-bar")
+        rows.append(element("tr", last, *left, element("td", colspan=2)))
+    titles = [f"for {title}" for title, _ in outputs]
+    head = ("param", *titles, "trend in the search", "where collisions lie in its range")
+    note = list(_note(analysis.sensitivity))
+    return part("params", "Which params matter", note, table(head, rows, "genes"), _alone(space, outputs))
+
+
+def _note(found: Sensitivity | None) -> Iterator[str]:
+    if found is not None:
+        yield (
+            "Bars: the share of the variance that is left when every other param is known (the total index of Sobol', "
+            f"brackets 95 %), from {found.simulations:,} simulations of their own, drawn as the file says. What is "
+            "explained is the mean over chance, that is, over lanes, places and what else a scene draws; the last row "
+            "is what chance leaves when every param is known. Risk and collision: given a valid run, which "
+            f"{percent(found.valid_share)} of the simulations were. "
+        )
+    yield (
+        "Trend: Spearman's rank correlation with risk among what the search simulated; it also shows what the search "
+        "bred for, and is no proof of cause."
+    )
+
+
+def _cells(shares: Sequence[Share], bar: str) -> Iterator[Element]:
+    for share in shares:
+        known = math.isfinite(share.value) and share.value > 0.0
+        drawn = element("i", class_=f"bar {bar}", style=share_style(share.value)) if known else None
+        yield element(
+            "td",
+            element("div", drawn, fixed(share.value, 2), class_="bar-and-number"),
+            element("small", _interval(share), class_="quiet"),
+        )
+
+
+def _alone(space: ParamSpace, outputs: Sequence[tuple[str, Indices]]) -> Node:
+    """The first-order indices, folded away."""
+    if not outputs:
+        return None
+    rows = [
+        element(
+            "tr",
+            element("th", name, scope="row"),
+            *(element("td", _with_interval(indices.genes[gene].first)) for _, indices in outputs),
+        )
+        for gene, name in enumerate(space.names)
+    ]
+    head = ("param", *(f"for {title}" for title, _ in outputs))
+    summary = element("summary", "What each param explains by itself (first-order index)")
+    return element("details", summary, table(head, rows, "alone"))
+
+
+def _with_interval(share: Share) -> Sequence[Node]:
+    return fixed(share.value, 2), element("small", f" {_interval(share)}", class_="quiet")
+
+
+def _interval(share: Share) -> str:
+    low, high = share.interval
+    return f"[{fixed(low, 2)}, {fixed(high, 2)}]" if math.isfinite(low) else ""
+
+
+def _system(analysis: Analysis, name: str) -> Node:
+    return element("small", " of the system", class_="quiet") if name in analysis.system else None
+
+
+def _strip(space: ParamSpace, gene: int, values: Floats) -> Element:
+    low, high = float(space.low[gene]), float(space.high[gene])
+    if space.kinds[gene] == GeneKind.INDEX:
+        return strip(values, low - 0.5, high + 0.5, len(space.options[gene]))
+    return strip(values, low, high)
+
+
+def _signed(value: float) -> str:
+    return "–" if math.isnan(value) else f"{value:+.2f}".replace("-", "\N{MINUS SIGN}")

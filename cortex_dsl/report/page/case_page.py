@@ -1,0 +1,255 @@
+"""One case on a page: its replay with plots in step, what happened, its risk, its params, and how to see it again.
+
+`card` is the article that a run's page holds for each of its cases, `case_page` a page with one case alone.
+"""
+
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+from shlex import quote
+
+from cortex_dsl.report.findings.case_replay import ToldCase
+from cortex_dsl.report.findings.readable import first_line, fixed, format_gene, significant
+from cortex_dsl.report.findings.run_report import PARTS
+from cortex_dsl.report.findings.story import Moment
+from cortex_dsl.report.page import scene_svg
+from cortex_dsl.report.page.analysis_sections import avoidance_badge
+from cortex_dsl.report.page.markup import Element, Node, element, figure, page, prose
+from cortex_dsl.report.page.player import player, player_data
+from engine.avoidability import Avoidability
+from engine.risk import HIGHEST_RISK
+from engine.scenes import StreamKey
+from engine.search.ranking import Case
+from engine.streams import format_key
+from engine.vocabulary import GeneKind
+
+# -- the tables: the risk with its parts, and the params ---------------------------------------------------------------
+
+PART_MEANINGS = {
+    "C": "contact",
+    "MD": "least distance between outlines",
+    "D_MS": "distance at fastest closing",
+    "TTC_MS": "time to collision at fastest closing",
+}
+
+
+def risk_table(told: ToldCase) -> Element:
+    rows = [
+        element(
+            "tr",
+            element("th", name, scope="row"),
+            element("td", PART_MEANINGS[name]),
+            element("td", _measured(told, name), class_="number"),
+            element("td", element("div", class_=f"gauge part-{name}", style=f"--share:{100 * points / most:.0f}%")),
+            element("td", f"{points} of {most}", class_="number"),
+        )
+        for (name, most, _), points in zip(PARTS, told.parts, strict=True)
+    ]
+    return element("table", element("tbody", rows), class_="risk")
+
+
+def _measured(told: ToldCase, name: str) -> str:
+    outcomes, pair = told.outcomes, told.pair
+    if name == "C":
+        return "yes" if bool(outcomes.collided[0]) else "no"
+    if not outcomes.min_distance.shape[1]:
+        return "–"
+    array, unit = {
+        "MD": (outcomes.min_distance, "m"),
+        "D_MS": (outcomes.distance_at_ms, "m"),
+        "TTC_MS": (outcomes.ttc_at_ms, "s"),
+    }[name]
+    return f"{fixed(float(array[0, pair]), 2)} {unit}"
+
+
+def pairs_table(told: ToldCase) -> Node:
+    """How near the ego came to everybody else than the one who decides the risk."""
+    outcomes = told.outcomes
+    rows = [
+        element(
+            "tr",
+            element("th", told.program.actors[pair + 1], scope="row"),
+            element("td", f"{fixed(float(outcomes.min_distance[0, pair]), 2)} m", class_="number"),
+            element("td", f"at {fixed(float(outcomes.min_distance_time[0, pair]), 2)} s", class_="quiet"),
+        )
+        for pair in range(outcomes.min_distance.shape[1])
+        if pair != told.pair and isfinite(outcomes.min_distance[0, pair])
+    ]
+    if not rows:
+        return None
+    return [element("h4", "Nearest to the others"), element("table", element("tbody", rows), class_="params")]
+
+
+def params_table(told: ToldCase) -> Element:
+    space, genome = told.program.space, told.scenes.genomes[0]
+    rows = []
+    for gene, name in enumerate(space.names):
+        value, low, high = float(genome[gene]), float(space.low[gene]), float(space.high[gene])
+        share = 100 * (value - low) / (high - low) if high > low else 50.0
+        ends = None if space.kinds[gene] == GeneKind.INDEX else f"{significant(low, 3)} to {significant(high, 3)}"
+        rows.append(
+            element(
+                "tr",
+                element("th", name, scope="row"),
+                element("td", element("data", format_gene(space, gene, value), value=repr(value)), class_="number"),
+                element("td", space.units[gene], class_="unit"),
+                element("td", element("div", class_="where", style=f"--at:{share:.1f}%"), title=ends),
+            )
+        )
+    held = [
+        element(
+            "tr",
+            element("th", one.name, scope="row"),
+            element("td", one.text, class_="number"),
+            element("td", one.unit, class_="unit"),
+            element("td", "held", class_="quiet"),
+        )
+        for one in told.held
+    ]
+    choices = [
+        element("tr", element("th", choice.name, scope="row"), element("td", choice.option, colspan=3))
+        for choice in told.program.variants[int(told.scenes.variant[0])].choices
+    ]
+    return element("table", element("tbody", rows, held, choices), class_="params")
+
+
+# -- the article -------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Place:
+    """Which case of which run this is, for commands that show it again."""
+
+    case: Case
+    folder: Path | None
+    answer: Avoidability | None = None
+    """Of the reference driver."""
+
+
+def card(told: ToldCase, place: Place, number: int) -> Element:
+    """The whole article of one case."""
+    case = place.case
+    return element(
+        "article",
+        element(
+            "header",
+            element("h3", f"Case {case.rank}"),
+            element("p", _verdict(told, case), class_="lead"),
+            avoidance_badge(place.answer),
+            class_="case-head",
+        ),
+        player(told, number),
+        element(
+            "div",
+            element("section", element("h4", "What happened"), _story(told), class_="story"),
+            element(
+                "section",
+                element("h4", "Risk"),
+                risk_table(told),
+                pairs_table(told),
+                element("h4", "Params"),
+                params_table(told),
+            ),
+            class_="case-body",
+        ),
+        _again(told, place),
+        class_="case",
+        id=f"case-{case.rank}",
+        data_case=case.rank,
+    )
+
+
+def _verdict(told: ToldCase, case: Case) -> Node:
+    last = [moment for moment in told.moments if moment.kind in ("contact", "end")]
+    end = last[0].text if last else ""
+    return [
+        element("b", "risk ", figure(f"case.{case.rank}.score", case.score, str(case.score)), f" of {HIGHEST_RISK}"),
+        " · ",
+        prose(f"{end} after {fixed(float(told.outcomes.end_time[0]), 2)} s"),
+        None if case.collided else [" · nearest ", _nearest(case)],
+    ]
+
+
+def _nearest(case: Case) -> Node:
+    return figure(f"case.{case.rank}.min_distance", case.min_distance, f"{fixed(case.min_distance, 2)} m")
+
+
+def _story(told: ToldCase) -> Element:
+    return element("ol", [element("li", _moment(told, moment)) for moment in told.moments], class_="moments")
+
+
+def _moment(told: ToldCase, moment: Moment) -> Element:
+    who: Node = None
+    if moment.actor >= 0:
+        name = f"who actor-{scene_svg.colour(moment.actor)}"
+        who = element("span", told.shapes[moment.actor].name, class_=name)
+    return element(
+        "button",
+        element("time", f"{moment.time:.2f} s"),
+        element("span", who, " " if who else "", prose(moment.text)),
+        type="button",
+        class_=f"moment {moment.kind}",
+        data_time=repr(moment.time),
+        title="show this moment",
+    )
+
+
+def _again(told: ToldCase, place: Place) -> Element:
+    command = [] if place.folder is None else [f"cortexc replay {quote(str(place.folder))} --case {place.case.rank}"]
+    files = [
+        element("details", element("summary", name), element("pre", text, class_="source"))
+        for name, text in told.files.items()
+    ]
+    return element(
+        "details",
+        element("summary", "See it again"),
+        [element("pre", line, class_="command") for line in command],
+        element(
+            "p",
+            "As a scenario of its own, which runs to the same outcome bit for bit with ",
+            element("code", f"cortexc {next(iter(told.files))}"),
+            "; its stream of random numbers is ",
+            element("code", format_key(place.case.key)),
+            ".",
+        ),
+        files,
+        class_="again",
+    )
+
+
+# -- the page ----------------------------------------------------------------------------------------------------------
+
+
+def case_page(told: ToldCase, case: Case | None = None, folder: Path | None = None) -> str:
+    """The page of a case; `folder` is that of its run, if it has one."""
+    program = told.program
+    description = first_line(program.description)
+    place = Place(case or case_of(told), folder)
+    body = element(
+        "main",
+        element(
+            "header",
+            element("p", "Replay", class_="kicker"),
+            element("h1", program.name),
+            element("p", description, class_="description") if description else None,
+        ),
+        card(told, place, 0),
+        class_="film",
+    )
+    return page(f"{program.name}: replay", body, {"replays": [player_data(told)]}, ("replay.js",))
+
+
+def case_of(told: ToldCase) -> Case:
+    """A single run as a case, where there is no search to rank it."""
+    distances = told.outcomes.min_distance[0]
+    return Case(
+        rank=1,
+        row=0,
+        rollout=0,
+        genome=tuple(told.scenes.genomes[0].tolist()),
+        key=StreamKey(*told.scenes.keys[0].tolist()),
+        score=told.score,
+        continuous=float("nan"),
+        collided=bool(told.outcomes.collided[0]),
+        min_distance=float(distances.min()) if len(distances) else float("nan"),
+    )

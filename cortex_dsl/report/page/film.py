@@ -1,0 +1,142 @@
+"""A case as an animated GIF, drawn with Pillow."""
+
+import io
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cortex_dsl.report.findings.case_replay import Frame, ToldCase, colour, outline_corners
+from cortex_dsl.report.page.extras import needed
+from engine.tables import Floats
+from engine.vocabulary import State
+
+WIDTH = 720
+FINE = 2
+"""Times as fine as it is shown, so that edges are smooth."""
+FRAMES_PER_SECOND = 20
+HOLD = 1.2
+"""How long contact, and the end, stand still [s]."""
+GROUND, ASPHALT, KERB, MARKING, INK = "#f3f1ea", "#d3d6d9", "#8b9198", "#ffffff", "#1b1f24"
+ACTORS = ("#0072b2", "#d55e00", "#008f68", "#b0508a", "#8a6d00", "#4a4f55")
+HOT = "#c8400a"
+
+
+@dataclass(frozen=True)
+class Lens:
+    """From metres to the pixels of the fine drawing."""
+
+    frame: Frame
+    scale: float
+
+    def __call__(self, points: Floats | list[tuple[float, float]]) -> list[tuple[float, float]]:
+        top = self.frame.bottom + self.frame.height
+        return [((x - self.frame.left) * self.scale, (top - y) * self.scale) for x, y in np.asarray(points).tolist()]
+
+
+def gif(told: ToldCase, speed: float = 1.0) -> bytes:
+    """The film of a case.
+
+    Raises:
+        MissingExtraError: Pillow is not installed.
+    """
+    image = needed("PIL.Image", "pillow", "GIFs")
+    lens = Lens(told.frame, FINE * WIDTH / told.frame.width)
+    ground = _ground(told, lens, image)
+    frames, durations = [], []
+    for sample, seconds in _shown(told, speed):
+        frames.append(_frame(told, lens, ground, sample))
+        durations.append(max(20, round(1000 * seconds)))
+    palette = [one.quantize(64, dither=image.Dither.NONE) for one in frames]
+    out = io.BytesIO()
+    palette[0].save(out, "GIF", save_all=True, append_images=palette[1:], duration=durations, loop=0, optimize=False)
+    return out.getvalue()
+
+
+def _shown(told: ToldCase, speed: float) -> Iterator[tuple[int, float]]:
+    """Samples that are shown, and for how long [s]."""
+    time = told.trajectory.time
+    step = float(time[1] - time[0]) if len(time) > 1 else 1.0
+    stride = max(1, round(speed / FRAMES_PER_SECOND / step))
+    chosen = sorted({*range(0, len(time), stride), told.key_sample, len(time) - 1})
+    for sample, after in zip(chosen, [*chosen[1:], chosen[-1]], strict=True):
+        held = sample == len(time) - 1 or (told.collided and sample == told.key_sample)
+        yield sample, (after - sample) * step / speed + (HOLD if held else 0.0)
+
+
+def _ground(told: ToldCase, lens: Lens, image: Any) -> Any:
+    """The road and the ways, which do not move."""
+    draw_module = needed("PIL.ImageDraw", "pillow", "GIFs")
+    ground = image.new("RGB", (FINE * WIDTH, round(lens.frame.height * lens.scale)), GROUND)
+    draw, road = draw_module.Draw(ground), told.road
+    lane = round((told.program.road_spec.lane_width + 0.1) * lens.scale)
+    for line in road.center_lines:
+        draw.line(lens(line), fill=ASPHALT, width=lane)
+    for ring in road.intersections:
+        draw.polygon(lens(ring), fill=ASPHALT)
+    for line in (*road.lane_lines, *road.middle_lines):
+        draw.line(lens(line), fill=MARKING, width=max(1, round(0.16 * lens.scale)))
+    for line in road.stop_lines:
+        draw.line(lens(line), fill=MARKING, width=round(0.42 * lens.scale))
+    for line in road.kerbs:
+        draw.line(lens(line), fill=KERB, width=max(1, round(0.22 * lens.scale)))
+    for actor, way in enumerate(told.ways):
+        for point in lens(way[:: max(1, len(way) // 60)]):
+            _disc(draw, point, 0.16 * lens.scale, ACTORS[colour(actor)])
+    return ground
+
+
+def _frame(told: ToldCase, lens: Lens, ground: Any, sample: int) -> Any:
+    draw_module = needed("PIL.ImageDraw", "pillow", "GIFs")
+    fine = ground.copy()
+    draw = draw_module.Draw(fine)
+    after = told.collided and sample > told.trajectory.contact_sample
+    for actor in reversed(range(len(told.shapes))):
+        _actor(draw, told, lens, actor, sample, after)
+    if told.contact_point and after:
+        _cross(draw, lens([told.contact_point])[0], 0.7 * lens.scale)
+    small = fine.resize((WIDTH, round(fine.height / FINE)))
+    _caption(draw_module.Draw(small), told, sample, after)
+    return small
+
+
+def _actor(draw: Any, told: ToldCase, lens: Lens, actor: int, sample: int, after: bool) -> None:
+    state, shape = told.trajectory.states[sample, actor], told.shapes[actor]
+    if state[State.PRESENT] < 0.5 or not np.isfinite(state[: State.HEADING + 1]).all():
+        return
+    x, y, heading = (float(v) for v in state[[State.X, State.Y, State.HEADING]])
+    corners = lens(outline_corners(x, y, heading, shape.length, shape.width))
+    tint = _lighter(ACTORS[colour(actor)]) if after else ACTORS[colour(actor)]
+    draw.polygon(corners, fill=tint, outline=INK, width=max(1, FINE // 2))
+    ahead = 0.14 * shape.length
+    glass = (x + ahead * np.cos(heading), y + ahead * np.sin(heading))
+    draw.polygon(lens(outline_corners(*glass, heading, 0.16 * shape.length, 0.76 * shape.width)), fill="#f4f6f8")
+
+
+def _lighter(tint: str) -> str:
+    """Halfway to the asphalt."""
+    pairs = [(int(tint[k : k + 2], 16) + int(ASPHALT[k : k + 2], 16)) // 2 for k in (1, 3, 5)]
+    return "#" + "".join(f"{value:02x}" for value in pairs)
+
+
+def _cross(draw: Any, point: tuple[float, float], size: float) -> None:
+    x, y = point
+    for side in (-1, 1):
+        draw.line([(x - size, y - side * size), (x + size, y + side * size)], fill=HOT, width=round(size / 1.6))
+
+
+def _disc(draw: Any, point: tuple[float, float], size: float, tint: str) -> None:
+    x, y = point
+    draw.ellipse([x - size, y - size, x + size, y + size], fill=tint)
+
+
+def _caption(draw: Any, told: ToldCase, sample: int, after: bool) -> None:
+    font = needed("PIL.ImageFont", "pillow", "GIFs").load_default(15)
+    draw.text((14, 12), f"{told.trajectory.time[sample]:.2f} s", fill=INK, font=font)
+    for actor, shape in enumerate(told.shapes):
+        now = float(told.speeds[sample, actor])
+        speed = told.unit.text(now, 0) if np.isfinite(now) else "-"
+        draw.text((14, 34 + 20 * actor), f"{shape.name}  {speed}", fill=ACTORS[colour(actor)], font=font)
+    if after:
+        draw.text((14, 34 + 20 * len(told.shapes)), "after contact: not scored", fill=KERB, font=font)

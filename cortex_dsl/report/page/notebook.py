@@ -1,0 +1,165 @@
+"""What a notebook shows: scenes, runs and searches as SVG and HTML, by the same drawings as the pages.
+
+    >>> scenario.show(scenario.sample(1))           # where everybody starts
+    >>> scenario.replay(scenario.sample(1))         # the run of it, which plays
+    >>> campaign = scenario.search("ga")
+    >>> scenario.show(campaign)                     # what a search found
+    >>> scenario.show(campaign.worst[0])            # one of its cases, which plays
+
+What comes back is displayed by notebooks, and its `save` writes it to a file.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cortex_dsl.api.arguments import row_of
+from cortex_dsl.report.findings.case_replay import Runnable
+from cortex_dsl.report.page import scene_svg
+from cortex_dsl.report.page.markup import Element, element, picture, render
+from engine.program import Program
+from engine.road import build_network, outline
+from engine.scenes import Scenes, actor_columns
+from engine.search.run import Campaign
+from engine.tables import Floats
+from engine.vocabulary import Column, State
+
+HEIGHT = 640
+"""Of a page inside a notebook [px]."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """Something to look at: markup for a notebook, and the text of a file."""
+
+    html: str
+    text: str
+
+    def _repr_html_(self) -> str:
+        return self.html
+
+    def save(self, path: str | Path) -> Path:
+        """Write it as a file of its own."""
+        Path(path).write_text(self.text, encoding="utf-8")
+        return Path(path)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A drawing: notebooks show it as SVG."""
+
+    svg: str
+
+    def _repr_svg_(self) -> str:
+        return self.svg
+
+    def save(self, path: str | Path) -> Path:
+        """Write it as a file of its own."""
+        Path(path).write_text(self.svg, encoding="utf-8")
+        return Path(path)
+
+
+def show(scenario: Runnable, thing: Any, row: int = 0) -> Picture | Shown:
+    """One of some scenes as a picture, a case as a page that plays, a campaign as a table of what it found.
+
+    Raises:
+        TypeError: it is nothing of these.
+    """
+    from engine.search.ranking import Case
+
+    if isinstance(thing, Scenes):
+        return Picture(picture(scene_drawing(scenario.program, thing, row_of(thing, row))))
+    if isinstance(thing, Case):
+        from cortex_dsl.report.findings.case_replay import tell_case
+        from cortex_dsl.report.page.case_page import case_page
+
+        return _framed(case_page(tell_case(scenario, scenario.scene(thing)), thing))
+    if isinstance(thing, Campaign):
+        html = render(campaign_table(thing))
+        return Shown(html, html)
+    raise TypeError(f"expected scenes, a case or a campaign, got {type(thing).__name__}")
+
+
+def replay(scenario: Runnable, scenes: Scenes, row: int = 0) -> Shown:
+    """One valid scene run in the world host, as a page that plays."""
+    from cortex_dsl.report.findings.case_replay import tell_case
+    from cortex_dsl.report.page.case_page import case_page
+    from engine.search.assessment import take
+
+    return _framed(case_page(tell_case(scenario, take(scenes, slice(row, row + 1)))))
+
+
+def _framed(page: str) -> Shown:
+    """A page inside a notebook, apart from its styles and scripts."""
+    frame = f'<iframe srcdoc="{escape(page)}" style="width:100%;height:{HEIGHT}px;border:0" loading="lazy"></iframe>'
+    return Shown(frame, page)
+
+
+def scene_drawing(program: Program, scenes: Scenes, row: int = 0) -> Element:
+    """Where everybody stands before anything moves. A scene that is not valid shows the road alone."""
+    road = outline(build_network(program.road_spec))
+    states, outlines = _start(program, scenes, row)
+    names = zip(program.actors, program.code.actor_kind.tolist(), outlines.tolist(), strict=True)
+    shapes = [scene_svg.Shape(name, scene_svg.ActorKind(kind), *size) for name, kind, size in names]
+    there = states[states[:, State.PRESENT] > 0.5][:, [State.X, State.Y]]
+    frame = scene_svg.Frame.around(there if len(there) else np.concatenate(road.kerbs))
+    return scene_svg.scene(
+        frame,
+        f"{program.name} from above",
+        scene_svg.road_layer(road, program.road_spec.lane_width),
+        element("g", scene_svg.actor_layer(shapes, states), class_="actors"),
+        scene_svg.scale_bar(frame),
+    )
+
+
+def _start(program: Program, scenes: Scenes, row: int) -> tuple[Floats, Floats]:
+    """States (actors, len(State)) and outlines (actors, 2) at the start."""
+    columns = actor_columns(program, scenes.values[row])
+    states = np.zeros((len(program.actors), len(State)))
+    states[:, [State.X, State.Y, State.HEADING, State.SPEED]] = columns[
+        :, [Column.X, Column.Y, Column.HEADING, Column.SPEED]
+    ]
+    states[:, State.PRESENT] = np.isfinite(columns[:, Column.X]) & bool(scenes.valid[row])
+    return states, columns[:, [Column.LENGTH, Column.WIDTH]]
+
+
+def campaign_table(campaign: Campaign) -> Element:
+    """What a search found, in a few rows."""
+    return element("table", element("tbody", [_row(*row) for row in _facts(campaign)]))
+
+
+def _row(name: str, value: str) -> Element:
+    return element("tr", element("th", name, style="text-align:left"), element("td", value))
+
+
+def _facts(campaign: Campaign) -> Iterator[tuple[str, str]]:
+    found, simulated = campaign.by_individual, campaign.by_simulation
+    yield "method", f"{campaign.method.name.lower()} {campaign.preset}".strip()
+    yield "individuals, distinct simulations", f"{found.individuals:,}, {simulated.runs:,}"
+    yield "different collisions", f"{campaign.distinct_collisions:,}"
+    yield "mean risk, mean least distance", f"{found.rl:.2f}, {found.mdg:.2f} m"
+    yield "invalid", f"{found.nis:,}"
+    for case in campaign.worst[:3]:
+        genome = zip(campaign.space.names, case.genome, strict=True)
+        yield f"worst case {case.rank}", f"risk {case.score}: " + ", ".join(f"{n} {v:.4g}" for n, v in genome)
+
+
+def scenario_table(scenario: Runnable) -> Element:
+    """A scenario's name, its actors and its params, with one of its scenes."""
+    space = scenario.program.space
+    rows = [
+        _row(name, ", ".join(options) if options else f"{low:g} to {high:g} {unit}")
+        for name, unit, low, high, options in zip(
+            space.names, space.units, space.low.tolist(), space.high.tolist(), space.options, strict=True
+        )
+    ]
+    return element(
+        "div",
+        element("b", scenario.program.name),
+        element("p", ", ".join(scenario.program.actors)),
+        element("table", element("tbody", rows)),
+    )

@@ -1,0 +1,223 @@
+"""Figures for papers as SVG, PNG and PDF, of a run and of a study.
+
+Of a run the course of the metrics, where it failed, and its worst cases; of a study, with a panel for each scenario,
+the curves of the five metrics and box plots of the measures.
+"""
+
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cortex_dsl.api.runs import OpenedRun, first_cases
+from cortex_dsl.report.findings.analysis_report import HeatMap, heat_maps
+from cortex_dsl.report.findings.case_replay import ToldCase, colour, outline_corners
+from cortex_dsl.report.findings.study_report import BOXED, measure_called
+from cortex_dsl.report.page.extras import needed
+from cortex_dsl.report.page.film import ACTORS, ASPHALT, HOT, KERB
+from cortex_dsl.report.page.run_charts import METRICS, PaperMetric
+from cortex_dsl.report.page.run_page import told_case
+from cortex_dsl.report.page.summary import method_name
+from engine.search.journal_reader import Record
+from engine.study.comparisons import Comparison, Measure, compare_all, sample
+from engine.study.database import Study
+from engine.study.run_records import curve_of, smoothed
+from engine.vocabulary import State
+
+FORMATS = ("svg", "png", "pdf")
+CASES = 3
+STYLE = {
+    "font.size": 8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.6,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "cortexc",
+    "savefig.bbox": "tight",
+    "savefig.dpi": 200,
+}
+COOL, QUIET = "#0b6bb0", "#5c6570"
+
+
+def write_figures(run: OpenedRun, folder: Path) -> list[Path]:
+    """Write all figures in all formats; their paths.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        OSError: a file cannot be written.
+    """
+    return save_all(_run_figures(run), folder)
+
+
+def save_all(figures: Iterable[tuple[str, Any]], folder: Path) -> list[Path]:
+    """Save each figure by its name, in all formats and in our style, as they come; their paths."""
+    matplotlib = needed("matplotlib", "matplotlib", "figures")
+    needed("matplotlib.backends.backend_agg", "matplotlib", "figures")
+    with matplotlib.rc_context(STYLE):
+        return [path for name, figure in figures for path in _save(figure, folder, name)]
+
+
+def _save(figure: Any, folder: Path, name: str) -> Iterator[Path]:
+    for ending in FORMATS:
+        path = folder / f"{name}.{ending}"
+        dated = {"Date": None} if ending == "svg" else {"CreationDate": None} if ending == "pdf" else None
+        figure.savefig(path, metadata=dated)
+        yield path
+
+
+def new_figure(width: float, height: float) -> Any:
+    """A figure without pyplot, whose windows would stay open [inches]."""
+    return needed("matplotlib.figure", "matplotlib", "figures").Figure(figsize=(width, height), layout="constrained")
+
+
+def _run_figures(run: OpenedRun) -> Iterator[tuple[str, Any]]:
+    yield "course", _course(run.record)
+    for number, found in enumerate(heat_maps(run.record.manifest.parameters, run.record.evaluations), start=1):
+        yield f"params-{number}", _heat(found)
+    for case in first_cases(run.record, CASES):
+        yield f"case-{case.rank}", _scene(told_case(run, case))
+
+
+def _course(record: Record) -> Any:
+    """The five metrics over the generations."""
+    figure = new_figure(7.2, 3.6)
+    x = np.arange(1, len(record.generations) + 1)
+    for axes, metric in zip(figure.subplots(2, 3).flat, METRICS, strict=False):
+        y = [getattr(row.by_individual, metric.field) for row in record.generations]
+        axes.plot(x, y, color=COOL, linewidth=1.4)
+        axes.set_title(metric.name, loc="left", fontweight="bold")
+        axes.set_ylabel(metric.unit or "")
+        axes.set_ylim(bottom=0)
+        axes.set_xlabel("generation")
+    figure.axes[5].set_axis_off()
+    return figure
+
+
+def _heat(found: HeatMap) -> Any:
+    """The share of collisions in each cell."""
+    figure = new_figure(3.4, 2.9)
+    axes = figure.subplots()
+    share = np.where(found.tried > 0, found.failed / np.maximum(found.tried, 1), np.nan)
+    axes.set_facecolor("#e4e4df")  # never tried
+    mesh = axes.pcolormesh(found.across.edges, found.up.edges, share.T, cmap="Oranges", vmin=0.0, vmax=1.0)
+    axes.set_xlabel(_label(found.across.name, found.across.unit))
+    axes.set_ylabel(_label(found.up.name, found.up.unit))
+    figure.colorbar(mesh, label="share of collisions")
+    return figure
+
+
+def _label(name: str, unit: str) -> str:
+    """Matplotlib would read a dollar as mathematics."""
+    return (f"{name} [{unit}]" if unit else name).replace("$", r"\$")
+
+
+def _scene(told: ToldCase) -> Any:
+    """The road from above, ways, and everybody at the key moment."""
+    frame, states = told.frame, told.trajectory.states[told.key_sample]
+    figure = new_figure(3.6, 3.6 * frame.height / frame.width)
+    axes = figure.subplots()
+    for ring in told.road.intersections:
+        axes.fill(*ring.T, color=ASPHALT, linewidth=0)
+    for line in told.road.kerbs:
+        axes.plot(*line.T, color=KERB, linewidth=0.8)
+    for line in (*told.road.middle_lines, *told.road.lane_lines):
+        axes.plot(*line.T, color=KERB, linewidth=0.5, linestyle=(0, (6, 6)))
+    for actor in reversed(range(len(told.shapes))):
+        tint, shape = ACTORS[colour(actor)], told.shapes[actor]
+        axes.plot(*told.ways[actor].T, color=tint, linewidth=0.9, linestyle=":")
+        if states[actor, State.PRESENT] > 0.5:
+            x, y, heading = (float(v) for v in states[actor, [State.X, State.Y, State.HEADING]])
+            corners = outline_corners(x, y, heading, shape.length, shape.width)
+            axes.fill(*zip(*corners, strict=True), color=tint, label=_label(shape.name, ""), zorder=3)
+    if told.contact_point:
+        axes.plot(*told.contact_point, marker="x", color=HOT, markersize=7, markeredgewidth=1.6, zorder=4)
+    axes.set(xlim=(frame.left, frame.left + frame.width), ylim=(frame.bottom, frame.bottom + frame.height), aspect=1)
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+    axes.legend(frameon=False, fontsize=7, loc="upper left")
+    return figure
+
+
+# -- figures of a study ------------------------------------------------------------------------------------------------
+
+ACROSS = 3
+"""Panels beside one another, at most."""
+WIDTH, HEIGHT = 2.5, 2.1
+"""Of a panel [inches]."""
+COLOURS = ("#8a8f98", "#c8501e", "#0b6bb0", "#2f7d4f", "#7a4fa3", "#b58900")
+"""Of the baseline, then of the contenders."""
+
+
+def write_study_figures(study: Study, folder: Path) -> list[Path]:
+    """Write all figures in all formats; their paths.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+        OSError: a file cannot be written.
+    """
+    return save_all(_study_figures(study), folder)
+
+
+def _study_figures(study: Study) -> Iterator[tuple[str, Any]]:
+    rows = compare_all(study.plan, study.records)
+    for metric in METRICS:
+        yield f"curves-{metric.name.lower()}", _panels(study, lambda axes, k, m=metric: _curves(axes, study, k, m))
+    for name in BOXED:
+        measure = measure_called(name)
+        stem = f"boxes-{name.lower().replace(' ', '-')}"
+        yield stem, _panels(study, lambda axes, k, m=measure: _boxes(axes, study, rows, k, m))
+
+
+def _panels(study: Study, draw: Callable[[Any, int], None]) -> Any:
+    """A figure with a panel for each scenario; the methods are told once, below."""
+    count = len(study.plan.subjects)
+    across = min(ACROSS, count)
+    down = -(-count // across)
+    figure = new_figure(WIDTH * max(2, across), HEIGHT * down + 0.3)
+    axes = figure.subplots(down, across, squeeze=False).flat
+    for number, subject in enumerate(study.plan.subjects):
+        axes[number].set_title(_text(subject.name), loc="left", fontweight="bold")
+        draw(axes[number], number)
+    for unused in axes[count:]:
+        unused.set_axis_off()
+    handles, labels = axes[0].get_legend_handles_labels()
+    if handles:
+        figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False)
+    return figure
+
+
+def _text(text: str) -> str:
+    """Matplotlib would read a dollar as mathematics."""
+    return text.replace("$", r"\$")
+
+
+def _colour(study: Study, method: str) -> str:
+    order = (study.plan.baseline, *study.plan.contenders)
+    return COLOURS[order.index(method) % len(COLOURS)]
+
+
+def _curves(axes: Any, study: Study, scenario: int, metric: PaperMetric) -> None:
+    """Medians over the runs, smoothed as on the page, with the middle half as a band."""
+    for method in (study.plan.baseline, *study.plan.contenders):
+        curve = curve_of(study.plan, study.records, scenario, method, metric.field)
+        x, colour = np.arange(1, curve.values.shape[1] + 1), _colour(study, method)
+        axes.fill_between(x, *curve.band(), color=colour, alpha=0.2, linewidth=0)
+        axes.plot(x, np.maximum(smoothed(curve.median), 0.0), color=colour, linewidth=1.3, label=method_name(method))
+    axes.set_ylim(bottom=0)
+    axes.set_xlabel("generation")
+    axes.set_ylabel(f"{metric.name} [{metric.unit}]" if metric.unit else metric.name)
+
+
+def _boxes(axes: Any, study: Study, rows: tuple[Comparison, ...], scenario: int, measure: Measure) -> None:
+    """The runs of each method; stars of Holm's p above those that differ from the baseline."""
+    order = (study.plan.baseline, *study.plan.contenders)
+    values = [sample(study.records, scenario, method, measure) for method in order]
+    drawn = axes.boxplot(values, widths=0.55, patch_artist=True, medianprops={"color": "black"}, flierprops={"ms": 2})
+    for box, method in zip(drawn["boxes"], order, strict=True):
+        box.set(facecolor=_colour(study, method), alpha=0.6, linewidth=0.6)
+    name = study.plan.subjects[scenario].name
+    stars = {row.method: row.marks for row in rows if row.scenario == name and row.measure is measure}
+    labels = [f"{method_name(method)} {stars.get(method, '')}".strip() for method in order]
+    axes.set_xticks(range(1, len(order) + 1), map(_text, labels), rotation=0 if len(order) < 4 else 40)
+    axes.set_ylabel(_text(f"{measure.name} [{measure.unit}]" if measure.unit else measure.name))

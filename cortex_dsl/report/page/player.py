@@ -1,0 +1,266 @@
+"""The player of a case: the drawing from above, its controls, plots in step, and the data that it replays.
+
+The data are poses and speeds of everybody, and how the deciding pair came near, over time. Numbers travel as whole
+numbers, each series as its first value and the differences: a hundred samples of one series take some 300 bytes.
+Positions in centimetres, headings in milliradians, speeds in millimetres a second.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from cortex_dsl.report.findings.case_replay import Approach, Shape, ToldCase
+from cortex_dsl.report.findings.readable import fixed
+from cortex_dsl.report.page import scene_svg
+from cortex_dsl.report.page.charts import Course, Mark, line_chart
+from cortex_dsl.report.page.markup import Element, Node, element
+from engine.metrics import scored_samples, time_step
+from engine.scenes import Trajectory
+from engine.tables import Floats
+from engine.vocabulary import State
+
+# -- the data ----------------------------------------------------------------------------------------------------------
+
+PER_METRE = 100.0
+PER_RADIAN = 1000.0
+PER_SPEED = 1000.0
+
+
+def replay_data(
+    trajectory: Trajectory, drawn: Sequence[Shape], near: Approach, key_time: float, speeds: Floats
+) -> dict[str, Any]:
+    """The embedded form, which `replay.js` reads; `speeds` (samples, actors) [m/s], NaN for who is not there."""
+    return {
+        "step": time_step(trajectory),
+        "samples": len(trajectory.time),
+        "scored": scored_samples(trajectory),
+        "contact": trajectory.contact_sample,
+        "key": key_time,
+        "actors": [
+            _actor(trajectory.states[:, actor], speeds[:, actor], shape.name) for actor, shape in enumerate(drawn)
+        ],
+        "distance": packed(near.distance, PER_METRE),
+        "closing": packed(near.closing_speed, PER_SPEED),
+    }
+
+
+def _actor(states: Floats, speeds: Floats, name: str) -> dict[str, Any]:
+    there = states[:, State.PRESENT] > 0.5
+    return {
+        "name": name,
+        "present": _spans(there),
+        "x": packed(np.where(there, states[:, State.X], np.nan), PER_METRE),
+        "y": packed(np.where(there, states[:, State.Y], np.nan), PER_METRE),
+        "heading": packed(np.where(there, _unwound(states[:, State.HEADING]), np.nan), PER_RADIAN),
+        "speed": packed(speeds, PER_SPEED),
+    }
+
+
+def _unwound(angles: Floats) -> Floats:
+    """Without jumps of a whole turn, so that what lies between two samples is between their values."""
+    return np.unwrap(np.where(np.isfinite(angles), angles, 0.0))
+
+
+def _spans(flags: np.ndarray) -> list[list[int]]:
+    """Half-open stretches of samples where a flag holds."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
+    return edges.reshape(-1, 2).tolist()
+
+
+def packed(values: Floats, scale: float) -> list[int | None]:
+    """The first number, then differences; None where there is no number, which the next difference passes over."""
+    result: list[int | None] = []
+    before = 0
+    for value in values.tolist():
+        if math.isfinite(value):
+            now = round(value * scale)
+            result.append(now - before)
+            before = now
+        else:
+            result.append(None)
+    return result
+
+
+# -- the player --------------------------------------------------------------------------------------------------------
+
+SPEEDS = (0.25, 0.5, 1, 2, 4)
+
+
+def player(told: ToldCase, number: int) -> Element:
+    """The drawing with its controls and plots; `replay.js` moves it by the data of the same number."""
+    return element(
+        "div",
+        element("div", _stage(told), _controls(told), class_="stage-column"),
+        element("div", _plots(told), class_="plots"),
+        class_="player",
+        data_replay=number,
+        tabindex=0,
+        aria_label="replay: space plays and pauses, arrows step, plus and minus change the speed",
+    )
+
+
+def player_data(told: ToldCase) -> dict[str, Any]:
+    """What the player replays."""
+    frame = told.frame
+    return {
+        **replay_data(told.trajectory, told.shapes, told.approach, told.key_time, told.speeds),
+        "speed_per_si": told.unit.per_si,
+        "touched": bool(told.outcomes.collided[0]),
+        "frame": [frame.left, -frame.bottom - frame.height, frame.width, frame.height],
+        "point": told.contact_point,
+    }
+
+
+def still(told: ToldCase, **attributes: str) -> Element:
+    """The scene at its key moment."""
+    frame, sample = told.frame, told.key_sample
+    point = told.contact_point
+    return scene_svg.scene(
+        frame,
+        f"{told.program.name} from above, {_key_words(told)}",
+        scene_svg.road_layer(told.road, told.program.road_spec.lane_width),
+        scene_svg.way_layer(told.ways),
+        _ghosts(told),
+        element("g", scene_svg.actor_layer(told.shapes, told.trajectory.states[sample]), class_="actors"),
+        scene_svg.contact_mark(*point) if point else None,
+        scene_svg.scale_bar(frame),
+        **attributes,
+    )
+
+
+def _key_words(told: ToldCase) -> str:
+    what = "at contact" if told.collided else "at the closest approach"
+    return f"{what}, after {fixed(told.key_time, 2)} s"
+
+
+def _ghosts(told: ToldCase) -> Node:
+    """The outlines at contact, which stay while what follows is shown."""
+    if not told.collided:
+        return None
+    states = told.trajectory.states[told.trajectory.contact_sample]
+    return element("g", scene_svg.actor_layer(told.shapes, states, "ghost"), class_="ghosts")
+
+
+def _stage(told: ToldCase) -> Element:
+    chips = [
+        element("span", element("i", class_=f"swatch actor-{scene_svg.colour(actor)}"), shape.name, class_="chip")
+        for actor, shape in enumerate(told.shapes)
+    ]
+    return element(
+        "div",
+        still(told),
+        element("div", chips, class_="legend"),
+        element("div", "after contact: physics for illustration, not scored", class_="after-note", hidden=True),
+        class_="stage",
+    )
+
+
+def _controls(told: ToldCase) -> Element:
+    last = len(told.trajectory.time) - 1
+    return element(
+        "div",
+        element("button", "▶", type="button", class_="play", aria_label="play or pause", title="play or pause (space)"),
+        element("button", "◂", type="button", class_="step", data_by=-1, title="one step back (left arrow)"),
+        element("button", "▸", type="button", class_="step", data_by=1, title="one step on (right arrow)"),
+        element(
+            "div",
+            element("div", list(_ticks(told)), class_="ticks", aria_hidden="true"),
+            element(
+                "input",
+                type="range",
+                class_="scrub",
+                min=0,
+                max=last,
+                step="any",
+                value=told.key_sample,
+                aria_label="time",
+            ),
+            class_="track",
+        ),
+        element("output", f"{fixed(told.key_time, 2)} s", class_="clock"),
+        element(
+            "span",
+            [
+                element(
+                    "button",
+                    f"{speed:g}×",
+                    type="button",
+                    class_="speed",
+                    data_speed=speed,
+                    aria_pressed=(speed == 1 and "true") or "false",
+                )
+                for speed in SPEEDS
+            ],
+            class_="speeds",
+            role="group",
+            aria_label="speed",
+        ),
+        element(
+            "button", "close-up", type="button", class_="zoom", aria_pressed="false", title="stay near the ego (c)"
+        ),
+        class_="controls",
+    )
+
+
+def _ticks(told: ToldCase) -> Iterator[Element]:
+    """Where on the scrubber things happen, and where the scored run is over."""
+    time = told.trajectory.time
+    end = float(time[-1]) or 1.0
+    if told.collided and time[-1] > told.key_time:
+        start = 100 * told.key_time / end
+        yield element("i", class_="after", style=f"left:{start:.2f}%;width:{100 - start:.2f}%")
+    for moment in told.moments:
+        if moment.kind in ("brake", "closest", "contact", "fastest", "left_road"):
+            text = f"{moment.time:.2f} s {moment.text}"
+            yield element("i", class_=f"tick {moment.kind}", style=f"left:{100 * moment.time / end:.2f}%", title=text)
+
+
+def _plots(told: ToldCase) -> Iterator[Element]:
+    time, near = told.trajectory.time, told.approach
+    marks = [Mark(told.key_time, "after", to_end=True)] if told.collided else []
+    marks.append(Mark(told.key_time, "contact" if told.collided else "closest"))
+    speeds = [_speed(told, actor) for actor in range(len(told.shapes))]
+    yield _plot("speed", told.unit.name, speeds, [c.name for c in speeds], told, marks)
+    if len(told.shapes) > 1:
+        other = told.shapes[told.pair + 1].name
+        distance = _distance(told)
+        closing = Course("closing", "first", time, told.unit.per_si * near.closing_speed)
+        yield _plot("distance", "m", [distance], [f"outlines of ego and {other}"], told, marks)
+        yield _plot("closing speed", told.unit.name, [closing], ["centres, positive while they approach"], told, marks)
+
+
+def _distance(told: ToldCase) -> Course:
+    """Down to 0 at the moment of contact, which lies between two samples."""
+    time, near = told.trajectory.time, told.approach.distance
+    if bool(told.outcomes.collided[0]):
+        after = told.trajectory.contact_sample + 1
+        time, near = np.insert(time, after, told.key_time), np.insert(near, after, 0.0)
+    return Course("apart", "warn", time, near)
+
+
+def _speed(told: ToldCase, actor: int) -> Course:
+    values = told.unit.per_si * told.speeds[:, actor]
+    return Course(told.shapes[actor].name, f"actor-{scene_svg.colour(actor)}", told.trajectory.time, values)
+
+
+def _plot(
+    name: str, unit: str, courses: Sequence[Course], labels: Sequence[str], told: ToldCase, marks: Sequence[Mark]
+) -> Element:
+    end = float(told.trajectory.time[-1]) or 1.0
+    chart = line_chart(
+        courses, name, width=380, height=132, unit="", x_range=(0.0, end), marks=marks, cursor=True, x_label=""
+    )
+    readings = [
+        element(
+            "span",
+            element("i", class_=f"swatch {course.style}"),
+            element("span", label, class_="of"),
+            element("output", "", data_reading=f"{name}:{index}"),
+            class_="reading",
+        )
+        for index, (course, label) in enumerate(zip(courses, labels, strict=True))
+    ]
+    head = element("figcaption", element("b", name), element("span", f" {unit}", class_="unit"), readings)
+    return element("figure", head, chart, class_="plot")

@@ -1,0 +1,256 @@
+"""The report of one search: a page for whoever decides, and for the engineer who has to answer for it."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from cortex_dsl.api.runs import WORST, OpenedRun, first_cases
+from cortex_dsl.report.findings.case_replay import ToldCase, tell_case
+from cortex_dsl.report.findings.readable import counted, first_line, fixed
+from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections, summary
+from cortex_dsl.report.page.markup import Element, Node, element, page, part, top_bar
+from cortex_dsl.report.page.player import player_data
+from engine.avoidability import Avoidability
+from engine.risk import HIGHEST_RISK
+from engine.search.evaluations import distinct_collisions
+from engine.search.insight.analysis import BUDGET, Analysis, analyse
+from engine.search.journal import finite
+from engine.search.journal_reader import Record
+from engine.search.ranking import Case
+from engine.search.result_files import collisions_by_partner
+
+CASES = 10
+"""Cases that a page replays."""
+SCRIPTS = ("page.js", "replay.js")
+LINKS = (
+    ("#summary", "Summary"),
+    ("#cases", "Worst cases"),
+    ("#course", "Course"),
+    ("#space", "Where it fails"),
+    ("#kinds", "Kinds"),
+    ("#probability", "Probability"),
+    ("#params", "Params"),
+    ("#again", "Do it again"),
+)
+
+
+@dataclass(frozen=True)
+class RunPage:
+    """Everything that the page shows."""
+
+    run: OpenedRun
+    worst: tuple[Case, ...]
+    told: tuple[ToldCase, ...]
+    analysis: Analysis
+
+    @property
+    def record(self) -> Record:
+        return self.run.record
+
+
+def run_page(run: OpenedRun, cases: int = CASES, budget: int = BUDGET) -> str:
+    """The page of a run, as text; `budget` simulations find out which params matter (0: none)."""
+    chosen = first_cases(run.record, cases)
+    told = tuple(told_case(run, case) for case in chosen)
+    record, scenario = run.record, run.scenario
+    analysis = analyse(scenario.program, record.evaluations, scenario.config, record.manifest.profile, budget, WORST)
+    return render_page(RunPage(run, chosen, told, analysis))
+
+
+def told_case(run: OpenedRun, case: Case) -> ToldCase:
+    """One case of a run, run again."""
+    manifest = run.record.manifest
+    remark = f"case {case.rank} of a search in {manifest.file}: risk {case.score}"
+    scenes = run.scenario.scene(case)
+    return tell_case(run.scenario, scenes, manifest.profile, remark, f"{case.rank:02d}.scn")
+
+
+def render_page(found: RunPage) -> str:
+    """The page as text."""
+    manifest = found.record.manifest
+    parts = [part for part in _parts(found) if isinstance(part, Element)]
+    names = {part.attributes["id"] for part in parts}
+    body = [
+        top_bar([(place, name) for place, name in LINKS if place[1:] in names]),
+        element("main", _hero(found), parts, _footer(found)),
+    ]
+    data = {
+        "run": finite(numbers(found.record, found.worst)),
+        "replays": [player_data(told) for told in found.told],
+        "evaluations": finite(run_sections.dots(found.record)),
+    }
+    return page(f"{manifest.name}: {summary.method_name(manifest.method)}", body, data, SCRIPTS)
+
+
+def numbers(record: Record, worst: Sequence[Case]) -> dict[str, Any]:
+    """Every number of the run by its name in the journal, for programs that read the page."""
+    manifest = record.manifest
+    everyone, simulated = summary.whole_run(record)
+    return {
+        "name": manifest.name,
+        "method": manifest.method,
+        "preset": manifest.preset,
+        "seed": manifest.seed,
+        "program_digest": manifest.program_digest,
+        "status": record.status,
+        "seconds": record.seconds,
+        "distinct_collisions": distinct_collisions(record.evaluations),
+        **collisions_by_partner(record.evaluations, manifest.actors),
+        "by_individual": asdict(everyone),
+        "by_simulation": asdict(simulated),
+        "generations": [asdict(row) for row in record.generations],
+        "cases": [{**asdict(case), "key": list(case.key)} for case in worst],
+    }
+
+
+def _hero(found: RunPage) -> Element:
+    record, manifest = found.record, found.record.manifest
+    description = first_line(found.run.scenario.program.description)
+    return element(
+        "header",
+        element("p", f"Search for corner cases · {summary.method_name(manifest.method)}", class_="kicker"),
+        element("h1", manifest.name),
+        element("p", description, class_="description") if description else None,
+        _unfinished(record),
+        element("p", summary.headline(record), class_="headline"),
+        element("div", list(_tiles(found)), class_="tiles"),
+        class_="hero",
+    )
+
+
+def _unfinished(record: Record) -> Node:
+    if record.status == "finished":
+        return None
+    words = "was stopped before its last generation" if record.status == "stopped" else "is not finished"
+    return element("p", f"This search {words}: the page shows what its journal holds so far.", class_="note")
+
+
+def _tiles(found: RunPage) -> Iterator[Element]:
+    record = found.record
+    _, simulated = summary.whole_run(record)
+    distinct = distinct_collisions(record.evaluations)
+    different, style = len(found.analysis.distinct), "hot" if distinct else ""
+    yield _tile("distinct_collisions", distinct, f"{distinct:,}", "sets of params that led to a collision", style)
+    yield from _partner_tiles(record)
+    yield _tile("distinct_failures", different, f"{different:,}", "clearly different failures among them", style)
+    if simulated.valid:
+        score = int(record.evaluations.score.max())
+        yield _tile("worst.score", score, f"{score}", f"highest risk, of {HIGHEST_RISK}", style)
+    yield _tile("by_simulation.rl", simulated.rl, fixed(simulated.rl, 2), "mean risk of a valid simulation")
+    yield _tile("by_simulation.nis", simulated.nis, f"{simulated.nis:,}", "invalid individuals")
+    yield _tile("by_simulation.runs", simulated.runs, f"{simulated.runs:,}", "distinct simulations")
+
+
+def _partner_tiles(record: Record) -> Iterator[Element]:
+    """With whom, where there is more than one to collide with: a search may have missed somebody."""
+    actors = record.manifest.actors
+    if len(actors) < 3:
+        return
+    counts = collisions_by_partner(record.evaluations, actors)
+    for name, count in counts["collisions_with"].items():
+        yield _tile(f"collisions_with.{name}", count, f"{count:,}", f"collisions with {name}", "hot" if count else "")
+    if count := counts["collisions_without_ego"]:
+        yield _tile("collisions_without_ego", count, f"{count:,}", f"collisions of others, without {actors[0]}")
+
+
+def _tile(name: str, value: float, text: str, meaning: str, style: str = "") -> Element:
+    number = element("b", summary.figure(name, value, text))
+    return element("div", number, element("span", meaning), class_=f"tile {style}".strip())
+
+
+def _parts(found: RunPage) -> Iterator[Node]:
+    yield element(
+        "section",
+        element("h2", "In plain words"),
+        element(
+            "div",
+            list(summary.paragraphs(found.record, len(found.analysis.distinct), found.analysis.system)),
+            class_="answers",
+        ),
+        id="summary",
+        class_="part",
+    )
+    yield _cases(found)
+    yield _course(found)
+    yield from run_sections.where_it_fails(found.record)
+    space, analysis = found.run.scenario.program.space, found.analysis
+    yield analysis_sections.kinds(space, analysis)
+    yield analysis_sections.avoided(analysis)
+    yield analysis_sections.grids(analysis)
+    yield run_sections.likely(found.run)
+    yield analysis_sections.params(space, analysis, found.record.evaluations)
+    yield run_sections.ends(found.run)
+    yield run_sections.again(found.run)
+
+
+def _cases(found: RunPage) -> Node:
+    if not found.told:
+        return None
+    note = (
+        "Worst first, no two of them nearly the same; their numbers are those of the files in the run's folder "
+        "`worst`. "
+        "Every replay is the simulation itself, run again. "
+        "Space plays and pauses, the arrows step, plus and minus change the speed, c comes closer."
+    )
+    tabs = [
+        element(
+            "li",
+            element(
+                "a",
+                f"Case {case.rank} ",
+                element("small", _case_words(found, case)),
+                href=f"#case-{case.rank}",
+                class_="case-tab",
+                data_case=case.rank,
+            ),
+        )
+        for case in found.worst
+    ]
+    cards = [
+        case_page.card(told, case_page.Place(case, found.run.folder, _answer(found, case)), number)
+        for number, (case, told) in enumerate(zip(found.worst, found.told, strict=True))
+    ]
+    return part("cases", "The worst cases", note, element("ol", tabs, class_="tabs"), cards)
+
+
+def _case_words(found: RunPage, case: Case) -> str:
+    """`risk 22, truck`: with whom, where there is more than one who may be meant."""
+    actors, pair = found.record.manifest.actors, int(found.record.evaluations.rollouts.pair[case.row, case.rollout])
+    if len(actors) > 2 and pair >= 0:
+        return f"risk {case.score}, {'' if case.collided else 'near '}{actors[pair + 1]}"
+    return f"risk {case.score}{', collision' if case.collided else ''}"
+
+
+def _answer(found: RunPage, case: Case) -> Avoidability | None:
+    """What the reference driver says of a case, if it was asked."""
+    answers = zip(found.analysis.worst, found.analysis.avoidability, strict=True)
+    return next((answer for other, answer in answers if other.row == case.row), None)
+
+
+def _course(found: RunPage) -> Element:
+    key = element(
+        "p",
+        element("span", element("i", class_="line"), "all individuals, as in the paper"),
+        element("span", element("i", class_="dashes"), "new simulations only"),
+        element("span", element("i", class_="patch"), "middle half of the individuals"),
+        class_="key",
+    )
+    note = "The five metrics of the CORTEX-AVD paper, generation by generation; the number is that of the whole run."
+    return part(
+        "course",
+        "The course of the search",
+        note,
+        key,
+        element("div", list(run_charts.metric_charts(found.record)), class_="panels"),
+    )
+
+
+def _footer(found: RunPage) -> Element:
+    manifest = found.record.manifest
+    version = manifest.versions.get("cortexc", "")
+    return element(
+        "footer",
+        f"Written by cortexc from the journal in {found.run.folder} "
+        f"({counted(len(found.record.evaluations), 'individual')}; "
+        f"searched with version {version}). This file needs no network and holds all its data.",
+    )

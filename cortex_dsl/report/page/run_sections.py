@@ -1,0 +1,235 @@
+"""Sections of a run's page: where it failed, how probable a collision is, how its runs ended, how to do it again."""
+
+from collections.abc import Iterator
+from shlex import quote
+from typing import Any
+
+import numpy as np
+
+from cortex_dsl.api.runs import OpenedRun
+from cortex_dsl.report.findings.analysis_report import (
+    EXPOSURE,
+    HOW,
+    HeatMap,
+    avoidable_interval_text,
+    avoidable_text,
+    counts_text,
+    heat_maps,
+    how_drawn,
+    interval_text,
+    probability_text,
+)
+from cortex_dsl.report.findings.readable import fixed, percent
+from cortex_dsl.report.findings.search_report import End, ends_of
+from cortex_dsl.report.page import markup, run_charts
+from cortex_dsl.report.page.markup import Element, Node, element, part, table
+from engine.search.evaluations import Evaluations
+from engine.search.journal_reader import Record
+from engine.search.probability.estimates import Probability, kept
+from engine.vocabulary import EndReason, Verdict
+
+DOTS = 12_000
+"""Individuals that the map of all simulations shows at most."""
+
+
+def dots(record: Record) -> dict[str, Any]:
+    """All distinct simulations for the map, or as many as it takes: every collision, and every n-th of the others."""
+    evaluations = record.evaluations
+    rows = _shown(evaluations)
+    kind = np.where(evaluations.collided, 2, np.where(evaluations.valid, 1, 0))[rows]
+    values = evaluations.genomes[rows]
+    return {
+        "genes": [
+            {"name": p.name, "unit": p.unit, "low": p.low, "high": p.high, "options": list(p.options)}
+            for p in record.manifest.parameters
+        ],
+        "values": [[_short(value) for value in column] for column in values.T.tolist()],
+        "kind": kind.tolist(),
+        "score": evaluations.score[rows].tolist(),
+        "place": evaluations.places[rows].tolist(),
+    }
+
+
+def _short(value: float) -> float:
+    """To be drawn: four digits."""
+    return float(f"{value:.4g}")
+
+
+def _shown(evaluations: Evaluations) -> np.ndarray:
+    rows = np.flatnonzero(evaluations.simulated)
+    if len(rows) <= DOTS:
+        return rows
+    hit = rows[evaluations.collided[rows]][-DOTS // 2 :]
+    others = np.setdiff1d(rows, hit)
+    return np.sort(np.concatenate([hit, others[:: -(-len(others) // (DOTS - len(hit)))]]))
+
+
+def where_it_fails(record: Record) -> Iterator[Node]:
+    parameters = record.manifest.parameters
+    maps = heat_maps(parameters, record.evaluations)
+    if maps:
+        key = element(
+            "p",
+            element("span", element("i", class_="none"), "none of those tried collide"),
+            element("span", "few ", element("i", class_="ramp"), "all collide"),
+            element("span", element("i", class_="blank"), "never tried"),
+            class_="key",
+        )
+        note = (
+            "Pairs of params, those first that tell the most about whether the ego collides (mutual information, with "
+            "Miller's correction). The shade is the share of valid simulations in a cell that collided."
+        )
+        charts = [
+            element(
+                "figure",
+                element(
+                    "figcaption",
+                    element("b", f"{chart.across.name} × {chart.up.name}"),
+                    element("span", f"{fixed(chart.information, 2)} bit", class_="total"),
+                ),
+                run_charts.heat_chart(chart),
+                class_="panel",
+            )
+            for chart in maps
+        ]
+        panels = element("div", charts, class_="panels")
+        yield part("space", "Where it fails", note, key, panels, _explorer(record, maps[0]))
+
+
+def _explorer(record: Record, best: HeatMap) -> Element:
+    names = [p.name for p in record.manifest.parameters]
+
+    def select(chosen: str, label: str) -> Element:
+        options = [element("option", name, value=k, selected=name == chosen) for k, name in enumerate(names)]
+        return element("label", f"{label} ", element("select", options))
+
+    idle = "Point at a dot to read it."
+    keys = (("--hot", "collision"), ("--safe-dot", "valid, no collision"), ("--invalid", "invalid"))
+    return element(
+        "div",
+        element(
+            "div",
+            element("b", "Every simulation"),
+            select(best.across.name, "across"),
+            select(best.up.name, "up"),
+            [
+                element("span", element("i", style=f"background:var({colour})"), text, class_="dot-key")
+                for colour, text in keys
+            ],
+            class_="choose",
+        ),
+        element("canvas", role="img", aria_label="a dot for each simulation, by two params"),
+        element("p", idle, class_="tip", data_idle=idle),
+        class_="explorer panel",
+    )
+
+
+# -- how probable a collision is: estimates that lie beside the journal, or how to come by one -------------------------
+
+NOTE = (
+    "Given a valid run, when every param is drawn as the file says. What a search found tells nothing "
+    f"of this: it goes where it has found danger. And {EXPOSURE}."
+)
+HEAD = ("a collision", "one a competent driver avoids", "how it is drawn", "from", "valid draws")
+
+
+def likely(run: OpenedRun) -> Element:
+    """The section of a run's page.
+
+    Raises:
+        StoreError: the estimates cannot be read.
+    """
+    found = kept(run.folder, run.scenario.program.digest)
+    if found:
+        return part("probability", "How probable is it?", NOTE, table(HEAD, [_row(each) for each in found], "likely"))
+    command = element("pre", f"cortexc probability {quote(str(run.folder))}", class_="command")
+    missing = element("p", "It has not been estimated yet; this does, and the next report shows it:", class_="note")
+    return part("probability", "How probable is it?", NOTE, missing, command)
+
+
+def _row(found: Probability) -> Element:
+    level = percent(found.level, 0)
+    return element(
+        "tr",
+        _number("th", probability_text(found), f"{level}: {interval_text(found)}"),
+        _number("td", avoidable_text(found), f"{level}: {avoidable_interval_text(found)}"),
+        element("td", how_drawn(found), element("br"), element("small", HOW[found.method], class_="quiet")),
+        element("td", counts_text(found)),
+        element("td", percent(found.valid_share), class_="number quiet"),
+    )
+
+
+def _number(tag: str, value: str, interval: str) -> Element:
+    return element(tag, value, element("br"), element("small", interval, class_="quiet"), class_="number")
+
+
+# -- how the runs ended, and how to do it all again --------------------------------------------------------------------
+
+STREAMS = (
+    "seed.method.run.generation.index.rollout: each scene draws from a stream of its own, so results depend neither on "
+    "threads nor on order"
+)
+
+
+def ends(run: OpenedRun) -> Element:
+    rows, whole = how_runs_ended(run)
+    note = "Every distinct simulation, by what became of it."
+    return part("ends", "How runs ended", note, run_charts.bars(rows, whole))
+
+
+def how_runs_ended(run: OpenedRun) -> tuple[list[tuple[str, int, str]], int]:
+    """(words, count, style) of each end, most frequent first, and how many there are."""
+    rows = [(*_words(end), end.count) for end in ends_of(run.scenario.program, run.record.evaluations)]
+    return [(text, count, style) for text, style, count in rows], sum(count for _, _, count in rows)
+
+
+def _words(end: End) -> tuple[str, str]:
+    if end.reason is None:
+        return run_charts.VERDICTS[end.verdict], "invalid"
+    style = "hit" if end.reason == EndReason.COLLISION else "" if end.verdict == Verdict.VALID else "invalid"
+    return end.text, style
+
+
+def again(run: OpenedRun) -> Element:
+    manifest, folder = run.record.manifest, run.folder
+    command = markup.command_again(manifest.command_line) if manifest.command_line else ""
+    facts = [
+        ("file", manifest.file),
+        ("digest of the text", manifest.file_digest),
+        ("digest of the program", manifest.program_digest),
+        ("seed, run", f"{manifest.seed}, {manifest.run}"),
+        ("risk profile", manifest.profile),
+        ("versions", ", ".join(f"{name} {version}" for name, version in manifest.versions.items())),
+        ("platform", manifest.platform),
+        (
+            "stream keys",
+            STREAMS,
+        ),
+    ]
+    settings = [
+        element("tr", element("th", f"{group}.{name}", scope="row"), element("td", str(value)))
+        for group, table in manifest.settings.items()
+        for name, value in table.items()
+    ]
+    rows = [element("tr", element("th", name, scope="row"), element("td", value)) for name, value in facts]
+    edited = [
+        element(
+            "p",
+            f"{name} says something else today than when this run was started; the text below is that of the run.",
+            class_="note",
+        )
+        for name in run.edited
+    ]
+    return part(
+        "again",
+        "Do it again",
+        "The same command gives the same journal, row by row.",
+        element("pre", command, class_="command") if command else None,
+        element("pre", f"cortexc report {quote(str(folder))}", class_="command"),
+        edited,
+        element("div", element("table", element("tbody", rows), class_="facts"), class_="wide"),
+        element(
+            "details", element("summary", "Every setting"), element("table", element("tbody", settings), class_="facts")
+        ),
+        element("details", element("summary", "The scenario"), element("pre", manifest.file_text, class_="source")),
+    )

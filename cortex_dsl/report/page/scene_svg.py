@@ -1,0 +1,140 @@
+"""Roads and scenes from above as SVG. The world is drawn in metres, y up; a style sheet gives it colours.
+
+Units inside the drawing are metres, so that a script can move an actor by its position alone.
+"""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from cortex_dsl.report.findings.case_replay import Frame, Shape, colour
+from cortex_dsl.report.page.markup import Element, Node, element
+from engine.road.outline import Outline
+from engine.tables import Floats
+from engine.vocabulary import ActorKind, State
+
+
+def number(value: float, decimals: int = 2) -> str:
+    """A coordinate, as short as it can be."""
+    text = f"{value:.{decimals}f}"
+    text = text.rstrip("0").rstrip(".") if "." in text else text
+    return "0" if text in ("-0", "") else text
+
+
+def points_text(points: Iterable[Sequence[float]] | Floats, decimals: int = 2) -> str:
+    """Points of a polyline."""
+    return " ".join(f"{number(x, decimals)},{number(y, decimals)}" for x, y in points)
+
+
+def scene(frame: Frame, title: str, *layers: Node, **attributes: str) -> Element:
+    """A whole drawing: layers in world coordinates, the first one below."""
+    return element(
+        "svg",
+        element("title", title),
+        element("g", *layers, transform="scale(1,-1)", class_="world"),
+        viewBox=_view_box(frame),
+        class_="scene",
+        role="img",
+        preserveAspectRatio="xMidYMid meet",
+        xmlns="http://www.w3.org/2000/svg",
+        **attributes,
+    )
+
+
+def _view_box(frame: Frame) -> str:
+    """As SVG has it: y down, turned by the group `world`."""
+    return " ".join(map(number, (frame.left, -frame.bottom - frame.height, frame.width, frame.height)))
+
+
+def road_layer(road: Outline, lane_width: float) -> Element:
+    """Asphalt, lines and kerbs."""
+    return element(
+        "g",
+        [_line(line, "asphalt", stroke_width=number(lane_width + 0.1)) for line in road.center_lines],
+        [element("polygon", points=points_text(ring), class_="junction") for ring in road.intersections],
+        [_line(line, "kerb") for line in road.kerbs],
+        [_line(line, "lane-line") for line in road.lane_lines],
+        [_line(line, "middle-line") for line in road.middle_lines],
+        [_line(line, "stop-line") for line in road.stop_lines],
+        class_="road",
+    )
+
+
+def way_layer(ways: Sequence[Floats]) -> Element:
+    """The ways of all actors; the ego's lies on top."""
+    lines = [_line(way, f"way actor-{colour(actor)}") for actor, way in enumerate(ways) if len(way)]
+    return element("g", reversed(lines), class_="ways")
+
+
+def actor_layer(drawn: Sequence[Shape], states: Floats, name: str = "actor") -> list[Element]:
+    """Every actor at its place; `states` (actors, len(State)) of one sample. The ego lies on top."""
+    return [_actor(drawn[actor], actor, states[actor], name) for actor in reversed(range(len(drawn)))]
+
+
+def _actor(shape: Shape, actor: int, state: Floats, name: str) -> Element:
+    there = state[State.PRESENT] > 0.5 and bool(np.isfinite(state[: State.HEADING + 1]).all())
+    x, y, heading = (float(v) for v in state[[State.X, State.Y, State.HEADING]]) if there else (0.0, 0.0, 0.0)
+    return element(
+        "g",
+        element("title", shape.name),
+        _body(shape),
+        class_=f"{name} actor-{colour(actor)}",
+        data_actor=actor,
+        transform=f"translate({number(x, 3)} {number(y, 3)}) rotate({number(np.degrees(heading), 2)})",
+        display=None if there else "none",
+    )
+
+
+def _body(shape: Shape) -> Node:
+    """An outline seen from above, its front to the right: the outline itself is true to the simulation."""
+    length, width = shape.length, shape.width
+    corner = min(0.25 * width, 0.5)
+    outline = _box(0.0, 0.0, length, width, corner, "body")
+    if shape.kind == ActorKind.PEDESTRIAN:
+        return [outline, element("circle", cx=0, cy=0, r=number(0.3 * min(length, width)), class_="glass")]
+    if length < 2.6 or width < 1.0:
+        return [outline, element("circle", cx=number(-0.05 * length), cy=0, r=number(0.28 * width), class_="glass")]
+    return [
+        outline,
+        _box(0.14 * length, 0.0, 0.16 * length, 0.76 * width, 0.2, "glass"),
+        _box(-0.33 * length, 0.0, 0.09 * length, 0.66 * width, 0.15, "glass"),
+        [_box(0.47 * length, side * 0.34 * width, 0.05 * length, 0.18 * width, 0.08, "lamp") for side in (-1, 1)],
+    ]
+
+
+def _box(x: float, y: float, length: float, width: float, corner: float, name: str) -> Element:
+    return element(
+        "rect",
+        x=number(x - length / 2, 3),
+        y=number(y - width / 2, 3),
+        width=number(length, 3),
+        height=number(width, 3),
+        rx=number(corner),
+        class_=name,
+    )
+
+
+def contact_mark(x: float, y: float) -> Element:
+    """A cross in a ring, where two outlines met."""
+    return element(
+        "g",
+        element("title", "contact"),
+        element("circle", r=1.5, class_="contact-halo"),
+        element("path", d="M-.6-.6L.6.6M-.6.6L.6-.6", class_="contact-cross"),
+        transform=f"translate({number(x)} {number(y)})",
+        class_="contact",
+    )
+
+
+def scale_bar(frame: Frame) -> Element:
+    """Ten metres, at the lower left."""
+    x, y = frame.left + 0.03 * frame.width, frame.bottom + 0.05 * frame.height
+    size = number(0.028 * frame.height)
+    text = element(
+        "text", "10 m", x=number(x + 5), y=number(-y - 0.02 * frame.height), font_size=size, transform="scale(1,-1)"
+    )
+    return element("g", _line([(x, y), (x + 10.0, y)], "scale-line"), text, class_="scale")
+
+
+def _line(points: Floats | Sequence[Sequence[float]], name: str, **attributes: str) -> Element:
+    return element("polyline", points=points_text(points), class_=name, **attributes)

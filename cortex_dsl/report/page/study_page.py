@@ -1,0 +1,249 @@
+"""The report of a study: what may be claimed, how sure it is, and every run behind it."""
+
+from collections.abc import Iterator, Sequence
+from shlex import join
+from typing import Any
+
+import numpy as np
+
+from cortex_dsl.report.findings.study_report import BOXED, measure_called
+from cortex_dsl.report.page import markup, study_tables
+from cortex_dsl.report.page.charts import Box, Course, box_chart, line_chart
+from cortex_dsl.report.page.markup import Element, Node, element, page, part, top_bar
+from cortex_dsl.report.page.run_charts import METRICS, PaperMetric
+from cortex_dsl.report.page.summary import method_name
+from engine.search.journal import finite
+from engine.study.comparisons import Measure, sample
+from engine.study.database import Study
+from engine.study.run_records import curve_of, smoothed
+from engine.study.study_files import test_row
+from engine.study.verdict import FAMILIES, RULE, Findings, findings
+
+LINKS = (
+    ("#verdict", "Verdict"),
+    ("#primary", "Who finds more"),
+    ("#boxes", "Run by run"),
+    ("#curves", "Curves"),
+    ("#tests", "Tests"),
+    ("#rates", "Random sampling"),
+    ("#paper", "Beside the paper"),
+    ("#again", "Do it again"),
+)
+
+
+def study_page(study: Study) -> str:
+    """The page of a study, as text."""
+    found = findings(study.plan, study.records)
+    parts = list(_parts(study, found))
+    names = {each.attributes.get("id") for each in parts if isinstance(each, Element)} | {"verdict"}
+    body = [
+        top_bar([(place, name) for place, name in LINKS if place[1:] in names]),
+        element("main", _hero(study, found), parts, _footer(study)),
+    ]
+    data = {"study": finite({"verdict": list(found.verdict), "tests": [test_row(row) for row in found.comparisons]})}
+    return page(_title(study), body, data, ("page.js",))
+
+
+def _title(study: Study) -> str:
+    plan = study.plan
+    others = ", ".join(map(method_name, plan.contenders))
+    title = f"{others} against {method_name(plan.baseline)}" if others else method_name(plan.baseline)
+    return f"{title[:1].upper()}{title[1:]}"
+
+
+def _hero(study: Study, found: Findings) -> Element:
+    plan, records = study.plan, study.records
+    simulations = sum(record.figures.simulations.runs for record in records)
+    tiles = (
+        (f"{len(plan.subjects):,}", "scenarios"),
+        (f"{len(plan.methods):,}", "methods"),
+        (f"{plan.runs:,}", "runs of each"),
+        (f"{plan.individuals:,}", "individuals in each run"),
+        (f"{simulations:,}", "distinct simulations"),
+    )
+    unfinished = f"This study is not finished: {len(records):,} runs are." if not study.complete else ""
+    return element(
+        "header",
+        element("p", "Study of methods of search", class_="kicker"),
+        element("h1", _title(study)),
+        element("p", ", ".join(subject.name for subject in plan.subjects), class_="description"),
+        element("p", unfinished, class_="note") if unfinished else None,
+        element("div", [element("p", _sentence(text), class_="headline") for text in found.verdict], id="verdict"),
+        element("p", _sentence(RULE), class_="note"),
+        element("p", _sentence(FAMILIES), class_="note"),
+        element("div", [_tile(*tile) for tile in tiles], class_="tiles"),
+        class_="hero",
+    )
+
+
+def _sentence(text: str) -> str:
+    first, space, others = text.partition(" ")
+    name = method_name(first)  # of a sentence about a method
+    return f"{name[:1].upper()}{name[1:]}{space}{others}."
+
+
+def _tile(number: str, meaning: str) -> Element:
+    return element("div", element("b", number), element("span", meaning), class_="tile")
+
+
+def _parts(study: Study, found: Findings) -> Iterator[Node]:
+    yield _limits()
+    yield study_tables.primary(study, found)
+    yield _boxes(study, found)
+    yield _curves(study)
+    yield study_tables.tests(found)
+    yield study_tables.rates(found)
+    yield study_tables.paper(found)
+    yield _again(study)
+
+
+def _limits() -> Element:
+    texts = (
+        "Rates of a searcher are no probabilities: it goes where it has found danger.",
+        "A result holds for these scenarios, this budget and this simulator.",
+        "Runs are the observations; what lies inside one run is not independent and is not tested.",
+        "A larger yield is no larger variety: read distinct failures beside collisions.",
+    )
+    inner = element("div", element("h3", "What this does not show"), element("ul", [element("li", t) for t in texts]))
+    return element("section", element("div", inner, class_="answer limits"), class_="part")
+
+
+# -- the primary outcome, and box plots --------------------------------------------------------------------------------
+
+
+def _key(study: Study) -> Element:
+    swatches = [
+        element("span", element("i", class_=f"swatch {_style(study, method)}"), method_name(method))
+        for method in study.plan.methods
+    ]
+    return element("p", swatches, class_="key")
+
+
+def _style(study: Study, method: str) -> str:
+    order = (study.plan.baseline, *study.plan.contenders)
+    return f"actor-{(5, 0, 1, 2, 3, 4)[order.index(method) % 6]}"
+
+
+def _boxes(study: Study, found: Findings) -> Node:
+    note = (
+        "Each box is the runs of one method that have the number: median, quartiles, whiskers within one and a half "
+        f"boxes. Stars: Holm's p of the test against {method_name(study.plan.baseline)} below 0.05, 0.01, 0.001; "
+        "▲ better, ▼ worse."
+    )
+    blocks = [
+        [
+            element("h3", subject.name, class_="sub"),
+            element("div", [_box(study, found, number, name) for name in BOXED], class_="panels"),
+        ]
+        for number, subject in enumerate(study.plan.subjects)
+    ]
+    return part("boxes", "Run by run", note, _key(study), _consolidated(study), blocks)
+
+
+def _box(study: Study, found: Findings, scenario: int, name: str) -> Element:
+    plan, measure = study.plan, measure_called(name)
+    order = (plan.baseline, *plan.contenders)
+    boxes = [Box(m, _style(study, m), sample(study.records, scenario, m, measure)) for m in order]
+    title = plan.subjects[scenario].name
+    rows = {row.method: row for row in found.comparisons if row.scenario == title and row.measure is measure}
+    stars = [(0, order.index(m), rows[m].marks) for m in plan.contenders if m in rows and rows[m].stars]
+    return _panel(measure, box_chart(boxes, f"{measure.name}, {title}", stars=stars))
+
+
+def _consolidated(study: Study) -> Node:
+    """All scenarios together, as the paper's first figure; scenarios differ, so this is for the eye and not tested."""
+    plan = study.plan
+    if len(plan.subjects) < 2:
+        return None
+    panels = []
+    for name in BOXED:
+        measure = measure_called(name)
+        boxes = [
+            Box(
+                method,
+                _style(study, method),
+                np.concatenate([sample(study.records, k, method, measure) for k in range(len(plan.subjects))]),
+            )
+            for method in (plan.baseline, *plan.contenders)
+        ]
+        panels.append(_panel(measure, box_chart(boxes, f"{measure.name}, all scenarios")))
+    title = element("h3", "All scenarios together, for the eye: tests are scenario by scenario", class_="sub")
+    return [title, element("div", panels, class_="panels")]
+
+
+def _panel(measure: Measure, chart: Element) -> Element:
+    unit = f" [{measure.unit}]" if measure.unit else ""
+    return element(
+        "figure",
+        element("figcaption", element("b", measure.name), element("span", f"{measure.meaning}{unit}")),
+        chart,
+        class_="panel",
+    )
+
+
+# -- curves -----------------------------------------------------------------------------------------------------------
+
+
+def _curves(study: Study) -> Element:
+    note = (
+        "Median over the runs, generation by generation, with the middle half as a band; medians smoothed by the "
+        "filter of Savitzky and Golay, as in the paper. Elites count in every generation that kept them."
+    )
+    blocks = [
+        [
+            element("h3", subject.name, class_="sub"),
+            element("div", [_curve(study, number, metric) for metric in METRICS], class_="panels"),
+        ]
+        for number, subject in enumerate(study.plan.subjects)
+    ]
+    return part("curves", "Over the generations", note, _key(study), blocks)
+
+
+def _curve(study: Study, scenario: int, metric: PaperMetric) -> Element:
+    courses = []
+    for method in study.plan.methods:
+        curve = curve_of(study.plan, study.records, scenario, method, metric.field)
+        low, high = curve.band()
+        x = np.arange(1, curve.values.shape[1] + 1, dtype=np.float64)
+        courses.append(
+            Course(method_name(method), _style(study, method), x, np.maximum(smoothed(curve.median), 0.0), low, high)
+        )
+    unit = f" [{metric.unit}]" if metric.unit else ""
+    return element(
+        "figure",
+        element("figcaption", element("b", metric.name), element("span", f"{metric.meaning}{unit}")),
+        line_chart(courses, f"{metric.name} over the generations", x_label="generation"),
+        class_="panel",
+    )
+
+
+# -- tables -----------------------------------------------------------------------------------------------------------
+
+
+def _again(study: Study) -> Element:
+    plan, command = study.plan, study.manifest.get("command_line")
+    facts: Sequence[tuple[str, Any]] = (
+        ("seed of each scenario", ", ".join(map(str, plan.seeds))),
+        (
+            "generations x population",
+            f"{plan.subjects[0].config.search.generations} x {plan.subjects[0].config.search.population}",
+        ),
+        ("risk profile", plan.profile),
+        *((subject.name, f"{subject.file}, program {subject.program.digest}") for subject in plan.subjects),
+    )
+    rows = [element("tr", element("th", name, scope="row"), element("td", str(value))) for name, value in facts]
+    return part(
+        "again",
+        "Do it again",
+        "The same command gives the same study, run by run.",
+        element("pre", markup.command_again(("study", *command)), class_="command") if command is not None else None,
+        element("pre", join(("cortexc", "report", str(study.folder))), class_="command"),
+        element("table", element("tbody", rows), class_="facts"),
+    )
+
+
+def _footer(study: Study) -> Element:
+    return element(
+        "footer",
+        f"Written by cortexc from the study in {study.folder}. This file needs no network and holds all its data.",
+    )

@@ -1,0 +1,184 @@
+"""The tables of a study on its page: the primary outcome, every test, random sampling, and the paper beside it."""
+
+from cortex_dsl.report.findings.readable import counted, fixed, percent
+from cortex_dsl.report.findings.study_report import differences, p_text, quartiles, told
+from cortex_dsl.report.page.markup import Element, Node, element, figure, part, table
+from cortex_dsl.report.page.summary import method_name
+from engine.search.statistics import Interval
+from engine.study.comparisons import DISTINCT_FAILURES, PRIMARY, Comparison, Spread
+from engine.study.database import Study
+from engine.study.verdict import Beside, Findings
+
+
+def primary(study: Study, found: Findings) -> Node:
+    if not found.comparisons:
+        return None
+    rows = [
+        element(
+            "tr",
+            element("th", row.scenario, scope="row"),
+            element("td", method_name(row.method)),
+            element("td", _figure(row, "median", row.spread.median), class_="number"),
+            element("td", _quartiles(row.spread, row), class_="number quiet"),
+            element("td", told(row.baseline_spread.median, row), class_="number"),
+            element("td", _quartiles(row.baseline_spread, row), class_="number quiet"),
+            element("td", p_text(row.p_holm), " ", element("b", row.marks), class_="number"),
+            element("td", fixed(row.a12, 2), class_="number"),
+            element("td", _interval(row.interval), class_="number quiet"),
+            element("td", row.words, class_="verdict-word"),
+        )
+        for measure in (PRIMARY, DISTINCT_FAILURES)
+        for row in found.comparisons
+        if row.measure is measure
+    ]
+    half = len(rows) // 2
+    head = (
+        "scenario",
+        "method",
+        "median",
+        "middle half",
+        study.plan.baseline,
+        "middle half",
+        "p, Holm",
+        "A12",
+        "95 %",
+        "",
+    )
+    note = (
+        f"Two outcomes named before the study was run, one family of tests. Yield: {PRIMARY.meaning}, be it in a bit."
+    )
+    second = f"Variety, how many of them are clearly different: {DISTINCT_FAILURES.meaning}."
+    return part(
+        "primary",
+        "Who finds more",
+        note,
+        table(head, rows[:half], "tests"),
+        element("p", second, class_="note"),
+        table(head, rows[half:], "tests"),
+    )
+
+
+def _figure(row: Comparison, field: str, value: float) -> Node:
+    name = f"{row.scenario}.{row.method}.{row.measure.name}.{field}"
+    return figure(name, value, told(value, row))
+
+
+def _quartiles(spread: Spread, row: Comparison) -> str:
+    return " to ".join(quartiles(spread, row))
+
+
+def _interval(interval: Interval) -> str:
+    return f"{fixed(interval.low, 2)} to {fixed(interval.high, 2)}"
+
+
+def _missing(row: Comparison) -> Node:
+    """Which runs have no number and rank last."""
+    return element("small", f" {row.missing}", class_="quiet") if row.missing else None
+
+
+def tests(found: Findings) -> Node:
+    if not found.comparisons:
+        return None
+    rows = [
+        element(
+            "tr",
+            element("td", row.scenario),
+            element("td", row.title, element("small", f" {row.measure.unit}", class_="quiet")),
+            element("td", "exploratory" if row.measure.exploratory else row.measure.family, class_="quiet"),
+            element("td", row.method),
+            element("td", _figure(row, "median", row.spread.median), class_="number"),
+            element("td", told(row.baseline_spread.median, row), class_="number"),
+            element("td", p_text(row.p), class_="number quiet"),
+            element("td", p_text(row.p_holm), " ", element("b", row.marks), class_="number"),
+            element("td", fixed(row.a12, 2), class_="number"),
+            element("td", _interval(row.interval), class_="number quiet"),
+            element("td", row.words, _missing(row)),
+        )
+        for row in found.comparisons
+        if row.measure not in (PRIMARY, DISTINCT_FAILURES)
+    ]
+    head = (
+        "scenario",
+        "measure",
+        "role",
+        "method",
+        "median",
+        found.comparisons[0].baseline,
+        "p",
+        "p, Holm",
+        "A12",
+        "95 %",
+        "",
+    )
+    note = (
+        "Two-sided Mann-Whitney tests, Holm's correction in each family; ▲ and A12 above 0.5: the method is better. "
+        "What is exploratory suggests, and shows nothing by itself: who picks one of its families has not corrected "
+        "for that."
+    )
+    inner = element("details", element("summary", counted(len(rows), "test")), table(head, rows, "tests"))
+    return part("tests", "Every test", note, inner)
+
+
+def rates(found: Findings) -> Node:
+    if not found.rates:
+        return None
+    rows = [
+        element(
+            "tr",
+            element("th", row.scenario, scope="row"),
+            element("td", percent(row.valid / row.individuals if row.individuals else float("nan")), class_="number"),
+            element("td", _percents(row.valid_rate), class_="number quiet"),
+            element("td", percent(row.collisions / row.valid if row.valid else float("nan")), class_="number"),
+            element("td", _percents(row.collision_rate), class_="number quiet"),
+        )
+        for row in found.rates
+    ]
+    head = ("scenario", "valid", "95 %", "collide, of valid", "95 %")
+    note = "What a uniformly random set of params comes to: independent draws, intervals of Clopper and Pearson."
+    return part("rates", "Random sampling", note, table(head, rows, "rates"))
+
+
+def _percents(interval: Interval) -> str:
+    return f"{percent(interval.low)} to {percent(interval.high)}"
+
+
+def paper(found: Findings) -> Node:
+    """Our numbers beside the paper's, and the paper's table of studies with our row."""
+    if not found.beside:
+        return None
+    beside = [
+        element(
+            "tr",
+            element("th", _named(row) if before is None or before.letter != row.letter else "", scope="row"),
+            element("td", row.measure.name, element("small", f" {row.measure.unit}", class_="quiet")),
+            *(_cell(value, row.measure.decimals) for value in (row.ga, row.random)),
+            _cell(row.ratio, 2),
+            *(_cell(value, row.measure.decimals) for value in (row.paper_ga, row.paper_random)),
+            _cell(row.paper_ratio, 2),
+            element("td", "" if row.same_direction else "the other way", class_="verdict-word"),
+            class_="begins" if before is not None and before.letter != row.letter else None,
+        )
+        for before, row in zip((None, *found.beside), found.beside, strict=False)
+    ]
+    studies = [element("tr", [element("td", str(value)) for value in vars(row).values()]) for row in found.studies]
+    head = ("", "metric", "GA", "random", "ratio", "paper: GA", "paper: random", "paper: ratio", "")
+    others = ("study", "test cases", "seconds each", "collisions", "valid", "metrics")
+    note = "Medians of our runs beside the paper's one run. Another simulator: direction can be compared, size cannot."
+    return part(
+        "paper",
+        "Beside the paper",
+        note,
+        table(head, beside, "beside"),
+        element("ul", [element("li", line) for line in differences(found.beside)], class_="note"),
+        element("h3", "Among other studies", class_="sub"),
+        table(others, studies, "studies"),
+    )
+
+
+def _named(row: Beside) -> Element:
+    """The paper's letter; the file on pointing at it."""
+    return element("abbr", row.letter, title=row.scenario)
+
+
+def _cell(value: float, decimals: int) -> Element:
+    return element("td", fixed(value, decimals), class_="number")

@@ -1,0 +1,1 @@
+"""What a terminal shows, drawn with rich: views of findings, and progress while something runs."""

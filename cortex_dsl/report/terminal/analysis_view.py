@@ -1,0 +1,321 @@
+"""What `analyse` and `probability` say: how many different failures, where, of what kinds, whose fault, how likely."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from cortex_dsl.report.findings.analysis_report import (
+    AVOIDANCES,
+    DRIVER,
+    EXPOSURE,
+    HOW,
+    avoidable_interval_text,
+    avoidable_text,
+    closing_text,
+    condition_text,
+    counts_text,
+    fastest_text,
+    grid_text,
+    held_out_text,
+    how_drawn,
+    interval_text,
+    lost_text,
+    margin_text,
+    probability_text,
+    shuffled_text,
+    system_lines,
+    varying,
+)
+from cortex_dsl.report.findings.readable import ABSENT, counted, fixed, percent, ratio, shortened, whole
+from cortex_dsl.report.findings.search_report import partners_text
+from cortex_dsl.report.terminal.theme import columns, heading, indented, left, right, section
+from engine.avoidability import Avoidability
+from engine.program import ParamSpace, Program
+from engine.search.evaluations import Partners
+from engine.search.insight.analysis import Analysis, Avoided
+from engine.search.insight.diversity import Grid
+from engine.search.insight.sensitivity import Sensitivity, Share
+from engine.search.probability.estimates import JOINT, PARAMS, Probability
+from engine.search.statistics import Interval
+
+# -- what the reference driver makes of the failures: which speak against the ego, and how surely ----------------------
+
+
+def avoidance_view(analysis: Analysis) -> RenderableType:
+    avoided = analysis.avoided
+    told = {*avoided.by, *(answer.avoidance for answer in analysis.avoidability if answer is not None)}
+    shares = [
+        (
+            Text(whole(avoided.by.get(kind, 0))),
+            Text(percent(ratio(avoided.by.get(kind, 0), avoided.driven), 0)),
+            Text(AVOIDANCES[kind][0], AVOIDANCES[kind][1]),
+            Text(AVOIDANCES[kind][2], "quiet"),
+        )
+        for kind in sorted(told)
+    ]
+    head = f"of {counted(avoided.driven, 'different collision')} that this search kept; shares of these, no rates:"
+    table = columns(right(), right(), left(), left(wrap=True), rows=shares)
+    said = [Text(line, "warn") for line in system_lines(avoided)]
+    return Group(Text(head), table, *_lost(avoided), *said, Text(), *_worst(analysis), Text(DRIVER, "quiet"))
+
+
+def _lost(avoided: Avoided) -> Iterator[Text]:
+    """How many say more about what the file draws than about the ego."""
+    if lost_text(avoided):
+        yield Text(lost_text(avoided), "warn")
+
+
+def _worst(analysis: Analysis) -> list[RenderableType]:
+    """What is said of each of the worst cases."""
+    rows = [
+        (Text(str(case.rank), "quiet"), Text(str(case.score)), Text(closing_text(case.closing_speed)), *_answer(answer))
+        for case, answer in zip(analysis.worst, analysis.avoidability, strict=True)
+        if answer is not None
+    ]
+    if not rows:
+        return []
+    head = right("#"), right("risk"), right("closing"), left("of the worst"), right("perceived"), right("contact")
+    return [columns(*head, left("", wrap=True), rows=rows, header=True), Text(fastest_text(analysis), "quiet"), Text()]
+
+
+def _answer(answer: Avoidability) -> Sequence[Text]:
+    name, style, _ = AVOIDANCES[answer.avoidance]
+    return (
+        Text(name, style),
+        Text(_seconds(answer.perceived)),
+        Text(_seconds(answer.contact)),
+        Text(margin_text(answer), "quiet"),
+    )
+
+
+def _seconds(time: float) -> str:
+    return f"{fixed(time, 2)} s" if math.isfinite(time) else ABSENT
+
+
+# -- the whole of `cortexc analyse` ------------------------------------------------------------------------------------
+
+SHADES = " ·░▒▓█"
+"""Of a cell: nothing ran there, no collision, then ever more collisions."""
+CHANCE = "chance"
+MARKS = "blank: nothing ran there; ·: no collision; ░ ▒ ▓ █: ever more of them"
+INDICES = """\
+total: share of the variance that is left when all other params are known
+alone: share that the param explains by itself; brackets: 95 % bootstrap
+Sobol' indices of the mean over chance, that is lanes, places and what else a
+scene draws; row chance: what stays open when every param is known
+risk, collision: among valid runs"""
+
+
+def analysis_view(program: Program, analysis: Analysis, width: int) -> RenderableType:
+    """The whole page of `cortexc analyse`."""
+    space = program.space
+    parts: list[RenderableType] = [heading(program.name), *_summary(analysis), *_partners(program, analysis)]
+    if analysis.failures:
+        parts.append(section("Kinds of failures", _kinds(space, analysis), "what tells them from all else simulated"))
+    covered = [grid for grid in analysis.grids if grid.covered]
+    parts += [section(grid.name, _grid(grid, width), _grid_note(grid)) for grid in covered]
+    parts += [Text(), indented(Text(MARKS, "quiet"))] if covered else []
+    if analysis.sensitivity is not None:
+        note = f"{analysis.sensitivity.simulations:,} simulations of their own, drawn as the file says"
+        parts.append(section("Which params matter", _sensitivity(analysis.sensitivity), note))
+    if analysis.avoided.driven:
+        parts.append(section("Would a competent driver have avoided it?", avoidance_view(analysis)))
+    return Group(*parts)
+
+
+def _summary(analysis: Analysis) -> list[RenderableType]:
+    """The first lines, in plain words."""
+    if not analysis.valid:
+        return [Text(f"not one of {counted(analysis.simulations, 'simulation')} was valid: nothing is known", "bad")]
+    if not analysis.failures:
+        tried = f" in {analysis.valid:,} valid of {counted(analysis.simulations, 'simulation')}"
+        return [Text.assemble(("no collision", "good"), tried, ("; what was not found may still exist", "quiet"))]
+    distinct = len(analysis.distinct)
+    lines: list[RenderableType] = [
+        Text.assemble(
+            (counted(analysis.failures, "collision"), "bad"), f" in {counted(analysis.simulations, 'simulation')}"
+        ),
+        Text.assemble(
+            f"{distinct:,} of them ",
+            ("different", "title"),
+            (f" in a third of their params, by a tenth of the range{shuffled_text(analysis)}", "quiet"),
+        ),
+    ]
+    if math.isfinite(analysis.spread.pairwise):
+        lines.append(
+            Text(
+                f"two collisions differ by {percent(analysis.spread.pairwise, 0)} of a range on average, "
+                f"the nearest by {percent(analysis.spread.nearest)} (less, the more are found; here "
+                f"{analysis.spread.count:,})",
+                "quiet",
+            )
+        )
+    if analysis.system:
+        names = ", ".join(analysis.system)
+        lines.append(
+            Text.assemble(("of the system under test, chosen by the search: ", "warn"), names, " (--freeze holds them)")
+        )
+    return lines
+
+
+def _partners(program: Program, analysis: Analysis) -> list[RenderableType]:
+    """With whom the ego collided, and with whom never."""
+    text = partners_text(program.actors, analysis.partners) if analysis.valid and analysis.partners.with_ego else ""
+    return [Text(f"collisions {text}")] if text else []
+
+
+# -- kinds ------------------------------------------------------------------------------------------------------------
+
+
+def _kinds(space: ParamSpace, analysis: Analysis) -> RenderableType:
+    rows = [
+        (
+            Text(whole(len(cluster.rows))),
+            Text(condition_text(space, cluster)),
+            Text(percent(cluster.precision, 0)),
+            Text(percent(cluster.coverage, 0)),
+            Text(held_out_text(cluster), "quiet"),
+        )
+        for cluster in analysis.clusters
+    ]
+    head = right("failures"), left("where", wrap=True), right("fail there"), right("of the kind"), right("held out")
+    return Group(columns(*head, rows=rows, header=True), Text(), *(Text(line, "quiet") for line in FITTED))
+
+
+FITTED = (
+    "fail there: collisions among what the search simulated under the condition, no probability",
+    "conditions are fitted to these very runs; held out: both shares when found from every other run, judged on others",
+)
+
+
+# -- grids ------------------------------------------------------------------------------------------------------------
+
+
+def _grid_note(grid: Grid) -> str:
+    return f"{grid_text(grid)}, QD score {fixed(grid.qd_score, 0)}"
+
+
+def _grid(grid: Grid, width: int) -> RenderableType:
+    """One row for each cell of the first descriptor that was reached, one mark for each of the second."""
+    used = [i for i in range(len(grid.first)) if grid.runs[i].any()]
+    most = max(int(grid.failures.max()), 1)
+    label = max((len(grid.first[i]) for i in used), default=0)
+    cell = max(1, min(3, (width - label - 8) // max(1, len(grid.second))))
+    lines = [
+        Text.assemble(
+            (grid.first[i].rjust(label) + " ▏", "quiet"),
+            *(_mark(grid, i, j, most, cell) for j in range(len(grid.second))),
+        )
+        for i in used
+    ]
+    first, last = grid.second[0], grid.second[-1]
+    room = width - label - 2
+    ends = [f"{first} … {last}"] if len(first) + len(last) + 3 <= room else [f"first {first}", f"last {last}"]
+    return Group(*lines, *(Text(f"{'':{label + 2}}{shortened(end, room)}", "quiet") for end in ends))
+
+
+def _mark(grid: Grid, i: int, j: int, most: int, width: int) -> tuple[str, str]:
+    """A cell and its style."""
+    failures = int(grid.failures[i, j])
+    if not failures:
+        return SHADES[1 if grid.runs[i, j] else 0] * width, "quiet"
+    shade = min(3, int(4 * math.log1p(failures) / math.log1p(most)))
+    return SHADES[2 + shade] * width, "bad"
+
+
+# -- params -----------------------------------------------------------------------------------------------------------
+
+
+def _sensitivity(found: Sensitivity) -> RenderableType:
+    """What each param leaves open, and what it explains alone, of every output that varies."""
+    outputs = varying(found)
+    if not outputs:
+        return Text("nothing varies: not one param or choice of the scene matters", "quiet")
+    names = [gene.name for gene in found.risk.genes]
+    totals = [
+        _shares(name, [indices.genes[gene].total for _, indices in outputs]) for gene, name in enumerate(names)
+    ] + [_shares(CHANCE, [indices.chance for _, indices in outputs], "quiet")]
+    alone = [_shares(name, [indices.genes[gene].first for _, indices in outputs]) for gene, name in enumerate(names)]
+    tables = [
+        columns(left(head), *(left(title) for title, _ in outputs), rows=rows, header=True)
+        for head, rows in (("total", totals), ("alone", alone))
+    ]
+    return Group(tables[0], Text(), tables[1], Text(), Text(INDICES, "quiet"))
+
+
+def _shares(name: str, shares: Sequence[Share], style: str = "") -> Sequence[Text]:
+    cells = (Text.assemble(fixed(share.value, 2), (f" {_interval(share.interval)}", "quiet")) for share in shares)
+    return (Text(name, style), *cells)
+
+
+def _interval(interval: Interval) -> str:
+    return f"[{fixed(interval.low, 2)}, {fixed(interval.high, 2)}]" if math.isfinite(interval.low) else ABSENT
+
+
+# -- how probable a collision is ---------------------------------------------------------------------------------------
+
+HINT = "--condition joint draws the params anew, too, until the requirements hold"
+TOO_RARE = "valid runs are too rare for subset simulation to begin with; `--method mc` takes those that it finds"
+
+
+def probability_view(program: Program, found: Probability) -> RenderableType:
+    """The estimate with its interval, what it is conditioned on, and how it was made."""
+    if not found.valid:
+        return Group(heading(program.name), Text(f"no valid {_given(found)}: there is nothing to estimate", "bad"))
+    if math.isnan(found.value):
+        return Group(heading(program.name), Text(TOO_RARE, "bad"), Text(counts_text(found), "quiet"))
+    lines = [
+        Text.assemble(f"probability of a collision, given a valid {_given(found)}: ", (probability_text(found), "bad")),
+        Text(f"{percent(found.level, 0)} interval: {interval_text(found)}"),
+        *_avoidable(found),
+        Text(),
+        *_conditions(found),
+        Text(counts_text(found), "quiet"),
+        *_partners_met(program, found),
+        Text(HOW[found.method], "quiet"),
+    ]
+    if found.levels:
+        steps = ", ".join(f"{level:.2f} m" if level else "contact" for level in found.levels)
+        lines.append(Text(f"levels of the first repetition: {steps}", "quiet"))
+    return Group(heading(program.name), *lines, Text(EXPOSURE, "quiet"))
+
+
+def _partners_met(program: Program, found: Probability) -> Iterator[Text]:
+    """With whom the ego collided, and with whom never."""
+    missing = (0,) * (len(program.actors) - 1 - len(found.by_partner))
+    text = partners_text(program.actors, Partners(found.by_partner + missing, found.without_ego))
+    if text and found.method == "mc":
+        yield Text(f"collisions {text}", "quiet")
+
+
+def _avoidable(found: Probability) -> Iterator[Text]:
+    """How probable one is that a competent driver avoids."""
+    if not found.driven:
+        return
+    yield Text.assemble("of one that a competent driver avoids (UN R157): ", (avoidable_text(found), "bad"))
+    yield Text(f"{percent(found.level, 0)} interval: {avoidable_interval_text(found)}")
+
+
+def _given(found: Probability) -> str:
+    """What must be valid: where requirements on the run were broken, more than its beginning."""
+    return "run" if found.aborted else "scene"
+
+
+def _conditions(found: Probability) -> Iterator[Text]:
+    """What the probability is of, and what it leaves out."""
+    yield Text(how_drawn(found), "quiet")
+    if found.condition == PARAMS and found.method == "mc":
+        yield Text(HINT, "quiet")
+    share = percent(found.valid_share)
+    if not found.aborted:
+        yield Text(f"{share} of all {_draws(found)} allow a valid scene; the others are conditioned out", "quiet")
+        return
+    broken = counted(found.aborted, "simulation")
+    yield Text(f"{share} of all {_draws(found)} give a valid run; the others are conditioned out", "quiet")
+    yield Text(f"{broken} broke a requirement on the run and ended there: what they came to is not counted", "warn")
+
+
+def _draws(found: Probability) -> str:
+    return "draws" if found.condition == JOINT else "draws of the params"

@@ -1,0 +1,185 @@
+"""The measured side of a run: the risk with its parts, its metrics, other measures, further pairs, and records."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from cortex_dsl.report.findings.readable import ABSENT, KM_H, M_S, SpeedUnit, fixed, significant
+from cortex_dsl.report.findings.run_report import HIGHEST, PARTS
+from cortex_dsl.report.terminal.theme import actor_style, columns, left, quantity, right, section, sparkline
+from engine.metrics import Metric, Recorded
+from engine.outcomes import Outcomes
+from engine.risk import BANDS, Edges, RiskProfile
+
+# -- measures that do not enter the risk, and what the actors did with wheel and pedals --------------------------------
+
+IN_RISK = frozenset({"MD", "MS", "D_MS", "TTC_MS"})
+
+
+def measures_view(
+    metrics: Sequence[Metric], actors: Sequence[str], pair: int, unit: SpeedUnit = KM_H
+) -> RenderableType:
+    """Those of the deciding pair with their meaning, then those of its two actors side by side.
+
+    An infinite one says that the danger it measures was not there. Speeds are told in `unit`.
+    """
+    metrics = [_told(metric, unit) for metric in metrics]
+    of_pair = [metric for metric in metrics if metric.actors == (0, pair + 1) and metric.name not in IN_RISK]
+    of_actors = [metric for metric in metrics if metric.actors in ((0,), (pair + 1,))]
+    parts: list[RenderableType] = []
+    if of_pair:
+        widest = max(len(metric.unit) for metric in of_pair)
+        rows = [
+            (Text(m.name, "title"), quantity(fixed(m.value, 2), m.unit.ljust(widest)), Text(m.meaning)) for m in of_pair
+        ]
+        parts.append(columns(left(), right(), left(wrap=True), rows=rows))
+    names = dict.fromkeys(metric.name for metric in of_actors)
+    rows = [(Text(name, "title"), _side_by_side([m for m in of_actors if m.name == name], actors)) for name in names]
+    return Group(*parts, columns(left(), left(wrap=True), rows=rows))
+
+
+def _told(metric: Metric, unit: SpeedUnit) -> Metric:
+    return replace(metric, value=unit.per_si * metric.value, unit=unit.name) if metric.unit == M_S.name else metric
+
+
+def _side_by_side(metrics: Sequence[Metric], actors: Sequence[str]) -> Text:
+    """Each actor with its value, and the unit once."""
+    text = Text(", ").join(
+        Text.assemble((actors[actor], actor_style(actor)), f" {fixed(metric.value, 2)}")
+        for metric in metrics
+        for actor in metric.actors
+    )
+    return text.append(f" {metrics[0].unit}", "unit")
+
+
+# -- the risk score with its parts, and the metrics it comes from ------------------------------------------------------
+
+
+def risk_bar(parts: Sequence[float], *, ascii_only: bool = False) -> Text:
+    """One character a point, each part in its colour, the rest of the 22 as dots."""
+    text = Text()
+    for (name, _, _), points in zip(PARTS, parts, strict=True):
+        text.append(("#" if ascii_only else "█") * round(points), f"part.{name}")
+    text.append("·" * (HIGHEST - len(text)), "quiet")
+    return text
+
+
+def risk_view(score: int, parts: Sequence[float], profile: RiskProfile, *, ascii_only: bool = False) -> RenderableType:
+    """The score, its bar, and a line per part with the band of the metric that gives these points."""
+    total = Text.assemble(
+        (f"{score:>2}", "title"), (f" of {HIGHEST}  ", "quiet"), risk_bar(parts, ascii_only=ascii_only)
+    )
+    rows = []
+    edges = (None, profile.min_distance, profile.distance_at_ms, profile.ttc_at_ms)
+    for (name, most, unit), points, ends in zip(PARTS, parts, edges, strict=True):
+        block = "#" if ascii_only else "█"
+        gauge = Text.assemble((block * round(points), f"part.{name}"), ("·" * (most - round(points)), "quiet"))
+        rows.append(
+            (
+                Text(name, f"part.{name}"),
+                Text(fixed(points, 0)),
+                Text(f"of {most}", "quiet"),
+                gauge,
+                Text(_band(ends, round(points), unit) if ends else "contact" if points else "no contact", "quiet"),
+            )
+        )
+    return Group(total, columns(left(), right(), left(), left(), left(), rows=rows))
+
+
+def _band(edges: Edges, points: int, unit: str) -> str:
+    """Where a metric lies that scores so many points, e.g. `8.2 to 11 m`."""
+    if points >= BANDS:
+        return f"below {edges[0]:g} {unit}"
+    if points <= 0:
+        return f"not below {edges[-1]:g} {unit}"
+    return f"{edges[BANDS - points - 1]:g} to {edges[BANDS - points]:g} {unit}"
+
+
+def metrics_view(outcomes: Outcomes, row: int, pair: int, unit: SpeedUnit = KM_H) -> RenderableType:
+    """The metrics of one pair with units, and when they were taken; `unit`: that of speeds."""
+
+    def value(array: object) -> float:
+        return float(array[row, pair])  # type: ignore[index]
+
+    at_closest, at_fastest = value(outcomes.min_distance_time), value(outcomes.max_closing_time)
+    fastest = unit.number(value(outcomes.max_closing_speed), 2)
+    rows = [
+        _metric("MD", fixed(value(outcomes.min_distance), 2), "m", "least distance between outlines", at_closest),
+        _metric("MS", fastest, unit.name, "fastest closing speed", at_fastest),
+        _metric("D_MS", fixed(value(outcomes.distance_at_ms), 2), "m", "distance between outlines then", at_fastest),
+        _metric("TTC_MS", fixed(value(outcomes.ttc_at_ms), 2), "s", "time to collision then: D_MS / MS", at_fastest),
+    ]
+    return columns(left(), right(), left(wrap=True), right(), rows=rows)
+
+
+def _metric(name: str, number: str, unit: str, meaning: str, time: float) -> tuple[Text, Text, Text, Text]:
+    return Text(name, "title"), quantity(number, f"{unit:<4}"), Text(meaning), Text(f"at {fixed(time, 2)} s", "quiet")
+
+
+# -- how near the ego came to everybody else: a line for each pair that did not decide the risk ------------------------
+
+MOST = 12
+
+
+def further_pairs(outcomes: Outcomes, actors: Sequence[str], pair: int, unit: SpeedUnit) -> list[RenderableType]:
+    """A section with a line for each pair beside the deciding one, the nearest first; nothing where there is none."""
+    nearest = [k for k in np.argsort(outcomes.min_distance[0], kind="stable").tolist() if k != pair]
+    if not nearest:
+        return []
+    rows = [_pair_row(outcomes, actors, k, unit) for k in nearest[:MOST]]
+    head = (left(wrap=True), right("MD"), left(), right("MS"), right("D_MS"), right("TTC_MS"))
+    more = "" if len(nearest) <= MOST else f", the nearest {MOST} of {len(nearest):,}"
+    return [section("Further pairs", columns(*head, rows=rows, header=True), f"{actors[0]} and …{more}")]
+
+
+def _pair_row(outcomes: Outcomes, actors: Sequence[str], pair: int, unit: SpeedUnit) -> tuple[Text, ...]:
+    def value(array: object) -> float:
+        return float(array[0, pair])  # type: ignore[index]
+
+    who = Text(actors[pair + 1], actor_style(pair + 1))
+    if not np.isfinite(value(outcomes.min_distance)):
+        return who, Text("never met", "quiet"), *map(Text, ("", "", "", ""))
+    return (
+        who,
+        Text(f"{fixed(value(outcomes.min_distance), 2)} m"),
+        Text(f"at {fixed(value(outcomes.min_distance_time), 2)} s", "quiet"),
+        Text(unit.text(value(outcomes.max_closing_speed))),
+        Text(f"{fixed(value(outcomes.distance_at_ms), 2)} m"),
+        Text(f"{fixed(value(outcomes.ttc_at_ms), 2)} s"),
+    )
+
+
+# -- what the file asks to be recorded: one line a record, a curve where it was kept over time -------------------------
+
+WHEN = {"initial": "at the start", "final": "at the end"}
+LONGEST_CURVE = 40
+BESIDE_CURVE = 60
+"""Columns that the rest of a line needs."""
+
+
+def records_view(records: Sequence[Recorded], width: int) -> RenderableType:
+    """Name, curve or moment, and the value or the range of the values."""
+    room = max(8, min(LONGEST_CURVE, width - BESIDE_CURVE))
+    rows = [
+        (Text(record.name, "title"), _record_course(record, room), quantity(_extent(record), record.unit))
+        for record in records
+    ]
+    return columns(left(wrap=True), left(), right(), rows=rows)
+
+
+def _record_course(record: Recorded, width: int) -> Text:
+    if record.when in WHEN:
+        return Text(WHEN[record.when], "quiet")
+    return Text(sparkline(record.values.tolist(), width), "bar")
+
+
+def _extent(record: Recorded) -> str:
+    """The value, or the range of the values that are numbers."""
+    known = record.values[~np.isnan(record.values)]
+    if len(known) == 0:
+        return ABSENT
+    low, high = significant(float(known.min())), significant(float(known.max()))
+    return low if low == high else f"{low} .. {high}"

@@ -1,0 +1,203 @@
+"""A search or a study while it runs: a few calm lines that are redrawn in place, and vanish when it is over."""
+
+import math
+import time
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from types import TracebackType
+
+import numpy as np
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.text import Text
+
+from cortex_dsl.report.findings.readable import duration, fixed, whole
+from cortex_dsl.report.findings.run_report import HIGHEST
+from cortex_dsl.report.terminal.theme import columns, left, method_style, right, sparkline
+from engine.search.evaluations import Figures
+from engine.study.plan import Plan
+from engine.study.run_records import RunRecord
+
+BAR = 20
+CURVE = 36
+
+
+@dataclass
+class SearchProgress:
+    """Shows one search. On a terminal it redraws; elsewhere it is silent, as nobody watches."""
+
+    console: Console
+    method: str
+    total: int
+    """Generations to come in all."""
+    figures: list[Figures] = field(default_factory=list)
+    """Of the generations so far; of a run that goes on, those that it had too."""
+    spent: float = 0.0
+    """What they took [s]."""
+    simulations: int = 0
+    best: float = math.nan
+    started: float = field(default_factory=time.monotonic)
+    _live: Live | None = None
+
+    def __enter__(self) -> "SearchProgress":
+        if self.console.is_terminal:
+            self._live = Live(console=self.console, transient=True, refresh_per_second=8, get_renderable=self._render)
+            self._live.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._live is not None:
+            self._live.stop()
+
+    def generation_done(self, figures: Figures, simulations: int, best: float) -> None:
+        """One more generation; `simulations` counts all so far, `best` is the highest risk so far."""
+        self.figures.append(figures)
+        self.simulations = simulations
+        self.best = best
+
+    def _render(self) -> RenderableType:
+        seconds = self.spent + time.monotonic() - self.started
+        return progress_view(self.method, self.figures, self.total, self.simulations, seconds, self.best)
+
+
+def progress_view(
+    method: str, figures: list[Figures], total: int, simulations: int, seconds: float, best: float
+) -> RenderableType:
+    """What is known so far: how far, how fast, how good."""
+    done = len(figures)
+    rate = simulations / seconds if seconds > 0 else 0.0
+    left_over = seconds / done * (total - done) if done else math.nan
+    filled = BAR * done // total
+    top = Text.assemble(
+        (f"{method:<6}", method_style(method)),
+        f" generation {done} of {total}  ",
+        ("━" * filled, "bar"),
+        ("─" * (BAR - filled), "quiet"),
+        f"  {whole(rate)} sim/s",
+        (f"  {duration(left_over)} left" if done else "", "quiet"),
+    )
+    if not figures:
+        return top
+    last = figures[-1]
+    cells = (
+        fixed(last.rl, 2),
+        whole(last.nc),
+        fixed(last.mdg, 2),
+        fixed(last.mdec, 2),
+        whole(last.nis),
+        whole(best),
+    )
+    head = (right("RL"), right("NC"), right("MDG m"), right("MDEC m"), right("NIS"), right("best"))
+    table = columns(*head, rows=[[Text(cell) for cell in cells]], header=True)
+    course = columns(left(), left(), rows=[(Text("RL", "quiet"), Text(_course(figures), method_style(method)))])
+    return Group(top, table, course)
+
+
+def _course(figures: list[Figures]) -> str:
+    return sparkline([f.rl for f in figures], CURVE, low=0.0, high=HIGHEST)
+
+
+# -- a study: a bar for every scenario and method, what it found so far, the pace and the time left --------------------
+
+WIDEST = 14
+"""Characters of a bar."""
+BESIDE = 8
+"""Characters that a cell takes beside its bar."""
+FEW = 4
+"""As many methods always stand in columns."""
+LINES = 10
+"""Lines that a study tells of itself where nobody can watch it redraw."""
+
+
+@dataclass
+class StudyProgress:
+    """On a terminal it redraws in place, and vanishes at the end; elsewhere it says a line now and then."""
+
+    console: Console
+    plan: Plan
+    jobs: int
+    earlier: Sequence[RunRecord] = ()
+    """Runs that were finished before this process began."""
+    quiet: bool = False
+    found: dict[tuple[int, str], list[int]] = field(default_factory=lambda: defaultdict(list))
+    """Colliding genomes of each finished run of a cell."""
+    new: int = 0
+    """Runs that this process finished …"""
+    simulations: int = 0
+    """… and their simulations."""
+    started: float = field(default_factory=time.monotonic)
+    _live: Live | None = None
+
+    def __post_init__(self) -> None:
+        for record in self.earlier:
+            self._keep(record)
+
+    def _keep(self, record: RunRecord) -> None:
+        self.found[record.address.scenario, record.address.method].append(record.figures.distinct_collisions)
+
+    def __enter__(self) -> "StudyProgress":
+        if self.console.is_terminal and not self.quiet:
+            self._live = Live(console=self.console, transient=True, refresh_per_second=6, get_renderable=self._render)
+            self._live.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._live is not None:
+            self._live.stop()
+
+    def run_done(self, record: RunRecord) -> None:
+        """One more run is finished and kept."""
+        self._keep(record)
+        self.new += 1
+        self.simulations += record.figures.simulations.runs
+        if self._live is None and not self.quiet and self._is_milestone():
+            self.console.print(self._headline())
+
+    @property
+    def total(self) -> int:
+        return self.plan.runs * len(self.plan.subjects) * len(self.plan.methods)
+
+    @property
+    def done(self) -> int:
+        return len(self.earlier) + self.new
+
+    def _is_milestone(self) -> bool:
+        return self.done * LINES // self.total > (self.done - 1) * LINES // self.total
+
+    def _headline(self) -> Text:
+        seconds = time.monotonic() - self.started
+        left_over = seconds / self.new * (self.total - self.done) if self.new else math.nan
+        pace = f"{whole(self.simulations / seconds)} simulations a second" if seconds > 0 and self.new else "starting"
+        return Text.assemble(
+            ("study", "title"),
+            f" {self.done:,} of {self.total:,} runs  {pace}",
+            (f"  {duration(left_over)} left" if self.new else "", "quiet"),
+            (f"  {self.jobs} {'process' if self.jobs == 1 else 'processes'}", "quiet"),
+        )
+
+    def _render(self) -> RenderableType:
+        """The fewer of methods and scenarios are the columns."""
+        scenarios, methods = [subject.name for subject in self.plan.subjects], list(self.plan.methods)
+        turned = len(methods) > max(len(scenarios), FEW)
+        across, down = (scenarios, methods) if turned else (methods, scenarios)
+        room = (self.console.width - max(map(len, down))) // len(across) - BESIDE
+        width = max(2, min(WIDEST, room))
+        rows = []
+        for i, name in enumerate(down):
+            places = [(j, name) if turned else (i, method) for j, method in enumerate(across)]
+            rows.append([Text(name, "quiet"), *(self._cell(place, width) for place in places)])
+        head = [left(), *(left(name[: width + BESIDE - 2]) for name in across)]
+        note = Text("runs finished, and median of colliding genomes; Ctrl-C keeps what is finished", "quiet")
+        return Group(self._headline(), columns(*head, rows=rows, header=True), note)
+
+    def _cell(self, place: tuple[int, str], width: int) -> Text:
+        """A bar of the runs done, and the median of what they found."""
+        found = self.found[place]
+        filled = width * len(found) // self.plan.runs
+        number = whole(float(np.median(found))) if found else ""
+        return Text.assemble(("━" * filled, f"method.{place[1]}"), ("─" * (width - filled), "quiet"), f" {number:>5}")

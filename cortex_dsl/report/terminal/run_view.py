@@ -1,0 +1,207 @@
+"""One run: the drawing, the timeline, the metrics, the risk, what was drawn, and how to see it again."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from cortex_dsl.api.arguments import Held
+from cortex_dsl.report.findings.readable import KM_H, SpeedUnit, counted, fixed, format_gene, significant
+from cortex_dsl.report.findings.run_report import RunReport
+from cortex_dsl.report.findings.story import Moment, end_of
+from cortex_dsl.report.terminal.measures_view import further_pairs, measures_view, metrics_view, records_view, risk_view
+from cortex_dsl.report.terminal.scene_view import KeyMoment, scene_view
+from cortex_dsl.report.terminal.theme import actor_style, columns, left, right, section, sparkline, title_of
+from engine.outcomes import Outcomes
+from engine.program import ParamSpace, Program
+from engine.risk import PROFILES
+from engine.scenes import Scenes, Trajectory
+from engine.vocabulary import GeneKind, State
+
+# -- the story as a table of moments, and the course of speeds and distance as small curves ----------------------------
+
+APART = "apart"
+KIND_STYLES = {"contact": "bad", "impact": "bad", "closest": "warn", "left_road": "warn", "end": "title"}
+
+
+def timeline(moments: Sequence[Moment], actors: Sequence[str]) -> RenderableType:
+    """One line a moment: time, who, what."""
+    rows = []
+    for moment in moments:
+        who = Text(actors[moment.actor], actor_style(moment.actor)) if moment.actor >= 0 else Text("")
+        rows.append((Text(f"{moment.time:.2f} s", "quiet"), who, Text(moment.text, KIND_STYLES.get(moment.kind, ""))))
+    return columns(right(), left(), left(wrap=True), rows=rows)
+
+
+def curves(
+    trajectory: Trajectory, actors: Sequence[str], end: float, pair: int, width: int, unit: SpeedUnit = KM_H
+) -> RenderableType:
+    """Speed of each actor, and how far the centres of the deciding pair are apart, up to the end of the scored run."""
+    scored = trajectory.time <= end + 1e-9
+    room = max(10, min(48, width - max(map(len, (*actors, APART))) - 26))
+    rows = [
+        _curve(
+            Text(actor, actor_style(index)),
+            _present(trajectory, index, unit.per_si * trajectory.states[:, index, State.SPEED])[scored],
+            unit.name,
+            actor_style(index),
+            room,
+        )
+        for index, actor in enumerate(actors)
+        if index < len(trajectory.outlines)
+    ]
+    if len(actors) > 1:
+        apart = _present(trajectory, pair + 1, _centre_distance(trajectory, pair + 1))[scored]
+        rows.append(_curve(Text(APART), apart, "m", "warn", room))
+    axis = Text(f"{0:.1f} s" + f"{end:.1f} s".rjust(max(0, room - 5)), "quiet")
+    return Group(columns(left(), left(), right(), rows=[*rows, (Text(""), axis, Text(""))]))
+
+
+def _curve(
+    name: Text, values: NDArray[np.float64], unit: str, style: str, width: int
+) -> tuple[RenderableType, RenderableType, RenderableType]:
+    finite = values[np.isfinite(values)]
+    extent = f"{fixed(float(finite.min()), 1)} .. {fixed(float(finite.max()), 1)} {unit}" if len(finite) else ""
+    stretched = np.interp(np.linspace(0, len(values) - 1, width), np.arange(len(values)), values)
+    return name, Text(sparkline(stretched.tolist(), width, low=0.0), style), Text(extent, "quiet")
+
+
+def _present(trajectory: Trajectory, actor: int, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """NaN where the actor has left the scene."""
+    return np.where(trajectory.states[:, actor, State.PRESENT] > 0.5, values, np.nan)
+
+
+def _centre_distance(trajectory: Trajectory, other: int) -> NDArray[np.float64]:
+    between = trajectory.states[:, other, : State.HEADING] - trajectory.states[:, 0, : State.HEADING]
+    return np.hypot(between[:, 0], between[:, 1])
+
+
+# -- params as the file writes them: in its own units, options by their names ------------------------------------------
+
+GAUGE = 21
+"""Characters of the gauge that shows where in its range a param lies; odd, so that it has a middle."""
+
+
+def params_view(space: ParamSpace, genome: Sequence[float], held: Sequence[Held] = ()) -> RenderableType:
+    """Every param with its value, its unit, and where in its range it lies; those held fixed at the end."""
+    rows = []
+    for gene, value in enumerate(genome):
+        rows.append(
+            (
+                Text(space.names[gene]),
+                Text(format_gene(space, gene, float(value))),
+                Text(space.units[gene], "unit"),
+                _gauge(space, gene, float(value)),
+            )
+        )
+    rows += [(Text(one.name), Text(one.text), Text(one.unit, "unit"), Text("held", "quiet")) for one in held]
+    return columns(left(), right(), left(), left(), rows=rows)
+
+
+def _gauge(space: ParamSpace, gene: int, value: float) -> Text:
+    if space.kinds[gene] == GeneKind.INDEX:
+        return Text(f"of {', '.join(space.options[gene])}", "quiet")
+    low, high = float(space.low[gene]), float(space.high[gene])
+    share = (value - low) / (high - low) if high > low else 0.5
+    at = max(0, min(GAUGE - 1, round(share * (GAUGE - 1))))
+    return Text.assemble(
+        (f"{significant(low):>6} ├" + "─" * at, "quiet"),
+        ("●", "bar"),
+        ("─" * (GAUGE - 1 - at) + f"┤ {significant(high)}", "quiet"),
+    )
+
+
+# -- the whole report --------------------------------------------------------------------------------------------------
+
+
+def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> RenderableType:
+    """The whole report of `cortexc FILE`, `width` columns wide."""
+    program, outcomes = report.program, report.outcomes
+    drawing = scene_view(
+        report.road, program.actors, report.trajectory, key_moment(report), width - 2, ascii_only=ascii_only
+    )
+    end = float(outcomes.end_time[0])
+    courses = curves(report.trajectory, program.actors, end, report.pair, width, report.unit)
+    parts: list[RenderableType] = [
+        title_of(program),
+        _headline(report),
+        section("Scene", drawing, _attempts(report.scenes)),
+        section("What happened", timeline(report.story, program.actors), f"simulated by the {report.engine} engine"),
+        section("Over time", courses, _curves_note(report)),
+    ]
+    if report.records:
+        parts.append(section("Records", records_view(report.records, width), "up to contact or the end"))
+    parts += _judgement(report, ascii_only=ascii_only) if report.valid else []
+    if len(program.space) or report.held:
+        parts.append(section("Params", params_view(program.space, report.scenes.genomes[0], report.held)))
+    if (choices := choices_view(program, int(report.scenes.variant[0]))) is not None:
+        parts.append(section("Choices", choices))
+    parts.append(section("Again", Text(report.reproduce), "the same run, bit for bit"))
+    return Group(*parts)
+
+
+def _judgement(report: RunReport, *, ascii_only: bool) -> list[RenderableType]:
+    """Metrics and risk, of the deciding pair where there is one."""
+    parts: list[RenderableType] = []
+    actors = report.program.actors
+    if report.outcomes.min_distance.shape[1]:
+        names = f"{actors[0]} and {actors[report.pair + 1]}"
+        parts.append(section("Metrics", metrics_view(report.outcomes, 0, report.pair, report.unit), names))
+        risk = risk_view(report.score, report.parts, PROFILES[report.profile], ascii_only=ascii_only)
+        parts.append(section("Risk", risk, f"profile {report.profile}"))
+        parts += further_pairs(report.outcomes, actors, report.pair, report.unit)
+    measures = measures_view(report.metrics, actors, report.pair, report.unit)
+    return [*parts, section("Other measures", measures, "beside the risk; ∞: no such danger")]
+
+
+def choices_view(program: Program, variant: int) -> RenderableType | None:
+    """What chance chose among finitely many, e.g. lanes and maneuvers; None where there was nothing to choose."""
+    if not 0 <= variant < len(program.variants) or not program.variants[variant].choices:
+        return None
+    rows = [(Text(c.name), Text(c.option)) for c in program.variants[variant].choices]
+    return columns(left(), left(wrap=True), rows=rows)
+
+
+def key_moment(report: RunReport) -> KeyMoment | None:
+    """The moment that the drawing shows."""
+    return moment_of(report.outcomes, report.trajectory, report.pair)
+
+
+def moment_of(outcomes: Outcomes, trajectory: Trajectory, pair: int) -> KeyMoment | None:
+    """Contact, else the closest approach of the deciding pair: the mark lies between the two outlines' centres."""
+    contact = int(outcomes.contact_actors[0, 0]) >= 0
+    if not contact and outcomes.min_distance.shape[1] == 0:
+        return None
+    time = float(outcomes.end_time[0] if contact else outcomes.min_distance_time[0, pair])
+    if not np.isfinite(time):
+        return None
+    first, second = outcomes.contact_actors[0] if contact else (0, pair + 1)
+    sample = int(np.argmin(np.abs(trajectory.time - time)))
+    centres = trajectory.states[sample, [int(first), int(second)]][:, [State.X, State.Y]]
+    x, y = centres.mean(axis=0)
+    return KeyMoment(sample, contact, (float(x), float(y)))
+
+
+def _headline(report: RunReport) -> Text:
+    """What it came to, in one line."""
+    end = end_of(report.program, report.outcomes, 0)
+    judged = report.valid and report.outcomes.min_distance.shape[1]
+    return Text.assemble(
+        (end.text, "bad" if end.kind == "contact" else "good" if report.valid else "warn"),
+        (f"  after {end.time:.2f} s", "quiet"),
+        (f"  risk {report.score} of 22", "title") if judged else "",
+    )
+
+
+def _curves_note(report: RunReport) -> str:
+    """Which two are apart, and that it is their centres, unlike the metrics' outlines."""
+    actors = report.program.actors
+    if len(actors) < 2:
+        return "speed"
+    return f"speeds, and the distance between the centres of {actors[0]} and {actors[report.pair + 1]}"
+
+
+def _attempts(scenes: Scenes) -> str:
+    return f"found after {counted(int(scenes.attempts[0]), 'attempt')}"

@@ -1,0 +1,139 @@
+"""The junction and the ways of its actors, drawn in the terminal."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from cortex_dsl.report.findings.case_replay import outline_corners
+from cortex_dsl.report.terminal.canvas import Canvas, Point, Window
+from cortex_dsl.report.terminal.theme import actor_style, columns, left
+from engine.road.outline import Outline
+from engine.scenes import Trajectory
+from engine.tables import Floats
+from engine.vocabulary import State
+
+DRAWING_COLUMNS = 62
+DRAWING_ROWS = 26
+MARGIN = 7.0
+"""World shown around the actors' ways [m]."""
+BESIDE = 92
+"""Console width from which the legend stands beside the drawing."""
+GAPS = ((1, 0), (1, 1), (2, 2), (1, 2), (3, 1), (1, 3))
+"""Dots drawn and left out along each actor's way, so that ways differ without colour too."""
+
+
+@dataclass(frozen=True)
+class KeyMoment:
+    """The sample that the drawing shows the actors' outlines at, and what it is."""
+
+    sample: int
+    contact: bool
+    point: Point
+    """Where to set the mark."""
+
+
+def scene_view(
+    road: Outline,
+    actors: Sequence[str],
+    trajectory: Trajectory,
+    moment: KeyMoment | None,
+    width: int,
+    *,
+    ascii_only: bool,
+) -> RenderableType:
+    """The drawing with its legend, beside it where there is room."""
+    canvas = draw_scene(road, trajectory, moment, min(DRAWING_COLUMNS, width - 4), ascii_only=ascii_only)
+    drawing = Text("\n").join(canvas.cropped(ascii_only=ascii_only))
+    legend = _legend(actors, canvas, moment, ascii_only=ascii_only)
+    if width >= BESIDE:
+        table = Table.grid(padding=(0, 3))
+        table.add_row(drawing, Group(Text(), *legend))
+        return table
+    return Group(drawing, *legend)
+
+
+def draw_scene(
+    road: Outline, trajectory: Trajectory, moment: KeyMoment | None, width: int, *, ascii_only: bool = False
+) -> Canvas:
+    """Road, ways, outlines at the key moment, marks; later things lie on top."""
+    ways = [_way(trajectory, actor) for actor in range(len(trajectory.outlines))]
+    shown = [point for way in ways for point in way] or [(0.0, 0.0)]
+    rows = min(DRAWING_ROWS, max(10, width // 2 - 4))
+    canvas = Canvas(width, rows, Window.around(shown, width, rows, MARGIN))
+    for line in (*road.middle_lines, *road.lane_lines):
+        canvas.line(_points(line), "road", on=1, off=3)
+    for line in (*road.stop_lines, *road.kerbs):
+        canvas.line(_points(line), "road")
+    for actor, way in reversed(list(enumerate(ways))):
+        on, off = GAPS[actor % len(GAPS)]
+        canvas.line(way, actor_style(actor), on=on, off=off)
+    if moment is not None:
+        for actor in reversed(range(len(ways))):
+            _draw_outline(canvas, trajectory, actor, moment.sample)
+    for actor, way in reversed(list(enumerate(ways))):
+        if way:
+            canvas.mark(way[0], _initial(actor), actor_style(actor))
+    if moment is not None:
+        canvas.mark(moment.point, _moment_mark(moment, ascii_only=ascii_only), "bad" if moment.contact else "warn")
+    return canvas
+
+
+def _points(line: Floats) -> list[Point]:
+    return [(float(x), float(y)) for x, y in line]
+
+
+def _draw_outline(canvas: Canvas, trajectory: Trajectory, actor: int, sample: int) -> None:
+    state = trajectory.states[sample, actor]
+    if state[State.PRESENT] < 0.5:
+        return
+    length, width = trajectory.outlines[actor]
+    corners = outline_corners(state[State.X], state[State.Y], state[State.HEADING], length, width)
+    canvas.fill(corners, actor_style(actor))
+
+
+def _way(trajectory: Trajectory, actor: int) -> list[Point]:
+    """Where an actor's centre was while it took part."""
+    states = trajectory.states[:, actor]
+    present = (states[:, State.PRESENT] > 0.5) & np.isfinite(states[:, : State.HEADING]).all(axis=1)
+    return _points(states[present][:, [State.X, State.Y]])
+
+
+def _initial(actor: int) -> str:
+    return "E" if actor == 0 else "ABCDFGHIJK"[(actor - 1) % 10]
+
+
+def _moment_mark(moment: KeyMoment, *, ascii_only: bool) -> str:
+    if ascii_only:
+        return "X" if moment.contact else "o"
+    return "✕" if moment.contact else "◆"
+
+
+def _legend(
+    actors: Sequence[str], canvas: Canvas, moment: KeyMoment | None, *, ascii_only: bool
+) -> list[RenderableType]:
+    rows = [
+        (Text(_initial(i), actor_style(i)), Text(name, actor_style(i)), Text("start", "quiet"))
+        for i, name in enumerate(actors)
+    ]
+    if moment is not None:
+        style = "bad" if moment.contact else "warn"
+        name = "contact" if moment.contact else "closest"
+        rows.append(
+            (
+                Text(_moment_mark(moment, ascii_only=ascii_only), style),
+                Text(name, style),
+                Text("outlines then", "quiet"),
+            )
+        )
+    return [columns(left(), left(), left(), rows=rows), _scale(canvas, ascii_only=ascii_only)]
+
+
+def _scale(canvas: Canvas, *, ascii_only: bool) -> Text:
+    """A bar of ten metres."""
+    characters = max(1, round(10 * canvas.window.scale / 2))
+    bar = "|" + "-" * max(0, characters - 2) + "|" if ascii_only else "├" + "─" * max(0, characters - 2) + "┤"
+    return Text(f"{bar} 10 m", "quiet")

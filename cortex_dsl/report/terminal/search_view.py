@@ -1,0 +1,255 @@
+"""The final report of a search, alone or beside its baseline."""
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from cortex_dsl.report.findings.readable import counted, duration, fixed, percent, ratio, whole
+from cortex_dsl.report.findings.search_report import METRICS, End, SearchReport, ends_of, method_name, partners_text
+from cortex_dsl.report.findings.story import end_text
+from cortex_dsl.report.findings.tally import Tally
+from cortex_dsl.report.terminal.requirements_view import requirements_view
+from cortex_dsl.report.terminal.theme import bar, columns, left, method_style, right, section, sparkline, title_of
+from cortex_dsl.report.terminal.worst_view import common_line, effect_note, genes_view, worst_files, worst_table
+from engine.program import Program
+from engine.search.evaluations import Figures, partners
+from engine.search.insight.diversity import distinct_failures
+from engine.search.protocol import Box
+from engine.vocabulary import EndReason, Verdict
+
+APART = "worst first, but each differs in a third of its params by a tenth of their range, where there are so many"
+"""How the worst are chosen; see `engine.search.ranking`."""
+CURVE = 30
+"""Widest course of a metric over the generations."""
+BESIDE_CURVE = 60
+"""Columns that the rest of its line takes."""
+BESIDE_TWO_CURVES = 52
+"""The same where two methods stand side by side."""
+BAR = 16
+
+
+def search_view(program: Program, report: SearchReport, settings: str, width: int) -> RenderableType:
+    """The whole report of `--ga` or of `--random`."""
+    parts: list[RenderableType] = [
+        title_of(program),
+        headline(program, report),
+        *_loneliness(program),
+        section("Generations", generations_table(report, width), settings),
+    ]
+    return Group(*parts, *_details(program, report, width))
+
+
+def comparison_view(program: Program, reports: Sequence[SearchReport], settings: str, width: int) -> RenderableType:
+    """The whole report of `--ga --random`: both side by side, then the details of each."""
+    parts: list[RenderableType] = [
+        title_of(program),
+        *(headline(program, report) for report in reports),
+        *_loneliness(program),
+        section("Side by side", comparison_table(reports, width), settings),
+    ]
+    for report in reports:
+        parts += [Text(), Text(f"── {method_name(report.method)} ", method_style(report.method))]
+        parts += _details(program, report, width)
+    return Group(*parts)
+
+
+def _loneliness(program: Program) -> list[RenderableType]:
+    """What to say of a search that cannot find anything."""
+    if len(program.actors) > 1:
+        return []
+    return [Text("  no actor but the ego: there is nothing to come near, and every risk is 0", "warn")]
+
+
+def headline(program: Program, report: SearchReport) -> Text:
+    """What it came to: the share that collided, and below with whom, what it took, and the paper's count."""
+    campaign = report.campaign
+    found = campaign.by_simulation
+    share = f" ({percent(found.collision_rate)})" if found.colliding_runs else ""
+    return Text.assemble(
+        (f"{method_name(report.method)}: ", method_style(report.method)),
+        (f"{found.colliding_runs:,} of {_simulations(found)} collided", "bad" if found.colliding_runs else "good"),
+        share,
+        ("  interrupted" if campaign.stopped else "", "warn"),
+        *((f"\n  {line}", "quiet") for line in _below(program, report) if line),
+    )
+
+
+def _simulations(found: Figures) -> str:
+    """Those that a collision could end."""
+    return f"{found.valid_runs:,} {'' if found.valid_runs == found.runs else 'valid '}simulations"
+
+
+def _below(program: Program, report: SearchReport) -> Iterator[str]:
+    campaign = report.campaign
+    everyone, found = campaign.by_individual, campaign.by_simulation
+    yield partners_text(program.actors, partners(campaign.evaluations, len(program.actors)))
+    rate = found.runs / campaign.elapsed if campaign.elapsed > 0 else 0.0
+    work = f"{counted(found.runs, 'run')} in {duration(campaign.elapsed)}, {whole(rate)} a second"
+    apart = len(distinct_failures(campaign.evaluations, Box.of(campaign.space)))
+    yield f"{campaign.distinct_collisions:,} distinct, {apart:,} of them well apart; {work}" if everyone.nc else work
+    how = "as the paper counts, elites repeated" if campaign.evaluations.reused.any() else "by individual"
+    yield f"{how}: {counted(everyone.nc, 'collision')} among {counted(everyone.individuals, 'individual')}"
+
+
+def generations_table(report: SearchReport, width: int) -> RenderableType:
+    """Each metric: first and last generation, the whole run, and its course."""
+    if not report.campaign.generations:
+        return Text("no generation was finished", "warn")
+    curve = max(8, min(CURVE, width - BESIDE_CURVE))
+    first, last = (report.campaign.generations[i].by_individual for i in (0, -1))
+    rows = [
+        (
+            Text(name, "title"),
+            _meaning(meaning, unit),
+            *(_value(f, name_, decimals) for f in (first, last, report.campaign.by_individual)),
+            Text(_course(report, name_, curve), method_style(report.method)),
+        )
+        for name, meaning, name_, decimals, unit in METRICS
+    ]
+    head = (left(), left(wrap=True), right("first"), right("last"), right("whole run"), left("course"))
+    return columns(*head, rows=rows, header=True)
+
+
+def comparison_table(reports: Sequence[SearchReport], width: int) -> RenderableType:
+    """Each metric over the whole run, one column a method, with its course; the courses of a row share one scale."""
+    if len(reports) > 2:
+        return methods_table(reports)
+    rows = []
+    curve = max(6, min(16, (width - BESIDE_TWO_CURVES) // 2))
+    for name, meaning, field, decimals, unit in METRICS:
+        cells: list[Text] = [Text(name, "title"), _meaning(meaning, unit)]
+        highest = max((value for report in reports for value in _values(report, field)), default=0.0)
+        for report in reports:
+            cells += [
+                _value(report.campaign.by_individual, field, decimals),
+                Text(_course(report, field, curve, highest), method_style(report.method)),
+            ]
+        rows.append(tuple(cells))
+    for title, meaning, value in (
+        ("", "individuals", lambda r: r.campaign.by_individual.individuals),
+        ("", "distinct simulations", lambda r: r.campaign.by_simulation.runs),
+    ):
+        cells = [Text(title), Text(meaning, "quiet")]
+        for report in reports:
+            cells += [Text(whole(value(report)), "quiet"), Text()]
+        rows.append(tuple(cells))
+    head = [left(), left(wrap=True)]
+    for report in reports:
+        head += [right(report.method, method_style(report.method)), left()]
+    return columns(*head, rows=rows, header=True)
+
+
+def methods_table(reports: Sequence[SearchReport]) -> RenderableType:
+    """One row a method, for more of them than stand side by side."""
+    rows = []
+    for report in reports:
+        campaign = report.campaign
+        numbers = [_value(campaign.by_individual, field, decimals) for _, _, field, decimals, _ in METRICS]
+        distinct = [Text(whole(campaign.distinct_collisions)), Text(whole(campaign.by_simulation.runs), "quiet")]
+        rows.append((Text(method_name(report.method), method_style(report.method)), *numbers, *distinct))
+    head = [right(f"{name} {unit}".strip()) for name, _, _, _, unit in METRICS]
+    return columns(left("method"), *head, right("distinct"), right("simulated"), rows=rows, header=True)
+
+
+RESULTS: Sequence[tuple[str, str]] = (
+    ("README.md", "every file and every column explained"),
+    ("worst/", "the worst cases, each a scenario of its own"),
+    ("summary.json", "what this page says, for programs"),
+    ("evaluations.csv", "every simulation: params, verdict, metrics (SI), risk"),
+    ("evaluations.jsonl", "the same as JSON, with the counts of each requirement"),
+    ("critical.csv", "the same, but only risks of 14 and more"),
+    ("generations.csv", "RL, NC, MDG, MDEC and NIS of every generation"),
+    ("journal.sqlite", "all of it, and all that is needed to repeat it"),
+)
+"""What lies in a run directory."""
+
+
+def results_view(folder: Path) -> RenderableType:
+    """The files of a run directory that are there, and what each is for."""
+    rows = [(Text(name), Text(meaning, "quiet")) for name, meaning in RESULTS if (folder / name).exists()]
+    return columns(left(), left(wrap=True), rows=rows)
+
+
+END_STYLES = {EndReason.COLLISION: "bad", EndReason.ABORTED: "warn"}
+
+
+def ends_table(program: Program, report: SearchReport) -> RenderableType:
+    """How the runs ended, and the share that each rule ended or made invalid; a repeated elite counts once."""
+    ends = ends_of(program, report.campaign.evaluations)
+    ran = [end for end in ends if end.verdict in (Verdict.VALID, Verdict.ABORTED)]
+    total = sum(end.count for end in ran)
+    rows = [_end_row(end, ratio(end.count, total)) for end in ran]
+    return columns(right(), right(), left(), left(wrap=True), rows=rows)
+
+
+def _end_row(end: End, share: float) -> tuple[Text, Text, Text, Text]:
+    style = END_STYLES.get(end.reason, "") if end.reason is not None and end.count else ""
+    return (
+        Text(whole(end.count)),
+        Text(percent(share) if share >= 0.0005 or not end.count else "< 0.1 %"),
+        Text(bar(share, 1.0, BAR), style or "bar"),
+        Text(end.text, style),
+    )
+
+
+def _details(program: Program, report: SearchReport, width: int) -> list[RenderableType]:
+    parts: list[RenderableType] = []
+    campaign = report.campaign
+    if campaign.worst:
+        title = "The ten worst" if len(campaign.worst) == 10 else f"The {len(campaign.worst)} worst"
+        below = [line for line in (common_line(program.space, campaign), worst_files(report)) if line is not None]
+        table = worst_table(program, campaign, width - 2)
+        body = Group(table, Text(), Text(APART, "quiet"), *below)
+        parts.append(section(title, body, "parts of the risk: C + MD + D_MS + TTC_MS"))
+    if campaign.worst and len(program.space):
+        parts.append(
+            section("What each gene did", genes_view(program.space, campaign, width - 2), effect_note(campaign))
+        )
+    if campaign.by_individual.valid or np.any(campaign.evaluations.rollouts.verdict == Verdict.ABORTED):
+        parts.append(section("How runs ended", ends_table(program, report)))
+    elif (tally := Tally.of_search(campaign.evaluations)).attempts:
+        note = "no scene was valid; tested only where the earlier ones held"
+        parts.append(section("Requirements", requirements_view(program, tally), note))
+    if report.folder is not None:
+        parts.append(section("Results", results_view(report.folder), f"in {report.folder}/"))
+    return parts
+
+
+def _meaning(meaning: str, unit: str) -> Text:
+    return Text.assemble(meaning, (f" [{unit}]" if unit else "", "unit"))
+
+
+def _value(figures: Figures, field: str, decimals: int) -> Text:
+    return Text(fixed(float(getattr(figures, field)), decimals))
+
+
+def _course(report: SearchReport, field: str, width: int, highest: float | None = None) -> str:
+    """Generation by generation from zero up, so that noise looks as small as it is."""
+    every = [float(getattr(f.by_individual, field)) for f in report.campaign.generations]
+    return sparkline(every, width, low=0.0, high=highest)
+
+
+def _values(report: SearchReport, field: str) -> list[float]:
+    """A metric in every generation that has it."""
+    values = (float(getattr(f.by_individual, field)) for f in report.campaign.generations)
+    return [value for value in values if math.isfinite(value)]
+
+
+def failures_line(program: Program, report: SearchReport) -> Text | None:
+    """What to say of runs that the engine could not finish; None where there are none."""
+    campaign = report.campaign
+    runs = campaign.evaluations.rollouts
+    failed = (runs.verdict == Verdict.ERROR) & (runs.end_reason != EndReason.STUCK)
+    if not failed.any():
+        return None
+    reasons = Counter(zip(runs.end_reason[failed].tolist(), runs.end_rule[failed].tolist(), strict=True))
+    (reason, rule), _ = reasons.most_common(1)[0]
+    what = end_text(program, EndReason(reason), rule) if reason >= 0 else "a scene could not be drawn"
+    return Text.assemble(
+        (f"{counted(int(failed.sum()), 'run')} failed and count nowhere", "bad"), f": {what}; please report it"
+    )

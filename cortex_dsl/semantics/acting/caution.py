@@ -1,0 +1,268 @@
+"""Library behaviours that heed others: braking for a collision that is close, giving way at an intersection, and people
+on foot who cross another's way.
+
+The reference emergency brake acts on time to collision: exact for the outlines, at constant velocities. Its default
+threshold is that of UN Regulation 157 (automated lane keeping), paragraph 5.2.5.2, for when a collision with a vehicle
+that cuts in must be avoided:
+
+    TTC < v_rel / (2 * 6 m/s^2) + 0.35 s
+
+the time that a steady 6 m/s^2 takes away from the relative speed while closing half as fast on average, and 0.35 s
+before the brakes act. v_rel is the magnitude of the relative velocity here, which is the same for two in one lane and
+larger, so earlier, for those who cross. Once it brakes it goes on until the actor stands or is off its collision
+course: nothing would be hit within 4 s, the time to collision that parts safe from uncomfortable driving (Hirst and
+Graham 1997, in Noy, "Ergonomics and Safety of Intelligent Driver Interfaces"). At standstill it holds while somebody is
+close ahead in the lane or intersection.
+
+Giving way waits at the entry of an intersection until the gap in conflicting traffic is long enough. Who conflicts is a
+matter of the road network (`engine.road.linking`). A vehicle is waited for while it would come into the way within the
+critical gap at its present speed, or is in the way already. Critical gaps by maneuver are the base values of the
+Highway Capacity Manual (2000), exhibit 17-5, two-lane major street: the turn across oncoming traffic 4.1 s, the near
+turn 6.2 s, straight across 6.5 s.
+"""
+
+import math
+from itertools import accumulate
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.acting.following import follow_lane
+from cortex_dsl.semantics.acting.job import Job
+from cortex_dsl.semantics.errors.behaviours import NO_INTERSECTION
+from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.evaluation.arguments import Given
+from cortex_dsl.semantics.evaluation.calls import as_behaviour
+from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES, actor_of, closest, together
+from cortex_dsl.semantics.evaluation.geometry import (
+    between,
+    current_pose,
+    is_present,
+    others,
+    outline_of,
+    sees,
+    size_of,
+    state,
+)
+from cortex_dsl.semantics.evaluation.lanes import Trajectory, index_of, lane_at, looked_up, trajectory
+from cortex_dsl.semantics.evaluation.roads import network_of
+from cortex_dsl.semantics.model.values import Actor
+from cortex_dsl.semantics.model.wording import kind_name
+from engine.road.linking import Window, windows
+from engine.road.network import LaneRole, Maneuver
+from engine.road.sections import maneuver_of
+from engine.vocabulary import Command, ManeuverType, Op, State
+
+REFERENCE_DECELERATION = 6.0
+REFERENCE_DELAY = 0.35
+AVOIDANCE_THRESHOLD = 10.0
+AVOIDING_SPEED = 25.0
+"""Defaults of Scenic's `DriveAvoidingCollisions` [m, m/s]."""
+CLEAR = 4.0
+"""Time to collision above which braking ends [s]."""
+STANDSTILL = 0.01
+"""[m/s]"""
+HOLD_GAP = 3.0
+"""Between the outlines, within which a standing actor keeps standing; *ours* [m]."""
+
+
+def emergency_brake(job: Job) -> ir.Block:
+    """Another behaviour; full brakes while a collision is close, until it is not or the actor stands."""
+    span = job.call.spans["behavior"]
+    call = as_behaviour(job.given("behavior"), span)
+    if call is None:
+        actual = kind_name(job.given("behavior"))
+        raise WRONG_KIND.mistake(
+            span, what="`behavior`", expected="a behavior", actual=actual, cure="as in `FollowLaneBehavior(10 m/s)`"
+        )
+    close = _collision_is_close(job)
+    on = job.ev.algebra.apply(Op.OR, _on_collision_course(job), _blocked(job))
+    return (ir.TryInterrupt(job.call.span, job.inline(call), ((close, (_full_brake(job, on),)),)),)
+
+
+def _on_collision_course(job: Job) -> ir.Expr:
+    algebra = job.ev.algebra
+    least = algebra.apply(Op.TTC, immediates=(job.actor.index, -1))
+    return algebra.apply(Op.AND, _moves(job), algebra.apply(Op.LT, least, algebra.literal(CLEAR)))
+
+
+def _blocked(job: Job) -> ir.Expr:
+    """Whether the actor stands close behind somebody."""
+    algebra = job.ev.algebra
+    stands = algebra.apply(Op.NOT, _moves(job))
+    return algebra.apply(
+        Op.AND, stands, job.ev.algebra.any_of([_close_ahead(job, each) for each in others(job.ev, job.actor)])
+    )
+
+
+def _close_ahead(job: Job, other: Actor) -> ir.Expr:
+    ev, algebra = job.ev, job.ev.algebra
+    gap = algebra.apply(Op.BOX_DISTANCE, outline_of(ev, job.actor), outline_of(ev, other))
+    near = algebra.apply(Op.LT, gap, algebra.literal(HOLD_GAP))
+    here, there = current_pose(ev, job.actor), current_pose(ev, other)
+    return ev.algebra.all_of((is_present(ev, other), near, sees(ev, job.actor, other), together(ev, here, there)))
+
+
+def _moves(job: Job) -> ir.Expr:
+    return job.ev.algebra.apply(Op.LT, job.ev.algebra.literal(STANDSTILL), job.speed())
+
+
+def _full_brake(job: Job, while_: ir.Expr) -> ir.Act:
+    pedal = job.number("brake", 1.0)
+    return ir.Loop(job.call.span, while_, (ir.Take(job.call.span, ((Command.BRAKE, pedal),)),))
+
+
+def _collision_is_close(job: Job) -> ir.Expr:
+    algebra = job.ev.algebra
+    if job.given("threshold") is not None:
+        least = algebra.apply(Op.TTC, immediates=(job.actor.index, -1))
+        close = algebra.apply(Op.LT, least, job.number("threshold"))
+    else:
+        close = job.ev.algebra.any_of([_within_reference(job, other) for other in others(job.ev, job.actor)])
+    return algebra.apply(Op.AND, _moves(job), close)
+
+
+def _within_reference(job: Job, other: Actor) -> ir.Expr:
+    algebra = job.ev.algebra
+    braking = algebra.mul(algebra.literal(2.0), job.number("reference_deceleration", REFERENCE_DECELERATION))
+    needed = algebra.apply(Op.DIV, _relative_speed(job, other), braking)
+    threshold = algebra.add(needed, job.number("delay", REFERENCE_DELAY))
+    time = algebra.apply(Op.TTC, immediates=(job.actor.index, other.index))
+    return algebra.apply(Op.AND, is_present(job.ev, other), algebra.apply(Op.LT, time, threshold))
+
+
+def _relative_speed(job: Job, other: Actor) -> ir.Expr:
+    (x, y), (other_x, other_y) = _velocity(job, job.actor), _velocity(job, other)
+    algebra = job.ev.algebra
+    return algebra.apply(Op.HYPOT, algebra.sub(other_x, x), algebra.sub(other_y, y))
+
+
+def _velocity(job: Job, actor: Actor) -> tuple[ir.Expr, ir.Expr]:
+    algebra, heading, speed = job.ev.algebra, current_pose(job.ev, actor).heading, state(job.ev, actor, State.SPEED)
+    return algebra.mul(speed, algebra.apply(Op.COS, heading)), algebra.mul(speed, algebra.apply(Op.SIN, heading))
+
+
+def drive_avoiding(job: Job) -> ir.Block:
+    """Follow the lane; full brakes while another vehicle is near."""
+    algebra = job.ev.algebra
+    vehicles = [each for each in others(job.ev, job.actor) if each.kind not in NOT_VEHICLES]
+    near = algebra.apply(
+        Op.LE, closest(job.ev, job.actor, vehicles), job.number("avoidance_threshold", AVOIDANCE_THRESHOLD)
+    )
+    brake = ir.Take(job.call.span, ((Command.BRAKE, algebra.literal(1.0)),))
+    return (ir.TryInterrupt(job.call.span, follow_lane(job), ((near, (brake,)),)),)
+
+
+# -- giving way --------------------------------------------------------------------------------------------------------
+
+FAR_TURN_GAP = 4.1
+NEAR_TURN_GAP = 6.2
+STRAIGHT_GAP = 6.5
+
+
+def accept_gap(job: Job) -> ir.Block:
+    """Follow a trajectory, and stop before each intersection while somebody is in the way or comes into it."""
+    way = trajectory(job.call.arguments["trajectory"], job.call.spans["trajectory"])
+    entries = _entries(way)
+    if not entries:
+        raise NO_INTERSECTION.mistake(job.call.spans["trajectory"])
+    path, speed = job.ev.algebra.literal(float(way.path)), job.target_speed()
+    for entry, maneuver in entries:
+        room = _room(job, path, entry)
+        speed = job.stopping(speed, _must_wait(job, maneuver, room), room)
+    return (job.follow(path, speed),)
+
+
+def _entries(way: Trajectory) -> list[tuple[float, Maneuver]]:
+    """Arc length of every stop line on a trajectory, and the maneuver behind it."""
+    starts = accumulate((lane.length for lane in way.lanes[:-1]), initial=0.0)
+    pairs = zip(starts, way.lanes, strict=True)
+    return [(start, maneuver_of(lane)) for start, lane in pairs if lane.role is LaneRole.CONNECTING and start > 0.0]
+
+
+def _room(job: Job, path: ir.Expr, entry: float) -> ir.Expr:
+    """From the front of the actor to a stop line [m]."""
+    algebra, pose = job.ev.algebra, current_pose(job.ev, job.actor)
+    front = algebra.add(algebra.apply(Op.PATH_PROJECT, path, pose.x, pose.y), _half_length(job, job.actor))
+    return algebra.sub(algebra.literal(entry), front)
+
+
+def _half_length(job: Job, actor: Actor) -> ir.Expr:
+    return job.ev.algebra.mul(size_of(actor, "length"), job.ev.algebra.literal(0.5))
+
+
+def _must_wait(job: Job, maneuver: Maneuver, room: ir.Expr) -> ir.Expr:
+    """Whether somebody is to be waited for; not by who could no longer stop."""
+    algebra, speed = job.ev.algebra, job.speed()
+    energy = algebra.mul(algebra.literal(0.5), algebra.mul(speed, speed))
+    can_stop = algebra.apply(Op.LE, energy, algebra.mul(size_of(job.actor, "maxBraking"), room))
+    places, gap = windows(maneuver), job.number("critical_gap", _base_gap(maneuver))
+    vehicles = [each for each in others(job.ev, job.actor) if each.kind not in NOT_VEHICLES]
+    return job.ev.algebra.all_of(
+        (can_stop, job.ev.algebra.any_of([_in_the_way(job, each, places, gap) for each in vehicles]))
+    )
+
+
+def _base_gap(maneuver: Maneuver) -> float:
+    if maneuver.type is ManeuverType.STRAIGHT:
+        return STRAIGHT_GAP
+    left_hand = maneuver.intersection.network.spec.left_hand
+    near = ManeuverType.LEFT_TURN if left_hand else ManeuverType.RIGHT_TURN
+    return NEAR_TURN_GAP if maneuver.type is near else FAR_TURN_GAP
+
+
+def _in_the_way(job: Job, other: Actor, places: tuple[Window, ...], gap: ir.Expr) -> ir.Expr:
+    ev, algebra = job.ev, job.ev.algebra
+    pose, half = current_pose(ev, other), _half_length(job, other)
+    lane = index_of(ev, lane_at(ev, pose))
+    assert lane is not None
+    path = looked_up(ev, lane, [each.path for each in network_of(ev).lanes], missing=0.0)
+    s = algebra.apply(Op.PATH_PROJECT, path, pose.x, pose.y)
+    enter = looked_up(ev, lane, [place.enter for place in places], missing=math.inf)
+    leave = looked_up(ev, lane, [place.leave for place in places], missing=-math.inf)
+    to_go = algebra.sub(enter, algebra.add(s, half))
+    soon = algebra.apply(Op.LT, to_go, algebra.mul(gap, state(ev, other, State.SPEED)))
+    not_past = algebra.apply(Op.LT, algebra.sub(s, half), leave)
+    return ev.algebra.all_of((is_present(ev, other), soon, not_past))
+
+
+# -- people on foot, and whoever crosses another's way -----------------------------------------------------------------
+
+WALKING_SPEED = 0.5
+CROSSING_SPEED = 1.0
+CROSSING_THRESHOLD = 10.0
+"""Defaults of the behaviours of the same names in Scenic's CARLA model [m/s, m]."""
+
+
+def walk_forward(job: Job) -> ir.Block:
+    speed = job.number("speed", WALKING_SPEED)
+    return (job.forever(ir.Take(job.call.span, ((Command.SPEED, speed),))),)
+
+
+def cross(job: Job) -> ir.Block:
+    """Wait until the other is near; go so fast as to meet it where the ways cross, until it has passed; go on.
+
+    With the other's place as origin, y ahead of it and x across, the walker has |x| to go while the other has y, so it
+    takes |x| v / y, at least `min_speed`.
+    """
+    other = actor_of(Given(job.given("reference_actor"), job.call.spans["reference_actor"]), "`reference_actor`")
+    algebra, least = job.ev.algebra, job.number("min_speed", CROSSING_SPEED)
+    last = least if job.given("final_speed") is None else job.number("final_speed")
+    apart = between(job.ev, current_pose(job.ev, job.actor), current_pose(job.ev, other))
+    ahead, across = _seen_from(job, other)
+    ratio = algebra.apply(Op.DIV, state(job.ev, other, State.SPEED), ahead)
+    speed = algebra.apply(Op.MAX, least, algebra.mul(algebra.apply(Op.ABS, across), ratio))
+    far = algebra.apply(Op.LT, job.number("threshold", CROSSING_THRESHOLD), apart)
+    coming = algebra.apply(Op.LT, algebra.literal(0.0), ahead)
+    return (
+        ir.Loop(job.call.span, far, (ir.Wait(job.call.span),)),
+        ir.Loop(job.call.span, coming, (ir.Take(job.call.span, ((Command.SPEED, speed),)),)),
+        job.forever(ir.Take(job.call.span, ((Command.SPEED, last),))),
+    )
+
+
+def _seen_from(job: Job, other: Actor) -> tuple[ir.Expr, ir.Expr]:
+    """How far ahead of the other, and to its left, the actor is [m]."""
+    algebra, here, there = job.ev.algebra, current_pose(job.ev, job.actor), current_pose(job.ev, other)
+    dx, dy = algebra.sub(here.x, there.x), algebra.sub(here.y, there.y)
+    cos, sin = algebra.apply(Op.COS, there.heading), algebra.apply(Op.SIN, there.heading)
+    ahead = algebra.add(algebra.mul(dx, cos), algebra.mul(dy, sin))
+    return ahead, algebra.sub(algebra.mul(dy, cos), algebra.mul(dx, sin))

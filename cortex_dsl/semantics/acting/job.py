@@ -1,0 +1,138 @@
+"""One library behaviour that is to be run: its arguments as expressions, and the acts that many of them share."""
+
+import math
+from collections.abc import Callable
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.errors.behaviours import NOT_A_DRIVER
+from cortex_dsl.semantics.evaluation import signals
+from cortex_dsl.semantics.evaluation.arguments import Given, number_for
+from cortex_dsl.semantics.evaluation.functions import known_truth
+from cortex_dsl.semantics.evaluation.geometry import size_of, state
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import Actor, BehaviourCall, BuiltinValue, Value
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import BUILTINS
+from engine.frozen import frozen
+from engine.vocabulary import ActorKind, Command, Op, RuleKind, State
+
+DEFAULT_SPEED = 10.0
+"""Target speed of the library's drivers, as in Scenic [m/s]."""
+DEFAULT_LATERAL = 3.0
+"""Lateral acceleration that they accept in turns: brisk [m/s^2]."""
+SPEED_GAIN = 4.0
+"""Of the engine's speed controller, which asks for `SPEED_GAIN * (target - speed)` [1/s]; a test compares the two."""
+STOPPING = 3.0
+"""Deceleration with which stops are planned [m/s^2]: the comfortable one of ITE, as for bends in the engine."""
+STOP_PREVIEW = 0.5
+"""How far ahead that plan is read, for the controller lags behind a falling target [s]; as for bends in the engine."""
+STOP_MARGIN = 0.5
+"""How far before a stop line drivers come to rest [m]."""
+
+Inline = Callable[[BehaviourCall], ir.Block]
+
+
+@frozen
+class Job:
+    """One library behaviour to be run: its call, the actor, and the evaluator of the moment."""
+
+    ev: Evaluator
+    call: BehaviourCall
+    actor: Actor
+    at_start: bool
+    """Whether it begins with the run, so that the actor still is where the scene put it."""
+    inline: Inline
+    """Acts of a behaviour that this one runs."""
+
+    # -- arguments ---------------------------------------------------------------------------------------------------
+
+    def given(self, name: str) -> Value:
+        """An argument; None without it."""
+        return self.call.arguments.get(name)
+
+    def number(self, name: str, default: float | None = None) -> ir.Expr:
+        if self.given(name) is None and default is not None:
+            return self.ev.algebra.literal(default)
+        assert isinstance(self.call.behaviour, BuiltinValue)
+        row = BUILTINS[self.call.behaviour.name]
+        parameter = next(p for p in row.parameters if p.name == name)
+        return number_for(self.ev, parameter, Given(self.call.arguments[name], self.call.spans[name]))
+
+    def flag(self, name: str) -> bool:
+        """A switch that must be known at compile time; off without it."""
+        if name not in self.call.arguments:
+            return False
+        return known_truth(self.ev, self.call.arguments[name], self.call.spans[name], f"`{name}`")
+
+    def max_lateral(self) -> ir.Expr:
+        """`none` switches the planning of speed off."""
+        if "max_lateral" in self.call.arguments and self.call.arguments["max_lateral"] is None:
+            return self.ev.algebra.literal(math.inf)
+        return self.number("max_lateral", DEFAULT_LATERAL)
+
+    def target_speed(self) -> ir.Expr:
+        return self.number("target_speed", DEFAULT_SPEED)
+
+    def must_steer(self) -> None:
+        """Refuse actors without wheels."""
+        if self.actor.kind in (ActorKind.PEDESTRIAN, ActorKind.OBSTACLE):
+            actual = kind_name(self.actor)
+            raise NOT_A_DRIVER.mistake(self.call.span, behaviour=self.call.name, actual=actual)
+
+    # -- the actor now -----------------------------------------------------------------------------------------------
+
+    def speed(self) -> ir.Expr:
+        return state(self.ev, self.actor, State.SPEED)
+
+    def kept(self, value: ir.Expr) -> tuple[ir.Act, ir.Expr]:
+        """An act that remembers a value of the moment, and what was remembered."""
+        local = self.ev.run.new_local()
+        return ir.SetLocal(self.call.span, local, value), self.ev.algebra.local(local)
+
+    # -- acts --------------------------------------------------------------------------------------------------------
+
+    def follow(self, path: ir.Expr, speed: ir.Expr) -> ir.Act:
+        """Follow a path to its end; for the lights too, if the call says so."""
+        if self.flag("obey_signals"):
+            stop, room = signals.must_stop(self.ev, self.actor, self.call.spans["obey_signals"])
+            speed = self.stopping(speed, stop, room)
+        return ir.Follow(self.call.span, path, speed, self.max_lateral(), self.ev.run.new_local())
+
+    def stopping(self, speed: ir.Expr, stop: ir.Expr, room: ir.Expr) -> ir.Expr:
+        """The target speed, lowered while `stop` holds so that the front halts `room` metres from here.
+
+        v = sqrt(2 b d), the speed from which a deceleration of b comes to rest within d.
+        """
+        algebra = self.ev.algebra
+        preview = algebra.mul(algebra.literal(STOP_PREVIEW), self.speed())
+        left = algebra.sub(room, algebra.add(preview, algebra.literal(STOP_MARGIN)))
+        way = algebra.apply(Op.MAX, left, algebra.literal(0.0))
+        allowed = algebra.apply(Op.SQRT, algebra.mul(algebra.literal(2.0 * STOPPING), way))
+        return algebra.apply(Op.SELECT, stop, algebra.apply(Op.MIN, speed, allowed), speed)
+
+    def forever(self, act: ir.Act) -> ir.Act:
+        return ir.Loop(self.call.span, self.ev.algebra.truth(True), (act,))
+
+    def until(self, body: ir.Block, condition: ir.Expr) -> ir.Act:
+        """Run acts until a condition holds."""
+        return ir.TryInterrupt(self.call.span, body, ((condition, (ir.Abort(self.call.span),)),))
+
+    def pedals(self, acceleration: ir.Expr) -> tuple[tuple[Command, ir.Expr], ...]:
+        """Throttle and brake that give an acceleration; the vehicle's own limits hold."""
+        algebra, zero = self.ev.algebra, self.ev.algebra.literal(0.0)
+        one = algebra.literal(1.0)
+
+        def pedal(wanted: ir.Expr, most: str) -> ir.Expr:
+            share = algebra.apply(Op.DIV, wanted, size_of(self.actor, most))
+            return algebra.apply(Op.MIN, one, algebra.apply(Op.MAX, zero, share))
+
+        return (
+            (Command.THROTTLE, pedal(acceleration, "maxAcceleration")),
+            (Command.BRAKE, pedal(algebra.apply(Op.NEG, acceleration), "maxBraking")),
+        )
+
+    def abort_unless(self, condition: ir.Expr, name: str) -> ir.Block:
+        """Make the run invalid where a condition fails; nothing to do where it is known to hold."""
+        if isinstance(condition, ir.Literal) and condition.value:
+            return ()
+        return (ir.Demand(self.call.span, condition, self.ev.file.rule(self.call.span, name, RuleKind.ABORT)),)

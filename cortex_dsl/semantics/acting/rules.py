@@ -1,0 +1,275 @@
+"""Statements that speak of the running simulation, evaluated last, with everything that the file defines: temporal
+requirements, `terminate when`, and `record`.
+
+Temporal requirements are `always`, `eventually`, `next`, `until` and `implies` over the samples of a run. What speaks
+of one moment becomes an atom, looked at in every sample; the rest is the same formula in all variants. `require always
+c` is looked at in every sample itself, so that it ends the run at once. Records are values of the running simulation
+that are kept, each as a column of numbers.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import reduce
+
+from cortex_dsl import ir
+from cortex_dsl.diagnostics import Label
+from cortex_dsl.semantics.acting.statements import terminate_when
+from cortex_dsl.semantics.errors.names import DUPLICATE
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.statements import (
+    ALWAYS_FALSE,
+    NEVER_CHANGES,
+    NO_END,
+    RECORD_VARIES,
+    SOFT_TEMPORAL,
+    TEMPORAL_HOLDS,
+    UNRECORDABLE,
+)
+from cortex_dsl.semantics.evaluation import numbers
+from cortex_dsl.semantics.evaluation.random_values import DISTRIBUTIONS
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.state import FileContext, RuleKey
+from cortex_dsl.semantics.model.values import Actor, Pose, Quantity, Truth, Value, Vector
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.tree import always_condition, atoms, everything_in, is_timed, speaks_of_run, subformulas
+from cortex_dsl.semantics.quantities.algebra import is_dynamic
+from cortex_dsl.semantics.quantities.bounds import interval
+from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, dimension_name
+from cortex_dsl.source import Span
+from cortex_dsl.syntax import nodes
+from engine.config import SimulationConfig
+from engine.vocabulary import Op, RuleKind, TemporalOp
+
+# -- records -----------------------------------------------------------------------------------------------------------
+
+Column = tuple[str, ir.Expr, ir.Dimension]
+"""What follows the record's name, the number, and its dimension."""
+
+
+def keep_record(ev: Evaluator, node: nodes.Record) -> None:
+    """A record, at a running moment."""
+    name = node.name or " ".join((node.when + " " + ev.file.source.slice(node.value.span)).split())
+    for i, (suffix, value, dimension) in enumerate(_columns(ev.evaluate(node.value), node.value.span)):
+        # Rules are known by their places: each column of one value gets a place of its own.
+        place = Span(node.value.span.start, node.value.span.start + i)
+        watch = ev.file.rule(place, name + suffix, RuleKind.WATCH)
+        ev.run.rule_conditions[place, RuleKind.WATCH] = value
+        made = ir.Record(name + suffix, node.when or "series", watch, dimension, ev.file.line(node.span))
+        _keep_column(ev, node, made)
+
+
+def _keep_column(ev: Evaluator, node: nodes.Record, made: ir.Record) -> None:
+    """The same column in all variants, and no other of its name.
+
+    Raises:
+        Mistake: where there is another.
+    """
+    first, known = ev.file.records.setdefault(made.name, (node.span, made))
+    if known.watch != made.watch:
+        where = (Label(first, "first here"),)
+        raise DUPLICATE.mistake(node.span, secondary=where, what="the record", name=made.name)
+    if known.dimension != made.dimension:
+        here, there = dimension_name(known.dimension), dimension_name(made.dimension)
+        raise RECORD_VARIES.mistake(node.value.span, here=here, there=there)
+
+
+def _columns(value: Value, span: Span) -> Iterator[Column]:
+    match value:
+        case Quantity(expr, dimension):
+            yield "", expr, dimension or PURE
+        case Truth(expr):
+            yield "", expr, PURE
+        case Vector(x, y):
+            yield from ((".x", x, LENGTH), (".y", y, LENGTH))
+        case Pose(x, y, heading):
+            yield from ((".x", x, LENGTH), (".y", y, LENGTH), (".heading", heading, ANGLE))
+        case Actor():
+            cure = "record one of its numbers: `.position`, `.speed`, `.heading`"
+            raise UNRECORDABLE.mistake(span, actual=kind_name(value), cure=cure)
+        case tuple():
+            raise UNRECORDABLE.mistake(span, actual="a list", cure="write one `record` for each item")
+        case _:
+            raise UNRECORDABLE.mistake(span, actual=kind_name(value), cure="record a number that it decides")
+
+
+# -- temporal requirements ---------------------------------------------------------------------------------------------
+
+OPERATORS: Mapping[str, TemporalOp] = {
+    "always": TemporalOp.ALWAYS,
+    "eventually": TemporalOp.EVENTUALLY,
+    "next": TemporalOp.NEXT,
+    "until": TemporalOp.UNTIL,
+    "implies": TemporalOp.IMPLIES,
+    "and": TemporalOp.AND,
+    "or": TemporalOp.OR,
+    "not": TemporalOp.NOT,
+}
+
+
+def require_over_run(ev: Evaluator, node: nodes.Require) -> None:
+    """A temporal requirement, at a running moment: the conditions of its atoms."""
+    if node.probability is not None:
+        raise SOFT_TEMPORAL.mistake(node.probability.span)
+    conditions = ev.run.rule_conditions
+    for atom in atoms(node.condition):
+        conditions[atom.span, RuleKind.WATCH] = numbers.truth(ev, ev.evaluate(atom), atom.span)
+    ev.file.temporals[node.span] = node
+    if (condition := always_condition(node.condition)) is not None:
+        broken = ev.algebra.apply(Op.NOT, conditions.pop((condition.span, RuleKind.WATCH)))
+        conditions[node.span, RuleKind.ABORT] = broken
+        ev.file.rule(node.span, name_of(ev.file, node), RuleKind.ABORT)
+
+
+def name_of(file: FileContext, node: nodes.Require) -> str:
+    return node.name or " ".join(file.source.slice(node.condition.span).split())
+
+
+# -- all variants together --------------------------------------------------------------------------------------------
+
+Conditions = Sequence[Mapping[RuleKey, ir.Expr]]
+"""Of the rules of each variant."""
+
+
+def judged(file: FileContext, conditions: Conditions, *, has_end: bool) -> tuple[ir.Temporal, ...]:
+    """The temporal requirements that are judged when the run is over; reports those that decide nothing.
+
+    `has_end` says that the file limits the time of a run.
+    """
+    folder = Folder(file, conditions)
+    found = []
+    for node in file.temporals.values():
+        if always_condition(node.condition) is not None:
+            broken = folder.known((node.span, RuleKind.ABORT))
+            formula = None if broken is None else not broken
+        else:
+            formula = folder.formula(node.condition)
+        _report(file, node, formula, conditions, has_end=has_end)
+        if isinstance(formula, ir.Formula):
+            found.append(ir.Temporal(formula, file.rule(node.span, name_of(file, node), RuleKind.ABORT)))
+    return tuple(found)
+
+
+def _report(
+    file: FileContext, node: nodes.Require, formula: ir.Formula | bool | None, conditions: Conditions, *, has_end: bool
+) -> None:
+    span = node.condition.span
+    if formula is False:
+        file.findings.add(ALWAYS_FALSE.at(span))
+    elif file.overrides or file.settings.stream is not None:
+        return  # what is pinned from outside is nobody's slip
+    elif formula is True:
+        file.findings.add(TEMPORAL_HOLDS.at(span))
+    elif not any(is_dynamic(each) for each in _seen(node, conditions)):
+        file.findings.add(NEVER_CHANGES.at(span))
+    elif not has_end and (waiting := _waiting(node.condition)) is not None:
+        file.findings.add(NO_END.at(waiting.span, limit=SimulationConfig().max_time))
+
+
+def _seen(node: nodes.Require, conditions: Conditions) -> Iterator[ir.Expr]:
+    """Everything that a requirement looks at, in all variants."""
+    keys = [(node.span, RuleKind.ABORT), *((atom.span, RuleKind.WATCH) for atom in atoms(node.condition))]
+    return (each[key] for each in conditions for key in keys if key in each)
+
+
+def _waiting(node: nodes.Expression) -> nodes.Expression | None:
+    """The first part that must come true some day."""
+    if isinstance(node, nodes.Temporal) and node.operator in ("eventually", "until"):
+        return node
+    return next((found for part in subformulas(node) if (found := _waiting(part)) is not None), None)
+
+
+@dataclass
+class Folder:
+    """Formulas without the parts that are known, which must be so in all variants."""
+
+    file: FileContext
+    conditions: Conditions
+    places: dict[nodes.Expression, Span] = field(default_factory=dict)
+    """Where each atom was met first: equal ones are looked at once."""
+
+    def formula(self, node: nodes.Expression) -> ir.Formula | bool:
+        if not is_timed(node):
+            known = self.known((node.span, RuleKind.WATCH))
+            return self._atom(node) if known is None else known
+        operator = node.operator if isinstance(node, nodes.Temporal | nodes.BoolOp) else "not"
+        parts = [self.formula(part) for part in subformulas(node)]
+        if operator == "next" and parts[0] is True:
+            atom = self._atom(next(atoms(node)))
+            parts = [ir.Formula(TemporalOp.OR, (atom, ir.Formula(TemporalOp.NOT, (atom,))))]
+        return _joined(operator, parts)
+
+    def known(self, key: RuleKey) -> bool | None:
+        """What a condition is in all runs of all variants."""
+        bounds = self.file.gene_bounds()
+        truths = {interval(each[key], bounds) for each in self.conditions if key in each}
+        return {(1.0, 1.0): True, (0.0, 0.0): False}.get(truths.pop()) if len(truths) == 1 else None
+
+    def _atom(self, node: nodes.Expression) -> ir.Formula:
+        span = node.span if _draws(node) else self.places.setdefault(node, node.span)
+        name = " ".join(self.file.source.slice(span).split())
+        return ir.Formula(TemporalOp.ATOM, watch=self.file.rule(span, name, RuleKind.WATCH))
+
+
+def _draws(node: nodes.Expression) -> bool:
+    """Whether it is another number each time it is looked at."""
+    return any(isinstance(part, nodes.Name) and part.id in DISTRIBUTIONS for part in everything_in(node))
+
+
+def _joined(operator: str, parts: Sequence[ir.Formula | bool]) -> ir.Formula | bool:
+    """The formula of an operator, without operands that are known."""
+    match operator, *parts:
+        case "not", bool(known):
+            return not known
+        case "and" | "or", *_:
+            return _chained(operator, parts)
+        case "implies", premise, conclusion if any(isinstance(part, bool) for part in parts):
+            return _chained("or", [_joined("not", [premise]), conclusion])
+        case "always" | "eventually" | "next", bool(known):
+            return known
+        case "until", _, bool(known):
+            return known
+        case "until", True, then:
+            return _joined("eventually", [then])
+        case "until", False, then:
+            return then
+    return _made(operator, parts)
+
+
+def _made(operator: str, parts: Sequence[ir.Formula | bool]) -> ir.Formula:
+    return ir.Formula(OPERATORS[operator], tuple(part for part in parts if isinstance(part, ir.Formula)))
+
+
+def _chained(operator: str, parts: Sequence[ir.Formula | bool]) -> ir.Formula | bool:
+    """`a and b and c`, two at a time."""
+    decisive = operator == "or"
+    if decisive in parts:
+        return decisive
+    formulas = [part for part in parts if isinstance(part, ir.Formula)]
+    if not formulas:
+        return not decisive
+    return reduce(lambda left, right: ir.Formula(OPERATORS[operator], (left, right)), formulas)
+
+
+# -- all of them -------------------------------------------------------------------------------------------------------
+
+Place = tuple[Evaluator, Iterable[nodes.Statement]]
+"""A running moment, and statements that belong there."""
+
+
+def rules_of_run(places: Iterable[Place]) -> None:
+    """Evaluate those of the statements that speak of the run. Of the rules that are true in one sample the first
+    decides, so those that abort the run come before those that end it, whichever file or scenario says so.
+    """
+    late = [(ev, statement) for ev, statements in places for statement in statements if speaks_of_run(statement)]
+    for ev, statement in sorted(late, key=lambda each: not isinstance(each[1], nodes.Require)):
+        try:
+            _RULES[type(statement)](ev, statement)
+        except Mistake as mistake:
+            ev.report(mistake)
+
+
+_RULES: dict[type, Callable[[Evaluator, nodes.Statement], None]] = {
+    nodes.Require: require_over_run,
+    nodes.TerminateWhen: terminate_when,
+    nodes.Record: keep_record,
+}  # type: ignore[dict-item]

@@ -1,0 +1,316 @@
+"""The statements of a file's top level and of a scenario's setup, run in order for one variant."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.errors.behaviours import CALLED_BEHAVIOUR
+from cortex_dsl.semantics.errors.names import SECOND_EGO, UNKNOWN_ARGUMENT
+from cortex_dsl.semantics.errors.objects import EGO_NOT_OBJECT
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.roads import SCENIC_MAP, SCENIC_MODEL
+from cortex_dsl.semantics.errors.scenarios import MONITOR_USED, NOT_A_MONITOR, SCENARIO_USED
+from cortex_dsl.semantics.errors.statements import (
+    BAD_SETTING,
+    BARE_EXPRESSION,
+    NEVER_RUNS,
+    NO_EFFECT,
+    PROBABILITY_RANGE,
+)
+from cortex_dsl.semantics.evaluation import numbers, roads, signals
+from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
+from cortex_dsl.semantics.evaluation.calls import monitor_call
+from cortex_dsl.semantics.evaluation.functions import whole_number
+from cortex_dsl.semantics.evaluation.genes import param_value
+from cortex_dsl.semantics.evaluation.operators import combine, unpack
+from cortex_dsl.semantics.evaluation.roads import reasons, spelled
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import (
+    Actor,
+    BehaviourCall,
+    BehaviourValue,
+    MonitorCall,
+    MonitorValue,
+    Quantity,
+    ScenarioCall,
+    ScenarioValue,
+    Value,
+)
+from cortex_dsl.semantics.model.wording import kind_name, spoken_unit
+from cortex_dsl.semantics.names.tree import SYSTEM, is_timed
+from cortex_dsl.semantics.quantities.algebra import closed_value
+from cortex_dsl.semantics.quantities.bounds import margin_of, weigh
+from cortex_dsl.semantics.quantities.units import PURE, TIME, Dimension
+from cortex_dsl.source import Span
+from cortex_dsl.spelling import did_you_mean
+from cortex_dsl.syntax import nodes
+from engine.streams import parse_key
+from engine.vocabulary import RuleKind
+
+MAP_PARAMS = frozenset({"map", "carla_map", "lgsvl_map", "use2DMap"})
+"""Params by which Scenic's scripts name a map file."""
+IDLE_PARAMS = frozenset({"weather", "time_step", "timestep", "render", "record", "address", "port", "timeout", "time"})
+"""Params that Scenic's simulators read and nothing here does."""
+SETTINGS = ("time_step", "max_time", "max_attempts", "stream", "scenario", SYSTEM)
+
+
+# -- names ------------------------------------------------------------------------------------------------------------
+
+
+def _assign(ev: Evaluator, node: nodes.Assign) -> None:
+    with ev.naming(", ".join(node.targets)):
+        value = ev.evaluate(node.value)
+    for name, item in unpack(node.targets, value, node.span).items():
+        _bind(ev, name, item, node.value.span)
+
+
+def _bind(ev: Evaluator, name: str, value: Value, span: Span) -> None:
+    if name == "ego" and not isinstance(value, Actor):
+        raise EGO_NOT_OBJECT.mistake(span, actual=kind_name(value))
+    if name == "ego" and ev.scope.get("ego", value) is not value and isinstance(ev.scope["ego"], Actor):
+        ev.report(SECOND_EGO.at(span))
+    ev.scope[name] = value
+
+
+def _augmented(ev: Evaluator, node: nodes.AugmentedAssign) -> None:
+    name = nodes.Name(span=node.span, id=node.target)
+    left, right = ev.evaluate_all((name, node.value))
+    operation = nodes.Binary(span=node.span, operator=node.operator, left=name, right=node.value)
+    _bind(ev, node.target, combine(ev, node.operator, left, right, operation), node.span)
+
+
+def _expression(ev: Evaluator, node: nodes.ExpressionStatement) -> None:
+    value = ev.evaluate(node.value)
+    check_called(value, node.span)
+    if not isinstance(value, Actor | str):
+        cure = "write `require` in front of it, assign it, or remove the line"
+        ev.report(BARE_EXPRESSION.at(node.span, cure=cure))
+
+
+def check_called(value: Value, span: Span) -> None:
+    """What only runs by `do` or `require monitor` does nothing when it is called."""
+    if isinstance(value, BehaviourCall | BehaviourValue):
+        name = value.name if isinstance(value, BehaviourCall) else value.node.name
+        raise CALLED_BEHAVIOUR.mistake(span, name=name)
+    if isinstance(value, MonitorCall | MonitorValue):
+        name = value.name if isinstance(value, MonitorCall) else value.node.name
+        raise MONITOR_USED.mistake(span, name=name)
+    if isinstance(value, ScenarioCall | ScenarioValue):
+        name = value.name if isinstance(value, ScenarioCall) else value.node.name
+        raise SCENARIO_USED.mistake(span, name=name)
+
+
+def _param(ev: Evaluator, node: nodes.Param) -> None:
+    for entry in node.entries:
+        with ev.naming(entry.name):
+            value = ev.tolerate(lambda entry=entry: param_value(ev, entry))
+        ev.run.params[entry.name] = value
+        if entry.name != "map":
+            ev.scope[entry.name] = value
+        _note_idle_param(ev, entry)
+
+
+def _note_idle_param(ev: Evaluator, entry: nodes.ParamEntry) -> None:
+    if entry.name == "map":
+        road = ev.file.default_road
+        ev.report(SCENIC_MAP.at(entry.span, reason=reasons(road), road=spelled(road)))
+    elif entry.name in MAP_PARAMS and "map" in ev.run.params:
+        return  # said of the map itself
+    elif entry.name in MAP_PARAMS or entry.name in IDLE_PARAMS:
+        reason = (
+            "the map is a grid of intersections" if entry.name in MAP_PARAMS else "no part of the simulation reads it"
+        )
+        ev.report(NO_EFFECT.at(entry.name_span, name=entry.name, reason=reason))
+
+
+# -- the run ----------------------------------------------------------------------------------------------------------
+
+
+def _map(ev: Evaluator, node: nodes.Map) -> None:
+    roads.lay_out(ev, node)
+
+
+def _model(ev: Evaluator, node: nodes.Model) -> None:
+    ev.report(SCENIC_MODEL.at(node.span))
+
+
+def _simulation(ev: Evaluator, node: nodes.Simulation) -> None:
+    given, _ = evaluate_each(ev, [given for given in node.arguments if given.name != SYSTEM])
+    for argument in given:
+        try:
+            _set(ev, argument)
+        except Mistake as mistake:
+            ev.report(mistake)
+
+
+def _set(ev: Evaluator, argument: Given) -> None:
+    name = argument.name or ""
+    if name not in SETTINGS:
+        suggestion = did_you_mean(name, SETTINGS)
+        raise UNKNOWN_ARGUMENT.mistake(argument.place, function="simulation", name=name, suggestion=suggestion)
+    if name == "scenario":
+        _check_text(name, argument)
+        return
+    ev.file.settings = replace(ev.file.settings, **{name: _setting(ev, name, argument)})
+
+
+def _setting(ev: Evaluator, name: str, argument: Given) -> float | int | str:
+    value, span = argument.value, argument.span
+    if name == "stream":
+        return _stream(_check_text(name, argument), span)
+    if name == "max_attempts":
+        attempts = whole_number(ev, value, span, "`max_attempts`")
+        numbers.in_range(ev, ev.algebra.literal(float(attempts)), 1.0, 1e9, PURE, span, "`max_attempts`")
+        return attempts
+    low, high = (1e-4, 1.0) if name == "time_step" else (1e-4, 1e5)
+    return known_number(ev, argument, TIME, f"`{name}`", low, high)
+
+
+def _check_text(name: str, argument: Given) -> str:
+    """The text of a setting; the scenario to run was read before anything else."""
+    if not isinstance(argument.value, str):
+        actual = kind_name(argument.value)
+        raise BAD_SETTING.mistake(argument.span, name=name, expected="text", actual=actual, reason="")
+    return argument.value
+
+
+def _stream(text: str, span: Span) -> str:
+    """A stream key, as concrete scenarios have one."""
+    try:
+        parse_key(text)
+    except ValueError as error:
+        raise BAD_SETTING.mistake(
+            span, name="stream", expected="a stream key", actual=f"`{text[:40]}`", reason=str(error)
+        ) from None
+    return text
+
+
+def known_number(ev: Evaluator, argument: Given, dimension: Dimension, what: str, low: float, high: float) -> float:
+    """A constant inside its legal range."""
+    expr = numbers.adopt(ev, argument.value, dimension, argument.span, what)
+    value = ev.constant(Quantity(expr, dimension), argument.span, what)
+    numbers.in_range(ev, ev.algebra.literal(value), low, high, dimension, argument.span, what)
+    return value
+
+
+def _require(ev: Evaluator, node: nodes.Require) -> None:
+    if is_timed(node.condition):
+        return  # it speaks of the run
+    probability = soft_probability(ev, node.probability)
+    condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
+    name = node.name or " ".join(ev.file.source.slice(node.condition.span).split())
+    margin = margin_of(ev.algebra, condition, ev.run.compared)
+    unit = spoken_unit(node.condition, condition, margin[1], ev.file.genes)
+    ev.run.requirements.append(ir.Requirement(condition, probability, name, ev.file.line(node.span), *margin, unit))
+    weight = weigh(condition, ev.interval(condition), certain=probability == 1.0)
+    ev.file.weights[node.condition.span] = weight.joined(ev.file.weights.get(node.condition.span))
+
+
+def soft_probability(ev: Evaluator, node: nodes.Expression | None) -> float:
+    """The number in `require[p]`; 1 without."""
+    if node is None:
+        return 1.0
+    expr = numbers.adopt(ev, ev.evaluate(node), PURE, node.span, "a probability")
+    value = ev.constant(Quantity(expr, PURE), node.span, "a probability")
+    if not 0.0 < value <= 1.0:
+        raise PROBABILITY_RANGE.mistake(node.span, actual=f"{value:g}")
+    return value
+
+
+def _terminate_after(ev: Evaluator, node: nodes.TerminateAfter) -> None:
+    amount = Given(ev.evaluate(node.amount), node.amount.span)
+    if node.in_steps:
+        steps = whole_number(ev, amount.value, amount.span, "a number of steps")
+        numbers.in_range(ev, ev.algebra.literal(float(steps)), 1.0, 1e9, PURE, amount.span, "a number of steps")
+        ev.file.max_steps = steps
+        return
+    seconds = known_number(ev, amount, TIME, "the time of `terminate after`", 1e-4, 1e5)
+    ev.file.settings = replace(ev.file.settings, max_time=seconds)
+
+
+def terminate_when(ev: Evaluator, node: nodes.TerminateWhen) -> None:
+    """A condition over the running simulation; evaluated with everything that the file defines."""
+    condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
+    ev.run.rule_conditions[node.span, RuleKind.TERMINATE] = condition
+    ev.file.rule(node.span, node.name or " ".join(ev.file.source.slice(node.condition.span).split()))
+    if closed_value(condition) not in (None, 0.0):
+        ev.report(NEVER_RUNS.at(node.condition.span))
+
+
+NOTHING_GIVEN: tuple[Given, ...] = ()
+
+
+def required_monitor(ev: Evaluator, node: nodes.RequireMonitor) -> MonitorCall:
+    """The monitor that a `require monitor` names, with its arguments.
+
+    Raises:
+        Mistake: when it names something else.
+    """
+    value = ev.evaluate(node.monitor)
+    match value:
+        case MonitorCall():
+            return value
+        case MonitorValue():
+            return monitor_call(value, NOTHING_GIVEN, node.monitor.span)
+    raise NOT_A_MONITOR.mistake(
+        node.monitor.span, actual=kind_name(value), cure=_instead_of_monitor(ev, value, node.monitor)
+    )
+
+
+def _instead_of_monitor(ev: Evaluator, value: Value, node: nodes.Expression) -> str:
+    monitors = [name for name, known in ev.names.items() if isinstance(known, MonitorValue)]
+    name = node.function if isinstance(node, nodes.Call) else node
+    if isinstance(name, nodes.Name) and (suggestion := did_you_mean(name.id, monitors)):
+        return suggestion
+    if isinstance(value, BehaviourCall | BehaviourValue):
+        return "give a behavior to an object, `with behavior ...`; what only watches is defined by `monitor`"
+    return "define it with `monitor`; a plain condition goes after `require always`"
+
+
+def require_monitor(ev: Evaluator, node: nodes.RequireMonitor) -> None:
+    ev.run.required_monitors.append((node.name, required_monitor(ev, node), node.span))
+
+
+def _nothing(_ev: Evaluator, _node: nodes.Statement) -> None:
+    """Behaviours are known from the start, rules wait for the end; what stands in the wrong place was said."""
+
+
+Run = Callable[[Evaluator, nodes.Statement], None]
+
+TOP_LEVEL: Mapping[type, Run] = {
+    **dict.fromkeys(
+        (
+            nodes.BehaviorDefinition,
+            nodes.MonitorDefinition,
+            nodes.ScenarioDefinition,
+            nodes.Override,
+            nodes.TerminateWhen,
+            nodes.Record,
+            nodes.Do,
+            nodes.Take,
+            nodes.Wait,
+            nodes.Try,
+            nodes.Abort,
+            nodes.Terminate,
+            nodes.If,
+            nodes.While,
+            nodes.Break,
+            nodes.Continue,
+            nodes.Return,
+            nodes.Pass,
+        ),
+        _nothing,
+    ),
+    nodes.Assign: _assign,
+    nodes.AugmentedAssign: _augmented,
+    nodes.ExpressionStatement: _expression,
+    nodes.Param: _param,
+    nodes.Map: _map,
+    nodes.Model: _model,
+    nodes.Simulation: _simulation,
+    nodes.Signals: signals.set_up,
+    nodes.Require: _require,
+    nodes.RequireMonitor: require_monitor,
+    nodes.TerminateAfter: _terminate_after,
+}  # type: ignore[dict-item]
+"""What the statements do that no definition and no import is; `setting_up` has those."""

@@ -1,0 +1,286 @@
+"""What is said of a file that compiles, once all of its variants are known: params, requirements, names and definitions
+that do nothing, names that hide what is built in, and (`idioms`) better ways to write what is right already.
+
+A comment `# allow SCN481` anywhere in a file says that it means it: no warning, note or hint of that code is shown.
+
+A gene is alive if an object's property, a requirement, a rule, a monitor or an act that can be reached depends on it,
+or a choice that it makes; all others a search varies for nothing. An operation whose result lies in an interval of one
+number depends on nothing.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
+
+from cortex_dsl import ir
+from cortex_dsl.diagnostics import Diagnostic, Label, Severity
+from cortex_dsl.semantics.errors.names import DEAD_GENE, SHADOWS, UNUSED_CLASS, UNUSED_NAME, UNUSED_SCENARIO
+from cortex_dsl.semantics.errors.statements import ALWAYS_TRUE
+from cortex_dsl.semantics.idioms import bare_numbers, contacts, windows
+from cortex_dsl.semantics.model.state import FileContext
+from cortex_dsl.semantics.names.builtins import BUILTINS
+from cortex_dsl.semantics.names.tree import everything_in, param_entries
+from cortex_dsl.semantics.quantities.algebra import folded
+from cortex_dsl.semantics.quantities.bounds import Interval, part_interval
+from cortex_dsl.source import Span
+from cortex_dsl.syntax import nodes
+from engine.vocabulary import Op
+
+# -- params that influence anything ------------------------------------------------------------------------------------
+
+NOTHING: frozenset[ir.Expr] = frozenset()
+ENDLESS = (ir.Terminate, ir.Leave, ir.Abort, ir.HoldSpeed)
+"""Acts after which the next of their block is never reached."""
+
+
+def live_genes(scenario: ir.Scenario, bounds: Mapping[int, Interval]) -> set[int]:
+    """Indices of the genes that matter; `bounds` are their SI bounds."""
+    live: set[int] = set()
+    for variant in scenario.variants:
+        live.update(gene for gene, _ in variant.gene_options)
+        if variant.rejection is None and len(live) < len(scenario.genes):
+            live |= _Walk(bounds).over(variant)
+    return live
+
+
+@dataclass
+class _Walk:
+    """What is reached in one variant."""
+
+    bounds: Mapping[int, Interval]
+    genes: set[int] = field(default_factory=set)
+    locals: set[int] = field(default_factory=set)
+    assigned: dict[int, list[ir.Expr]] = field(default_factory=dict)
+    """Values of locals that nothing is known to read yet."""
+    seen: set[int] = field(default_factory=set)
+
+    def over(self, variant: ir.Variant) -> set[int]:
+        for root in (variant.actors, [r.condition for r in variant.requirements], variant.rules, variant.monitors):
+            self.visit(root)
+        return self.genes
+
+    def visit(self, node: object) -> None:
+        """Everything below a node of the IR."""
+        match node:
+            case ir.Expr():
+                self._expression(node)
+            case ir.SetLocal(index=index, value=value):
+                self._assignment(index, value)
+            case ir.Branch(condition=condition, then=then, otherwise=otherwise):
+                self.visit(condition)
+                for block in self._taken(condition, then, otherwise):
+                    self._block(block)
+            case ir.Loop(condition=condition, body=body):
+                self.visit(condition)
+                for block in self._taken(condition, body, ()):
+                    self._block(block)
+            case ir.TryInterrupt(body=body, handlers=handlers):
+                self._block(body)
+                for condition, block in handlers:
+                    self.visit(ir.Branch(node.span, condition, block, ()))
+            case tuple() | list():
+                self._block(node)
+            case _ if is_dataclass(node) and not isinstance(node, type):
+                for part in fields(node):
+                    self.visit(getattr(node, part.name))
+
+    def _block(self, acts: Iterable[object]) -> None:
+        for act in acts:
+            self.visit(act)
+            if isinstance(act, ENDLESS) or (isinstance(act, ir.Loop) and self._never_left(act)):
+                return
+
+    def _taken(self, condition: ir.Expr, then: ir.Block, otherwise: ir.Block) -> Iterator[ir.Block]:
+        low, high = self._worth(condition)[0]
+        if (low, high) != (0.0, 0.0):
+            yield then
+        if not (low > 0.0 or high < 0.0):
+            yield otherwise
+
+    def _never_left(self, loop: ir.Loop) -> bool:
+        return self._worth(loop.condition)[0][0] > 0.0 and not _breaks(loop.body)
+
+    # -- expressions -------------------------------------------------------------------------------------------------
+
+    def _expression(self, expression: ir.Expr) -> None:
+        if id(expression) in self.seen:
+            return
+        self.seen.add(id(expression))
+        for leaf in self._worth(expression)[1]:
+            if isinstance(leaf, ir.Gene):
+                self.genes.add(leaf.index)
+            elif isinstance(leaf, ir.Local) and leaf.index not in self.locals:
+                self.locals.add(leaf.index)
+                for value in self.assigned.pop(leaf.index, []):
+                    self._expression(value)
+
+    def _assignment(self, index: int, value: ir.Expr) -> None:
+        if index in self.locals:
+            self._expression(value)
+        else:
+            self.assigned.setdefault(index, []).append(value)
+
+    def _worth(self, expression: ir.Expr) -> tuple[Interval, frozenset[ir.Expr]]:
+        """Where the value lies, and the genes and locals that it depends on."""
+        return folded(expression, self._part)
+
+    def _part(
+        self, part: ir.Expr, known: list[tuple[Interval, frozenset[ir.Expr]]]
+    ) -> tuple[Interval, frozenset[ir.Expr]]:
+        if isinstance(part, ir.Gene | ir.Local):
+            return part_interval(part, (), self.bounds), frozenset({part})
+        within = part_interval(part, [each for each, _ in known], self.bounds)
+        if within[0] == within[1]:
+            return within, NOTHING
+        if isinstance(part, ir.Apply) and part.op == Op.SELECT and known[0][0] in ((0.0, 0.0), (1.0, 1.0)):
+            return known[1] if known[0][0] == (1.0, 1.0) else known[2]
+        return within, frozenset().union(*(leaves for _, leaves in known))
+
+
+def _breaks(node: object) -> bool:
+    """Whether a block leaves its loop; a `break` of an inner loop counts too, to be on the safe side."""
+    if isinstance(node, ir.Leave):
+        return node.kind == "break"
+    if isinstance(node, tuple):
+        return any(map(_breaks, node))
+    return isinstance(node, ir.Act) and any(_breaks(getattr(node, part.name)) for part in fields(node))
+
+
+# -- names and definitions that nothing reads --------------------------------------------------------------------------
+
+MEANT = frozenset({"intersection", "road", "network"})
+"""Built-in names that a file is told to choose anew: `intersection = Uniform(*network.intersections)`."""
+Binding = tuple[str, str, Span]
+"""What it is, its name, its place."""
+
+
+def unused_names(module: nodes.Module) -> Iterator[Diagnostic]:
+    """A hint for each name that is never read; objects exist without being named again."""
+    read = _names_read(module)
+    yield from _unread(_single_names(module.statements), read)
+    for behaviour in module.statements:
+        if isinstance(behaviour, nodes.BehaviorDefinition):
+            yield from _unread(
+                (*_arguments(behaviour), *_single_names(everything_in(behaviour))), _names_read(behaviour)
+            )
+
+
+def unused_definitions(module: nodes.Module, entry: nodes.ScenarioDefinition | None) -> Iterator[Diagnostic]:
+    """Classes without objects, and scenarios that the one that runs does not start."""
+    read = _names_read(module) | {node.class_name for node in everything_in(module) if isinstance(node, nodes.New)}
+    bases = {s.base for s in module.statements if isinstance(s, nodes.ClassDefinition)}
+    for statement in module.statements:
+        match statement:
+            case nodes.ClassDefinition(name=name) if name not in read | bases:
+                yield UNUSED_CLASS.at(statement.name_span, name=name)
+            case nodes.ScenarioDefinition(name=name) if entry is not None and name not in read | {entry.name}:
+                yield UNUSED_SCENARIO.at(statement.name_span, name=name, entry=entry.name)
+
+
+def _unread(bindings: Iterable[Binding], read: set[str]) -> Iterator[Diagnostic]:
+    for what, name, span in bindings:
+        if name not in read and name != "ego" and not name.startswith("_"):
+            yield UNUSED_NAME.at(span, what=what, name=name)
+
+
+def _names_read(tree: nodes.Node) -> set[str]:
+    return {node.id for node in everything_in(tree) if isinstance(node, nodes.Name)}
+
+
+def _single_names(statements: Iterable[nodes.Node]) -> Iterator[Binding]:
+    """Single names: of several at once, some are there for their places."""
+    for statement in statements:
+        if isinstance(statement, nodes.Assign) and len(statement.targets) == 1 and not _makes_objects(statement.value):
+            yield "name", statement.targets[0], _name_span(statement)
+
+
+def _makes_objects(value: nodes.Expression) -> bool:
+    return any(isinstance(node, nodes.New) for node in (value, *everything_in(value)))
+
+
+def _arguments(behaviour: nodes.BehaviorDefinition) -> Iterator[Binding]:
+    for parameter in behaviour.parameters:
+        yield "argument", parameter.name, parameter.span
+
+
+def _name_span(statement: nodes.Assign) -> Span:
+    return Span(statement.span.start, statement.span.start + len(statement.targets[0]))
+
+
+def shadowing_names(module: nodes.Module) -> Iterator[Diagnostic]:
+    """A hint for each name of something built in that the file gives another meaning."""
+    for name, span in _top_level(module):
+        if name in BUILTINS and name not in MEANT:
+            yield SHADOWS.at(span, name=name, kind=BUILTINS[name].kind.value)
+
+
+def _top_level(module: nodes.Module) -> Iterator[tuple[str, Span]]:
+    for statement in module.statements:
+        match statement:
+            case nodes.Assign(targets=(name,)):
+                yield name, _name_span(statement)
+            case nodes.BehaviorDefinition(name=name) | nodes.ClassDefinition(name=name):
+                yield name, statement.name_span
+            case nodes.Param(entries=entries):
+                yield from ((entry.name, entry.name_span) for entry in entries if entry.name != "map")
+
+
+# -- the advice --------------------------------------------------------------------------------------------------------
+
+_ALLOWED = re.compile(r"#[ \t]*allow[ \t]+(SCN\d+(?:[ \t,]+SCN\d+)*)")
+MOST_USES = 3
+"""Places of use that a dead param shows."""
+
+
+def advised(
+    module: nodes.Module, file: FileContext, scenario: ir.Scenario
+) -> tuple[ir.Scenario, tuple[Diagnostic, ...]]:
+    """The scenario with everything that is said about it. What `-p` or a concrete copy pins is nobody's slip."""
+    pinned = bool(file.overrides) or file.settings.stream is not None
+    for diagnostic in () if pinned else _advice(module, file, scenario):
+        file.findings.add(diagnostic)
+    allowed = {code for match in _ALLOWED.finditer(file.source.text) for code in re.findall(r"SCN\d+", match[1])}
+    return scenario, tuple(d for d in file.findings if d.severity is Severity.ERROR or d.code not in allowed)
+
+
+def _advice(module: nodes.Module, file: FileContext, scenario: ir.Scenario) -> Iterator[Diagnostic]:
+    yield from _dead(module, file, scenario)
+    yield from _certain(file)
+    yield from bare_numbers(module, file.genes)
+    yield from windows(module, file.source)
+    yield from contacts(module, file.settings.time_step)
+    yield from unused_names(module)
+    yield from unused_definitions(module, file.entry)
+    yield from shadowing_names(module)
+
+
+def _dead(module: nodes.Module, file: FileContext, scenario: ir.Scenario) -> Iterator[Diagnostic]:
+    """Params that are used, but in no place that matters; of a `require` that always holds is told anyway."""
+    live = live_genes(scenario, file.gene_bounds())
+    decided = [span for span, weight in file.weights.items() if weight.certain]
+    for gene in (gene for index, gene in enumerate(scenario.genes) if index not in live):
+        uses = _uses(module, gene.name)
+        if any(not any(span.start <= use.start < span.end for span in decided) for use in uses):
+            labels = tuple(Label(use, "used here, without effect") for use in uses[:MOST_USES])
+            entry = param_entries(module).get(gene.name)
+            place = gene.span if entry is None else entry.name_span
+            yield DEAD_GENE.at(place, name=gene.name, secondary=labels)
+
+
+def _uses(module: nodes.Module, name: str) -> list[Span]:
+    return [
+        node.span
+        for node in everything_in(module)
+        if (isinstance(node, nodes.Name) and node.id == name)
+        or (isinstance(node, nodes.Attribute) and node.name == name and _is_params(node.value))
+    ]
+
+
+def _is_params(node: nodes.Expression) -> bool:
+    return isinstance(node, nodes.Name) and node.id == "globalParameters"
+
+
+def _certain(file: FileContext) -> Iterator[Diagnostic]:
+    for span, weight in file.weights.items():
+        if weight.certain:
+            yield ALWAYS_TRUE.at(span, secondary=weight.labels(file.genes))

@@ -1,0 +1,261 @@
+"""SCN4xx: the ego, the places of objects and their trajectories. SCN237 to SCN240: classes and mutations."""
+
+from cortex_dsl.diagnostics import Page
+from cortex_dsl.semantics.errors.problems import Problem, warning
+
+NO_EGO = Problem(
+    "SCN404",
+    "no object is the ego",
+    "every metric looks from the vehicle under test",
+    "write `ego = new Car at ...`",
+    page=Page(
+        "no ego",
+        "Every measure of risk looks from the vehicle under test, which is the object called `ego`.",
+        "car = new Car on road\n",
+        "ego = new Car on road\n",
+    ),
+)
+EGO_NOT_OBJECT = Problem(
+    "SCN405",
+    "`ego` must be an object, but this is {actual}",
+    cure="write `ego = new Car at ...`",
+    page=Page(
+        "ego that is no object",
+        "`ego` is the vehicle under test, so it can only be an object.",
+        "ego = 5\n",
+        "ego = new Car on road\n",
+    ),
+)
+EGO_NEEDED = Problem(
+    "SCN406",
+    "{what} is measured from the ego, but there is none yet",
+    cure="define `ego` above this line",
+    page=Page(
+        "measured from an ego that is not there yet",
+        "Without `from`, a distance is measured from the ego, which must stand above.",
+        "x = distance to intersection\nego = new Car on road, with speed x / 10 s\n",
+        "ego = new Car on road\nrequire (distance to intersection) < 20 m\n",
+    ),
+)
+NO_PLACE = Problem(
+    "SCN407",
+    "this {name} has no place",
+    cure="say where: `at (x, y)`, `in lane.centerline`, `on road`, `ahead of x by d`",
+    page=Page(
+        "object without a place",
+        "An object is somewhere when the scene begins, and only a specifier can say where.",
+        "ego = new Car with speed 3 m/s\n",
+        "ego = new Car on road, with speed 3 m/s\n",
+    ),
+)
+TWO_PLACES = Problem(
+    "SCN408",
+    "this {name} is placed twice",
+    "an object has one position",
+    "remove one specifier",
+    page=Page(
+        "object placed twice",
+        "An object has one position; two specifiers would contradict each other.",
+        "ego = new Car on road, at (0, 0)\n",
+        "ego = new Car on road\n",
+    ),
+)
+TWO_HEADINGS = Problem(
+    "SCN409",
+    "this {name} is turned twice",
+    "an object has one heading",
+    "remove one specifier",
+    page=Page(
+        "object turned twice",
+        "An object has one heading; two specifiers would contradict each other.",
+        "ego = new Car at (0, 0), facing 1 rad, facing 2 rad\n",
+        "ego = new Car at (0, 0), facing 1 rad\n",
+    ),
+)
+PROPERTY_TWICE = Problem(
+    "SCN410",
+    "the property `{name}` is given twice",
+    cure="remove one",
+    page=Page(
+        "property given twice",
+        "Only one of the two values could be meant.",
+        "ego = new Car on road, with speed 1 m/s, with speed 2 m/s\n",
+        "ego = new Car on road, with speed 2 m/s\n",
+    ),
+)
+NOT_CONNECTED = Problem(
+    "SCN417",
+    "lane {number} of the trajectory does not start where the one before it ends",
+    "`{before}` leads to {follows}, not to `{after}`",
+    "take the lanes of one maneuver: `[m.startLane, m.connectingLane, m.endLane]`",
+    page=Page(
+        "trajectory with a gap",
+        "Each lane of a trajectory starts where the one before it ends.",
+        "lane = intersection.incomingLanes[0]\n"
+        "m = lane.maneuvers[0]\n"
+        "ego = new Car before intersection by 20 m along [lane, m.endLane]\n",
+        "lane = intersection.incomingLanes[0]\n"
+        "m = lane.maneuvers[0]\n"
+        "ego = new Car before intersection by 20 m along [lane, m.connectingLane, m.endLane]\n",
+    ),
+)
+EMPTY_TRAJECTORY = Problem(
+    "SCN418",
+    "this trajectory has no lanes",
+    cure="as in `[lane, maneuver.connectingLane]`",
+    page=Page(
+        "empty trajectory",
+        "A trajectory is a list of connected lanes; something must be in it to be followed.",
+        "ego = new Car on road, with behavior FollowTrajectoryBehavior(5 m/s, [])\n",
+        "lane = network.lanes[0]\n"
+        "ego = new Car in lane.centerline, with behavior FollowTrajectoryBehavior(5 m/s, [lane])\n",
+    ),
+)
+NOT_ON_TRAJECTORY = Problem(
+    "SCN419",
+    "the trajectory does not lead into {region}",
+    cure="begin it with the lane that leads there, as in `[m.startLane, m.connectingLane]`",
+    page=Page(
+        "trajectory that does not lead there",
+        "`before REGION by D along TRAJECTORY` counts back from the point where the trajectory enters the region.",
+        "m = intersection.incomingLanes[0].maneuvers[0]\nego = new Car before intersection by 5 m along [m.endLane]\n",
+        "m = intersection.incomingLanes[0].maneuvers[0]\n"
+        "ego = new Car before intersection by 5 m along [m.startLane]\n",
+    ),
+)
+NO_TRAJECTORY = Problem(
+    "SCN420",
+    "`{word}` needs to know the way",
+    cure="write `{word} intersection by 20 m along trajectory`",
+    page=Page(
+        "`before` or `after` without a trajectory",
+        "Many ways lead to an intersection and on from it; the distance is measured along one of them.",
+        "ego = new Car before intersection by 20 m\n",
+        "lane = intersection.incomingLanes[0]\nego = new Car before intersection by 20 m along [lane]\n",
+    ),
+)
+TOO_FAR = Problem(
+    "SCN421",
+    "{actual} {word} {region} is not on the trajectory",
+    "it {bounds} {available} {word}",
+    "use a longer `approach` in `map`, or a shorter distance",
+    page=Page(
+        "further away than the trajectory reaches",
+        "The roads of the map are as long as its `approach` says, 50 m unless it says otherwise.",
+        "lane = intersection.incomingLanes[0]\nego = new Car before intersection by 80 m along [lane]\n",
+        "map intersection(approach=100 m)\n"
+        "lane = intersection.incomingLanes[0]\n"
+        "ego = new Car before intersection by 80 m along [lane]\n",
+    ),
+)
+SELF_OUTSIDE = Problem(
+    "SCN432",
+    "`self` is only known in a behavior",
+    "it is the object that the behavior drives",
+    "name the object, such as `ego`",
+    page=Page(
+        "`self` outside a behavior",
+        "`self` is the object that a behavior drives; elsewhere there is none.",
+        "ego = new Car on road\nrequire self.speed < 3 m/s\n",
+        "ego = new Car on road\nrequire ego.speed < 3 m/s\n",
+    ),
+)
+EVERYTHING_TOO_FAR = warning(
+    "SCN445",
+    "some distances that this can take are not on the trajectory, which {bounds} {available} {word} {region}",
+    "up to {actual} can be drawn; such scenes are rejected",
+    "narrow the range, or use a longer `approach` in `map`",
+    page=Page(
+        "sometimes further away than the trajectory reaches",
+        "Scenes in which the object would stand beyond either end of its trajectory are rejected.",
+        "param D = Range(5, 80) m\n"
+        "lane = intersection.incomingLanes[0]\n"
+        "ego = new Car before intersection by D along [lane]\n",
+        "param D = Range(5, 45) m\n"
+        "lane = intersection.incomingLanes[0]\n"
+        "ego = new Car before intersection by D along [lane]\n",
+    ),
+)
+NEVER_LEAVES = Problem(
+    "SCN484",
+    "the trajectory does not go through {region}",
+    "`after` measures from where it leaves",
+    "add the lane that leads through, and the one behind it: `[m.startLane, m.connectingLane, m.endLane]`",
+    page=Page(
+        "trajectory that does not go through",
+        "`after REGION by D along TRAJECTORY` counts on from the point where the trajectory leaves the region.",
+        "m = intersection.incomingLanes[0].maneuvers[0]\nego = new Car after intersection by 5 m along [m.startLane]\n",
+        "m = intersection.incomingLanes[0].maneuvers[0]\n"
+        "ego = new Car after intersection by 5 m along [m.startLane, m.connectingLane, m.endLane]\n",
+    ),
+)
+OTHER_SIDE = Problem(
+    "SCN485",
+    "a distance {word} {region} is not negative",
+    "the other side of {region} has a word of its own",
+    "write `{other} {region} by {distance} along …`",
+    page=Page(
+        "on the other side of the intersection",
+        "`before` counts back from where a trajectory enters the intersection, `after` on from where it leaves.",
+        "m = intersection.incomingLanes[0].maneuvers[0]\nego = new Car before intersection by -5 m along m\n",
+        "m = intersection.incomingLanes[0].maneuvers[0]\nego = new Car after intersection by 5 m along m\n",
+    ),
+)
+
+# -- SCN23x, SCN240: imports, classes and mutations --------------------------------------------------------------------
+
+_EGO = "ego = new Car on road, with speed 5 m/s\n"
+
+# -- imports ----------------------------------------------------------------------------------------------------------
+
+
+# -- classes and mutations --------------------------------------------------------------------------------------------
+
+NEARLY_A_PROPERTY = warning(
+    "SCN237",
+    "`{name}` is a property of the class alone",
+    "nothing reads it but the file itself",
+    "did you mean `{match}`?",
+    page=Page(
+        "property that may be misspelt",
+        "A class may have properties of its own. One that is spelled almost like a built-in one is probably meant to "
+        "be that.",
+        f"class Taxi(Car):\n    widht: 1.7 m\n\n{_EGO}cab = new Taxi ahead of ego by 9 m\n",
+        f"class Taxi(Car):\n    width: 1.7 m\n\n{_EGO}cab = new Taxi ahead of ego by 9 m\n",
+    ),
+)
+PROPERTY_CYCLE = Problem(
+    "SCN238",
+    "the default of `{name}` needs itself: {cycle}",
+    cure="give one of them a value of its own",
+    page=Page(
+        "property defaults in a circle",
+        "A default may use other properties through `self`, as long as one of them comes first.",
+        f"class Box:\n    width: self.length\n    length: self.width\n\n{_EGO}box = new Box ahead of ego by 9 m\n",
+        f"class Box:\n    width: self.length\n    length: 2 m\n\n{_EGO}box = new Box ahead of ego by 9 m\n",
+    ),
+)
+CANNOT_MUTATE = Problem(
+    "SCN239",
+    "`mutate` needs an object, but `{name}` is {actual}",
+    cure="{cure}",
+    page=Page(
+        "mutation of no object",
+        "`mutate` puts noise on the place and heading of objects.",
+        f"D = 5 m\n{_EGO}mutate D\n",
+        f"{_EGO}mutate ego\n",
+    ),
+)
+MUTATED_ALIAS = Problem(
+    "SCN240",
+    "`{name}` was not made under this name",
+    "`mutate` is told the name to which `new` was assigned",
+    "name the object as where it was made",
+    page=Page(
+        "mutation by another name",
+        "What is placed relative to a mutated object sees its mutated place, so the name must be that under which it "
+        "is made.",
+        f"{_EGO}other = ego\nmutate other\n",
+        f"{_EGO}mutate ego\n",
+    ),
+)

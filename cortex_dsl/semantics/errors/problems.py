@@ -1,0 +1,111 @@
+"""The shape of a declared diagnostic, the exceptions by which elaboration stops doing what cannot be done, and the
+findings that it collects over all variants.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from cortex_dsl.diagnostics import Diagnostic, Label, Page, Severity
+from cortex_dsl.source import Span
+from engine.errors import Signal
+from engine.frozen import frozen
+
+
+@frozen
+class Problem:
+    """One kind of finding. Texts are `str.format` templates over the fields that `at` is given."""
+
+    code: str
+    message: str
+    reason: str = ""
+    cure: str = ""
+    severity: Severity = Severity.ERROR
+    page: Page | None = None
+
+    def at(self, span: Span, *, secondary: tuple[Label, ...] = (), label: str = "", **fields: object) -> Diagnostic:
+        """The problem at a place, its texts filled in."""
+        return Diagnostic(
+            code=self.code,
+            message=self.message.format(**fields),
+            label=Label(span, label),
+            severity=self.severity,
+            secondary=secondary,
+            reason=self.reason.format(**fields),
+            cure=self.cure.format(**fields),
+        )
+
+    def mistake(self, span: Span, *, secondary: tuple[Label, ...] = (), label: str = "", **fields: object) -> "Mistake":
+        """An exception that carries this problem to the nearest place that can go on without the value."""
+        return Mistake(self.at(span, secondary=secondary, label=label, **fields))
+
+
+class Mistake(Signal):
+    """A value cannot be had. `diagnostic` is None when the cause has been reported already."""
+
+    def __init__(self, diagnostic: Diagnostic | None = None) -> None:
+        super().__init__("" if diagnostic is None else diagnostic.message)
+        self.diagnostic = diagnostic
+
+
+class Rejection(Signal):
+    """A variant cannot be: a random choice has nothing to choose from."""
+
+    def __init__(self, reason: str, span: Span) -> None:
+        super().__init__(reason)
+        self.reason = reason
+        self.span = span
+
+
+class NeedsExpansion(Signal):
+    """A value that was left symbolic is needed concretely: enumerate these sites (spans) instead and start again."""
+
+    def __init__(self, sites: frozenset[Span]) -> None:
+        super().__init__(str(sites))
+        self.sites = sites
+
+
+def warning(code: str, message: str, reason: str = "", cure: str = "", page: Page | None = None) -> Problem:
+    return Problem(code, message, reason, cure, Severity.WARNING, page)
+
+
+def note(code: str, message: str, reason: str = "", cure: str = "", page: Page | None = None) -> Problem:
+    return Problem(code, message, reason, cure, Severity.NOTE, page)
+
+
+def hint(code: str, message: str, reason: str = "", cure: str = "", page: Page | None = None) -> Problem:
+    return Problem(code, message, reason, cure, Severity.HINT, page)
+
+
+# -- findings ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Findings:
+    """Diagnostics, each once whatever variants it comes from."""
+
+    _found: dict[tuple[Severity, Span], dict[str, Diagnostic]] = field(default_factory=dict)
+    _settled: frozenset[Span] = frozenset()
+    """Places where an earlier stage found errors: further ones there are consequences."""
+
+    def add(self, diagnostic: Diagnostic) -> None:
+        """Keep one finding; a place has each code at most once, the first."""
+        if diagnostic.severity is Severity.ERROR and diagnostic.label.span in self._settled:
+            return
+        here = self._found.setdefault((diagnostic.severity, diagnostic.label.span), {})
+        here.setdefault(diagnostic.code, diagnostic)
+
+    def __iter__(self) -> Iterator[Diagnostic]:
+        """In the order of the file."""
+        return iter(sorted((d for here in self._found.values() for d in here.values()), key=lambda d: d.label.span))
+
+    def copy(self) -> "Findings":
+        """The same, for the next stage."""
+        copied = Findings()
+        for finding in self:
+            copied.add(finding)
+        copied._settled = frozenset(span for severity, span in self._found if severity is Severity.ERROR)
+        return copied
+
+    @property
+    def has_errors(self) -> bool:
+        return any(severity is Severity.ERROR for severity, _ in self._found)

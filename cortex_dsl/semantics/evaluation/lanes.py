@@ -1,0 +1,284 @@
+"""Lanes, their sections, groups and roads as Scenic's scripts ask for them, also where only the run knows the lane; and
+trajectories, lists of lanes that follow one another, joined into one path.
+
+The lane on which an object is now is a number, the lane's index; what belongs to it is looked up in tables.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.errors.behaviours import LANE_OF_THE_RUN
+from cortex_dsl.semantics.errors.objects import EMPTY_TRAJECTORY, NOT_CONNECTED
+from cortex_dsl.semantics.errors.problems import Rejection
+from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.evaluation.roads import NEIGHBOURS, network_of
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import Centerline, Closure, LaneNow, Pose, Quantity, Truth, Value
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.quantities.units import LENGTH
+from cortex_dsl.source import Span
+from cortex_dsl.spelling import did_you_mean
+from engine.frozen import frozen
+from engine.road.network import Intersection, Lane, LaneRole, Maneuver, Network
+from engine.road.sections import (
+    LaneGroup,
+    LaneSection,
+    Road,
+    group_of,
+    is_forward,
+    opposite_group,
+    road_of,
+    to_left,
+    to_right,
+)
+from engine.vocabulary import Op
+
+NOBODY = -1.0
+"""Index of a lane that is not there."""
+
+
+Getter = Callable[[Evaluator, Lane, Span], Value]
+
+
+def _neighbour(name: str, find: Callable[[Lane], Lane | None], *, must: bool) -> Getter:
+    def get(_ev: Evaluator, lane: Lane, span: Span) -> Value:
+        found = find(lane)
+        if found is None and must:
+            raise Rejection(f"`{lane.name}` has no `{name}`", span)
+        return None if found is None else LaneSection(found)
+
+    return get
+
+
+def _neighbour_getters() -> dict[str, Getter]:
+    """Scenic's spelling with `_` gives None where there is no neighbour; the other one rejects the scene."""
+    public = {name: _neighbour(name, find, must=True) for name, find in NEIGHBOURS.items()}
+    return {**public, **{f"_{name}": _neighbour(name, find, must=False) for name, find in NEIGHBOURS.items()}}
+
+
+OF_LANE: Mapping[str, Callable[[Evaluator, Lane], Value]] = {
+    "sections": lambda _, lane: (LaneSection(lane),),
+    "sectionAt": lambda _, lane: Closure(("point",), lambda _point: LaneSection(lane)),
+    "group": lambda _, lane: group_of(lane),
+    "road": lambda _, lane: road_of(lane),
+    "isForward": lambda ev, lane: Truth(ev.algebra.truth(is_forward(lane))),
+    "adjacentLanes": lambda _, lane: tuple(filter(None, (to_left(lane), to_right(lane)))),
+}
+"""What a lane can be asked beside its geometry."""
+
+OF_SECTION: Mapping[str, Callable[[Evaluator, LaneSection], Value]] = {
+    "lane": lambda _, section: section.lane,
+    "centerline": lambda _, section: Centerline(section.lane),
+    "group": lambda _, section: group_of(section.lane),
+    "road": lambda _, section: road_of(section.lane),
+    "isForward": lambda ev, section: Truth(ev.algebra.truth(is_forward(section.lane))),
+    "adjacentLanes": lambda _, section: tuple(
+        LaneSection(lane) for lane in (to_left(section.lane), to_right(section.lane)) if lane is not None
+    ),
+}
+
+OF_GROUP: Mapping[str, Callable[[Evaluator, LaneGroup], Value]] = {
+    "lanes": lambda _, group: group.lanes,
+    "road": lambda _, group: road_of(group.lanes[0]),
+    "opposite": lambda _, group: opposite_group(group.lanes[0]),
+    "_opposite": lambda _, group: opposite_group(group.lanes[0]),
+    "name": lambda _, group: group.name,
+}
+
+OF_ROAD: Mapping[str, Callable[[Evaluator, Road], Value]] = {
+    "lanes": lambda _, road: road.lanes,
+    "forwardLanes": lambda _, road: road.forward,
+    "backwardLanes": lambda _, road: road.backward,
+    "laneGroups": lambda _, road: (road.forward, road.backward),
+    "is1Way": lambda ev, _: Truth(ev.algebra.truth(False)),
+    "name": lambda _, road: road.name,
+}
+
+OF_SECTION_BESIDE: Mapping[str, Getter] = _neighbour_getters()
+
+
+# -- lanes that only the run knows ------------------------------------------------------------------------------------
+
+
+def looked_up(ev: Evaluator, lane: ir.Expr, values: Sequence[float], *, missing: float = NOBODY) -> ir.Expr:
+    """The entry of a lane in a table over `network.lanes`; `missing` where there is no such lane."""
+    if isinstance(lane, ir.Literal):
+        return ev.algebra.literal(float(values[int(lane.value)]) if lane.value >= 0.0 else missing)
+    shifted = ev.algebra.add(lane, ev.algebra.literal(1.0))
+    offset = ev.file.pool.offset([missing, *map(float, values)])
+    return ev.algebra.apply(Op.TABLE, shifted, immediates=(offset,))
+
+
+def _id(lane: Lane | None) -> float:
+    return NOBODY if lane is None else float(lane.id)
+
+
+def index_of(ev: Evaluator, value: Value) -> ir.Expr | None:
+    """Index of a lane or section, known now or only during the run; None for anything else."""
+    match value:
+        case LaneNow(id=index):
+            return index
+        case Lane():
+            return ev.algebra.literal(float(value.id))
+        case LaneSection(lane):
+            return ev.algebra.literal(float(lane.id))
+    return None
+
+
+def lane_at(ev: Evaluator, pose: Pose) -> Value:
+    """The lane at a pose: the lane itself where it is known, else the nearest one during the run.
+
+    A heading of NaN asks for the nearest lane of any direction.
+    """
+    if pose.lane is not None:
+        return pose.lane
+    network_of(ev)
+    nearest = ev.algebra.apply(Op.LANE_NEAREST, ev.algebra.pack(pose.x, pose.y, pose.heading))
+    return LaneNow(nearest, section=False)
+
+
+def as_section(value: Value) -> Value:
+    """The section of a lane."""
+    if isinstance(value, Lane):
+        return LaneSection(value)
+    return LaneNow(value.id, section=True) if isinstance(value, LaneNow) else value
+
+
+def of_lane_now(ev: Evaluator, lane: LaneNow, name: str, span: Span) -> Value:
+    """An attribute of a lane that only the run knows.
+
+    Raises:
+        Mistake: when it cannot be had then.
+    """
+    network = network_of(ev)
+    if name in ("lane", "sections", "sectionAt"):
+        return _same_lane(lane, name)
+    if (find := NEIGHBOURS.get(name.removeprefix("_"))) is not None and lane.section:
+        return LaneNow(looked_up(ev, lane.id, [_id(find(each)) for each in network.lanes]), section=True)
+    if name in _NUMBERS:
+        return Quantity(looked_up(ev, lane.id, [_NUMBERS[name](each) for each in network.lanes]), LENGTH)
+    if name == "isForward":
+        return Truth(looked_up(ev, lane.id, [float(is_forward(each)) for each in network.lanes]))
+    known = ("lane", "sections", "sectionAt", "isForward", *_NUMBERS, *(NEIGHBOURS if lane.section else ()))
+    suggestion = LIGHT_OF_THE_RUN if name == "signal" else did_you_mean(name, known)
+    raise LANE_OF_THE_RUN.mistake(span, name=name, suggestion=suggestion)
+
+
+LIGHT_OF_THE_RUN = "ask with `getClosestTrafficLightStatus(car)` what the light shows at the end of the lane of a car"
+"""What to write instead of the signal of a lane of the run."""
+
+_NUMBERS: Mapping[str, Callable[[Lane], float]] = {
+    "width": lambda lane: lane.width,
+    "length": lambda lane: lane.length,
+}
+
+
+def _same_lane(lane: LaneNow, name: str) -> Value:
+    section = LaneNow(lane.id, section=True)
+    if name == "lane":
+        return LaneNow(lane.id, section=False)
+    return (section,) if name == "sections" else Closure(("point",), lambda _point: section)
+
+
+def same(ev: Evaluator, left: Value, right: Value) -> ir.Expr | None:
+    """Whether two values are the same lane, where the run has to tell; None where it has not."""
+    if not (isinstance(left, LaneNow) or isinstance(right, LaneNow)):
+        return None
+    if left is None or right is None:
+        index = index_of(ev, right if left is None else left)
+        assert index is not None
+        return ev.algebra.apply(Op.LT, index, ev.algebra.literal(0.0))
+    one, other = index_of(ev, left), index_of(ev, right)
+    if one is None or other is None:
+        return ev.algebra.truth(False)
+    return ev.algebra.apply(Op.EQ, one, other)
+
+
+def some_lane(ev: Evaluator, value: Value, span: Span, what: str) -> ir.Expr:
+    """Index of the lane that an argument names.
+
+    Raises:
+        Mistake: when it is none.
+    """
+    index = index_of(ev, value)
+    if index is None:
+        cure = "check it with `is not None` first" if value is None else ""
+        raise WRONG_KIND.mistake(span, what=what, expected="a lane", actual=kind_name(value), cure=cure)
+    return index
+
+
+def all_sections(network: Network) -> tuple[LaneSection, ...]:
+    return tuple(map(LaneSection, network.lanes))
+
+
+# -- trajectories ------------------------------------------------------------------------------------------------------
+
+
+@frozen
+class Trajectory:
+    lanes: tuple[Lane, ...]
+    path: int
+    """Id of the joined centre lines."""
+
+    @property
+    def length(self) -> float:
+        return self.lanes[0].network.paths.length(self.path)
+
+    def entry(self, intersection: Intersection) -> float | None:
+        """Arc length at which the trajectory enters an intersection [m]; None if it never does."""
+        s = 0.0
+        for lane in self.lanes:
+            if any(maneuver.intersection is intersection for maneuver in lane.maneuvers):
+                return s + lane.length
+            s += lane.length
+        return None
+
+    def leaving(self, intersection: Intersection) -> float | None:
+        """Arc length at which the trajectory leaves an intersection [m]; None if it never does."""
+        s = 0.0
+        for lane in self.lanes:
+            if lane.intersection is intersection and lane.role is LaneRole.CONNECTING:
+                return s + lane.length
+            s += lane.length
+        return None
+
+
+def trajectory(value: Value, span: Span) -> Trajectory:
+    """A list of lanes (or a maneuver, or one lane) as a path.
+
+    Raises:
+        Mistake: when it is something else, or has a gap.
+    """
+    lanes = _lanes(value, span)
+    if not lanes:
+        raise EMPTY_TRAJECTORY.mistake(span)
+    paths = lanes[0].network.paths
+    for number, (before, after) in enumerate(pairwise(lanes), 2):
+        if not paths.continues(before.path, after.path):
+            follows = ", ".join(f"`{lane.name}`" for lane in before.successors) or "no lane"
+            raise NOT_CONNECTED.mistake(span, number=number, before=before.name, after=after.name, follows=follows)
+    return Trajectory(lanes, paths.join([lane.path for lane in lanes]))
+
+
+_AS_IN = "as in `[maneuver.startLane, maneuver.connectingLane, maneuver.endLane]`"
+_SPEED_FIRST = "are the arguments in the wrong order? As in `FollowTrajectoryBehavior(target_speed, trajectory)`"
+
+
+def _lanes(value: Value, span: Span) -> tuple[Lane, ...]:
+    match value:
+        case Lane():
+            return (value,)
+        case Centerline(lane):
+            return (lane,)
+        case Maneuver():
+            return value.lanes
+        case tuple():
+            return tuple(lane for item in value for lane in _lanes(item, span))
+    raise WRONG_KIND.mistake(
+        span,
+        what="a trajectory",
+        expected="a list of lanes",
+        actual=kind_name(value),
+        cure=_SPEED_FIRST if isinstance(value, Quantity) else _AS_IN,
+    )

@@ -1,0 +1,296 @@
+"""The properties of an object while it is made: those given, then the defaults of its classes, then of its kind."""
+
+import difflib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from cortex_dsl import ir
+from cortex_dsl.diagnostics import Label
+from cortex_dsl.semantics.errors.behaviours import OBSTACLE_BEHAVIOUR
+from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE, UNKNOWN_CLASS, UNKNOWN_PROPERTY
+from cortex_dsl.semantics.errors.objects import NEARLY_A_PROPERTY, PROPERTY_CYCLE, PROPERTY_TWICE
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.errors.values import CANNOT_ASSIGN, WRONG_KIND
+from cortex_dsl.semantics.evaluation import attributes, geometry, numbers
+from cortex_dsl.semantics.evaluation.attributes import property_value
+from cortex_dsl.semantics.evaluation.calls import as_behaviour
+from cortex_dsl.semantics.evaluation.functions import known_truth
+from cortex_dsl.semantics.evaluation.specifiers import Placement
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import POISON, ClassValue, Pose, Quantity, Unfinished, Value, Vector
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.names.builtins import (
+    ACTOR_KINDS,
+    FLAGS,
+    IGNORED,
+    MODEL_FIELDS,
+    PLACED,
+    PLACES,
+    PROPERTIES,
+    all_properties,
+)
+from cortex_dsl.semantics.names.tree import unit_word
+from cortex_dsl.semantics.quantities.units import UNITS
+from cortex_dsl.source import Span
+from cortex_dsl.spelling import did_you_mean
+from cortex_dsl.syntax import nodes
+from engine.vehicles import MODELS
+from engine.vocabulary import ActorKind, Op
+
+SLIP = 0.8
+"""Likeness from which a property of one's own is taken for a slip of the pen."""
+
+
+def own_class(ev: Evaluator, name: str) -> ClassValue | None:
+    value = ev.find(name)
+    return value if isinstance(value, ClassValue) else None
+
+
+def define(ev: Evaluator, node: nodes.ClassDefinition) -> ClassValue:
+    """A class of the file's own; without a base it is a plain object that never moves by itself."""
+    seen: dict[str, Span] = {}
+    for default in node.properties:
+        if default.name in seen:
+            first = Label(seen[default.name], "first here")
+            raise PROPERTY_TWICE.mistake(default.name_span, name=default.name, secondary=(first,))
+        seen[default.name] = default.name_span
+        if default.name in attributes.RUNNING_ATTRIBUTES:
+            reason = "the run sets it, step by step"
+            raise CANNOT_ASSIGN.mistake(default.name_span, name=default.name, reason=reason)
+    bases = _bases(ev, node)
+    kind = bases[0].kind if bases else ACTOR_KINDS[node.base or "Object"]
+    made = ClassValue(node, kind, bases, ev.scopes, ev.home)
+    _warn_of_slips(ev, made)
+    return made
+
+
+def _bases(ev: Evaluator, node: nodes.ClassDefinition) -> tuple[ClassValue, ...]:
+    if node.base is None:
+        return ()
+    if (base := own_class(ev, node.base)) is not None:
+        return (base, *base.bases)
+    span = node.base_span or node.span
+    if node.base in PLACES:
+        what = f"a class cannot be made from `{node.base}`"
+        raise NOT_SUPPORTED.mistake(span, what=what, reason="places have no properties", cure="use `Object`")
+    if node.base not in ACTOR_KINDS:
+        known = {*ACTOR_KINDS, *(name for name in ev.known_names() if own_class(ev, name) is not None)}
+        raise UNKNOWN_CLASS.mistake(span, name=node.base, suggestion=did_you_mean(node.base, known))
+    return ()
+
+
+def _warn_of_slips(ev: Evaluator, made: ClassValue) -> None:
+    inherited = {d.name for base in made.bases for d in base.node.properties}
+    for default in made.node.properties:
+        if default.name in (*all_properties(), *PLACED) or default.name in inherited:
+            continue
+        if match := difflib.get_close_matches(default.name, (*PROPERTIES, *FLAGS, *inherited), 1, SLIP):
+            ev.report(NEARLY_A_PROPERTY.at(default.name_span, name=default.name, match=match[0]))
+
+
+@dataclass
+class Making:
+    """An object that is being made. Every property is worked out when it is first asked for."""
+
+    ev: Evaluator
+    kind: ActorKind
+    own: ClassValue | None
+    given: Sequence[nodes.With]
+    posed: Callable[[], Pose] | None = None
+    values: dict[str, Value] = field(default_factory=dict)
+    pending: dict[str, Span] = field(default_factory=dict)
+    """What is being worked out, with the place that asked for it."""
+    _pose: Pose | None = None
+
+    def __post_init__(self) -> None:
+        classes = () if self.own is None else (self.own, *self.own.bases)
+        self.defaults: dict[str, tuple[ClassValue, nodes.PropertyDefault]] = {}
+        for each in reversed(classes):
+            self.defaults |= {default.name: (each, default) for default in each.node.properties}
+
+    def declares(self, name: str) -> bool:
+        return name in self.defaults
+
+    def properties(self) -> dict[str, Value]:
+        """All of them: those given first, in their order, then the defaults.
+
+        Raises:
+            Mistake: when one of them is wrong; every such one is reported.
+        """
+        self._check_doubles()
+        results = [self.ev.tolerate(lambda name=name: self.get(name)) for name in self._names()]
+        if any(result is POISON for result in results):
+            raise Mistake
+        return self.values
+
+    def _check_doubles(self) -> None:
+        seen: dict[str, Span] = {}
+        for with_ in self.given:
+            if with_.property in seen:
+                first = Label(seen[with_.property], "first here")
+                raise PROPERTY_TWICE.mistake(with_.property_span, name=with_.property, secondary=(first,))
+            seen[with_.property] = with_.property_span
+
+    def _names(self) -> Iterator[str]:
+        yield from (with_.property for with_ in self.given)
+        yield from (name for name in self.defaults if name not in PLACED)
+        yield from ("speed", *MODEL_FIELDS)
+
+    def get(self, name: str, span: Span | None = None) -> Value:
+        """A property as it is stored: a number of the object's kind is a bare expression."""
+        if name not in self.values:
+            with_ = next((each for each in self.given if each.property == name), None)
+            with self._asking(name, span):
+                if with_ is not None:
+                    self.values[name] = self._given(with_)
+                elif name in self.defaults:
+                    self.values[name] = self._default(name)
+                else:
+                    self.values[name] = self._of_kind(name)
+        return self.values[name]
+
+    def _asking(self, name: str, span: Span | None) -> "_Asking":
+        if name in self.pending:
+            chain = [*list(self.pending)[list(self.pending).index(name) :], name]
+            default = self.defaults[name][1] if name in self.defaults else None
+            place = span or (default.span if default else next(iter(self.pending.values())))
+            raise PROPERTY_CYCLE.mistake(place, name=name, cycle=" -> ".join(chain))
+        return _Asking(self.pending, name, span or Span(0, 0))
+
+    # -- where it is -------------------------------------------------------------------------------------------------
+
+    def pose(self, span: Span) -> Pose:
+        assert self.posed is not None
+        if self._pose is None:
+            with self._asking("position", span):
+                self._pose = self.posed()
+        return self._pose
+
+    def default_place(self) -> Placement:
+        """What the class says about its position."""
+        owner, default = self.defaults["position"]
+        value = self._evaluator(owner).evaluate(default.value)
+        point = geometry.position(self.ev, value, default.value.span, "the default of `position`")
+        pose = geometry.pose_of(self.ev, value)
+        return Placement(point, None) if pose is None else Placement(point, pose.heading, lane=pose.lane)
+
+    def default_heading(self, point: Vector) -> ir.Expr | None:
+        """What the class says about its heading, if it does."""
+        if "heading" not in self.defaults:
+            return None
+        owner, default = self.defaults["heading"]
+        value = self._evaluator(owner).evaluate(default.value)
+        return geometry.heading_at(self.ev, value, point, default.value.span)
+
+    # -- values ------------------------------------------------------------------------------------------------------
+
+    def _given(self, node: nodes.With) -> Value:
+        name = node.property
+        if name not in PROPERTIES and name not in FLAGS and name not in IGNORED and name not in self.defaults:
+            raise UNKNOWN_PROPERTY.mistake(
+                node.property_span,
+                kind=f"a {self.own.node.name if self.own else self.kind.name.capitalize()}",
+                name=name,
+                suggestion=did_you_mean(name, {*all_properties(), *self.defaults}),
+            )
+        with self.ev.naming(name):
+            value = self.ev.evaluate(node.value)
+        return checked(self.ev, self.kind, name, self._adopted(name, value), node.value.span)
+
+    def _adopted(self, name: str, value: Value) -> Value:
+        """A bare number takes the unit of the property's default."""
+        if name in PROPERTIES or name not in self.defaults or not isinstance(value, Quantity):
+            return value
+        word = unit_word(self.defaults[name][1].value)
+        if value.dimension is not None or word not in UNITS:
+            return value
+        return Quantity(value.expr, UNITS[word].dimension)
+
+    def _default(self, name: str) -> Value:
+        owner, default = self.defaults[name]
+        with self.ev.naming(name):
+            value = self._evaluator(owner).evaluate(default.value)
+        return checked(self.ev, self.kind, name, value, default.value.span)
+
+    def _evaluator(self, owner: ClassValue) -> Evaluator:
+        own = {"self": Unfinished(self._attribute)}
+        return self.ev.at_home(owner.home).within((own, *owner.scopes))
+
+    def _attribute(self, name: str, span: Span) -> Value:
+        """`self.name` in a default."""
+        if name in attributes.POSE_ATTRIBUTES:
+            return attributes.get(self.ev, self.pose(span), name, span)
+        known = {*PROPERTIES, *FLAGS, *self.defaults}
+        if name not in known:
+            raise UNKNOWN_ATTRIBUTE.mistake(
+                span,
+                kind=f"a {self.own.node.name if self.own else ''}",
+                name=name,
+                suggestion=did_you_mean(name, known),
+            )
+        return property_value(self.get(name, span), name)
+
+    def _of_kind(self, name: str) -> Value:
+        """The default of its kind; a longer car has its axles further apart."""
+        algebra, model = self.ev.algebra, MODELS[self.kind]
+        if name not in MODEL_FIELDS:
+            return algebra.literal(0.0) if name == "speed" else None
+        default: ir.Expr = algebra.literal(float(getattr(model, MODEL_FIELDS[name])))
+        own_length = "length" in self.defaults or any(each.property == "length" for each in self.given)
+        if name in ("wheelbase", "rearToCenter") and own_length:
+            length = self.get("length")
+            assert isinstance(length, ir.Expr)
+            return algebra.mul(default, algebra.apply(Op.DIV, length, algebra.literal(model.length)))
+        return default
+
+
+@dataclass
+class _Asking:
+    """While a property is worked out, asking for it again is a cycle."""
+
+    pending: dict[str, Span]
+    name: str
+    span: Span
+
+    def __enter__(self) -> None:
+        self.pending[self.name] = self.span
+
+    def __exit__(self, *_: object) -> None:
+        del self.pending[self.name]
+
+
+def checked(ev: Evaluator, kind: ActorKind, name: str, value: Value, span: Span) -> Value:
+    """A value of a property, as it is stored."""
+    if name in IGNORED:
+        return None
+    if name in FLAGS:
+        return _flag(ev, kind, name, value, span)
+    if name not in PROPERTIES:
+        return value
+    spec = PROPERTIES[name]
+    expr = numbers.adopt(ev, value, spec.dimension, span, f"`{name}`")
+    return numbers.in_range(ev, expr, spec.low, spec.high, spec.dimension, span, f"`{name}`", above=spec.above)
+
+
+def _flag(ev: Evaluator, kind: ActorKind, name: str, value: Value, span: Span) -> Value:
+    if name == "behavior":
+        return _behaviour(kind, value, span)
+    if name == "allowCollisions":
+        return known_truth(ev, value, span, "`allowCollisions`")
+    if name == "name" and not isinstance(value, str):
+        raise WRONG_KIND.mistake(span, what="`name`", expected="text", actual=kind_name(value), cure="")
+    return value
+
+
+def _behaviour(kind: ActorKind, value: Value, span: Span) -> Value:
+    if value is None:
+        return None
+    behaviour = as_behaviour(value, span)
+    if behaviour is None:
+        raise WRONG_KIND.mistake(
+            span, what="`behavior`", expected="a behavior", actual=kind_name(value), cure="as in `FollowLaneBehavior()`"
+        )
+    if kind == ActorKind.OBSTACLE:
+        raise OBSTACLE_BEHAVIOUR.mistake(span)
+    return behaviour

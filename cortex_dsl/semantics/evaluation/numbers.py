@@ -1,0 +1,352 @@
+"""Values as numbers: what a place adopts, what range it allows, which bare numbers look like a slip, and arithmetic.
+
+Dimensions are checked; units were left behind at the literals. A bare number (dimension None) adopts the dimension of
+its place, and of the other side in sums and comparisons; in products and quotients it is pure. What is computed from
+bare numbers alone stays bare.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+from cortex_dsl import ir
+from cortex_dsl.diagnostics import Label
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.values import (
+    DIMENSION_MISMATCH,
+    MAY_LEAVE_RANGE,
+    NOT_FINITE,
+    OUT_OF_RANGE,
+    POWER_NOT_CONSTANT,
+    SUSPICIOUS_ACCELERATION,
+    SUSPICIOUS_ANGLE,
+    SUSPICIOUS_LENGTH,
+    SUSPICIOUS_SPEED,
+    SUSPICIOUS_TIME,
+    UNLIKE_OPERANDS,
+    WRONG_KIND,
+)
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import BehaviourCall, BuiltinValue, Quantity, Truth, Value
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.quantities.algebra import closed_value
+from cortex_dsl.semantics.quantities.bounds import range_labels
+from cortex_dsl.semantics.quantities.units import (
+    ACCELERATION,
+    ANGLE,
+    LENGTH,
+    PURE,
+    SPEED,
+    TIME,
+    UNITS,
+    dimension_name,
+    power,
+    product,
+    quotient,
+    root,
+    si_word,
+    unit_examples,
+)
+from cortex_dsl.source import Span
+from engine.vocabulary import Op
+
+Dimension = ir.Dimension
+MOST_BARE_SPEED = 40.0
+"""A bare speed above this [m/s] was probably meant in km/h."""
+MOST_BARE_LENGTH = 500.0
+"""A bare length above this [m] was probably meant in centimetres: no road of a usual map is that long."""
+MOST_BARE_TIME = 600.0
+"""A bare time above this [s] was probably meant in milliseconds."""
+MOST_BARE_ACCELERATION = 20.0
+"""A bare acceleration above this [m/s^2] is no car's: tyres on a dry road give 10."""
+ROUNDING = 1e-9
+"""Relative slack of an interval's ends: `low + u (high - low)` may round past `high`."""
+
+
+def quantity(value: Value, span: Span, what: str = "this") -> Quantity:
+    """The value as a number.
+
+    Raises:
+        Mistake: when it is none.
+    """
+    if isinstance(value, Quantity):
+        return value
+    quoted = isinstance(value, str) and value.strip()[:1].isdigit()
+    cure = f"write it without quotes: `{value}`" if quoted else ""
+    raise WRONG_KIND.mistake(span, what=what, expected="a number", actual=kind_name(value), cure=cure)
+
+
+def _as_condition(value: Value) -> str:
+    if isinstance(value, BehaviourCall | BuiltinValue):
+        return "`and` and `or` join conditions; list things with commas, as in `do choose A(), B()`"
+    return "compare it with something, as in `x < 3`"
+
+
+def truth(ev: Evaluator, value: Value, span: Span) -> ir.Expr:
+    """The value as a condition; as in Python, lists and None have a truth of their own."""
+    match value:
+        case Truth(expr):
+            return expr
+        case Quantity(expr, dimension) if dimension in (None, PURE):
+            return ev.algebra.apply(Op.NE, expr, ev.algebra.literal(0.0))
+        case None | str() | tuple():
+            return ev.algebra.truth(bool(value))
+    raise WRONG_KIND.mistake(
+        span, what="a condition", expected="a truth value", actual=kind_name(value), cure=_as_condition(value)
+    )
+
+
+def literal(ev: Evaluator, value: float, dimension: Dimension | None, span: Span, reason: str = "") -> Quantity:
+    return finite(Quantity(ev.algebra.literal(value), dimension), span, reason)
+
+
+def finite(result: Quantity, span: Span, reason: str = "") -> Quantity:
+    """The result, unless it is a constant that is no number."""
+    if isinstance(result.expr, ir.Literal) and not math.isfinite(result.expr.value):
+        raise NOT_FINITE.mistake(span, reason=reason or f"it is {result.expr.value}")
+    return result
+
+
+def adopt(ev: Evaluator, value: Value, dimension: Dimension, span: Span, what: str) -> ir.Expr:
+    """The SI number that a place of a known dimension takes.
+
+    Raises:
+        Mistake: when the value is no number or has another dimension.
+    """
+    number = quantity(value, span, what)
+    if number.dimension is None:
+        warn_of_slip(ev, number, dimension, span)
+        if isinstance(number.expr, ir.Gene):
+            ev.file.taken_for.setdefault(number.expr.index, set()).add(dimension)
+    elif number.dimension != dimension:
+        raise DIMENSION_MISMATCH.mistake(
+            span,
+            what=what,
+            expected=dimension_name(dimension),
+            actual=dimension_name(number.dimension),
+            cure=_unit_cure(dimension),
+        )
+    return number.expr
+
+
+def _unit_cure(dimension: Dimension) -> str:
+    words = unit_examples(dimension)
+    return f"units of {dimension_name(dimension).split(' ', 1)[1]}: {words}" if words else ""
+
+
+def warn_of_slip(ev: Evaluator, number: Quantity, dimension: Dimension, span: Span) -> None:
+    """Say what a bare number was understood as, where its size suggests that another unit was meant."""
+    low, high = ev.interval(number.expr)
+    value = high if abs(high) >= abs(low) else low
+    if not math.isfinite(value):
+        return
+    size, (place, uses) = abs(value), _where(ev, number, dimension, span)
+    if dimension == ANGLE and size > math.tau + 1e-6:
+        ev.report(SUSPICIOUS_ANGLE.at(place, secondary=uses, value=value, turns=size / math.tau))
+    elif dimension == SPEED and value > MOST_BARE_SPEED:
+        ev.report(SUSPICIOUS_SPEED.at(place, secondary=uses, value=value, kmh=value * 3.6))
+    elif dimension == LENGTH and size > MOST_BARE_LENGTH:
+        ev.report(SUSPICIOUS_LENGTH.at(place, secondary=uses, value=value, kilometres=value / 1000.0))
+    elif dimension == TIME and size > MOST_BARE_TIME:
+        ev.report(SUSPICIOUS_TIME.at(place, secondary=uses, value=value, minutes=value / 60.0))
+    elif dimension == ACCELERATION and size > MOST_BARE_ACCELERATION:
+        gravities = value / UNITS["g"].factor
+        ev.report(SUSPICIOUS_ACCELERATION.at(place, secondary=uses, value=value, gravities=gravities))
+
+
+def _where(ev: Evaluator, number: Quantity, dimension: Dimension, span: Span) -> tuple[Span, tuple[Label, ...]]:
+    """Of a slip: where a unit is missing, which for a param is its own line, and what else there is to see."""
+    if not isinstance(number.expr, ir.Gene):
+        return span, range_labels(number.expr, ev.file.genes)
+    gene = list(ev.file.genes.values())[number.expr.index]
+    return gene.span, (Label(span, f"taken for {dimension_name(dimension)}"),)
+
+
+def in_range(
+    ev: Evaluator, expr: ir.Expr, low: float, high: float, dimension: Dimension, span: Span, what: str, *,
+    above: bool = False,
+) -> ir.Expr:  # fmt: skip
+    """The expression, if its legal range allows; `above` leaves the lower end itself out.
+
+    Raises:
+        Mistake: when it is, or may become, something illegal.
+    """
+    least, greatest = ev.interval(expr)
+    value = closed_value(expr)
+    if value is not None and math.isnan(value):
+        raise NOT_FINITE.mistake(span, reason=f"{what} is not a number")
+    if value is not None:
+        least = greatest = value
+    elif math.inf in (abs(least), abs(greatest)):
+        return expr
+    slack = ROUNDING * max(1.0, abs(least), abs(greatest)) if value is None else 0.0
+    too_low = least + slack <= low if above else least + slack < low
+    if not too_low and greatest - slack <= high:
+        return expr
+    problem = MAY_LEAVE_RANGE if value is None else OUT_OF_RANGE
+    raise problem.mistake(
+        span,
+        what=what,
+        actual=shown(least if too_low else greatest, dimension),
+        expected=_range_text(low, high, dimension, above),
+        secondary=range_labels(expr, ev.file.genes) if value is None else (),
+        cure=(
+            "turn the object with `facing` to have it drive the other way"
+            if too_low and dimension == SPEED
+            else "write a number in that range"
+        ),
+    )
+
+
+def _range_text(low: float, high: float, dimension: Dimension, above: bool) -> str:
+    if math.isfinite(low) and math.isfinite(high) and above:
+        return f"above {shown(low, dimension)} and at most {shown(high, dimension)}"
+    if math.isfinite(low) and math.isfinite(high):
+        return f"between {shown(low, dimension)} and {shown(high, dimension)}"
+    if math.isfinite(low):
+        return f"above {shown(low, dimension)}" if above else f"at least {shown(low, dimension)}"
+    return f"at most {shown(high, dimension)}"
+
+
+def shown(value: float, dimension: Dimension | None) -> str:
+    """An SI number for people: `3.5 m`."""
+    return f"{value:.6g} {si_word(dimension)}".rstrip()
+
+
+# -- arithmetic --------------------------------------------------------------------------------------------------------
+
+
+def common(left: Dimension | None, right: Dimension | None, span: Span, joined: str) -> Dimension | None:
+    """Dimension of two sides that must agree; a bare one adopts the other's."""
+    if left is None or right is None:
+        return right if left is None else left
+    if left != right:
+        units = [f"{dimension_name(d)} in {unit_examples(d)}" for d in (left, right) if unit_examples(d)]
+        raise UNLIKE_OPERANDS.mistake(
+            span,
+            left=dimension_name(left),
+            right=dimension_name(right),
+            joined=joined,
+            cure="write " + "; ".join(units) if units else "",
+        )
+    return left
+
+
+@contextmanager
+def sides(left: tuple[Span, Value], right: tuple[Span, Value]) -> Iterator[None]:
+    """Operands that do not fit together are shown each with what it measures."""
+    try:
+        yield
+    except Mistake as mistake:
+        if mistake.diagnostic is None or mistake.diagnostic.code != UNLIKE_OPERANDS.code:
+            raise
+        first, second = (Label(span, kind_name(value)) for span, value in (left, right))
+        raise Mistake(replace(mistake.diagnostic, label=second, secondary=(first,))) from None
+
+
+def add(ev: Evaluator, left: Quantity, right: Quantity, span: Span) -> Quantity:
+    dimension = common(left.dimension, right.dimension, span, "added")
+    return finite(Quantity(ev.algebra.add(left.expr, right.expr), dimension), span)
+
+
+def subtract(ev: Evaluator, left: Quantity, right: Quantity, span: Span) -> Quantity:
+    dimension = common(left.dimension, right.dimension, span, "subtracted")
+    return finite(Quantity(ev.algebra.sub(left.expr, right.expr), dimension), span)
+
+
+def multiply(ev: Evaluator, left: Quantity, right: Quantity, span: Span) -> Quantity:
+    dimension = _combined(left.dimension, right.dimension, product)
+    return finite(Quantity(ev.algebra.mul(left.expr, right.expr), dimension), span, "it is too large")
+
+
+def divide(ev: Evaluator, left: Quantity, right: Quantity, span: Span) -> Quantity:
+    dimension = _combined(left.dimension, right.dimension, quotient)
+    return finite(Quantity(ev.algebra.apply(Op.DIV, left.expr, right.expr), dimension), span, "it divides by zero")
+
+
+def _combined(
+    left: Dimension | None, right: Dimension | None, rule: Callable[[Dimension, Dimension], Dimension]
+) -> Dimension | None:
+    """A bare factor is pure, but a bare and a pure number give a bare one: the bare may stand for anything."""
+    if left is None and right is None:
+        return None
+    dimension = rule(left or PURE, right or PURE)
+    return None if None in (left, right) and dimension == PURE else dimension
+
+
+def floor_divide(ev: Evaluator, left: Quantity, right: Quantity, span: Span) -> Quantity:
+    common(left.dimension, right.dimension, span, "divided into whole parts")
+    _not_zero(right, span)
+    dimension = None if left.dimension is None and right.dimension is None else PURE
+    return Quantity(ev.algebra.apply(Op.FLOORDIV, left.expr, right.expr), dimension)
+
+
+def modulo(ev: Evaluator, left: Quantity, right: Quantity, span: Span) -> Quantity:
+    dimension = common(left.dimension, right.dimension, span, "divided with remainder")
+    _not_zero(right, span)
+    return Quantity(ev.algebra.apply(Op.MOD, left.expr, right.expr), dimension)
+
+
+def _not_zero(divisor: Quantity, span: Span) -> None:
+    if closed_value(divisor.expr) == 0.0:
+        raise NOT_FINITE.mistake(span, reason="it divides by zero")
+
+
+def raised(ev: Evaluator, base: Quantity, exponent: Quantity, span: Span) -> Quantity:
+    if exponent.dimension not in (None, PURE):
+        raise DIMENSION_MISMATCH.mistake(
+            span, what="an exponent", expected="a pure number", actual=dimension_name(exponent.dimension), cure=""
+        )
+    dimension = base.dimension
+    if dimension not in (None, PURE):
+        known = closed_value(exponent.expr)
+        if known is None or known != math.floor(known) or abs(known) > 16:
+            raise POWER_NOT_CONSTANT.mistake(span, what=dimension_name(dimension))
+        dimension = power(dimension, int(known))
+    result = ev.algebra.apply(Op.POW, base.expr, exponent.expr)
+    value = closed_value(result)
+    if value is not None and not math.isfinite(value):
+        reason = "its power is not a real number" if math.isnan(value) else "it is too large"
+        raise NOT_FINITE.mistake(span, reason=reason)
+    return Quantity(result, dimension)
+
+
+def square_root(ev: Evaluator, base: Quantity, span: Span) -> Quantity:
+    dimension = base.dimension if base.dimension is None else root(base.dimension)
+    if dimension is None and base.dimension is not None:
+        raise DIMENSION_MISMATCH.mistake(
+            span,
+            what="under a square root there",
+            expected="a square",
+            actual=dimension_name(base.dimension),
+            cure="as in `sqrt(x * x + y * y)`",
+        )
+    value = closed_value(base.expr)
+    if value is not None and value < 0.0:
+        raise NOT_FINITE.mistake(span, reason=f"it is the square root of {value:g}")
+    return Quantity(ev.algebra.apply(Op.SQRT, base.expr), dimension)
+
+
+def negated(ev: Evaluator, operand: Quantity) -> Quantity:
+    return Quantity(ev.algebra.apply(Op.NEG, operand.expr), operand.dimension)
+
+
+_ORDER = {"<": (Op.LT, False), "<=": (Op.LE, False), ">": (Op.LT, True), ">=": (Op.LE, True),
+          "==": (Op.EQ, False), "!=": (Op.NE, False)}  # fmt: skip
+
+
+def compare(ev: Evaluator, operator: str, left: Quantity, right: Quantity, span: Span) -> ir.Expr:
+    dimension = common(left.dimension, right.dimension, span, "compared")
+    if dimension is not None and None in (left.dimension, right.dimension):
+        warn_of_slip(ev, left if left.dimension is None else right, dimension, span)
+    op, swapped = _ORDER[operator]
+    operands = (right.expr, left.expr) if swapped else (left.expr, right.expr)
+    result = ev.algebra.apply(op, *operands)
+    ev.run.compared[id(result)] = dimension or ev.run.compared.get(id(result))
+    return result
+
+
+def select(ev: Evaluator, condition: ir.Expr, then: Quantity, otherwise: Quantity, span: Span) -> Quantity:
+    dimension = common(then.dimension, otherwise.dimension, span, "alternatives of each other")
+    return Quantity(ev.algebra.apply(Op.SELECT, condition, then.expr, otherwise.expr), dimension)

@@ -1,0 +1,351 @@
+"""Random values: continuous ones become arithmetic over uniform draws, finite ones choices or tables.
+
+Finite choices among numbers stay symbolic as long as nobody needs to know them, anything else makes a variant each. In
+a behaviour the uniform numbers come from the scene's behaviour stream, anew at each evaluation.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.errors.chance import (
+    BAD_DEVIATION,
+    BAD_WEIGHTS,
+    EMPTY_RANGE,
+    FIXED_EXHAUSTED,
+    LIST_AS_OPTION,
+    MIXED_OPTIONS,
+    RANDOM_WHILE_RUNNING,
+    REVERSED_RANGE,
+    TOO_MANY_VARIANTS,
+)
+from cortex_dsl.semantics.errors.problems import Rejection
+from cortex_dsl.semantics.errors.values import NOT_FINITE, TWO_UNITS
+from cortex_dsl.semantics.evaluation import numbers
+from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin, evaluate_arguments, no_names
+from cortex_dsl.semantics.evaluation.functions import whole_number
+from cortex_dsl.semantics.model.choices import VARIANT_LIMIT
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import Quantity, Value, Weights, is_constant
+from cortex_dsl.semantics.model.wording import option_name, source_text
+from cortex_dsl.semantics.names.builtins import BUILTINS
+from cortex_dsl.semantics.quantities.algebra import closed_value
+from cortex_dsl.semantics.quantities.units import Unit, dimension_name, si_word
+from cortex_dsl.source import Span
+from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
+from engine.vocabulary import Op
+
+
+@frozen
+class Site:
+    """A distribution in the source: its place (with the unit behind it) and that unit."""
+
+    span: Span
+    unit: Unit | None = None
+
+
+def bound_arguments(name: str, given: Sequence[Given], span: Span) -> list[Given]:
+    row = BUILTINS[name]
+    bound = bind_builtin(row, given, span)
+    return [bound[parameter.name] for parameter in row.parameters]
+
+
+def scaled(ev: Evaluator, argument: Given, unit: Unit | None) -> Quantity:
+    """A number of a distribution, with the unit behind the call applied."""
+    number = numbers.quantity(argument.value, argument.span, "a bound of a distribution")
+    if unit is None:
+        return number
+    if number.dimension is not None:
+        raise TWO_UNITS.mistake(argument.span, kind=dimension_name(number.dimension))
+    return Quantity(ev.algebra.mul(number.expr, ev.algebra.literal(unit.factor)), unit.dimension)
+
+
+def alike(ev: Evaluator, arguments: Sequence[Given], site: Site) -> tuple[list[ir.Expr], ir.Dimension | None]:
+    """Numbers of one dimension."""
+    scaled_numbers = [scaled(ev, argument, site.unit) for argument in arguments]
+    dimension = None
+    for number in scaled_numbers:
+        dimension = numbers.common(dimension, number.dimension, site.span, "bounds of one distribution")
+    return [number.expr for number in scaled_numbers], dimension
+
+
+def uniform(ev: Evaluator) -> ir.Expr:
+    return ev.algebra.random() if ev.moment.running else ev.run.new_draw()
+
+
+def recorded(ev: Evaluator, site: Site, expr: ir.Expr, dimension: ir.Dimension | None) -> Quantity:
+    """The drawn number, noted down for concrete copies."""
+    if not ev.moment.running:
+        ev.run.draw_sites.append(ir.DrawSite(site.span, "number", si_word(dimension), (expr,)))
+    return Quantity(expr, dimension)
+
+
+def check_order(name: str, low: float | None, high: float | None, span: Span) -> None:
+    """Known bounds must hold more than one value."""
+    if low is None or high is None:
+        return
+    if low > high:
+        raise REVERSED_RANGE.mistake(span, name=name, low=f"{low:g}", high=f"{high:g}")
+    if low == high:
+        raise EMPTY_RANGE.mistake(span, low=f"{low:g}")
+    if not math.isfinite(high - low):
+        raise NOT_FINITE.mistake(span, reason="its width is more than 1.8e308")
+
+
+def check_deviation(value: float | None, span: Span) -> None:
+    if value is not None and not value > 0.0:
+        raise BAD_DEVIATION.mistake(span, actual=f"{value:g}")
+
+
+def plain(argument: Given) -> float | None:
+    """A known number as it was written, for messages about it."""
+    return closed_value(argument.value.expr) if isinstance(argument.value, Quantity) else None
+
+
+# -- options -----------------------------------------------------------------------------------------------------------
+
+
+@frozen
+class Option:
+    """One value of a finite choice."""
+
+    value: Value
+    weight: float
+    source: str
+    """Text that names it again."""
+
+
+def uniform_options(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> list[Option]:
+    no_names(name, given)
+    if len(given) == 1 and given[0].node is not None and isinstance(given[0].value, tuple):
+        raise LIST_AS_OPTION.mistake(given[0].span, text=shortened(ev, given[0].span))
+    return [_option(ev, g.value, g.span, 1.0, site, starred=g.node is None) for g in given]
+
+
+def weighted_options(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> list[Option]:
+    (argument,) = bound_arguments(name, given, site.span)
+    if not isinstance(argument.value, Weights):
+        raise BAD_WEIGHTS.mistake(argument.span, message="`Discrete` needs a dictionary of weights")
+    options = []
+    for (value, weight), span in zip(argument.value.entries, argument.value.spans, strict=True):
+        number = ev.constant(numbers.quantity(weight, span, "a weight"), span, "a weight")
+        if not 0.0 <= number < math.inf:
+            raise BAD_WEIGHTS.mistake(span, message=f"a weight is {number:g}")
+        options.append(_option(ev, value, span, number, site, starred=False))
+    if options and not any(option.weight for option in options):
+        raise BAD_WEIGHTS.mistake(argument.span, message="all weights are 0")
+    return [option for option in options if option.weight]
+
+
+def _option(ev: Evaluator, value: Value, span: Span, weight: float, site: Site, *, starred: bool) -> Option:
+    if site.unit is not None:
+        value = scaled(ev, Given(value, span), site.unit)
+    source = source_text(value) or ("" if starred else ev.file.source.slice(span))
+    return Option(value, weight, source)
+
+
+def pick(ev: Evaluator, options: Sequence[Option], site: Site) -> Value:
+    """One of the options: numbers stay symbolic as long as nobody needs to know them."""
+    if not options:
+        raise Rejection(f"`{shortened(ev, site.span)}` has nothing to choose from", site.span)
+    if len(options) == 1:
+        return options[0].value
+    if all(isinstance(option.value, Quantity) for option in options) and site.span not in ev.file.expanded:
+        return _numeric(ev, options, site)
+    return choose(ev, options, site)
+
+
+def shortened(ev: Evaluator, span: Span, width: int = 60) -> str:
+    text = " ".join(ev.file.source.slice(span).split())
+    return text if len(text) <= width else text[: width - 3] + "..."
+
+
+def option_numbers(options: Sequence[Option], span: Span) -> tuple[list[Quantity], ir.Dimension | None]:
+    """Options that are all numbers, and the dimension that they share."""
+    values = [option.value for option in options if isinstance(option.value, Quantity)]
+    dimension = None
+    for value in values:
+        if None not in (dimension, value.dimension) and dimension != value.dimension:
+            raise MIXED_OPTIONS.mistake(span, left=dimension_name(dimension), right=dimension_name(value.dimension))
+        dimension = dimension or value.dimension
+    return values, dimension
+
+
+def _numeric(ev: Evaluator, options: Sequence[Option], site: Site) -> Value:
+    values, dimension = option_numbers(options, site.span)
+    known = [value.expr.value for value in values if isinstance(value.expr, ir.Literal)]
+    if len(known) == len(values) and len({option.weight for option in options}) == 1:
+        index = whole_index(ev, len(values), site)
+        table = ev.algebra.apply(Op.TABLE, index, immediates=(ev.file.pool.offset(known),))
+        return recorded(ev, site, table, dimension)
+    threshold = _by_threshold(ev, _finite_uniform(ev, site), options)
+    return recorded(ev, site, threshold, dimension)
+
+
+def _by_threshold(ev: Evaluator, number: ir.Expr, options: Sequence[Option]) -> ir.Expr:
+    """The option whose share of [0, 1) holds the uniform number."""
+    exprs = [option.value.expr for option in options if isinstance(option.value, Quantity)]
+    shares = probabilities(options)
+    result = exprs[-1]
+    for i in range(len(exprs) - 2, -1, -1):
+        below = ev.algebra.apply(Op.LT, number, ev.algebra.literal(math.fsum(shares[: i + 1])))
+        result = ev.algebra.apply(Op.SELECT, below, exprs[i], result)
+    return result
+
+
+def check_count(count: int, site: Site) -> None:
+    """Refuse early what would be more variants than there may be."""
+    if count > VARIANT_LIMIT:
+        raise TOO_MANY_VARIANTS.mistake(site.span, limit=VARIANT_LIMIT, sizes=f"this one has {count} options")
+
+
+def probabilities(options: Sequence[Option]) -> tuple[float, ...]:
+    total = math.fsum(option.weight for option in options)
+    return tuple(option.weight / total for option in options)
+
+
+def choose(ev: Evaluator, options: Sequence[Option], site: Site, gene: int | None = None) -> Value:
+    """One option as a decision of this variant: at random, or as a gene says."""
+    if ev.moment.running and ev.moment.repeated:
+        raise RANDOM_WHILE_RUNNING.mistake(site.span)
+    name = ev.run.assigning or shortened(ev, site.span)
+    shares = probabilities(options) if gene is None else (1.0,) * len(options)
+    option = options[ev.run.oracle.choose(name, site.span, shares, gene)]
+    source = option.source or _name_of(ev, option.value)
+    ev.run.choices.append(ir.Choice(name, option_name(option.value), source, site.span))
+    return option.value
+
+
+def _name_of(ev: Evaluator, value: Value) -> str:
+    """A module variable that holds the value, for want of a text of its own."""
+    return next((name for name, known in ev.names.items() if known is value), "")
+
+
+def all_constant(options: Sequence[Option]) -> bool:
+    return all(is_constant(o.value) or not isinstance(o.value, Quantity) for o in options)
+
+
+def whole_index(ev: Evaluator, count: int, site: Site) -> ir.Expr:
+    """A whole number below `count`, all equally likely."""
+    number = _finite_uniform(ev, site)
+    return ev.algebra.apply(Op.FLOOR, ev.algebra.mul(number, ev.algebra.literal(float(count))))
+
+
+def _finite_uniform(ev: Evaluator, site: Site) -> ir.Expr:
+    number = uniform(ev)
+    if isinstance(number, ir.Draw):
+        ev.run.finite_draws[number.index] = site.span
+    return number
+
+
+# -- distributions -----------------------------------------------------------------------------------------------------
+
+SMALLEST_UNIFORM = 2.0**-54
+"""Stands in for a uniform number of exactly 0, whose normal quantile would be infinite."""
+
+Distribution = Callable[[Evaluator, str, Sequence[Given], Site], Value]
+
+
+def sample_call(ev: Evaluator, call: nodes.Call, site: Site) -> Value:
+    """The value of a distribution call."""
+    assert isinstance(call.function, nodes.Name)
+    name = call.function.id
+    return DISTRIBUTIONS[name](ev, name, evaluate_arguments(ev, call.arguments), site)
+
+
+def distribution_call(ev: Evaluator, node: nodes.Expression) -> nodes.Call | None:
+    """The call behind a distribution, its unit taken off; None for any other expression."""
+    if isinstance(node, nodes.WithUnit | nodes.Degrees):
+        node = node.value
+    match node:
+        case nodes.Call(function=nodes.Name(id=name)) if name in DISTRIBUTIONS and not ev.has(name):
+            return node
+    return None
+
+
+# -- continuous -------------------------------------------------------------------------------------------------------
+
+
+def _range(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
+    arguments = bound_arguments(name, given, site.span)
+    (low, high), dimension = alike(ev, arguments, site)
+    check_order(name, plain(arguments[0]), plain(arguments[1]), site.span)
+    width = ev.algebra.sub(high, low)
+    return recorded(ev, site, ev.algebra.add(low, ev.algebra.mul(uniform(ev), width)), dimension)
+
+
+def _normal(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
+    arguments = bound_arguments(name, given, site.span)
+    (mean, deviation), dimension = alike(ev, arguments, site)
+    check_deviation(plain(arguments[1]), arguments[1].span)
+    positive = ev.algebra.apply(Op.MAX, uniform(ev), ev.algebra.literal(SMALLEST_UNIFORM))
+    quantile = ev.algebra.apply(Op.NORMAL_QUANTILE, positive)
+    return recorded(ev, site, ev.algebra.add(mean, ev.algebra.mul(deviation, quantile)), dimension)
+
+
+def _truncated_normal(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
+    arguments = bound_arguments(name, given, site.span)
+    (mean, deviation, low, high), dimension = alike(ev, arguments, site)
+    check_deviation(plain(arguments[1]), arguments[1].span)
+    check_order(name, plain(arguments[2]), plain(arguments[3]), site.span)
+    algebra = ev.algebra
+
+    def cumulative(bound: ir.Expr) -> ir.Expr:
+        return algebra.apply(Op.NORMAL_CDF, algebra.apply(Op.DIV, algebra.sub(bound, mean), deviation))
+
+    least, greatest = cumulative(low), cumulative(high)
+    probability = algebra.add(least, algebra.mul(uniform(ev), algebra.sub(greatest, least)))
+    free = algebra.add(mean, algebra.mul(deviation, algebra.apply(Op.NORMAL_QUANTILE, probability)))
+    return recorded(ev, site, algebra.apply(Op.MIN, algebra.apply(Op.MAX, free, low), high), dimension)
+
+
+# -- finite -----------------------------------------------------------------------------------------------------------
+
+
+def _discrete_range(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
+    low_given, high_given = bound_arguments(name, given, site.span)
+    low, high = (whole_number(ev, g.value, g.span, "a bound of a `DiscreteRange`") for g in (low_given, high_given))
+    check_order(name, low, high, site.span)
+    dimension = None if site.unit is None else site.unit.dimension
+    factor = ev.algebra.literal(1.0 if site.unit is None else site.unit.factor)
+    if site.span in ev.file.expanded:
+        check_count(high - low + 1, site)
+        written = (
+            Quantity(ev.algebra.mul(ev.algebra.literal(float(n)), factor), dimension) for n in range(low, high + 1)
+        )
+        return choose(ev, [Option(value, 1.0, source_text(value) or "") for value in written], site)
+    index = whole_index(ev, high - low + 1, site)
+    number = ev.algebra.mul(ev.algebra.add(ev.algebra.literal(float(low)), index), factor)
+    return recorded(ev, site, number, dimension)
+
+
+def _among(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
+    return pick(ev, uniform_options(ev, name, given, site), site)
+
+
+def _weighted(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
+    return pick(ev, weighted_options(ev, name, given, site), site)
+
+
+def _fixed(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
+    no_names(name, given)
+    visit = ev.run.visits[site.span]
+    ev.run.visits[site.span] += 1
+    if visit >= len(given):
+        raise FIXED_EXHAUSTED.mistake(site.span, count=visit + 1, given=len(given))
+    return given[visit].value if site.unit is None else scaled(ev, given[visit], site.unit)
+
+
+DISTRIBUTIONS: dict[str, Distribution] = {
+    "Range": _range,
+    "VerifaiRange": _range,
+    "Normal": _normal,
+    "TruncatedNormal": _truncated_normal,
+    "DiscreteRange": _discrete_range,
+    "VerifaiDiscreteRange": _discrete_range,
+    "Uniform": _among,
+    "VerifaiOptions": _among,
+    "Discrete": _weighted,
+    "Fixed": _fixed,
+}

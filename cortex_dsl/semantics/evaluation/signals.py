@@ -1,0 +1,303 @@
+"""Traffic lights: the `signals` statement, what a light shows at a moment, and who sees which.
+
+A light's colour is arithmetic over the clock: its phase begins `phase * (green + yellow + all_red)` into the plan, is
+green, then yellow, then red until the plan starts again. Behaviours and monitors may stop the clock and set a light;
+it keeps that colour until the plan would change it next, which is never while the clock stands.
+"""
+
+import re
+from dataclasses import replace
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.errors.roads import NO_SIGNALS, SCENIC_SIGNALS, SIGNALS_TWICE, SIGNALS_UNUSED, UNKNOWN_COLOUR
+from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
+from cortex_dsl.semantics.evaluation import numbers
+from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
+from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of, state
+from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, looked_up
+from cortex_dsl.semantics.evaluation.roads import network_of
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.state import (
+    COLOURS,
+    DEFAULT_ALL_RED,
+    DEFAULT_GREEN,
+    DEFAULT_YELLOW,
+    GREEN,
+    NONE,
+    PHASES,
+    RED,
+    YELLOW,
+    Controls,
+    SignalPlan,
+)
+from cortex_dsl.semantics.model.values import Actor, Colour, Pose, Signal, Value
+from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.quantities.units import TIME
+from cortex_dsl.source import Span
+from cortex_dsl.spelling import did_you_mean
+from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
+from engine.road.network import Intersection, Lane
+from engine.vocabulary import Op, State
+
+ARGUMENTS = ("green", "yellow", "all_red", "offset")
+ARMS = 4
+"""Lights of an intersection are numbered by its arms."""
+CONTROLS = ("TrafficLightStatus(", "TrafficLightsStatus(", "reezeTrafficLights(")
+"""Calls that change the lights."""
+LOOKS = re.compile(r"obey_signals|TrafficLight|\bisSignalized\b|\.signals?\b")
+"""How a file shows that somebody looks at the lights."""
+
+
+# -- the statement ----------------------------------------------------------------------------------------------------
+
+
+def set_up(ev: Evaluator, node: nodes.Signals) -> None:
+    """`signals(...)`: all intersections have lights of one plan."""
+    if ev.run.signals is not None:
+        raise SIGNALS_TWICE.mistake(node.span)
+    if not LOOKS.search(_code(ev)):
+        ev.report(SIGNALS_UNUSED.at(node.span))
+    try:
+        ev.run.signals = _plan(ev, _arguments(ev, node))
+    except Mistake:
+        ev.run.signals = _plan(ev, {})  # nobody need hear that there are no lights
+        raise
+
+
+def _arguments(ev: Evaluator, node: nodes.Signals) -> dict[str, Given]:
+    given: dict[str, Given] = {}
+    for argument in evaluate_arguments(ev, node.arguments):
+        _check_name(argument, given)
+        given[argument.name or ""] = argument
+    return given
+
+
+def _check_name(argument: Given, seen: dict[str, Given]) -> None:
+    name = argument.name
+    if name is None:
+        raise NOT_SUPPORTED.mistake(
+            argument.span, what="`signals` takes its arguments by name", reason="", cure="as in `green=10 s`"
+        )
+    if name not in ARGUMENTS:
+        suggestion = did_you_mean(name, ARGUMENTS)
+        raise UNKNOWN_ARGUMENT.mistake(argument.place, function="signals", name=name, suggestion=suggestion)
+    if name in seen:
+        raise DUPLICATE.mistake(argument.place, what="the argument", name=name)
+
+
+def _plan(ev: Evaluator, given: dict[str, Given]) -> SignalPlan:
+    def time(name: str, default: float, low: float, *, above: bool = False) -> ir.Expr:
+        if name not in given:
+            return ev.algebra.literal(default)
+        what, argument = f"`{name}` of the lights", given[name]
+        expr = numbers.adopt(ev, argument.value, TIME, argument.span, what)
+        return numbers.in_range(ev, expr, low, 1e5, TIME, argument.span, what, above=above)
+
+    green, yellow = time("green", DEFAULT_GREEN, 0.0, above=True), time("yellow", DEFAULT_YELLOW, 0.0)
+    plan = SignalPlan(green, yellow, time("all_red", DEFAULT_ALL_RED, 0.0), time("offset", 0.0, -1e5))
+    return replace(plan, controls=_controls(ev)) if any(word in _code(ev) for word in CONTROLS) else plan
+
+
+def _controls(ev: Evaluator) -> Controls:
+    count, new = len(network_of(ev).intersections) * ARMS, ev.run.new_local
+    colours, changes = (tuple(new() for _ in range(count)) for _ in range(2))
+    return Controls(new(), new(), new(), colours, changes)
+
+
+def _code(ev: Evaluator) -> str:
+    """The text of the file without comments."""
+    return re.sub(r"#[^\n]*", "", ev.file.source.text)
+
+
+def plan_of(ev: Evaluator) -> SignalPlan | None:
+    """The plan of the lights; Scenic's maps have lights, so a script that names one and asks for them gets a plan."""
+    if ev.run.signals is None and ev.file.default_signals is not None:
+        ev.report(SCENIC_SIGNALS.at(ev.file.default_signals))
+        ev.run.signals = _plan(ev, {})
+    return ev.run.signals
+
+
+def needed(ev: Evaluator, span: Span, what: str) -> SignalPlan:
+    plan = plan_of(ev)
+    if plan is None:
+        raise NO_SIGNALS.mistake(span, what=what)
+    return plan
+
+
+# -- which light ------------------------------------------------------------------------------------------------------
+
+
+def _arm_of(lane: Lane) -> int:
+    intersection = lane.intersection
+    assert intersection is not None
+    return next(i for i, leg in enumerate(intersection.legs) if lane in leg.incoming_lanes)
+
+
+def number_of(light: Signal) -> int:
+    return light.intersection.id * ARMS + light.arm
+
+
+def light_of(lane: Lane) -> Signal | None:
+    """The light at the end of a lane; None where it leads into no intersection."""
+    if lane.intersection is None or not lane.maneuvers:
+        return None
+    return Signal(lane.intersection, _arm_of(lane))
+
+
+def lights(ev: Evaluator, intersection: Intersection) -> tuple[Signal, ...]:
+    """One light for each arm; none where the file has no lights."""
+    return () if plan_of(ev) is None else tuple(Signal(intersection, i) for i in range(len(intersection.legs)))
+
+
+def phase_of(light: Signal) -> int:
+    return 0 if light.intersection.legs[light.arm].name in ("north", "south") else 1
+
+
+@frozen
+class Ahead:
+    """The light at the end of the lane that an object is on."""
+
+    light: ir.Expr
+    """Its number; -1 where the lane has none."""
+    phase: ir.Expr
+    distance: ir.Expr
+    """From the centre of the object to the stop line, along the lane [m]."""
+
+    def within(self, ev: Evaluator, reach: ir.Expr) -> ir.Expr:
+        there = ev.algebra.apply(Op.LE, ev.algebra.literal(0.0), self.light)
+        return ev.algebra.apply(Op.AND, there, ev.algebra.apply(Op.LT, self.distance, reach))
+
+
+def ahead_of(ev: Evaluator, actor: Actor) -> Ahead:
+    network, pose = network_of(ev), current_pose(ev, actor)
+    lane = index_of(ev, lane_at(ev, Pose(pose.x, pose.y, pose.heading)))
+    assert lane is not None
+    seen = [light_of(each) for each in network.lanes]
+    number = looked_up(ev, lane, [-1 if light is None else number_of(light) for light in seen])
+    phase = looked_up(ev, lane, [0 if light is None else phase_of(light) for light in seen], missing=0.0)
+    path = looked_up(ev, lane, [each.path for each in network.lanes], missing=0.0)
+    length = looked_up(ev, lane, [each.length for each in network.lanes], missing=0.0)
+    s = ev.algebra.apply(Op.PATH_PROJECT, path, pose.x, pose.y)
+    return Ahead(number, phase, ev.algebra.sub(length, s))
+
+
+# -- what it shows ----------------------------------------------------------------------------------------------------
+
+
+def clock(ev: Evaluator, plan: SignalPlan) -> ir.Expr:
+    """The time that the lights have run [s]."""
+    algebra, now = ev.algebra, ev.algebra.apply(Op.TIME)
+    if plan.controls is None:
+        return now
+    running = algebra.sub(now, algebra.local(plan.controls.lost))
+    frozen, frozen_at = algebra.local(plan.controls.frozen), algebra.local(plan.controls.frozen_at)
+    return algebra.apply(Op.SELECT, frozen, frozen_at, running)
+
+
+@frozen
+class Showing:
+    """Colour by the plan, and how often the plan has changed it so far."""
+
+    colour: ir.Expr
+    changes: ir.Expr
+
+
+def by_plan(ev: Evaluator, plan: SignalPlan, phase: ir.Expr) -> Showing:
+    algebra, number = ev.algebra, ev.algebra.literal
+    part = algebra.add(plan.green, algebra.add(plan.yellow, plan.all_red))
+    cycle = algebra.mul(part, number(float(PHASES)))
+    since = algebra.sub(algebra.add(clock(ev, plan), plan.offset), algebra.mul(phase, part))
+    rounds = algebra.apply(Op.FLOOR, algebra.apply(Op.DIV, since, cycle))
+    into = algebra.sub(since, algebra.mul(rounds, cycle))
+    is_green = algebra.apply(Op.LT, into, plan.green)
+    is_yellow = algebra.apply(Op.LT, into, algebra.add(plan.green, plan.yellow))
+    not_green = algebra.apply(Op.SELECT, is_yellow, number(float(YELLOW)), number(float(RED)))
+    colour = algebra.apply(Op.SELECT, is_green, number(float(GREEN)), not_green)
+    return Showing(colour, algebra.add(algebra.mul(rounds, number(3.0)), colour))
+
+
+def _shown(ev: Evaluator, plan: SignalPlan, light: ir.Expr, phase: ir.Expr) -> ir.Expr:
+    """The colour of a light that is there."""
+    showing, algebra = by_plan(ev, plan, phase), ev.algebra
+    if plan.controls is None:
+        return showing.colour
+    given = _entry(ev, light, plan.controls.colours)
+    lasts = algebra.apply(Op.EQ, _entry(ev, light, plan.controls.changes), showing.changes)
+    is_set = algebra.apply(Op.AND, lasts, algebra.apply(Op.LT, algebra.literal(float(NONE)), given))
+    return algebra.apply(Op.SELECT, is_set, given, showing.colour)
+
+
+def _entry(ev: Evaluator, light: ir.Expr, locals_: tuple[int, ...]) -> ir.Expr:
+    if isinstance(light, ir.Literal):
+        return ev.algebra.local(locals_[int(light.value)])
+    return ev.algebra.chosen(light, [ev.algebra.local(each) for each in locals_])
+
+
+def colour_ahead(ev: Evaluator, actor: Actor, reach: ir.Expr, plan: SignalPlan) -> ir.Expr:
+    """What the light ahead shows; NONE without one within reach."""
+    ahead = ahead_of(ev, actor)
+    shown = _shown(ev, plan, ahead.light, ahead.phase)
+    return ev.algebra.apply(Op.SELECT, ahead.within(ev, reach), shown, ev.algebra.literal(float(NONE)))
+
+
+def colour_of(ev: Evaluator, light: Signal, plan: SignalPlan) -> ir.Expr:
+    number, phase = ev.algebra.literal(float(number_of(light))), ev.algebra.literal(float(phase_of(light)))
+    return _shown(ev, plan, number, phase)
+
+
+def same_colour(ev: Evaluator, left: Value, right: Value, span: Span) -> ir.Expr | None:
+    """Whether a light shows a colour; None where no light is asked.
+
+    Raises:
+        Mistake: when the other side is no colour.
+    """
+    if not (isinstance(left, Colour) or isinstance(right, Colour)):
+        return None
+    one, other = (_colour_index(ev, each, span) for each in (left, right))
+    return ev.algebra.apply(Op.EQ, one, other)
+
+
+def _colour_index(ev: Evaluator, value: Value, span: Span) -> ir.Expr:
+    if isinstance(value, Colour):
+        return value.index
+    name = "None" if value is None else value
+    if isinstance(name, str) and name in COLOURS:
+        return ev.algebra.literal(float(COLOURS.index(name)))
+    raise unknown_colour(value, span)
+
+
+def unknown_colour(value: Value, span: Span) -> Exception:
+    actual = f'"{value}"' if isinstance(value, str) else kind_name(value)
+    near = did_you_mean(value, COLOURS[1:]) if isinstance(value, str) else ""
+    choices = ", ".join(f'"{name}"' for name in COLOURS[1:])
+    return UNKNOWN_COLOUR.mistake(span, actual=actual, suggestion=near or f"one of {choices}")
+
+
+# -- driving by them --------------------------------------------------------------------------------------------------
+
+COMFORTABLE = 3.4
+"""Deceleration with which drivers stop for yellow [m/s^2]: AASHTO, Policy on Geometric Design (2011), section 3.2.2."""
+
+
+def must_stop(ev: Evaluator, actor: Actor, span: Span) -> tuple[ir.Expr, ir.Expr]:
+    """Whether an object has to stop for the light ahead, and how far its front is from the stop line [m].
+
+    For red it does if it can at all, for yellow if it can in comfort.
+    """
+    algebra, plan = ev.algebra, needed(ev, span, "`obey_signals`")
+    ahead, speed = ahead_of(ev, actor), state(ev, actor, State.SPEED)
+    shown = _shown(ev, plan, ahead.light, ahead.phase)
+    room = algebra.sub(ahead.distance, algebra.mul(size_of(actor, "length"), algebra.literal(0.5)))
+    energy = algebra.mul(algebra.literal(0.5), algebra.mul(speed, speed))
+
+    def stops(colour: int, braking: ir.Expr) -> ir.Expr:
+        can = algebra.apply(Op.LE, energy, algebra.mul(braking, room))
+        return algebra.apply(Op.AND, algebra.apply(Op.EQ, shown, algebra.literal(float(colour))), can)
+
+    red = stops(RED, size_of(actor, "maxBraking"))
+    yellow = stops(YELLOW, algebra.literal(COMFORTABLE))
+    there = algebra.apply(Op.LE, algebra.literal(0.0), ahead.light)
+    return algebra.apply(Op.AND, there, algebra.apply(Op.OR, red, yellow)), room

@@ -1,0 +1,266 @@
+"""Where a new object is: each specifier that places it gives a point, and mostly a heading too."""
+
+from collections.abc import Callable
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.errors.objects import (
+    EVERYTHING_TOO_FAR,
+    NEVER_LEAVES,
+    NO_TRAJECTORY,
+    NOT_ON_TRAJECTORY,
+    OTHER_SIDE,
+    TOO_FAR,
+)
+from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.evaluation import geometry
+from cortex_dsl.semantics.evaluation.lanes import Trajectory, trajectory
+from cortex_dsl.semantics.evaluation.numbers import ROUNDING, adopt, in_range, shown
+from cortex_dsl.semantics.evaluation.roads import ROAD, network_of
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import Actor, Centerline, DirectionField, Pose, Region, Value, Vector
+from cortex_dsl.semantics.model.wording import kind_name, option_name
+from cortex_dsl.semantics.quantities.algebra import closed_value
+from cortex_dsl.semantics.quantities.units import LENGTH
+from cortex_dsl.source import Span
+from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
+from engine.road.network import Intersection, Lane, Network
+from engine.road.sections import LaneSection
+from engine.vocabulary import Op
+
+CONTACT_TOLERANCE = 1e-4
+"""Gap between two objects of which one is placed beside the other without `by`; Scenic's default [m]."""
+
+
+@frozen
+class Placement:
+    """A point and, where the specifier gives one, a heading."""
+
+    point: Vector
+    heading: ir.Expr | None
+    drawn: bool = False
+    """Whether the specifier itself drew it."""
+    lane: Lane | None = None
+    """The lane along which it lies, where that is known."""
+
+
+@frozen
+class Extent:
+    """Size of what is placed; zero for points."""
+
+    length: ir.Expr
+    width: ir.Expr
+
+
+Placer = Callable[[Evaluator, nodes.Specifier, Extent], Placement]
+
+
+def place(ev: Evaluator, specifier: nodes.Specifier, extent: Extent) -> Placement:
+    return PLACERS[type(specifier)](ev, specifier, extent)
+
+
+def _at(ev: Evaluator, node: nodes.At, _extent: Extent) -> Placement:
+    value = ev.evaluate(node.position)
+    pose = geometry.pose_of(ev, value)
+    point = geometry.position(ev, value, node.position.span, "what follows `at`")
+    if pose is None:
+        return Placement(point, None)
+    return Placement(point, pose.heading, lane=pose.lane)
+
+
+def _in_region(ev: Evaluator, node: nodes.InRegion, _extent: Extent) -> Placement:
+    value = ev.evaluate(node.region)
+    if isinstance(value, Network):
+        value = ROAD
+    if isinstance(value, LaneSection):
+        value = value.lane
+    if isinstance(value, Centerline):
+        return on_centerline(ev, value.lane)
+    if (region := geometry.region_of(value)) is not None:
+        return within(ev, region, value if isinstance(value, Lane) else None)
+    raise WRONG_KIND.mistake(
+        node.region.span,
+        what=f"what follows `{node.keyword}`",
+        expected="a region or a centre line",
+        actual=kind_name(value),
+        cure="as in `in lane.centerline`, `on road`",
+    )
+
+
+def on_centerline(ev: Evaluator, lane: Lane) -> Placement:
+    s = ev.algebra.mul(ev.run.new_draw(), ev.algebra.literal(lane.length))
+    return _on_path(ev, lane.path, s, lane, drawn=True)
+
+
+def _on_path(ev: Evaluator, path: int, s: ir.Expr, lane: Lane | None, *, drawn: bool = False) -> Placement:
+    pose = ev.algebra.apply(Op.PATH_POSE, ev.algebra.literal(float(path)), s, width=3)
+    x, y, heading = ev.algebra.items(pose, 3)
+    return Placement(Vector(x, y), heading, drawn, lane)
+
+
+def within(ev: Evaluator, region: Region, lane: Lane | None = None) -> Placement:
+    """Uniform over a region, heading along the road."""
+    network_of(ev)
+    identity = ev.algebra.literal(float(region.id))
+    sample = ev.algebra.apply(Op.REGION_SAMPLE, identity, ev.run.new_draw(), ev.run.new_draw(), width=2)
+    point = Vector(*ev.algebra.items(sample, 2))
+    if lane is None:
+        return Placement(point, geometry.road_heading(ev, point), drawn=True)
+    # Lanes overlap inside an intersection, so the nearest lane may be another one.
+    path = ev.algebra.literal(float(lane.path))
+    s = ev.algebra.apply(Op.PATH_PROJECT, path, point.x, point.y)
+    return Placement(point, ev.algebra.item(ev.algebra.apply(Op.PATH_POSE, path, s, width=3), 2), drawn=True)
+
+
+def _offset_by(ev: Evaluator, node: nodes.OffsetBySpecifier, _extent: Extent) -> Placement:
+    ego = geometry.ego_of(ev, node.span, "`offset by`")
+    offset = geometry.position(ev, ev.evaluate(node.offset), node.offset.span, "an offset")
+    return _as_placement(geometry.displaced(ev, ego, offset, node.span))
+
+
+def _offset_along(ev: Evaluator, node: nodes.OffsetAlongSpecifier, _extent: Extent) -> Placement:
+    ego = geometry.ego_of(ev, node.span, "`offset along`")
+    direction, offset = ev.evaluate_all((node.direction, node.offset))
+    vector = geometry.position(ev, offset, node.offset.span, "an offset")
+    return _as_placement(geometry.displaced_along(ev, ego, direction, vector, node))
+
+
+def _as_placement(value: Value) -> Placement:
+    if isinstance(value, Pose):
+        return Placement(Vector(value.x, value.y), value.heading)
+    assert isinstance(value, Vector)
+    return Placement(value, None)
+
+
+def _beside(ev: Evaluator, node: nodes.Beside, extent: Extent) -> Placement:
+    """Edge to edge: the distance is what lies between the outlines."""
+    reference = ev.evaluate(node.reference)
+    pose = geometry.oriented(ev, reference, node.reference.span, f"what something is {node.side} of")
+    along = node.side in ("ahead", "behind")
+    own = extent.length if along else extent.width
+    gap = _gap(ev, node, isinstance(reference, Actor))
+    half = ev.algebra.mul(own, ev.algebra.literal(0.5))
+    if isinstance(reference, Actor):
+        size = geometry.size_of(reference, "length" if along else "width")
+        half = ev.algebra.add(half, ev.algebra.mul(size, ev.algebra.literal(0.5)))
+    reach = ev.algebra.add(half, gap)
+    signed = reach if node.side in ("ahead", "right") else ev.algebra.apply(Op.NEG, reach)
+    zero = ev.algebra.literal(0.0)
+    right, ahead = (zero, signed) if along else (signed, zero)
+    return Placement(geometry.moved(ev, Vector(pose.x, pose.y), pose.heading, right, ahead), pose.heading)
+
+
+def _gap(ev: Evaluator, node: nodes.Beside, between_objects: bool) -> ir.Expr:
+    if node.distance is None:
+        return ev.algebra.literal(CONTACT_TOLERANCE if between_objects else 0.0)
+    return adopt(ev, ev.evaluate(node.distance), LENGTH, node.distance.span, "the distance after `by`")
+
+
+def _following(ev: Evaluator, node: nodes.Following, _extent: Extent) -> Placement:
+    direction = ev.evaluate(node.direction)
+    if not isinstance(direction, DirectionField):
+        raise WRONG_KIND.mistake(
+            node.direction.span,
+            what="what follows `following`",
+            expected="a direction field",
+            actual=kind_name(direction),
+            cure="write `following roadDirection from x for 10 m`",
+        )
+    origin = geometry.ego_of(ev, node.span, "`following`") if node.origin is None else ev.evaluate(node.origin)
+    start = geometry.position(ev, origin, node.span if node.origin is None else node.origin.span)
+    by = adopt(ev, ev.evaluate(node.distance), LENGTH, node.distance.span, "the distance after `for`")
+    network_of(ev)
+    x, y, heading = ev.algebra.items(ev.algebra.apply(Op.ROAD_FOLLOW, start.x, start.y, by, width=3), 3)
+    return Placement(Vector(x, y), heading)
+
+
+def _before(ev: Evaluator, node: nodes.Before, _extent: Extent) -> Placement:
+    """The place on a trajectory from which it is so far to the intersection."""
+    way, region, trajectory_span = _way_through(ev, node)
+    if (entry := way.entry(region)) is None:
+        raise NOT_ON_TRAJECTORY.mistake(trajectory_span, region=option_name(region))
+    by = _along(ev, node, entry)
+    lane = way.lanes[0] if entry <= way.lanes[0].length else None
+    return _on_path(ev, way.path, ev.algebra.sub(ev.algebra.literal(entry), by), lane)
+
+
+def _after(ev: Evaluator, node: nodes.After, _extent: Extent) -> Placement:
+    """The place on a trajectory that lies so far beyond the intersection."""
+    way, region, trajectory_span = _way_through(ev, node)
+    if (leaving := way.leaving(region)) is None:
+        raise NEVER_LEAVES.mistake(trajectory_span, region=option_name(region))
+    rest = way.length - leaving
+    by = _along(ev, node, rest)
+    lane = way.lanes[-1] if rest <= way.lanes[-1].length + ROUNDING else None
+    return _on_path(ev, way.path, ev.algebra.add(ev.algebra.literal(leaving), by), lane)
+
+
+def _way_through(ev: Evaluator, node: nodes.Before) -> tuple[Trajectory, Intersection, Span]:
+    """The trajectory, the intersection, and where the former is written."""
+    if node.trajectory is None:
+        raise NO_TRAJECTORY.mistake(node.span, word=_word(node))
+    region, along = ev.evaluate_all((node.region, node.trajectory))
+    if not isinstance(region, Intersection):
+        raise WRONG_KIND.mistake(
+            node.region.span,
+            what=f"what follows `{_word(node)}`",
+            expected="an intersection",
+            actual=kind_name(region),
+            cure=f"as in `{_word(node)} intersection by 20 m along trajectory`",
+        )
+    return trajectory(along, node.trajectory.span), region, node.trajectory.span
+
+
+def _word(node: nodes.Before) -> str:
+    return "after" if isinstance(node, nodes.After) else "before"
+
+
+def _along(ev: Evaluator, node: nodes.Before, available: float) -> ir.Expr:
+    """The distance from the intersection: an error if the way surely is too short for it, else a requirement."""
+    what = f"the distance {_word(node)} the intersection"
+    span = node.distance.span
+    by = adopt(ev, ev.evaluate(node.distance), LENGTH, span, what)
+    if ev.interval(by)[1] < 0.0:
+        raise OTHER_SIDE.mistake(
+            span, word=_word(node), other="before" if _word(node) == "after" else "after",
+            region=ev.file.source.slice(node.region.span), distance=shown(-ev.interval(by)[1], LENGTH),
+        )  # fmt: skip
+    by = in_range(ev, by, 0.0, float("inf"), LENGTH, span, what)
+    _keep_on_way(ev, node, by, available)
+    return by
+
+
+def _keep_on_way(ev: Evaluator, node: nodes.Before, by: ir.Expr, available: float) -> None:
+    """There is no place beyond the trajectory: an error where it surely lies there, a requirement where it may."""
+    region, limit, word = ev.file.source.slice(node.region.span), shown(available, LENGTH), _word(node)
+    bounds = "ends" if word == "after" else "starts"
+    greatest, value = ev.interval(by)[1], closed_value(by)
+    if value is not None and value > available:
+        actual = shown(value, LENGTH)
+        raise TOO_FAR.mistake(
+            node.distance.span, actual=actual, word=word, region=region, bounds=bounds, available=limit
+        )
+    if value is not None or greatest <= available:
+        return
+    if greatest < float("inf"):
+        actual = shown(greatest, LENGTH)
+        ev.report(
+            EVERYTHING_TOO_FAR.at(
+                node.distance.span, actual=actual, word=word, region=region, bounds=bounds, available=limit
+            )
+        )
+    condition = ev.algebra.apply(Op.LE, by, ev.algebra.literal(available))
+    text = " ".join(ev.file.source.slice(node.span).split())
+    ev.run.requirements.append(ir.Requirement(condition, 1.0, f"`{text}` lies on the road", ev.file.line(node.span)))
+
+
+PLACERS: dict[type, Placer] = {
+    nodes.At: _at,
+    nodes.InRegion: _in_region,
+    nodes.OffsetBySpecifier: _offset_by,
+    nodes.OffsetAlongSpecifier: _offset_along,
+    nodes.Beside: _beside,
+    nodes.Following: _following,
+    nodes.Before: _before,
+    nodes.After: _after,
+}  # type: ignore[assignment]

@@ -1,0 +1,102 @@
+"""Finite choices: a replayed list of decisions, the enumeration of every way to make them, and the pool of their
+numbers.
+
+The file is elaborated once per way. The oracle answers the first choices as its script says and takes the first option
+of the others; the enumeration then changes the last decision that has options left, and starts again.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+from cortex_dsl.source import Span
+from engine.errors import Signal
+from engine.frozen import frozen
+
+VARIANT_LIMIT = 4096
+"""Largest product of the option counts of the choices that one variant makes."""
+
+
+@frozen
+class Decision:
+    """A choice as it was met: `probabilities` by option, 1.0 each where a gene decides."""
+
+    name: str
+    span: Span
+    probabilities: tuple[float, ...]
+    taken: int
+    gene: int | None = None
+
+
+class TooManyVariants(Signal):
+    """The choices met along one way already multiply to more than the limit."""
+
+    def __init__(self, decisions: tuple[Decision, ...]) -> None:
+        super().__init__(len(decisions))
+        self.decisions = decisions
+
+
+@dataclass
+class Oracle:
+    """Answers the choices of one variant, in the order in which they are met."""
+
+    script: tuple[int, ...] = ()
+    decisions: list[Decision] = field(default_factory=list)
+    ways: int = 1
+
+    def choose(self, name: str, span: Span, probabilities: tuple[float, ...], gene: int | None = None) -> int:
+        """Index of the option to take."""
+        position = len(self.decisions)
+        taken = self.script[position] if position < len(self.script) else 0
+        self.decisions.append(Decision(name, span, probabilities, taken, gene))
+        self.ways *= len(probabilities)
+        if self.ways > VARIANT_LIMIT:
+            raise TooManyVariants(tuple(self.decisions))
+        return taken
+
+    @property
+    def probability(self) -> float:
+        product = 1.0
+        for decision in self.decisions:
+            product *= decision.probabilities[decision.taken]
+        return product
+
+    @property
+    def gene_options(self) -> tuple[tuple[int, int], ...]:
+        return tuple((d.gene, d.taken) for d in self.decisions if d.gene is not None)
+
+    def successor(self) -> tuple[int, ...] | None:
+        """The script of the next variant, depth first; None after the last."""
+        script = [decision.taken for decision in self.decisions]
+        while script:
+            last = script.pop() + 1
+            if last < len(self.decisions[len(script)].probabilities):
+                return (*script, last)
+        return None
+
+
+Result = TypeVar("Result")
+
+
+def enumerate_variants(run: Callable[[Oracle], Result]) -> Iterator[tuple[Oracle, Result]]:
+    """Run once for every way of making the choices that `run` meets."""
+    script: tuple[int, ...] | None = ()
+    while script is not None:
+        oracle = Oracle(script)
+        yield oracle, run(oracle)
+        script = oracle.successor()
+
+
+@dataclass
+class Pool:
+    """Numeric options of discrete choices, shared by all variants."""
+
+    values: list[float] = field(default_factory=list)
+    _offsets: dict[tuple[float, ...], int] = field(default_factory=dict)
+
+    def offset(self, options: Sequence[float]) -> int:
+        key = tuple(options)
+        if key not in self._offsets:
+            self._offsets[key] = len(self.values)
+            self.values.extend(key)
+        return self._offsets[key]

@@ -1,0 +1,261 @@
+"""Where an expression stands, its evaluator, and what observers see of its values.
+
+The evaluator dispatches on the node's type through a table that it is given, so that each family of expressions has
+its own module and none needs to know the others. An observer is handed the value of every expression, also where the
+compiler finds mistakes: the editor and the interactive session describe a text by them.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+
+from cortex_dsl import ir
+from cortex_dsl.diagnostics import Diagnostic
+from cortex_dsl.semantics.errors.chance import NOT_CONSTANT
+from cortex_dsl.semantics.errors.names import UNKNOWN_NAME
+from cortex_dsl.semantics.errors.problems import Mistake, NeedsExpansion
+from cortex_dsl.semantics.model.state import FileContext, Variant
+from cortex_dsl.semantics.model.values import POISON, Actor, Instance, Poison, Quantity, Value
+from cortex_dsl.semantics.names.builtins import BUILTINS
+from cortex_dsl.semantics.quantities.algebra import CLOSED, Algebra, closed_value, leaves
+from cortex_dsl.semantics.quantities.bounds import Interval, interval
+from cortex_dsl.semantics.quantities.units import dimension_name
+from cortex_dsl.source import Span
+from cortex_dsl.spelling import did_you_mean
+from cortex_dsl.syntax import nodes
+from engine.errors import Signal
+from engine.frozen import frozen
+from engine.vocabulary import GeneKind, Op
+
+
+@frozen
+class Moment:
+    """When an expression is evaluated: with the scene, or again and again during the run."""
+
+    running: bool = False
+    actor: Actor | None = None
+    """The actor whose behaviour this is (`self`)."""
+    repeated: bool = False
+    """Inside a loop or handler, which may be entered again."""
+    scenario: Instance | None = None
+    """The scenario whose setup or compose this is; None for the top level."""
+    later: bool = False
+    """Known with the scene, but used when objects may have moved."""
+    looping: bool = False
+    """Inside a loop, which may be entered any number of times."""
+
+
+SCENE = Moment()
+Handler = Callable[["Evaluator", nodes.Expression], Value]
+Observer = Callable[["Evaluator", nodes.Expression, Value], None]
+
+
+@frozen
+class Evaluator:
+    """Evaluates expressions at one place: `scopes` are searched from the innermost to the module's names."""
+
+    run: Variant
+    handlers: Mapping[type, Handler]
+    scopes: tuple[Mapping[str, Value], ...] = ()
+    moment: Moment = SCENE
+    home: dict[str, Value] | None = None
+    """Variables of the imported file in which the place lies; None in the main file."""
+    observe: Observer | None = None
+    """Called with every value as it is worked out; an editor looks over the shoulder of the compiler."""
+
+    @property
+    def algebra(self) -> Algebra:
+        return self.run.algebra
+
+    @property
+    def file(self) -> FileContext:
+        return self.run.file
+
+    @property
+    def names(self) -> dict[str, Value]:
+        """Variables of the file's top level."""
+        return self.run.names if self.home is None else self.home
+
+    @property
+    def ego(self) -> Actor | None:
+        """The ego as this place sees it: a scenario may have its own."""
+        scenario = self.moment.scenario or (self.moment.actor.scenario if self.moment.actor else None)
+        while scenario is not None and scenario.ego is None:
+            scenario = scenario.parent
+        return self.run.ego if scenario is None else scenario.ego
+
+    @property
+    def scope(self) -> dict[str, Value]:
+        """Where an assignment at this place goes: a scenario has variables of its own."""
+        return self.names if self.moment.scenario is None else self.moment.scenario.names
+
+    def within(self, scopes: tuple[Mapping[str, Value], ...]) -> "Evaluator":
+        """The same place with these scopes alone."""
+        return replace(self, scopes=scopes)
+
+    def find(self, name: str) -> Value:
+        """The value of a variable; None where there is none."""
+        return next((scope[name] for scope in (*self.scopes, self.names) if name in scope), None)
+
+    def at_home(self, home: dict[str, Value] | None) -> "Evaluator":
+        """A place at the top level of a file."""
+        return replace(self, home=home, scopes=())
+
+    def inside(self, names: Mapping[str, Value]) -> "Evaluator":
+        """The same place with more names."""
+        return replace(self, scopes=(names, *self.scopes))
+
+    def at_moment(self, moment: Moment) -> "Evaluator":
+        return replace(self, moment=moment)
+
+    def evaluate(self, node: nodes.Expression) -> Value:
+        """The value of an expression.
+
+        Raises:
+            Mistake: when it has none.
+        """
+        algebra, before = self.run.algebra, self.run.algebra.span
+        algebra.span = node.span
+        self.file.spend(node.span)
+        try:
+            value = self.handlers[type(node)](self, node)
+        finally:
+            algebra.span = before
+        if self.observe is not None:
+            self.observe(self, node, value)
+        return value
+
+    def evaluate_all(self, expressions: Iterable[nodes.Expression]) -> list[Value]:
+        """Values of several expressions; reports every mistake in them before giving up."""
+        values = [self.tolerate(lambda node=node: self.evaluate(node)) for node in expressions]
+        if any(value is POISON for value in values):
+            raise Mistake
+        return values
+
+    def tolerate(self, compute: Callable[[], Value]) -> Value:
+        """What `compute` gives, or poison after reporting why it gives nothing."""
+        try:
+            return compute()
+        except Mistake as mistake:
+            self.report(mistake)
+            return POISON
+
+    def report(self, finding: Mistake | Diagnostic) -> None:
+        diagnostic = finding.diagnostic if isinstance(finding, Mistake) else finding
+        if diagnostic is not None:
+            self.file.findings.add(diagnostic)
+
+    def lookup(self, name: str, span: Span) -> Value:
+        """The value of a variable."""
+        for scope in (*self.scopes, self.names):
+            if name in scope:
+                return self.usable(scope[name])
+        if name == "ego" and self.ego is not None:
+            return self.ego
+        raise UNKNOWN_NAME.mistake(span, name=name, suggestion=did_you_mean(name, self.known_names()))
+
+    def usable(self, value: Value) -> Value:
+        """The value, unless it is what a mistake left behind."""
+        if isinstance(value, Poison):
+            raise Mistake
+        return value
+
+    def has(self, name: str) -> bool:
+        return any(name in scope for scope in (*self.scopes, self.names))
+
+    def known_names(self) -> set[str]:
+        return {name for scope in (*self.scopes, self.names, BUILTINS) for name in scope}
+
+    # -- concrete values ---------------------------------------------------------------------------------------------
+
+    def constant(self, quantity: Quantity, span: Span, purpose: str) -> float:
+        """The number itself, where it must be known; asks for the enumeration of finite choices behind it.
+
+        Raises:
+            NeedsExpansion: when it depends on finite choices only.
+            Mistake: when it depends on anything else.
+        """
+        value = closed_value(quantity.expr, self._operations())
+        if value is not None:
+            return value
+        sites = self._finite_sites(quantity.expr)
+        if not sites:
+            raise NOT_CONSTANT.mistake(span, purpose=purpose, what=dimension_name(quantity.dimension))
+        raise NeedsExpansion(sites)
+
+    def _operations(self) -> Mapping[Op, Callable[..., float]]:
+        """What can be worked out at compile time, geometry of the network included."""
+        if (network := self.run.network) is None:
+            return CLOSED
+        return {
+            **CLOSED,
+            Op.PATH_LENGTH: lambda path: network.paths.length(int(path)),
+            Op.PATH_DISTANCE: lambda path, x, y: network.paths.distance(int(path), x, y),
+            Op.REGION_DISTANCE: lambda region, x, y: network.regions.distance(int(region), x, y),
+            Op.REGION_CONTAINS: lambda region, x, y: float(network.regions.contains(int(region), x, y)),
+        }
+
+    def _finite_sites(self, expression: ir.Expr) -> frozenset[Span] | None:
+        """Where the finite choices behind an expression are made; None if anything else is behind it too."""
+        sites = set()
+        genes = list(self.file.genes.values())
+        for leaf in leaves(expression):
+            match leaf:
+                case ir.Literal():
+                    continue
+                case ir.Draw(index=index) if index in self.run.finite_draws:
+                    sites.add(self.run.finite_draws[index])
+                case ir.Gene(index=index) if genes[index].kind != GeneKind.CONTINUOUS:
+                    sites.add(genes[index].span)
+                case _:
+                    return None
+        return frozenset(sites)
+
+    def interval(self, expression: ir.Expr) -> Interval:
+        return interval(expression, self.file.gene_bounds())
+
+    @contextmanager
+    def naming(self, name: str) -> Iterator[None]:
+        """Objects and choices made inside are called `name`."""
+        before = self.run.assigning
+        self.run.assigning = name
+        try:
+            yield
+        finally:
+            self.run.assigning = before
+
+
+# -- observers ---------------------------------------------------------------------------------------------------------
+
+MOST_VALUES = 24
+"""Values kept of one expression, which has one for every way of making the choices of the file."""
+
+
+class Superseded(Signal):
+    """Stops a compilation whose result nobody waits for any more."""
+
+
+@dataclass(frozen=True)
+class ObservedValue:
+    """One value that an expression had, and where it had it."""
+
+    evaluator: Evaluator
+    value: Value
+
+
+ObservedValues = Sequence[ObservedValue]
+
+
+@dataclass
+class ValueRecorder:
+    """Collects values while a text is compiled; `superseded` is asked all the time."""
+
+    superseded: Callable[[], bool] = lambda: False
+    seen: dict[Span, list[ObservedValue]] = field(default_factory=dict)
+
+    def __call__(self, evaluator: Evaluator, node: nodes.Expression, value: Value) -> None:
+        if self.superseded():
+            raise Superseded
+        kept = self.seen.setdefault(node.span, [])
+        if len(kept) < MOST_VALUES:
+            kept.append(ObservedValue(evaluator, value))

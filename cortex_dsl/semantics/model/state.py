@@ -1,0 +1,260 @@
+"""What elaboration gathers: of the file as a whole, and of the variant that is being worked out, with the fixed-time
+plan of its traffic lights.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.errors.behaviours import DEEP_BY_BRANCHES, DEEP_BY_RUNNING, TOO_DEEP_BODIES, TOO_MANY_BODIES
+from cortex_dsl.semantics.errors.problems import Findings, Mistake
+from cortex_dsl.semantics.errors.values import TOO_MUCH_WORK
+from cortex_dsl.semantics.model.choices import Oracle, Pool
+from cortex_dsl.semantics.model.values import Actor, Instance, MonitorCall, Value
+from cortex_dsl.semantics.names.linking import ImportedFile
+from cortex_dsl.semantics.quantities.algebra import Algebra
+from cortex_dsl.semantics.quantities.bounds import Interval, Weight
+from cortex_dsl.source import Source, Span
+from cortex_dsl.syntax import nodes
+from engine.frozen import frozen
+from engine.program import RoadSpec, Settings
+from engine.road.network import Network
+from engine.vocabulary import GeneKind, RuleKind
+
+# -- the plan of the traffic lights ------------------------------------------------------------------------------------
+
+COLOURS = ("None", "green", "yellow", "red", "off", "unknown")
+"""What a light may show, by number; `None` where there is no light. CARLA's names, as Scenic's scripts have them."""
+NONE, GREEN, YELLOW, RED, OFF, UNKNOWN = range(len(COLOURS))
+
+DEFAULT_GREEN = 10.0
+DEFAULT_YELLOW = 3.0
+DEFAULT_ALL_RED = 2.0
+"""[s]. Those of CARLA's lights; yellow of 3 to 6 s and red clearance of 1 to 2 s are what the Manual on Uniform Traffic
+Control Devices (2009), section 4D.26, and practice ask for."""
+
+PHASES = 2
+"""Arms that face each other are green together: first those of the north and south, then those of the east and west."""
+
+
+@frozen
+class SignalPlan:
+    """Times in seconds, as expressions over genes and constants."""
+
+    green: ir.Expr
+    yellow: ir.Expr
+    all_red: ir.Expr
+    offset: ir.Expr
+    """How far into the plan the run starts."""
+    controls: "Controls | None" = None
+
+    def as_ir(self) -> ir.Lights:
+        return ir.Lights(self.green, self.yellow, self.all_red, self.offset, controlled=self.controls is not None)
+
+
+@frozen
+class Controls:
+    """Locals by which behaviours and monitors change the lights; only where a file does so."""
+
+    frozen: int
+    """1 while the lights stand still."""
+    frozen_at: int
+    """Clock of the lights while they do [s]."""
+    lost: int
+    """How long they have stood still before [s]."""
+    colours: tuple[int, ...]
+    """Per light, the colour it was set to; 0: none."""
+    changes: tuple[int, ...]
+    """Per light, how often the plan had changed its colour when it was set: the next change takes over again."""
+
+
+# -- the file, and a variant of it -------------------------------------------------------------------------------------
+
+EVALUATION_LIMIT = 1_000_000
+"""How many expressions a file may evaluate, all variants together."""
+BODY_LIMIT = 2_000
+"""How many behaviours and scenarios may be written out in a variant."""
+BODY_COST = 40
+"""What writing one out costs, in evaluations."""
+NESTING_LIMIT = 60
+"""How deep blocks may lie in one another, with those of the behaviours that they run."""
+
+
+RuleKey = tuple[Span, RuleKind]
+
+
+@dataclass
+class FileContext:
+    """What all variants of a file share."""
+
+    source: Source
+    overrides: Mapping[str, nodes.Expression]
+    """`-p` values by param name; their spans are those of the params that they replace."""
+    imports: Mapping[Span, ImportedFile] = field(default_factory=dict)
+    """The file behind each import statement."""
+    default_road: RoadSpec = field(default_factory=RoadSpec)
+    """The road where the file has no `map`."""
+    expanded: frozenset[Span] = frozenset()
+    """Sites of numeric choices that are enumerated, because their values are needed concretely."""
+    findings: Findings = field(default_factory=Findings)
+    pool: Pool = field(default_factory=Pool)
+    genes: dict[str, ir.GeneInfo] = field(default_factory=dict)
+    taken_for: dict[int, set[ir.Dimension]] = field(default_factory=dict)
+    """What the places of genes without a unit measure, by the number of the gene."""
+    networks: dict[RoadSpec, Network] = field(default_factory=dict)
+    settings: Settings = field(default_factory=Settings)
+    entry: nodes.ScenarioDefinition | None = None
+    """The scenario that the run is; None: the top level is all."""
+    evaluations: int = 0
+    max_steps: int | None = None
+    """From `terminate after N steps`."""
+    default_signals: Span | None = None
+    """The line of a Scenic script that names a map with traffic lights."""
+    from_scenic: bool = False
+    """Whether the file has Scenic's `model` line: absolute headings then count from north, as there."""
+    weights: dict[Span, Weight] = field(default_factory=dict)
+    """What is certain of each `require`, by the place of its condition."""
+    temporals: dict[Span, nodes.Require] = field(default_factory=dict)
+    """The temporal requirements, in the order of the file."""
+    records: dict[str, tuple[Span, ir.Record]] = field(default_factory=dict)
+    """What is recorded, and where that is said, by name."""
+    rules: dict[RuleKey, str] = field(default_factory=dict)
+    """Name of every rule, by its place and kind, in the order met; all variants number them alike."""
+
+    def gene_index(self, name: str) -> int:
+        return list(self.genes).index(name)
+
+    def gene_bounds(self) -> dict[int, Interval]:
+        """SI bounds of every gene that stands for its own value."""
+        return {
+            i: (g.low * g.scale, g.high * g.scale)
+            for i, g in enumerate(self.genes.values())
+            if g.kind != GeneKind.INDEX
+        }
+
+    def rule(self, span: Span, name: str, kind: RuleKind = RuleKind.TERMINATE) -> int:
+        """Number of the rule of this kind written at `span`."""
+        self.rules.setdefault((span, kind), name)
+        return list(self.rules).index((span, kind))
+
+    def spend(self, span: Span, evaluations: int = 1) -> None:
+        """Count work.
+
+        Raises:
+            Mistake: it has become too much, which is said once.
+        """
+        told = self.evaluations >= EVALUATION_LIMIT
+        self.evaluations += evaluations
+        if told:
+            raise Mistake
+        if self.evaluations >= EVALUATION_LIMIT:
+            raise TOO_MUCH_WORK.mistake(span, limit=EVALUATION_LIMIT)
+
+    def line(self, span: Span) -> int:
+        """Counted through all files."""
+        return self.source.row(span.start)
+
+
+@dataclass
+class Variant:
+    """One way of making all finite choices, while it is being elaborated."""
+
+    file: FileContext
+    oracle: Oracle
+    algebra: Algebra = field(default_factory=Algebra)
+    names: dict[str, Value] = field(default_factory=dict)
+    """The module's variables."""
+    imported: dict[str, dict[str, Value]] = field(default_factory=dict)
+    """Variables of the imported files, by file name."""
+    root: Instance = field(default_factory=Instance)
+    """The scenario that the run is, with the top level of the file."""
+    mutations: dict[int, list[nodes.Mutate]] = field(default_factory=dict)
+    """The `mutate` statements of every scope, by the identity of its variables."""
+    mutated: set[tuple[int, str]] = field(default_factory=set)
+    """Scopes and names of what carries noise."""
+    first_ego: Actor | None = None
+    """The ego of the first scenario started, where the one that starts it has none."""
+    numbered: int = 1
+    """The next number of an object; 0 is the ego's."""
+    monitors: list[ir.Monitor | None] = field(default_factory=list)
+    """Coroutines of nobody, by number; None while its body is being worked out."""
+    params: dict[str, Value] = field(default_factory=dict)
+    network: Network | None = None
+    signals: SignalPlan | None = None
+    actors: list[Actor] = field(default_factory=list)
+    requirements: list[ir.Requirement] = field(default_factory=list)
+    rule_conditions: dict[RuleKey, ir.Expr] = field(default_factory=dict)
+    required_monitors: list[tuple[str | None, MonitorCall, Span]] = field(default_factory=list)
+    """Their names, where they have one, and where they are required."""
+    choices: list[ir.Choice] = field(default_factory=list)
+    draw_sites: list[ir.DrawSite] = field(default_factory=list)
+    compared: dict[int, ir.Dimension | None] = field(default_factory=dict)
+    """Dimension of what each comparison compares, by the identity of its expression."""
+    finite_draws: dict[int, Span] = field(default_factory=dict)
+    """Sites of the draws that pick one of finitely many numbers."""
+    calls: int = 0
+    """How many lambdas are being called, one inside the other."""
+    blocks: int = 0
+    """How many blocks of behaviours are being written out, one inside the other."""
+    branches: int = 0
+    """How many of them are what a branch leaves to the next `elif`."""
+    visits: Counter[Span] = field(default_factory=Counter)
+    """How often each `Fixed(...)` was evaluated."""
+    draw_count: int = 0
+    local_count: int = 0
+    scope_count: int = 0
+    assigning: str = ""
+    """The name that is about to be assigned; it names objects and choices."""
+
+    def new_draw(self) -> ir.Expr:
+        self.draw_count += 1
+        return self.algebra.draw(self.draw_count - 1)
+
+    def new_local(self) -> int:
+        self.local_count += 1
+        return self.local_count - 1
+
+    def new_scope(self, span: Span) -> int:
+        """The number of a body that is written out.
+
+        Raises:
+            Mistake: there are too many.
+        """
+        self.file.spend(span, BODY_COST)
+        self.scope_count += 1
+        if self.scope_count == BODY_LIMIT:
+            raise TOO_MANY_BODIES.mistake(span, limit=BODY_LIMIT)
+        if self.scope_count > BODY_LIMIT:
+            raise Mistake
+        return self.scope_count - 1
+
+    @contextmanager
+    def nested(self, span: Span, *, otherwise: bool = False) -> Iterator[None]:
+        """Around a block that is written out; `otherwise`: around the branches below one.
+
+        Raises:
+            Mistake: it lies too deep.
+        """
+        if self.blocks == NESTING_LIMIT:
+            raise self._too_deep(span)
+        self.blocks += 1
+        self.branches += otherwise
+        try:
+            yield
+        finally:
+            self.blocks -= 1
+            self.branches -= otherwise
+
+    def _too_deep(self, span: Span) -> Mistake:
+        mostly_branches = 2 * self.branches > NESTING_LIMIT
+        why = DEEP_BY_BRANCHES if mostly_branches else DEEP_BY_RUNNING
+        counted, reason, cure = why
+        return TOO_DEEP_BODIES.mistake(span, limit=NESTING_LIMIT, counted=counted, reason=reason, cure=cure)
+
+    @property
+    def ego(self) -> Actor | None:
+        """The vehicle under test: of the top level, of the scenario that runs, or of the first that it starts."""
+        ego = self.names.get("ego")
+        return ego if isinstance(ego, Actor) else self.root.ego or self.first_ego

@@ -1,0 +1,304 @@
+"""What an expression of the language may be worth while a file is elaborated, and what a file makes and defines.
+
+A number or truth is always an `ir.Expr` (a `Literal` when it is known). Everything else is concrete: text is a `str`,
+`none` is None, lists and tuples are Python tuples, enum members are the engine's, and lanes, maneuvers, intersections
+and the network are the objects of `engine.road`. How values are shown to people stands in `wording`.
+
+The `home` of a definition holds the variables of the imported file that has it; None stands for the main file.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from cortex_dsl import ir
+from cortex_dsl.source import Span
+from cortex_dsl.syntax import nodes
+from engine.frozen import frozen, frozen_identity
+from engine.road.network import Intersection, Lane
+from engine.vocabulary import ActorKind, Command
+
+Value = object
+
+
+@frozen
+class Quantity:
+    """A number, SI. Dimension None: written without a unit, so it adopts that of its place."""
+
+    expr: ir.Expr
+    dimension: ir.Dimension | None
+
+
+@frozen
+class Truth:
+    expr: ir.Expr
+
+
+@frozen
+class Vector:
+    """A point of the plane [m]."""
+
+    x: ir.Expr
+    y: ir.Expr
+
+
+@frozen
+class Pose:
+    """An oriented point [m, rad]."""
+
+    x: ir.Expr
+    y: ir.Expr
+    heading: ir.Expr
+    lane: Lane | None = None
+    """The lane along which it surely lies and points, where that is known."""
+
+
+@frozen
+class Region:
+    """An area of the network; `id` is that of `network.regions`."""
+
+    id: int
+    name: str
+
+
+@frozen
+class Centerline:
+    lane: Lane
+
+
+@frozen
+class LaneNow:
+    """A lane, or its section, that only the place of an object tells."""
+
+    id: ir.Expr
+    """Index in `network.lanes`; -1 where there is no such lane."""
+    section: bool
+
+
+@frozen
+class Signal:
+    """The traffic light of one arm of an intersection."""
+
+    intersection: Intersection
+    arm: int
+    """Index in `intersection.legs`."""
+
+    @property
+    def name(self) -> str:
+        return f"light {self.intersection.legs[self.arm].name} of {self.intersection.name}"
+
+
+@frozen
+class Colour:
+    """What a traffic light shows at a moment."""
+
+    index: ir.Expr
+    """Index in `signals.COLOURS`."""
+
+
+@frozen
+class Effect:
+    """What calling a function changes during the run."""
+
+    acts: ir.Block
+
+
+@frozen
+class DirectionField:
+    """`roadDirection`: at every point the direction of the lane there."""
+
+
+@frozen_identity
+class Closure:
+    """A lambda."""
+
+    parameters: tuple[str, ...]
+    apply: Callable[..., Value]
+
+
+@frozen
+class BuiltinValue:
+    """A function, distribution, class, action or library behaviour of the builtins table."""
+
+    name: str
+
+
+@frozen_identity
+class Unfinished:
+    """`self` in the default of a property: the object while it is made."""
+
+    attribute: Callable[[str, Span], Value]
+
+
+@frozen_identity
+class ActionCall:
+    command: Command
+    value: ir.Expr
+    name: str
+
+
+@frozen
+class Weights:
+    """`{option: weight}` as `Discrete` takes it."""
+
+    entries: tuple[tuple[Value, Value], ...]
+    spans: tuple[Span, ...]
+
+
+@frozen
+class EnumValue:
+    """The enumeration `ManeuverType` itself."""
+
+
+@frozen
+class GlobalParameters:
+    pass
+
+
+class Poison:
+    """The value of what could not be evaluated; using it says nothing more."""
+
+
+POISON = Poison()
+
+
+def is_constant(value: Value) -> bool:
+    return isinstance(value, Quantity | Truth) and isinstance(value.expr, ir.Literal)
+
+
+# -- what a file makes and defines -------------------------------------------------------------------------------------
+
+
+@dataclass(eq=False)
+class Actor:
+    """An object of the scene. `properties` hold scene-level values by property name."""
+
+    index: int
+    name: str
+    kind: ActorKind
+    span: Span
+    pose: Pose
+    properties: dict[str, Value] = field(default_factory=dict)
+    scenario: "Instance | None" = None
+    """What made it: a scenario that another one starts; None for the top level and the scenario that the run is."""
+    overrides: "list[tuple[int, BehaviourCall | None]]" = field(default_factory=list)
+    """(monitor, behaviour): what it does while that scenario runs; of several the last one decides."""
+
+
+@frozen_identity
+class BehaviourValue:
+    """A behaviour that the file defines."""
+
+    node: nodes.BehaviorDefinition
+    home: dict[str, Value] | None = None
+    """Variables of the imported file that defines it; None: the main file."""
+
+
+@frozen_identity
+class BehaviourCall:
+    """A behaviour with its arguments, ready to run."""
+
+    behaviour: BehaviourValue | BuiltinValue
+    arguments: Mapping[str, Value]
+    spans: Mapping[str, Span]
+    span: Span
+
+    @property
+    def name(self) -> str:
+        return self.behaviour.node.name if isinstance(self.behaviour, BehaviourValue) else self.behaviour.name
+
+
+@frozen_identity
+class MonitorValue:
+    """A monitor that the file defines."""
+
+    node: nodes.MonitorDefinition
+    home: dict[str, Value] | None = None
+
+
+@frozen_identity
+class MonitorCall:
+    """A monitor with its arguments, ready to be required."""
+
+    monitor: MonitorValue
+    arguments: Mapping[str, Value]
+    spans: Mapping[str, Span]
+    span: Span
+
+    @property
+    def name(self) -> str:
+        return self.monitor.node.name
+
+
+@frozen_identity
+class ClassValue:
+    """A class that a file defines, ready to be made objects of."""
+
+    node: nodes.ClassDefinition
+    kind: ActorKind
+    bases: "tuple[ClassValue, ...]"
+    """The classes that it is made of, nearest first."""
+    scopes: tuple[Mapping[str, Value], ...] = ()
+    home: dict[str, Value] | None = None
+    """Where its defaults look names up."""
+
+
+@frozen_identity
+class Namespace:
+    """An imported file."""
+
+    file: str
+    names: Mapping[str, Value]
+
+
+@frozen_identity
+class ScenarioValue:
+    """A scenario that a file defines."""
+
+    node: nodes.ScenarioDefinition
+    home: dict[str, Value] | None = None
+
+
+@dataclass(eq=False)
+class Instance:
+    """A scenario that is to run: its variables, what it made, and the monitor that runs it."""
+
+    name: str = ""
+    names: dict[str, Value] = field(default_factory=dict)
+    actors: list[Actor] = field(default_factory=list)
+    monitor: int = -1
+    watchers: list[int] = field(default_factory=list)
+    """The monitors that it requires."""
+    children: "list[Instance]" = field(default_factory=list)
+    """What its `compose` starts, in the order of the file."""
+    parent: "Instance | None" = None
+    span: Span | None = None
+    """Where it is started."""
+    present: bool = True
+    """Whether it surely starts with the run, its objects with it."""
+    rules: list[nodes.Statement] = field(default_factory=list)
+    """Statements of its setup that speak of the run."""
+
+    @property
+    def ego(self) -> Actor | None:
+        ego = self.names.get("ego")
+        return ego if isinstance(ego, Actor) else None
+
+    @property
+    def family(self) -> "tuple[Instance, ...]":
+        """Itself and all that it starts, directly or not."""
+        return (self, *(each for child in self.children for each in child.family))
+
+
+@dataclass(eq=False)
+class ScenarioCall:
+    """A scenario with its arguments, ready to be started; `instance` once it has been."""
+
+    scenario: ScenarioValue
+    arguments: Mapping[str, Value]
+    spans: Mapping[str, Span]
+    span: Span
+    instance: Instance | None = None
+
+    @property
+    def name(self) -> str:
+        return self.scenario.node.name

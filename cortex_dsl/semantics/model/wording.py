@@ -1,0 +1,160 @@
+"""How values are shown to people and written down again as text of the language, and in which unit a file speaks of a
+dimension: messages about its requirements use the same one.
+"""
+
+from collections.abc import Iterator, Mapping
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.model.values import (
+    ActionCall,
+    Actor,
+    BehaviourCall,
+    BehaviourValue,
+    BuiltinValue,
+    Centerline,
+    ClassValue,
+    Closure,
+    Colour,
+    DirectionField,
+    Effect,
+    EnumValue,
+    GlobalParameters,
+    LaneNow,
+    MonitorCall,
+    MonitorValue,
+    Namespace,
+    Pose,
+    Quantity,
+    Region,
+    ScenarioCall,
+    ScenarioValue,
+    Signal,
+    Truth,
+    Value,
+    Vector,
+    Weights,
+)
+from cortex_dsl.semantics.names.tree import everything_in
+from cortex_dsl.semantics.quantities.algebra import leaves
+from cortex_dsl.semantics.quantities.units import UNITS, dimension_name, si_word
+from cortex_dsl.syntax import nodes
+from engine.road.network import Intersection, Lane, Maneuver, Network
+from engine.road.sections import LaneGroup, LaneSection, Road
+from engine.vocabulary import ManeuverType
+
+_KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
+    (Truth, "a truth value"),
+    (Vector, "a point"),
+    (Pose, "an oriented point"),
+    (Region, "a region"),
+    (Centerline, "a centre line"),
+    (LaneNow, "a lane"),
+    (LaneSection, "a lane section"),
+    (LaneGroup, "a lane group"),
+    (Road, "a road"),
+    (Signal, "a traffic light"),
+    (Colour, "the colour of a traffic light"),
+    (Effect, "nothing"),
+    (DirectionField, "a direction field"),
+    (Closure, "a lambda"),
+    (BehaviourValue, "a behavior"),
+    (BehaviourCall, "a behavior"),
+    (ClassValue, "a class"),
+    (Namespace, "an imported file"),
+    (ScenarioValue, "a scenario"),
+    (ScenarioCall, "a scenario"),
+    (MonitorValue, "a monitor"),
+    (MonitorCall, "a monitor"),
+    (ActionCall, "an action"),
+    (Weights, "a dictionary"),
+    (EnumValue, "an enumeration"),
+    (ManeuverType, "a maneuver type"),
+    (GlobalParameters, "`globalParameters`"),
+    (Lane, "a lane"),
+    (Maneuver, "a maneuver"),
+    (Intersection, "an intersection"),
+    (Network, "the network"),
+    (str, "text"),
+    (tuple, "a list"),
+)
+
+
+def kind_name(value: Value) -> str:
+    """What a value is, for messages: `a length`, `a lane`."""
+    if value is None:
+        return "none"
+    if isinstance(value, Quantity):
+        return dimension_name(value.dimension)
+    if isinstance(value, Actor):
+        return f"an object ({value.kind.name.capitalize()})"
+    if isinstance(value, BuiltinValue):
+        return f"`{value.name}`"
+    return next((name for kind, name in _KINDS if isinstance(value, kind)), "something else")
+
+
+def option_name(value: Value) -> str:
+    """How one option of a choice is shown to people."""
+    if isinstance(value, Lane | Maneuver | Intersection | Actor | Region | LaneSection | LaneGroup | Road | Signal):
+        return value.name
+    if isinstance(value, ManeuverType):
+        return value.name
+    if isinstance(value, str):
+        return value
+    if isinstance(value, Quantity | Truth) and isinstance(value.expr, ir.Literal):
+        return source_text(value) or kind_name(value)
+    if isinstance(value, tuple):
+        return "[" + ", ".join(option_name(item) for item in value) + "]"
+    return kind_name(value)
+
+
+def number_text(number: float) -> str:
+    """Digits that bring back the same number; whole ones without a point."""
+    return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
+
+
+def source_text(value: Value) -> str | None:
+    """Text that names a value again in the language; None where there is none."""
+    match value:
+        case None:
+            return "None"
+        case Lane() | Maneuver() | Intersection() | LaneSection() | Road():
+            return value.source
+        case ManeuverType():
+            return f"ManeuverType.{value.name}"
+        case str():
+            return '"' + value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
+        case Truth(ir.Literal(value=number)):
+            return "True" if number else "False"
+        case Quantity(ir.Literal(value=number), dimension):
+            unit = si_word(dimension)
+            return f"{number_text(number)} {unit}".rstrip()
+        case tuple():
+            items = [source_text(item) for item in value]
+            return None if None in items else "[" + ", ".join(filter(None, items)) + "]"
+    return None
+
+
+# -- units that a file speaks in ---------------------------------------------------------------------------------------
+
+
+def spoken_unit(
+    written: nodes.Expression, condition: ir.Expr, dimension: ir.Dimension, genes: Mapping[str, ir.GeneInfo]
+) -> str:
+    """The first unit of a dimension that a condition writes, else that of a param it reads; "" where there is none."""
+    words = (*_written(written), *param_units(condition, genes))
+    return next((word for word in words if word in UNITS and UNITS[word].dimension == dimension), "")
+
+
+def _written(condition: nodes.Expression) -> Iterator[str]:
+    for node in (condition, *everything_in(condition)):
+        match node:
+            case nodes.Number(unit=str(word)) | nodes.WithUnit(unit=word):
+                yield word
+            case nodes.Degrees():
+                yield "deg"
+
+
+def param_units(condition: ir.Expr, genes: Mapping[str, ir.GeneInfo]) -> Iterator[str]:
+    """The units of the params that an expression reads, in the order of the file; "" of those without."""
+    read = {leaf.index for leaf in leaves(condition) if isinstance(leaf, ir.Gene)}
+    yield from (gene.unit for index, gene in enumerate(genes.values()) if index in read)

@@ -1,0 +1,335 @@
+"""Everything a program may name without defining it: one row each, with what hover text and the reference say; and the
+classes of `new` with the properties that `with` sets.
+
+A new function, distribution, action or library behaviour starts with a row here; `functions`, `driving`,
+`random_values`, `following` and `caution` hold what the rows do.
+"""
+
+import math
+from collections.abc import Mapping
+from enum import Enum
+
+from cortex_dsl import ir
+from cortex_dsl.ir import Dimension
+from cortex_dsl.semantics.quantities.units import ACCELERATION, ANGLE, LENGTH, MASS, PURE, SPEED, TIME
+from engine.frozen import frozen
+from engine.vocabulary import ActorKind, Column, Command
+
+
+class Kind(Enum):
+    FUNCTION = "function"
+    DISTRIBUTION = "distribution"
+    CLASS = "class"
+    ACTION = "action"
+    BEHAVIOUR = "behavior"
+    CONSTANT = "constant"
+
+
+@frozen
+class Parameter:
+    """One argument. A dimension says that it is a number: bare ones adopt it."""
+
+    name: str
+    dimension: Dimension | None = None
+    default: str | None = None
+    """As shown to people; None means that it must be given."""
+    low: float = float("-inf")
+    high: float = float("inf")
+    aliases: tuple[str, ...] = ()
+
+
+@frozen
+class Builtin:
+    name: str
+    kind: Kind
+    doc: str
+    parameters: tuple[Parameter, ...] = ()
+    variadic: bool = False
+    command: Command | None = None
+
+    @property
+    def signature(self) -> str:
+        """`Range(low, high)`."""
+        shown = [p.name if p.default is None else f"{p.name}={p.default}" for p in self.parameters]
+        if self.kind in (Kind.CLASS, Kind.CONSTANT):
+            return self.name
+        return f"{self.name}({', '.join([*shown, *(['...'] if self.variadic else [])])})"
+
+
+def _function(name: str, doc: str, *parameters: str, variadic: bool = False) -> Builtin:
+    return Builtin(name, Kind.FUNCTION, doc, tuple(map(Parameter, parameters)), variadic)
+
+
+def _distribution(name: str, doc: str, *parameters: str, variadic: bool = False) -> Builtin:
+    return Builtin(name, Kind.DISTRIBUTION, doc, tuple(map(Parameter, parameters)), variadic)
+
+
+def _class(name: str, doc: str) -> Builtin:
+    return Builtin(name, Kind.CLASS, doc)
+
+
+def _constant(name: str, doc: str) -> Builtin:
+    return Builtin(name, Kind.CONSTANT, doc)
+
+
+def _action(name: str, doc: str, parameter: Parameter, command: Command) -> Builtin:
+    return Builtin(name, Kind.ACTION, doc, (parameter,), command=command)
+
+
+def _behaviour(name: str, doc: str, *parameters: Parameter) -> Builtin:
+    return Builtin(name, Kind.BEHAVIOUR, doc, parameters)
+
+
+def _near(name: str, doc: str, who: str) -> Builtin:
+    distance = Parameter("thresholdDistance", LENGTH, low=0.0, aliases=("threshold_distance",))
+    return Builtin(name, Kind.FUNCTION, doc, (Parameter(who), distance))
+
+
+TOP_SPEED = 200.0
+"""Above this no vehicle on a road goes [m/s]: a number beyond it is a slip."""
+_SPEED = Parameter("target_speed", SPEED, "10 m/s", low=0.0, high=TOP_SPEED, aliases=("speed",))
+_LATERAL = Parameter("max_lateral", ACCELERATION, "3 m/s^2", low=0.0)
+_OBEY = Parameter("obey_signals", default="False")
+_OPPOSITE = Parameter("is_oppositeTraffic", default="False")
+_LANE = Parameter("laneToFollow", default="the lane it is on")
+_REACH = Parameter("distance", LENGTH, "100 m", low=0.0)
+
+_ROWS = (
+    # -- distributions
+    _distribution("Range", "Uniform over an interval.", "low", "high"),
+    _distribution("Normal", "Normal (Gaussian).", "mean", "stdDev"),
+    _distribution("TruncatedNormal", "Normal confined to an interval.", "mean", "stdDev", "low", "high"),
+    _distribution("Uniform", "One of the given values, all equally likely.", variadic=True),
+    _distribution("Discrete", "One of the keys of a dictionary, as likely as its weight says.", "weights"),
+    _distribution("DiscreteRange", "A whole number of an interval, ends included.", "low", "high"),
+    _distribution("VerifaiRange", "Scenic's spelling of `Range` for searched params.", "low", "high"),
+    _distribution("VerifaiDiscreteRange", "Scenic's spelling of `DiscreteRange` for searched params.", "low", "high"),
+    _distribution("VerifaiOptions", "Scenic's spelling of `Uniform` for searched params.", variadic=True),
+    _distribution("Fixed", "Given values one after the other, one each time this place is evaluated.", variadic=True),
+    # -- mathematics
+    _function("abs", "Absolute value.", "x"),
+    _function("min", "Least of several numbers, or of a list.", variadic=True),
+    _function("max", "Greatest of several numbers, or of a list.", variadic=True),
+    _function("sum", "Sum of a list of numbers.", "items"),
+    _function("sqrt", "Square root.", "x"),
+    _function("hypot", "Square root of the sum of two squares.", "x", "y"),
+    _function("sin", "Sine of an angle.", "angle"),
+    _function("cos", "Cosine of an angle.", "angle"),
+    _function("tan", "Tangent of an angle.", "angle"),
+    _function("asin", "Angle of a sine.", "x"),
+    _function("acos", "Angle of a cosine.", "x"),
+    _function("atan", "Angle of a tangent.", "x"),
+    _function("atan2", "Angle of the direction (x, y), as `atan2(y, x)`.", "y", "x"),
+    _function("exp", "Exponential of a pure number.", "x"),
+    _function("log", "Natural logarithm of a pure number.", "x"),
+    _function("floor", "Greatest whole number not above x.", "x"),
+    _function("ceil", "Least whole number not below x.", "x"),
+    _function("round", "Nearest whole number, halves to even.", "x"),
+    # -- lists
+    _function("len", "Number of items of a list.", "items"),
+    _function("filter", "Items of a list for which a function is true.", "function", "items"),
+    _function("map", "What a function makes of every item of a list.", "function", "items"),
+    _function("any", "Whether one item of a list is true.", "items"),
+    _function("all", "Whether every item of a list is true.", "items"),
+    _function("range", "Whole numbers below an end, or from a start to below an end.", variadic=True),
+    _function("list", "The items of a list.", "items"),
+    _function("tuple", "The items of a list.", "items"),
+    # -- the running simulation
+    Builtin(
+        "withinDistanceToAnyObjs",
+        Kind.FUNCTION,
+        "Whether an object sees another whose centre is nearer than a distance.",
+        (Parameter("vehicle"), Parameter("thresholdDistance", LENGTH, low=0.0, aliases=("threshold_distance",))),
+    ),
+    _near("withinDistanceToAnyCars", "Whether another vehicle, seen or not, is nearer than a distance.", "car"),
+    _near("withinDistanceToAnyPedestrians", "Whether a person whom a vehicle sees is near its front.", "vehicle"),
+    _near("withinDistanceToObjsInLane", "Whether a vehicle sees another near it in its lane, or in its intersection.",
+          "vehicle"),
+    Builtin("timeToCollision", Kind.FUNCTION, "Time until an object touches another (or any) if all keep their speed.",
+            (Parameter("object"), Parameter("other", default="any"))),
+    # -- traffic lights
+    _near("withinDistanceToTrafficLight", "Whether the light at the end of its lane is near a vehicle.", "vehicle"),
+    _near("withinDistanceToRedYellowTrafficLight", "Whether that light is near and red or yellow.", "vehicle"),
+    Builtin("getClosestTrafficLightStatus", Kind.FUNCTION,
+            'What the light at the end of its lane shows: "green", "yellow", "red", or "None" without one.',
+            (Parameter("vehicle"), _REACH)),
+    Builtin("setClosestTrafficLightStatus", Kind.FUNCTION, "Set the light at the end of a vehicle's lane.",
+            (Parameter("vehicle"), Parameter("color"), _REACH)),
+    _function("getTrafficLightStatus", "What a light shows.", "signal"),
+    _function("setTrafficLightStatus", "Set a light; it goes on when its plan changes it next.", "signal", "color"),
+    _function("setAllIntersectionTrafficLightsStatus", "Set all lights of an intersection.", "intersection", "color"),
+    _function("freezeTrafficLights", "Stop the clock of all lights; they can still be set."),
+    _function("unfreezeTrafficLights", "Let the clock of all lights go on."),
+    _function("localPath", "A file beside this one; only there so that Scenic's scripts run.", "path"),
+    # -- actions
+    _action("SetThrottleAction", "Throttle, 0 to 1, for one step.", Parameter("throttle", PURE, low=0.0, high=1.0),
+            Command.THROTTLE),
+    _action("SetBrakeAction", "Brake pedal, 0 to 1, for one step.", Parameter("brake", PURE, low=0.0, high=1.0),
+            Command.BRAKE),
+    _action("SetSteerAction", "Steering angle, positive to the left; stays until the next.", Parameter("steer", ANGLE),
+            Command.STEER),
+    _action("SetSpeedAction", "Set the speed at once.", Parameter("speed", SPEED, low=0.0, high=TOP_SPEED),
+            Command.SPEED),
+    # -- library behaviours
+    _behaviour("FollowTrajectoryBehavior", "Follow a list of connected lanes to its end, slower in turns.", _SPEED,
+               Parameter("trajectory"), _LATERAL, _OBEY),
+    _behaviour("FollowLaneBehavior", "Follow the lane and whatever comes after it, straight on where that can be.",
+               _SPEED, _LANE, _LATERAL, _OBEY, _OPPOSITE),
+    _behaviour("CarFollowingBehavior", "Follow a lane or trajectory behind whoever is ahead on it (IDM).",
+               _SPEED, Parameter("trajectory", default="the lane it is on"),
+               Parameter("time_headway", TIME, "1.6 s", low=0.0),
+               Parameter("min_gap", LENGTH, "2 m", low=0.0),
+               Parameter("max_acceleration", ACCELERATION, "0.73 m/s^2", low=0.01),
+               Parameter("comfortable_deceleration", ACCELERATION, "1.67 m/s^2", low=0.01),
+               Parameter("exponent", PURE, "4", low=0.1), _LATERAL, _OBEY),
+    _behaviour("GapAcceptanceBehavior", "Follow a trajectory; give way at intersections until the gap is long enough.",
+               _SPEED, Parameter("trajectory"), Parameter("critical_gap", TIME, "4.1 to 6.5 s by maneuver", low=0.0),
+               _LATERAL, _OBEY),
+    _behaviour("LaneChangeBehavior", "Move over to another lane; ends when settled in it.",
+               Parameter("laneSectionToSwitch"), _OPPOSITE, _SPEED, Parameter("duration", TIME, "3.5 s", low=0.5)),
+    _behaviour("EmergencyBrakeBehavior", "Run another behavior; brake fully while a collision is close.",
+               Parameter("behavior"), Parameter("threshold", TIME, "as UN R157", low=0.0),
+               Parameter("brake", PURE, "1", 0.0, 1.0),
+               Parameter("reference_deceleration", ACCELERATION, "6 m/s^2", 0.1),
+               Parameter("delay", TIME, "0.35 s", low=0.0)),
+    _behaviour("DriveAvoidingCollisions", "Follow the lane; brake fully while another vehicle is near.",
+               Parameter("target_speed", SPEED, "25 m/s", 0.0, TOP_SPEED, ("speed",)),
+               Parameter("avoidance_threshold", LENGTH, "10 m", low=0.0)),
+    _behaviour("ConstantThrottleBehavior", "Press the throttle for ever, without steering.",
+               Parameter("x", PURE, low=0.0, high=1.0)),
+    _behaviour("WalkForwardBehavior", "Walk straight ahead, for ever.",
+               Parameter("speed", SPEED, "0.5 m/s", 0.0, TOP_SPEED)),
+    _behaviour("CrossingBehavior", "Wait for another to come near, then cross its way as it arrives.",
+               Parameter("reference_actor"), Parameter("min_speed", SPEED, "1 m/s", 0.0, TOP_SPEED),
+               Parameter("threshold", LENGTH, "10 m", low=0.0),
+               Parameter("final_speed", SPEED, "min_speed", 0.0, TOP_SPEED)),
+    _behaviour("ConstantSpeedBehavior", "Hold a speed without steering, for ever.",
+               Parameter("speed", SPEED, low=0.0, high=TOP_SPEED, aliases=("target_speed",))),
+    _behaviour("BrakeBehavior", "Press the brake for ever.", Parameter("pedal", PURE, "1", 0.0, 1.0, ("brake",))),
+    _behaviour("IdleBehavior", "Do nothing, for ever: roll at constant speed."),
+    # -- classes
+    _class("Point", "A place."),
+    _class("OrientedPoint", "A place with a heading."),
+    _class("Car", "A passenger car (BMW 320i)."),
+    _class("Truck", "A truck with two axles."),
+    _class("Bus", "A city bus."),
+    _class("Motorcycle", "A motorcycle with its rider."),
+    _class("Bicycle", "A bicycle with its rider."),
+    _class("Pedestrian", "A person on foot."),
+    _class("Obstacle", "A thing in the way that never moves by itself."),
+    _class("Object", "What classes without a base are made of: an `Obstacle`."),
+    # -- constants
+    _constant("network", "All roads: `network.intersections`, `network.lanes`."),
+    _constant("intersection", "The intersection, when the map has just one."),
+    _constant("road", "The region that all lanes and intersections cover."),
+    _constant("roadDirection", "At every point the direction of the lane there."),
+    _constant("ManeuverType", "`STRAIGHT`, `LEFT_TURN`, `RIGHT_TURN`, `U_TURN`."),
+    _constant("globalParameters", "The params of this file, as attributes."),
+    _constant("none", "No value; the same as `None`."),
+    _constant("pi", "Ratio of a circle's circumference to its diameter."),
+)  # fmt: skip
+
+BUILTINS: dict[str, Builtin] = {row.name: row for row in _ROWS}
+
+SPECIAL_NAMES = {
+    "ego": "The vehicle under test: the first object of the scene.",
+    "self": "Inside a behavior: the object that it drives.",
+}
+"""Names with a meaning of their own; `ego` is assigned by the file."""
+
+UNASSIGNABLE: Mapping[str, str] = {
+    "self": "it is the object that a behavior drives",
+    "none": "it stands for no value",
+    "globalParameters": "it holds the params",
+}
+"""Names that a file cannot give a value to, and why."""
+
+
+def names_of(kind: Kind) -> tuple[str, ...]:
+    return tuple(row.name for row in _ROWS if row.kind is kind)
+
+
+# -- the classes of `new`, and the properties that `with` sets ---------------------------------------------------------
+
+PLACES = ("Point", "OrientedPoint")
+PLACED = ("position", "heading")
+"""What a class may say about the place of its objects, beside their properties."""
+
+PROPS = (
+    "Trash", "Cone", "Debris", "VendingMachine", "Chair", "BusStop", "Garbage", "Container", "Table", "Barrier",
+    "PlantPot", "Mailbox", "Box", "Bench", "Barrel", "Kiosk", "IronPlate", "TrafficWarning",
+)  # fmt: skip
+"""Things of Scenic's CARLA model: obstacles here, all of one size."""
+
+ACTOR_KINDS: Mapping[str, ActorKind] = {
+    "Car": ActorKind.CAR,
+    "Truck": ActorKind.TRUCK,
+    "Bus": ActorKind.BUS,
+    "Motorcycle": ActorKind.MOTORCYCLE,
+    "Bicycle": ActorKind.BICYCLE,
+    "Pedestrian": ActorKind.PEDESTRIAN,
+    "Obstacle": ActorKind.OBSTACLE,
+    **dict.fromkeys(PROPS, ActorKind.OBSTACLE),
+    "Object": ActorKind.OBSTACLE,
+}
+
+CLASSES = (*PLACES, *ACTOR_KINDS)
+OFF_ROAD = frozenset({ActorKind.PEDESTRIAN, ActorKind.OBSTACLE})
+"""Kinds that need not start on the road."""
+
+
+@frozen
+class Property:
+    """A number that `with` sets: its column in a scene, its dimension and its legal range."""
+
+    name: str
+    column: Column
+    dimension: ir.Dimension
+    low: float = 0.0
+    high: float = math.inf
+    above: bool = False
+    """Whether the lower end itself is illegal."""
+    doc: str = ""
+
+
+PROPERTIES: Mapping[str, Property] = {
+    p.name: p
+    for p in (
+        Property("speed", Column.SPEED, SPEED, 0.0, TOP_SPEED, doc="Speed at the start."),
+        Property("length", Column.LENGTH, LENGTH, 0.0, 100.0, above=True, doc="Length of the outline."),
+        Property("width", Column.WIDTH, LENGTH, 0.0, 20.0, above=True, doc="Width of the outline."),
+        Property("wheelbase", Column.WHEELBASE, LENGTH, 0.0, 100.0, above=True, doc="Front axle to rear axle."),
+        Property("rearToCenter", Column.REAR_TO_CENTER, LENGTH, 0.0, 50.0, doc="Rear axle to the outline's centre."),
+        Property("mass", Column.MASS, MASS, 0.0, 1e6, above=True, doc="Mass."),
+        Property("maxSteer", Column.MAX_STEER, ANGLE, 0.0, math.pi, doc="Largest steering angle either way."),
+        Property("maxAcceleration", Column.MAX_ACCELERATION, ACCELERATION, 0.0, 100.0, doc="At full throttle."),
+        Property("maxBraking", Column.MAX_BRAKING, ACCELERATION, 0.0, 100.0, doc="Deceleration at full pedal."),
+        Property("friction", Column.FRICTION, PURE, 0.0, 10.0, above=True, doc="Between tyre and road."),
+        Property("viewAngle", Column.VIEW_ANGLE, ANGLE, 0.0, math.tau, above=True, doc="Opening angle of its view."),
+        Property("visibleDistance", Column.VIEW_DISTANCE, LENGTH, doc="How far it sees."),
+    )
+}
+
+MODEL_FIELDS: Mapping[str, str] = {name: p.column.name.lower() for name, p in PROPERTIES.items() if name != "speed"}
+"""Field of `engine.vehicles.ActorModel` that holds each default."""
+
+FLAGS: Mapping[str, str] = {
+    "behavior": "What it does during the run.",
+    "name": "What reports call it.",
+    "allowCollisions": "Whether it may overlap others at the start.",
+    "regionContainedIn": "`None`: it may start off the road.",
+}
+"""Properties that are not numbers."""
+
+IGNORED: Mapping[str, str] = {
+    "blueprint": "the looks of a vehicle do not matter here",
+    "color": "the looks of a vehicle do not matter here",
+    "rolename": "objects have the name of their variable",
+    "requireVisible": "nothing has to be visible from the ego",
+    "physics": "every object takes part",
+}
+"""Properties of Scenic's scripts that are accepted and do nothing."""
+
+
+def all_properties() -> tuple[str, ...]:
+    return (*PROPERTIES, *FLAGS, *IGNORED)

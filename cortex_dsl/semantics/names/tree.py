@@ -1,0 +1,250 @@
+"""What the syntax tree alone tells: its parts, the names that statements bind, which moments a condition speaks of, and
+which params belong to the system under test.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields
+from functools import cache
+from pathlib import PurePath
+from typing import TypeGuard
+
+from cortex_dsl.diagnostics import Diagnostic, Label
+from cortex_dsl.semantics.errors.names import DUPLICATE
+from cortex_dsl.semantics.errors.problems import Findings
+from cortex_dsl.semantics.errors.statements import NO_SYSTEM_PARAM
+from cortex_dsl.source import Span
+from cortex_dsl.spelling import did_you_mean
+from cortex_dsl.syntax import nodes
+
+
+@cache
+def _field_names(kind: type) -> tuple[str, ...]:
+    return tuple(f.name for f in fields(kind))
+
+
+def parts(node: nodes.Node) -> Iterator[nodes.Node]:
+    """The nodes directly inside a node, in the order of the text."""
+    for name in _field_names(type(node)):
+        yield from _nodes_in(getattr(node, name))
+
+
+def everything_in(node: nodes.Node) -> Iterator[nodes.Node]:
+    """All nodes below a node."""
+    for part in parts(node):
+        yield part
+        yield from everything_in(part)
+
+
+def _nodes_in(value: object) -> Iterator[nodes.Node]:
+    if isinstance(value, nodes.Node):
+        yield value
+    elif isinstance(value, tuple):
+        for item in value:
+            yield from _nodes_in(item)
+
+
+# -- the shape of conditions -------------------------------------------------------------------------------------------
+
+TIMED = ("always", "eventually", "next", "until")
+"""Operators that speak of more than one moment."""
+
+
+def subformulas(node: nodes.Expression) -> tuple[nodes.Expression, ...]:
+    """What a logical operator joins; () for anything else."""
+    match node:
+        case nodes.Temporal(operands=operands) | nodes.BoolOp(operands=operands):
+            return operands
+        case nodes.Unary(operator="not", operand=operand):
+            return (operand,)
+    return ()
+
+
+def is_timed(node: nodes.Expression) -> bool:
+    """Whether a condition speaks of more than one moment."""
+    return (isinstance(node, nodes.Temporal) and node.operator in TIMED) or any(map(is_timed, subformulas(node)))
+
+
+def atoms(node: nodes.Expression) -> Iterator[nodes.Expression]:
+    """The largest parts of a condition that speak of one moment."""
+    if is_timed(node):
+        for part in subformulas(node):
+            yield from atoms(part)
+    else:
+        yield node
+
+
+def always_condition(node: nodes.Expression) -> nodes.Expression | None:
+    """The condition of an `always`, where it speaks of one moment."""
+    match node:
+        case nodes.Temporal(operator="always", operands=(condition,)) if not is_timed(condition):
+            return condition
+    return None
+
+
+# -- what stands in one node -------------------------------------------------------------------------------------------
+
+
+def bound_name(node: nodes.Import) -> str | None:
+    """The name that an import gives a value to; None where its path has none to offer."""
+    name = node.alias or (PurePath(node.path).stem if node.quoted else node.path)
+    return name if name.isidentifier() else None
+
+
+def param_entries(module: nodes.Module) -> dict[str, nodes.ParamEntry]:
+    """All params of a file by name."""
+    return {
+        entry.name: entry
+        for statement in module.statements
+        if isinstance(statement, nodes.Param)
+        for entry in statement.entries
+    }
+
+
+def unit_word(node: nodes.Expression) -> str | None:
+    """The unit in which a param is written."""
+    match node:
+        case nodes.WithUnit(unit=word) | nodes.Number(unit=word):
+            return word
+        case nodes.Degrees():
+            return "deg"
+        case nodes.Unary(operand=operand):
+            return unit_word(operand)
+        case nodes.Call(arguments=(first, *_)):
+            return unit_word(first.value)
+    return None
+
+
+SEARCHED = ("Range", "TruncatedNormal", "DiscreteRange", "VerifaiRange", "VerifaiDiscreteRange", "VerifaiOptions")
+"""Distributions that make a param a gene whatever their arguments are."""
+
+
+def is_searched(value: nodes.Expression) -> bool:
+    """Whether the value of a param makes it a gene."""
+    if isinstance(value, nodes.WithUnit | nodes.Degrees):
+        value = value.value
+    return isinstance(value, nodes.Call) and isinstance(value.function, nodes.Name) and value.function.id in SEARCHED
+
+
+# -- what statements bind, and what definitions consist of -------------------------------------------------------------
+
+Definition = nodes.BehaviorDefinition | nodes.MonitorDefinition | nodes.ScenarioDefinition
+
+
+def bound_by(statement: nodes.Statement) -> tuple[str, ...]:
+    """Names that a top-level statement gives a value to."""
+    match statement:
+        case nodes.Assign(targets=targets):
+            return targets
+        case nodes.AugmentedAssign(target=target):
+            return (target,)
+        case nodes.Param(entries=entries):
+            return tuple(entry.name for entry in entries if entry.name != "map")
+        case nodes.BehaviorDefinition(name=name) | nodes.MonitorDefinition(name=name):
+            return (name,)
+        case nodes.ScenarioDefinition(name=name) | nodes.ClassDefinition(name=name):
+            return (name,)
+        case nodes.Import() if (alias := bound_name(statement)) is not None:
+            return (alias,)
+        case nodes.ImportFrom(names=names):
+            return tuple(each.alias or each.name for each in names)
+    return ()
+
+
+def assigned(statements: tuple[nodes.Statement, ...]) -> Iterator[str]:
+    """Names that a body assigns, nested blocks included."""
+    for statement in statements:
+        yield from () if isinstance(statement, Definition) else bound_by(statement)
+        for part in parts(statement):
+            if isinstance(part, nodes.Statement):
+                yield from assigned((part,))
+            elif isinstance(part, nodes.Handler):
+                yield from assigned(part.body)
+
+
+def assigned_names(statements: Sequence[nodes.Statement], *, repeated: bool) -> Iterator[str]:
+    """Every assignment's names; twice where it may run again."""
+    for statement in statements:
+        match statement:
+            case nodes.Assign(targets=targets):
+                yield from targets * (2 if repeated else 1)
+            case nodes.AugmentedAssign(target=target):
+                yield from (target, target)
+            case nodes.If(branches=branches, otherwise=otherwise):
+                for _, body in branches:
+                    yield from assigned_names(body, repeated=True)
+                yield from assigned_names(otherwise, repeated=True)
+            case nodes.While(body=body):
+                yield from assigned_names(body, repeated=True)
+            case nodes.Try(body=body, handlers=handlers):
+                yield from assigned_names(body, repeated=True)
+                for handler in handlers:
+                    yield from assigned_names(handler.body, repeated=True)
+
+
+def body_of(definition: Definition) -> tuple[nodes.Statement, ...]:
+    """The statements of a definition; those of a setup come before those of its `compose`."""
+    if isinstance(definition, nodes.ScenarioDefinition):
+        return (*definition.setup, *definition.compose)
+    return definition.body
+
+
+def looked_at(statement: nodes.Statement) -> Iterator[nodes.Expression]:
+    """What is worked out in every sample."""
+    match statement:
+        case nodes.Require(condition=condition):
+            yield from atoms(condition)
+        case nodes.TerminateWhen(condition=condition):
+            yield condition
+        case nodes.Record(value=value):
+            yield value
+
+
+def speaks_of_run(statement: nodes.Statement) -> bool:
+    """Whether a statement speaks of the running simulation, so that it is evaluated when all objects are there."""
+    if isinstance(statement, nodes.Require):
+        return is_timed(statement.condition)
+    return isinstance(statement, nodes.TerminateWhen | nodes.Record)
+
+
+def is_class(statement: nodes.Statement) -> TypeGuard[nodes.ClassDefinition]:
+    return isinstance(statement, nodes.ClassDefinition)
+
+
+def duplicate(what: str, name: str, span: Span, first: Span) -> Diagnostic:
+    return DUPLICATE.at(span, what=what, name=name, secondary=(Label(first, "first here"),))
+
+
+# -- `simulation(system=[EGO_BRAKE, SAFETY_DIST])`: the params of the system under test --------------------------------
+# A search that may choose them can win by switching the brakes off; `--freeze` holds them fixed. The list holds names
+# and nothing else, wherever in the file their params stand, so it is read from the tree and never evaluated.
+
+SYSTEM = "system"
+
+
+def system_params(module: nodes.Module, params: Mapping[str, nodes.ParamEntry], findings: Findings) -> tuple[str, ...]:
+    """The names that the file lists, each once, in the order of the list; what is no param is reported."""
+    names: list[str] = []
+    for node in _listed(module):
+        if not isinstance(node, nodes.Name) or node.id not in params:
+            actual = node.id if isinstance(node, nodes.Name) else "this"
+            suggestion = did_you_mean(actual, params) or "list names of params, as in `system=[EGO_BRAKE]`"
+            findings.add(NO_SYSTEM_PARAM.at(node.span, actual=actual, suggestion=suggestion))
+        elif node.id not in names:
+            names.append(node.id)
+    return tuple(names)
+
+
+def lists_names(statement: nodes.Statement, part: nodes.Node) -> bool:
+    """Whether a part of a statement is such a list."""
+    return isinstance(statement, nodes.Simulation) and isinstance(part, nodes.Argument) and part.name == SYSTEM
+
+
+def _listed(module: nodes.Module) -> Iterator[nodes.Expression]:
+    """What stands in the lists."""
+    for statement in module.statements:
+        if isinstance(statement, nodes.Simulation):
+            for argument in statement.arguments:
+                if lists_names(statement, argument):
+                    value = argument.value
+                    listed = isinstance(value, nodes.ListDisplay | nodes.TupleDisplay)
+                    yield from value.items if listed else (value,)

@@ -1,1 +1,0 @@
-"""A readable print of the checked IR, for `--emit ir`."""

@@ -1,0 +1,214 @@
+"""What is known of a number or a condition before the run knows it: between which numbers it lies, whether it is
+decided whatever a search chooses, and by how much it holds.
+
+`engine.feasibility` has intervals of its own, and for good reason: there each operation answers for thousands of boxes
+at once, on compiled code, and keeps account of NaN. Here an expression is asked once or twice while a file is compiled,
+where one such array would cost more than the whole answer. A test holds the two together.
+
+A margin is a number that is positive where a condition holds and negative where it does not. `a <= b` holds by b - a,
+`a and b` by the lesser of both margins, `a or b` by the greater, `not a` by the opposite; `a == b` fails by |a - b|.
+This is the robustness of quantitative semantics: Fainekos and Pappas (2009), "Robustness of temporal logic
+specifications for continuous-time signals", Theoretical Computer Science 410. A bare truth (an object in a region, in
+sight) has no margin, and neither has what joins conditions of different dimensions: metres and seconds have no lesser.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+from cortex_dsl import ir
+from cortex_dsl.diagnostics import Label
+from cortex_dsl.semantics.errors.problems import Mistake
+from cortex_dsl.semantics.quantities.algebra import Algebra, folded, parts, safe_quotient
+from cortex_dsl.semantics.quantities.units import LENGTH, PURE
+from engine.frozen import frozen
+from engine.vocabulary import Op
+
+Interval = tuple[float, float]
+EVERYTHING: Interval = (-math.inf, math.inf)
+
+
+def interval(expression: ir.Expr, genes: Mapping[int, Interval]) -> Interval:
+    """Numbers between which the value surely lies; `genes` are the SI bounds by index. Of a truth: (1, 1), (0, 0) or
+    (0, 1).
+    """
+    return folded(expression, lambda part, within: part_interval(part, within, genes))
+
+
+def part_interval(part: ir.Expr, within: Sequence[Interval], genes: Mapping[int, Interval]) -> Interval:
+    """The same of an operation whose operands lie in the intervals `within`."""
+    match part:
+        case ir.Literal(value=value):
+            return (value, value)
+        case ir.Gene(index=index):
+            return genes.get(index, EVERYTHING)
+        case ir.Draw():
+            return (0.0, 1.0)
+        case ir.Apply(op=op) if op in _INTERVALS:
+            result = _INTERVALS[op](*within)
+            return EVERYTHING if math.isnan(result[0] + result[1]) else result
+    return EVERYTHING
+
+
+def _hull(*values: float) -> Interval:
+    return (min(values), max(values))
+
+
+def _quotients(a: Interval, b: Interval) -> Interval:
+    return EVERYTHING if b[0] <= 0.0 <= b[1] else _hull(*(safe_quotient(x, y) for x in a for y in b))
+
+
+def _roots(a: Interval) -> Interval:
+    return EVERYTHING if a[0] < 0.0 else (math.sqrt(a[0]), math.sqrt(a[1]))
+
+
+def _floor(end: float) -> float:
+    return end if math.isinf(end) else float(math.floor(end))
+
+
+def _truth(always: bool, never: bool) -> Interval:
+    return (float(always), float(not never))
+
+
+def _never_zero(a: Interval) -> bool:
+    return a[0] > 0.0 or a[1] < 0.0
+
+
+_INTERVALS: Mapping[Op, Callable[..., Interval]] = {
+    Op.ADD: lambda a, b: (a[0] + b[0], a[1] + b[1]),
+    Op.SUB: lambda a, b: (a[0] - b[1], a[1] - b[0]),
+    Op.MUL: lambda a, b: _hull(*(x * y for x in a for y in b)),
+    Op.DIV: _quotients,
+    Op.SQRT: _roots,
+    Op.SIN: lambda _: (-1.0, 1.0),
+    Op.COS: lambda _: (-1.0, 1.0),
+    Op.NEG: lambda a: (-a[1], -a[0]),
+    Op.ABS: lambda a: (0.0 if a[0] <= 0.0 <= a[1] else min(map(abs, a)), max(map(abs, a))),
+    Op.MIN: lambda a, b: (min(a[0], b[0]), min(a[1], b[1])),
+    Op.MAX: lambda a, b: (max(a[0], b[0]), max(a[1], b[1])),
+    Op.FLOOR: lambda a: (_floor(a[0]), _floor(a[1])),
+    Op.SELECT: lambda _, b, c: _hull(*b, *c),
+    Op.LT: lambda a, b: _truth(a[1] < b[0], a[0] >= b[1]),
+    Op.LE: lambda a, b: _truth(a[1] <= b[0], a[0] > b[1]),
+    Op.EQ: lambda a, b: _truth(a[0] == a[1] == b[0] == b[1], a[1] < b[0] or b[1] < a[0]),
+    Op.NE: lambda a, b: _truth(a[1] < b[0] or b[1] < a[0], a[0] == a[1] == b[0] == b[1]),
+    Op.AND: lambda a, b: _truth(_never_zero(a) and _never_zero(b), (0.0, 0.0) in (a, b)),
+    Op.OR: lambda a, b: _truth(_never_zero(a) or _never_zero(b), a == b == (0.0, 0.0)),
+    Op.NOT: lambda a: _truth(a == (0.0, 0.0), _never_zero(a)),
+    Op.RANDOM: lambda: (0.0, 1.0),
+    **dict.fromkeys((Op.HYPOT, Op.PATH_DISTANCE, Op.REGION_DISTANCE, Op.BOX_DISTANCE, Op.REGION_BOX_DISTANCE),
+                    lambda *_: (0.0, math.inf)),
+}  # fmt: skip
+
+# -- what is certain of a `require` ------------------------------------------------------------------------------------
+
+
+@frozen
+class Weight:
+    """Of one `require` over all variants in which it was met."""
+
+    possible: bool
+    """Whether it could hold in one of them."""
+    certain: bool
+    """Whether it holds in all of them."""
+    genes: frozenset[int]
+    """On which genes it depends."""
+
+    def joined(self, other: "Weight | None") -> "Weight":
+        """Of the variants of both."""
+        if other is None:
+            return self
+        return Weight(self.possible or other.possible, self.certain and other.certain, self.genes | other.genes)
+
+    def labels(self, genes: Mapping[str, ir.GeneInfo]) -> tuple[Label, ...]:
+        """The declared ranges of its genes."""
+        return _labels(self.genes, genes)
+
+
+def weigh(condition: ir.Expr, truth: Interval, *, certain: bool) -> Weight:
+    """A condition whose truth lies in an interval; without `certain` it is not tested in every scene."""
+    return Weight(not certain or truth != (0.0, 0.0), truth[0] > 0.0, _genes(condition))
+
+
+def range_labels(expression: ir.Expr, genes: Mapping[str, ir.GeneInfo]) -> tuple[Label, ...]:
+    """The declared ranges of the genes that an expression depends on."""
+    return _labels(_genes(expression), genes)
+
+
+def _genes(expression: ir.Expr) -> frozenset[int]:
+    return frozenset(part.index for part in parts(expression) if isinstance(part, ir.Gene))
+
+
+def _labels(indices: frozenset[int], genes: Mapping[str, ir.GeneInfo]) -> tuple[Label, ...]:
+    known = list(genes.values())
+    return tuple(Label(known[i].span, _range(known[i])) for i in sorted(indices))
+
+
+def _range(gene: ir.GeneInfo) -> str:
+    if gene.options:
+        return f"`{gene.name}` is one of {len(gene.options)} options"
+    unit = f" {gene.unit}" if gene.unit else ""
+    return f"`{gene.name}` lies between {gene.low:g} and {gene.high:g}{unit}"
+
+
+# -- margins -----------------------------------------------------------------------------------------------------------
+
+Dimensions = Mapping[int, ir.Dimension | None]
+"""Dimension of what each comparison compares, by the identity of its expression; None where all is bare."""
+
+LENGTHS = frozenset({Op.REGION_DISTANCE, Op.REGION_BOX_DISTANCE, Op.BOX_DISTANCE, Op.PATH_DISTANCE})
+
+
+@frozen
+class Margin:
+    expr: ir.Expr
+    dimension: ir.Dimension | None
+
+
+def margin_of(algebra: Algebra, condition: ir.Expr, compared: Dimensions) -> tuple[ir.Expr | None, ir.Dimension]:
+    """The margin of a condition, None if it has none, and its dimension."""
+    try:
+        found = _Margins(algebra, compared).of(condition)
+    except Mistake:  # a chain of operations as long as there may be: the condition fits, its margin does not
+        found = None
+    return (None, PURE) if found is None else (found.expr, found.dimension or PURE)
+
+
+@frozen
+class _Margins:
+    algebra: Algebra
+    compared: Dimensions
+
+    def of(self, condition: ir.Expr) -> Margin | None:
+        match condition:
+            case ir.Apply(op=Op.LT | Op.LE, arguments=(left, right)):
+                return self._compared(condition, self.algebra.sub(right, left), left)
+            case ir.Apply(op=Op.EQ, arguments=(left, right)):
+                return self._compared(condition, self._negated(self._apart(left, right)), left)
+            case ir.Apply(op=Op.NE, arguments=(left, right)):
+                return self._compared(condition, self._apart(left, right), left)
+            case ir.Apply(op=Op.AND, arguments=(one, other)):
+                return self._joined(Op.MIN, one, other)
+            case ir.Apply(op=Op.OR, arguments=(one, other)):
+                return self._joined(Op.MAX, one, other)
+            case ir.Apply(op=Op.NOT, arguments=(inner,)):
+                margin = self.of(inner)
+                return margin and Margin(self._negated(margin.expr), margin.dimension)
+        return None
+
+    def _compared(self, condition: ir.Expr, difference: ir.Expr, left: ir.Expr) -> Margin | None:
+        if isinstance(left, ir.Apply) and left.op in LENGTHS:
+            return Margin(difference, LENGTH)
+        return Margin(difference, self.compared[id(condition)]) if id(condition) in self.compared else None
+
+    def _joined(self, op: Op, one: ir.Expr, other: ir.Expr) -> Margin | None:
+        left, right = self.of(one), self.of(other)
+        if left is None or right is None or (None not in (left.dimension, right.dimension) and
+                                             left.dimension != right.dimension):  # fmt: skip
+            return None
+        return Margin(self.algebra.apply(op, left.expr, right.expr), left.dimension or right.dimension)
+
+    def _apart(self, left: ir.Expr, right: ir.Expr) -> ir.Expr:
+        return self.algebra.apply(Op.ABS, self.algebra.sub(left, right))
+
+    def _negated(self, expr: ir.Expr) -> ir.Expr:
+        return self.algebra.apply(Op.NEG, expr)

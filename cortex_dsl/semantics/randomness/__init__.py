@@ -1,1 +1,0 @@
-"""Random values: params that a search chooses, draws, and finite choices, which make variants."""

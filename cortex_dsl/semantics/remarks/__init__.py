@@ -1,1 +1,0 @@
-"""What is said of a file that compiles, once all of its variants are known."""

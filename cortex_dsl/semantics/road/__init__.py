@@ -1,1 +1,0 @@
-"""The road network as a program sees it, and its traffic lights."""

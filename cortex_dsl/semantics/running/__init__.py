@@ -1,1 +1,0 @@
-"""What is looked at during a run: rules, temporal requirements, monitors, records."""

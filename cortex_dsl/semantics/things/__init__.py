@@ -1,1 +1,0 @@
-"""`new`: classes and properties of objects, and where they are."""

@@ -1,0 +1,31 @@
+"""An exported CommonRoad scenario looked at again: ids, references, and who is there. Motion is not read back."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from engine.interchange.commonroad.steps import timeline
+from engine.interchange.contract import ExportOptions, Finding
+from engine.interchange.opendrive.check import twice
+from engine.interchange.recording import RecordedCase
+from engine.interchange.xml import read_tree
+
+
+def check_commonroad(
+    case: RecordedCase, folder: Path, names: Sequence[str], _options: ExportOptions
+) -> Iterator[Finding]:
+    """Ids are unique, references lead somewhere, and the ego has a problem to solve."""
+    for name in (each for each in names if each.endswith(".cr.xml")):
+        tree = read_tree(folder / name)
+        ids = [element.get("id", "") for element in tree.root.iter() if element.get("id")]
+        for each in twice(ids):
+            yield tree.finding(tree.root, f"the id {each} is there twice", "give each element an id of its own")
+        for element in tree.root.iter():
+            to = element.get("ref")
+            if to is not None and to not in ids:
+                yield tree.finding(element, f"it refers to {to}, which is not there", "name an id of this file")
+        if tree.find("planningProblem") is None:
+            yield tree.finding(tree.root, "the ego has no planningProblem", "give it one")
+        others = sum(1 for tag in ("dynamicObstacle", "staticObstacle") for _ in tree.root.iter(tag))
+        wanted = len(timeline(case.replay).others)
+        if others != wanted:
+            yield tree.finding(tree.root, f"{others} obstacles of {wanted} are there", "export it again")

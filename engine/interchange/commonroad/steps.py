@@ -1,0 +1,186 @@
+"""A recording as CommonRoad counts time: whole steps from 0, everyone somewhere at each of them until they leave."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from engine.interchange.contract import InterchangeError
+from engine.interchange.recording import SAME_INSTANT, Contact, RecordedActor, Recording, SignalTimes
+from engine.kernels.geometry import Box, box_distance
+from engine.road import build_network, outline
+from engine.tables import Floats
+from engine.vocabulary import State
+
+CURE = "write csv or parquet, which carry any times"
+SHORT = 1e-3
+"""Part of a step."""
+HALVINGS = 20
+PLACE = [State.X, State.Y, State.HEADING]
+ASIDE = 50.0
+"""How far west of the road those wait who are not there yet [m], and how far apart from one another."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """One actor at each step from 0 to its last; all arrays (steps,). SI units, angles [rad]."""
+
+    actor: RecordedActor
+    index: int
+    """In its recording."""
+    x: Floats
+    """Centre of the outline, as `y`."""
+    y: Floats
+    heading: Floats
+    """Within two turns of zero."""
+    speed: Floats
+    """Longitudinal speed of the rear axle."""
+    steer: Floats
+    acceleration: Floats
+    yaw_rate: Floats
+    slip: Floats
+    """Angle from the heading to the way that the centre moves."""
+    waits: bool
+    """Whether it stands aside at some steps, because it is not there."""
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    @property
+    def never_moves(self) -> bool:
+        return not self.waits and all(bool(np.ptp(each) == 0.0) for each in (self.x, self.y, self.heading))
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """Step 0 is the first at which the ego is there."""
+
+    recording: Recording
+    start: float
+    """Time of step 0 in the recording [s]."""
+    steps: int
+    ego: Course
+    others: tuple[Course, ...]
+    """All actors that are there at some step."""
+
+    @property
+    def signals(self) -> SignalTimes | None:
+        """The plan of the lights as it runs from step 0 on."""
+        signals = self.recording.signals
+        return None if signals is None else replace(signals, offset=signals.offset + self.start)
+
+    @property
+    def contact_step(self) -> float | None:
+        """When first contact is, in steps."""
+        contact = self.recording.contact
+        return None if contact is None else (contact.time - self.start) / self.recording.step
+
+
+def timeline(recording: Recording) -> Timeline:
+    """The whole steps of a recording.
+
+    Raises:
+        InterchangeError: steps are missing, a state is not a number, or the ego is there at fewer than two steps.
+    """
+    whole = _through_contact(recording)
+    stretches = whole.stretches(0)
+    if not stretches or stretches[0][0] == stretches[0][1]:
+        raise InterchangeError("the ego is there at fewer than two whole steps, too few for CommonRoad", CURE)
+    recording.refuse_broken()
+    first, last = stretches[0]
+    numbers = np.round(whole.time[first:] / recording.step)
+    if np.any(np.diff(numbers) != 1.0):
+        raise InterchangeError("the recording leaves out steps, and CommonRoad knows no gaps", CURE)
+    states = whole.states[first:]
+    there = whole.there[first:]
+    ego = _track(recording, states[: last - first + 1], 0)
+    others = tuple(_track(recording, states, i) for i in range(1, len(recording.actors)) if there[:, i].any())
+    return Timeline(recording, float(whole.time[first]), len(states), ego, others)
+
+
+def _through_contact(recording: Recording) -> Recording:
+    """Whole steps, one of them after contact; there the two stand where they would without it, their outlines overlap.
+
+    CommonRoad looks for collisions at whole steps, and contact physics has most outlines apart again by then.
+    """
+    whole, contact = recording.on_steps(), recording.contact
+    if contact is None:
+        return whole
+    after = int(np.searchsorted(whole.time, contact.time + SAME_INSTANT, "right"))
+    if after == 0:
+        return whole
+    touching = recording.states[int(np.searchsorted(recording.time, contact.time - SAME_INSTANT))]
+    if after == len(whole):
+        time = np.append(whole.time, whole.time[-1] + recording.step)
+        whole = replace(whole, time=time, states=np.append(whole.states, touching[None], axis=0))
+    before, elapsed = whole.states[after - 1], contact.time - whole.time[after - 1]
+    if elapsed < SHORT * recording.step:  # too short to tell the way by
+        before, elapsed = whole.states[max(after - 2, 0)], elapsed + recording.step
+    ahead = (whole.time[after] - contact.time) / elapsed
+    pair, states = list(contact.actors), whole.states.copy()
+    states[after, pair] = _overlapping(recording, contact, touching[pair], ahead * (touching - before)[pair])
+    return replace(whole, states=states)
+
+
+def _overlapping(recording: Recording, contact: Contact, touching: Floats, way: Floats) -> Floats:
+    """States of the two who touch, as far on their unhindered way as their outlines overlap: who only graze would have
+    passed at its end.
+    """
+    one, other = (recording.actors[i] for i in contact.actors)
+    for halvings in range(HALVINGS):
+        states = touching.copy()
+        states[:, PLACE] += 0.5**halvings * way[:, PLACE]
+        if box_distance(_box(one, states[0]), _box(other, states[1])) == 0.0:
+            return states
+    return touching
+
+
+def _box(actor: RecordedActor, state: Floats) -> Box:
+    x, y, heading = state[PLACE].tolist()
+    return Box(x, y, heading, actor.length, actor.width)
+
+
+def _track(recording: Recording, states: Floats, index: int) -> Course:
+    """An actor up to the last step at which it is there; until then it waits aside where it is not."""
+    actor = recording.actors[index]
+    there = states[:, index, State.PRESENT] != 0.0
+    end = int(np.flatnonzero(there)[-1]) + 1
+    there = there[:end]
+    columns = np.where(there[:, None], states[:end, index], 0.0)
+    x, y = (columns[:, column].copy() for column in (State.X, State.Y))
+    if not there.all():
+        x[~there], y[~there] = _aside(recording, index)
+    return Course(
+        actor=actor,
+        index=index,
+        x=x,
+        y=y,
+        heading=_near_zero(columns[:, State.HEADING]),
+        speed=columns[:, State.SPEED],
+        steer=columns[:, State.STEER],
+        acceleration=columns[:, State.ACCELERATION],
+        yaw_rate=_yaw_rate(columns[:, State.HEADING], there, recording.step),
+        slip=np.arctan(np.tan(columns[:, State.STEER]) * actor.rear_to_center / actor.wheelbase),
+        waits=not there.all(),
+    )
+
+
+def _aside(recording: Recording, index: int) -> tuple[float, float]:
+    """A place west of the road, another one for each actor."""
+    assert recording.road is not None
+    kerbs = np.vstack(outline(build_network(recording.road)).kerbs)
+    west, south = kerbs.min(axis=0).tolist()
+    return west - ASIDE, south - ASIDE * index
+
+
+def _yaw_rate(heading: Floats, there: Floats, step: float) -> Floats:
+    """Of each step that begins, the last one's of the one before; 0 where somebody comes or is not there."""
+    turns = np.where(np.logical_and(there[1:], there[:-1]), np.diff(heading), 0.0) / step
+    return np.append(turns, turns[-1:] if len(turns) else [0.0])
+
+
+def _near_zero(heading: Floats) -> Floats:
+    """Headings that still run on, as near to zero as they can be; wrapped where they leave two turns."""
+    heading = heading - math.tau * np.round(heading[0] / math.tau)
+    wrapped = np.remainder(heading + math.pi, math.tau) - math.pi
+    return np.where(np.abs(heading) < math.tau, heading, wrapped)

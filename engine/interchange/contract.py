@@ -1,0 +1,95 @@
+"""What every format's module is asked for and what it answers: options, files with remarks, findings of a check, or an
+error that says what is wrong with a file from elsewhere, or with the wish to write one, and what to do.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from itertools import islice
+
+from engine.errors import CortexError
+
+# -- errors, and how a stranger's words are told -----------------------------------------------------------------------
+
+MOST_CHOICES = 12
+MOST_COMPARED = 2000
+"""Names that one is held against."""
+MOST_LETTERS = 60
+"""Of a stranger's text that a message quotes."""
+
+
+class InterchangeError(CortexError):
+    """A file that cannot be read, or a case that a format cannot carry: what is wrong, where, and what to do."""
+
+    def __init__(self, message: str, cure: str, place: str = "") -> None:
+        super().__init__(message, cure)
+        self.place = place
+        """File, and line or element where one is known: `case.xosc, line 12`."""
+
+    def __str__(self) -> str:
+        return f"{self.place}: {super().__str__()}" if self.place else super().__str__()
+
+
+def quoted(text: str) -> str:
+    """A stranger's text in quotes, cut to what a message can bear, without control characters."""
+    cut = text if len(text) <= MOST_LETTERS else text[: MOST_LETTERS - 1] + "…"
+    return '"' + "".join(letter if letter.isprintable() else "?" for letter in cut) + '"'
+
+
+def did_you_mean(word: str, names: Iterable[str], few: int = MOST_CHOICES) -> str:
+    """A cure for an unknown name: the nearest one, or those that exist, at most `few` of them."""
+    choices = list(islice(dict.fromkeys(names), MOST_COMPARED))
+    folded = {name.casefold(): name for name in choices}
+    if near := get_close_matches(word.casefold()[:MOST_LETTERS], folded, n=1):
+        return f"did you mean `{folded[near[0]]}`?"
+    if not choices or not few:
+        return ""
+    rest = " and others" if len(choices) > few else ""
+    return "there is " + ", ".join(f"`{name}`" for name in choices[:few]) + rest
+
+
+# -- what is asked for, and answered -----------------------------------------------------------------------------------
+
+OSC_VERSIONS = ("1.0", "1.1", "1.2", "1.3")
+"""Of OpenSCENARIO XML: the rows of `openscenario.versions`. CARLA's ScenarioRunner reads 1.0 only."""
+MODES = ("trajectory", "maneuver")
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """How to write; each format reads what concerns it."""
+
+    osc: str = "1.2"
+    """Version of OpenSCENARIO XML, one of `OSC_VERSIONS`."""
+    mode: str = "trajectory"
+    """`trajectory` replays a case exactly; `maneuver` says it in speeds, routes and triggers, for others to vary."""
+
+    def __post_init__(self) -> None:
+        if self.osc not in OSC_VERSIONS:
+            raise InterchangeError(
+                f"there is no OpenSCENARIO {self.osc} here", f"name one of {', '.join(OSC_VERSIONS)}"
+            )
+        if self.mode not in MODES:
+            raise InterchangeError(f"there is no mode `{self.mode}`", f"name one of {', '.join(MODES)}")
+
+
+@dataclass(frozen=True)
+class Export:
+    """Files to be written side by side."""
+
+    files: Mapping[str, str | bytes]
+    """Contents by file name, the one to open first."""
+    remarks: tuple[str, ...] = ()
+    """What the format cannot carry, or carries otherwise, each as one sentence that names it: without a full stop, and
+    beginning with a small letter unless a name stands there.
+    """
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong: where, why, and what to do."""
+
+    place: str
+    """File, and element or line: `case.xosc, Private of ego`."""
+    reason: str
+    cure: str = ""

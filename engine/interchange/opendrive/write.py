@@ -1,0 +1,327 @@
+"""`write_opendrive`: our road as a document, with its roads, junctions and traffic lights."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from engine.interchange.opendrive.geometry import Carriageway, RoadMap, road_map
+from engine.interchange.recording import ARMS, PHASES, Provenance, SignalTimes, phase_of
+from engine.interchange.xml import Element, child, xml_text
+from engine.program import RoadSpec
+from engine.road import Intersection, Lane, Maneuver, Primitive
+from engine.tables import ROAD_REGION
+
+# -- reference lines and cross sections of roads -----------------------------------------------------------------------
+
+WIDE = {"b": 0, "c": 0, "d": 0}
+"""Of a width that does not change along the road."""
+
+
+def add_plan(road: Element, primitives: Sequence[Primitive]) -> None:
+    """The reference line: lines and arcs."""
+    plan, s = child(road, "planView"), 0.0
+    for line in primitives:
+        geometry = child(plan, "geometry", s=s, x=line.x, y=line.y, hdg=line.heading, length=line.length)
+        if line.curvature == 0.0:
+            child(geometry, "line")
+        else:
+            child(geometry, "arc", curvature=line.curvature)
+        s += line.length
+
+
+def add_offset(lanes: Element, offset: float) -> None:
+    """How far left of the reference line lane 0 runs [m]."""
+    child(lanes, "laneOffset", s=0, a=offset, **WIDE)
+
+
+def add_lane(group: Element, lane: int) -> Element:
+    return child(group, "lane", id=lane, type="none" if lane == 0 else "driving", level="false")
+
+
+def add_link(parent: Element, ends: Mapping[str, int]) -> None:
+    """The lanes that a lane goes on to, by `predecessor` and `successor`."""
+    link = child(parent, "link")
+    for end, lane in ends.items():
+        child(link, end, id=lane)
+
+
+def add_width(lane: Element, width: float) -> None:
+    child(lane, "width", sOffset=0, a=width, **WIDE)
+
+
+def add_mark(lane: Element, kind: str, lane_change: str) -> None:
+    """The line at a lane's outer border, of lane 0 in the middle of the road."""
+    child(lane, "roadMark", sOffset=0, type=kind, weight="standard", color="standard", laneChange=lane_change)
+
+
+# -- roads outside the junctions: both directions side by side, each as many lanes as the other ------------------------
+
+
+def add_road(document: Element, roads: RoadMap, road: Carriageway) -> Element:
+    element = child(document, "road", id=road.id, name=road.name, length=road.length, junction="-1", rule=rule(roads))
+    _add_junctions(element, roads, road)
+    add_plan(element, [middle(road)])
+    section = child(child(element, "lanes"), "laneSection", s=0)
+    count = len(road.forward)
+    left, center, right = (child(section, side) for side in ("left", "center", "right"))
+    add_mark(add_lane(center, 0), "solid", "none")
+    for lane in (*range(count, 0, -1), *range(-1, -count - 1, -1)):
+        _add_lane(left if lane > 0 else right, lane, road)
+    return element
+
+
+def rule(roads: RoadMap) -> str:
+    return "LHT" if roads.network.spec.left_hand else "RHT"
+
+
+def middle(road: Carriageway) -> Primitive:
+    """The line between the two directions of a road, with its forward traffic."""
+    lane = road.forward[-1]
+    start, shift = lane.network.paths.pose(lane.path, 0.0), 0.5 * lane.width
+    to_left = -shift if lane.network.spec.left_hand else shift
+    cos, sin = round(math.cos(start.heading)), round(math.sin(start.heading))  # exact: roads run along the axes
+    return Primitive(start.x - to_left * sin, start.y + to_left * cos, start.heading, 0.0, lane.length)
+
+
+def _add_junctions(element: Element, roads: RoadMap, road: Carriageway) -> None:
+    """The junctions at a road's ends; at the border of the network there is none."""
+    link = child(element, "link")
+    for end, lane in (("predecessor", road.backward[0]), ("successor", road.forward[0])):
+        if lane.intersection is not None:
+            child(link, end, elementType="junction", elementId=roads.junction_id(lane.intersection.id))
+
+
+def _add_lane(group: Element, lane: int, road: Carriageway) -> None:
+    element = add_lane(group, lane)
+    add_width(element, road.forward[0].width)
+    if abs(lane) == len(road.forward):
+        add_mark(element, "solid", "none")
+    else:
+        add_mark(element, "broken", "both")
+
+
+# -- junctions: a road of one lane for each maneuver, and the list of which lane leads into which ----------------------
+
+
+def add_turn(document: Element, roads: RoadMap, maneuver: Maneuver) -> Element:
+    """The road along a maneuver. Its reference line is the lane's own centre, so that both have the same length."""
+    lane = maneuver.connecting_lane
+    there = roads.places[lane.id]
+    element = child(
+        document,
+        "road",
+        id=there.road,
+        name=maneuver.name,
+        length=lane.length,
+        junction=roads.junction_id(maneuver.intersection_id),
+        rule=rule(roads),
+    )
+    link = child(element, "link")
+    _add_end(link, "predecessor", roads, maneuver.start_lane, at_end=True)
+    _add_end(link, "successor", roads, maneuver.end_lane, at_end=False)
+    add_plan(element, roads.network.paths.primitives(lane.path))
+    _add_lanes(child(element, "lanes"), roads, maneuver)
+    return element
+
+
+def _add_end(link: Element, end: str, roads: RoadMap, lane: Lane, *, at_end: bool) -> None:
+    """The road before or behind, and which of its ends meets this one; `at_end` tells which end of the lane does."""
+    place = roads.places[lane.id]
+    contact = "end" if place.forward == at_end else "start"
+    child(link, end, elementType="road", elementId=place.road, contactPoint=contact)
+
+
+def _add_lanes(lanes: Element, roads: RoadMap, maneuver: Maneuver) -> None:
+    width = maneuver.connecting_lane.width
+    add_offset(lanes, -0.5 * roads.side * width)
+    section = child(lanes, "laneSection", s=0)
+    # The schema wants left, center, right in this order.
+    left = child(section, "left") if roads.side > 0 else None
+    add_lane(child(section, "center"), 0)
+    lane = add_lane(child(section, "right") if left is None else left, roads.side)
+    start, end = roads.places[maneuver.start], roads.places[maneuver.end]
+    add_link(lane, {"predecessor": start.lane, "successor": end.lane})
+    add_width(lane, width)
+
+
+def add_junction(document: Element, roads: RoadMap, junction: Intersection) -> Element:
+    """One connection for each maneuver, numbered from 0."""
+    element = child(document, "junction", id=roads.junction_id(junction.id), name=junction.name)
+    for number, maneuver in enumerate(junction.maneuvers):
+        start = roads.places[maneuver.start]
+        connection = child(
+            element,
+            "connection",
+            id=number,
+            incomingRoad=start.road,
+            connectingRoad=roads.turn_id(maneuver),
+            contactPoint="start",
+        )
+        child(connection, "laneLink", **{"from": start.lane, "to": roads.side})
+    return element
+
+
+# -- traffic lights: one for each arm, at the kerb by its stop line; those of a phase under one controller -------------
+
+BESIDE = 0.5
+"""From the kerb to a light's mast [m]."""
+ABOVE = 2.5
+"""From the ground to a light's housing [m]: Manual on Uniform Traffic Control Devices (2009), section 4D.15."""
+TRAFFIC_LIGHT = {"country": "OpenDRIVE", "type": "1000001", "subtype": "-1"}
+"""Red, yellow, green, as OpenDRIVE numbers signals that belong to no country."""
+
+
+@dataclass(frozen=True)
+class SignalGroup:
+    """Lights of one junction that always show the same; a controller in OpenDRIVE."""
+
+    phase: int
+    """0 or 1, as `SignalTimes` counts."""
+    intersection: int
+    """Index in our network."""
+    controller: str
+    """Id of the controller, which OpenSCENARIO's TrafficSignalController names."""
+    name: str
+    signals: tuple[str, ...]
+    """Ids of the lights."""
+
+
+def signal_groups(spec: RoadSpec) -> tuple[SignalGroup, ...]:
+    """All groups of a road with lights: two for each junction, in the order of junctions and phases."""
+    return groups_of(road_map(spec))
+
+
+def groups_of(roads: RoadMap) -> tuple[SignalGroup, ...]:
+    return tuple(_group(junction, phase) for junction in roads.network.intersections for phase in range(PHASES))
+
+
+def _group(junction: Intersection, phase: int) -> SignalGroup:
+    arms = [(arm, leg) for arm, leg in enumerate(junction.legs) if phase_of(leg.name) == phase]
+    return SignalGroup(
+        phase=phase,
+        intersection=junction.id,
+        controller=str(junction.id * PHASES + phase + 1),
+        name=f"{junction.name} {' and '.join(leg.name for _, leg in arms)}",
+        signals=tuple(_signal_id(junction, arm) for arm, _ in arms),
+    )
+
+
+def _signal_id(junction: Intersection, arm: int) -> str:
+    """Lights of a junction are numbered by its arms, as in the language."""
+    return str(junction.id * len(ARMS) + arm + 1)
+
+
+def add_signals(element: Element, roads: RoadMap, road: Carriageway) -> None:
+    """The lights at the ends of a road, where its lanes lead into junctions."""
+    signals = child(element, "signals")
+    for lanes in (road.forward, road.backward):
+        junction = lanes[0].intersection
+        if junction is not None:
+            arm = _arm(junction, lanes[0])
+            _add_signal(signals, roads, _signal_id(junction, arm), f"{junction.name} {junction.legs[arm].name}", lanes)
+
+
+def _add_signal(signals: Element, roads: RoadMap, signal: str, name: str, lanes: tuple[Lane, ...]) -> None:
+    places = [roads.places[lane.id] for lane in lanes]
+    at, ids = places[0], sorted(place.lane for place in places)
+    beside = len(lanes) * lanes[0].width + BESIDE
+    light = child(
+        signals,
+        "signal",
+        id=signal,
+        name=name,
+        s=at.s(at.length),
+        t=beside if at.lane > 0 else -beside,
+        zOffset=ABOVE,
+        dynamic="yes",
+        orientation="+" if at.forward else "-",
+        **TRAFFIC_LIGHT,
+    )
+    child(light, "validity", fromLane=ids[0], toLane=ids[-1])
+
+
+def add_reference(element: Element, roads: RoadMap, maneuver: Maneuver) -> None:
+    """The light of a turn, on the turn's own road: some readers, Scenic among them, ask there whether it has one.
+
+    Only in right-hand traffic: those readers know no other, and netconvert takes left-hand roads for right-hand ones,
+    misses the turns and then warns of their lights.
+    """
+    if roads.network.spec.left_hand:
+        return
+    start, junction = maneuver.start_lane, maneuver.intersection
+    place = roads.places[maneuver.connecting]
+    to_kerb = (start.number - 0.5) * start.width + BESIDE
+    reference = child(
+        child(element, "signals"),
+        "signalReference",
+        id=_signal_id(junction, _arm(junction, start)),
+        s=0,
+        t=roads.side * to_kerb,
+        orientation="+",
+    )
+    child(reference, "validity", fromLane=place.lane, toLane=place.lane)
+
+
+def _arm(junction: Intersection, lane: Lane) -> int:
+    return next(i for i, leg in enumerate(junction.legs) if lane in leg.incoming_lanes)
+
+
+def add_controllers(document: Element, roads: RoadMap) -> None:
+    """The controllers of all junctions."""
+    for group in groups_of(roads):
+        controller = child(document, "controller", id=group.controller, name=group.name, sequence=group.phase)
+        for signal in group.signals:
+            child(controller, "control", signalId=signal, type="0")
+
+
+def add_controllers_of(element: Element, junction: Intersection) -> None:
+    """Which controllers a junction has."""
+    for phase in range(PHASES):
+        child(element, "controller", id=_group(junction, phase).controller, type="0", sequence=phase)
+
+
+# -- the document as a whole -------------------------------------------------------------------------------------------
+
+REVISION = {"revMajor": 1, "revMinor": 7}
+NO_PROVENANCE = Provenance()
+
+
+def write_opendrive(
+    spec: RoadSpec, signals: SignalTimes | None, name: str, provenance: Provenance = NO_PROVENANCE
+) -> str:
+    """The road of a specification as OpenDRIVE 1.7, with lights where there is a plan; their times stand elsewhere,
+    in OpenSCENARIO.
+
+    Raises:
+        RoadError: no road fits the specification.
+        InterchangeError: a name holds a character that XML cannot.
+    """
+    roads = road_map(spec)
+    document = Element("OpenDRIVE")
+    _add_header(document, roads, name, provenance)
+    for road in roads.roads:
+        element = add_road(document, roads, road)
+        if signals is not None:
+            add_signals(element, roads, road)
+    for maneuver in roads.network.maneuvers:
+        element = add_turn(document, roads, maneuver)
+        if signals is not None:
+            add_reference(element, roads, maneuver)
+    if signals is not None:
+        add_controllers(document, roads)
+    for junction in roads.network.intersections:
+        element = add_junction(document, roads, junction)
+        if signals is not None:
+            add_controllers_of(element, junction)
+    return xml_text(document)
+
+
+def _add_header(document: Element, roads: RoadMap, name: str, provenance: Provenance) -> None:
+    hull = roads.network.regions.shape(ROAD_REGION).hull
+    west, south, east, north = (*hull[:, :2].min(axis=0), *hull[:, :2].max(axis=0))
+    bounds = {"north": north, "south": south, "east": east, "west": west}
+    header = child(
+        document, "header", **REVISION, name=name, date=provenance.date, **bounds, vendor=provenance.author
+    )  # fmt: skip
+    for code, value in (*provenance.facts.items(), *provenance.genome.items()):
+        child(header, "userData", code=code, value=value)

@@ -1,0 +1,104 @@
+"""The rules of OpenSCENARIO that its schema does not hold, or that readers are known to trip over.
+
+docs/how-to/cases-elsewhere.md tells of them. A replay is read back by our own reader as well, and held against the
+run.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from engine.interchange.contract import ExportOptions, Finding, InterchangeError
+from engine.interchange.measuring import same_run
+from engine.interchange.opendrive.check import check_opendrive
+from engine.interchange.openscenario.read import read_openscenario
+from engine.interchange.recording import RecordedCase
+from engine.interchange.xml import Tree, read_tree
+
+
+def check_openscenario(
+    case: RecordedCase, folder: Path, names: Sequence[str], options: ExportOptions
+) -> Iterator[Finding]:
+    """The rules of OpenSCENARIO; a replay is the run, to a millimetre."""
+    for name in (each for each in names if each.endswith(".xosc")):
+        yield from scenario_rules(folder, name)
+        if options.mode != "trajectory":  # maneuvers are for a simulator to play
+            continue
+        try:
+            read = read_openscenario(folder / name).recording
+        except InterchangeError as error:
+            yield Finding(error.place or name, error.message, error.cure)
+            continue
+        yield from same_run(case, read, name)
+    yield from check_opendrive(case, folder, names, options)
+
+
+def scenario_rules(folder: Path, name: str) -> Iterator[Finding]:
+    tree = read_tree(folder / name)
+    if tree.find("Storyboard") is None:  # a distribution of parameters
+        yield from _referenced(tree, folder, "ScenarioFile")
+        yield from _values(tree)
+        return
+    yield from _named_once(tree)
+    yield from _entities(tree)
+    yield from _referenced(tree, folder, "LogicFile")
+    yield from _timing(tree)
+    yield from _ends(tree)
+
+
+def _values(tree: Tree) -> Iterator[Finding]:
+    """Something is drawn or set by a file of parameter values."""
+    for tag in ("ValueSetDistribution", "ParameterValueSet", "Stochastic"):
+        for element in tree.root.iter(tag):
+            if not len(element):
+                yield tree.finding(element, f"<{tag}> holds no values", "write one case at least")
+
+
+def _named_once(tree: Tree) -> Iterator[Finding]:
+    """No two elements of one kind beside each other have the same name."""
+    for element in tree.root.iter():
+        names = Counter((child.tag, child.get("name")) for child in element if child.get("name"))
+        for (tag, name), count in names.items():
+            if count > 1:
+                yield tree.finding(element, f"{count} <{tag}> are called `{name}`", "give each a name of its own")
+
+
+def _entities(tree: Tree) -> Iterator[Finding]:
+    """Whoever is spoken of takes part."""
+    known = {each.get("name", "") for each in tree.root.iter("ScenarioObject")}
+    for element in tree.root.iter():
+        who = element.get("entityRef")
+        if who is not None and who not in known and not who.startswith("$"):
+            yield tree.finding(element, f"there is no entity `{who}`", f"known: {', '.join(sorted(known))}")
+
+
+def _referenced(tree: Tree, folder: Path, tag: str) -> Iterator[Finding]:
+    """A file that is named is there."""
+    for element in tree.root.iter(tag):
+        path = element.get("filepath", "")
+        if not (folder / path).is_file():
+            yield tree.finding(element, f"there is no file `{path}`", "put it beside this one")
+
+
+def _timing(tree: Tree) -> Iterator[Finding]:
+    """A replay keeps its times: esmini passes over those of a trajectory without <Timing> (esmini 642, 121)."""
+    for element in tree.root.iter("FollowTrajectoryAction"):
+        if element.find("TimeReference/Timing") is None:
+            yield tree.finding(element, "a trajectory without <Timing>, whose times are passed over", "give it one")
+
+
+def _ends(tree: Tree) -> Iterator[Finding]:
+    """There is an end, and the start does not come a step late."""
+    stop = tree.root.find("Storyboard/StopTrigger")
+    if stop is None or not len(stop):
+        yield tree.finding(tree.root, "it never ends: there is no StopTrigger with a condition", "give it one")
+    late = (each for each in tree.root.iter("SimulationTimeCondition") if each.get("value") in ("0", "0.0"))
+    for element in late:
+        if element.get("rule") == "greaterThan" and _version(tree) > "1.0":
+            yield tree.finding(element, "`greaterThan` 0 starts a step late", "write `greaterOrEqual`")
+
+
+def _version(tree: Tree) -> str:
+    """Of OpenSCENARIO, `1.2`."""
+    header = tree.find("FileHeader")
+    return "" if header is None else f"{header.get('revMajor')}.{header.get('revMinor')}"

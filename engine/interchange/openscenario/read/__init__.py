@@ -1,0 +1,292 @@
+"""`read_openscenario`: a scenario of timed polylines as a recording, with its road, read as if a stranger had written
+it. Versions 1.0 to 1.3.
+
+file -> xml -> parameters and catalogs put in -> entities, road -> actions in the order of time -> tracks (motion) ->
+one grid of samples, whose speeds are judged. Whatever is wrong with a file is an `InterchangeError`.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from engine.interchange.contract import InterchangeError, did_you_mean, quoted
+from engine.interchange.opendrive.read import OdrNetwork, read_opendrive
+from engine.interchange.openscenario.read.actions import (
+    TimedAction,
+    condition_name,
+    read_path,
+    stop_time,
+    timed_actions,
+)
+from engine.interchange.openscenario.read.entities import Entity, read_entities
+from engine.interchange.openscenario.read.motion import Coast, Placed, Polyline, Surroundings, Track, place
+from engine.interchange.openscenario.read.parameters import Catalogs, substituted
+from engine.interchange.openscenario.read.samples import Grid, Part, grid, part_of, states
+from engine.interchange.openscenario.read.speeds import judged
+from engine.interchange.own_metadata import FILE_PREFIX, TIME
+from engine.interchange.recording import Provenance, Recording
+from engine.interchange.xml import LIMITS, Limits, Node, read_xml
+from engine.vocabulary import State
+
+# -- actions in the order of time: a track for each entity, and remarks on what a replay leaves out --------------------
+
+
+@dataclass
+class _Stage:
+    """Where everybody is, action after action."""
+
+    road: OdrNetwork | None
+    catalogs: Catalogs
+    tracks: dict[str, Track]
+    speeds: dict[str, float] = field(default_factory=dict)
+    """Of those who begin at a speed."""
+
+    def around(self, time: float) -> Surroundings:
+        def other(name: str, node: Node) -> Placed:
+            track = self.track(name, node)
+            if (placed := track.placed_at(time)) is None:
+                raise node.error(f"where `{name[:40]}` is at {time:g} s is not known here", "place it before")
+            return placed
+
+        return Surroundings(self.road, other)
+
+    def track(self, name: str, node: Node) -> Track:
+        if name not in self.tracks:
+            raise node.error(f"nobody is called `{name[:40]}`", did_you_mean(name, self.tracks))
+        return self.tracks[name]
+
+    def does(self, timed: TimedAction) -> None:
+        track = self.track(timed.entity, timed.action)
+        self.tracks[timed.entity] = self._after(track, timed)
+
+    def _after(self, track: Track, timed: TimedAction) -> Track:
+        time, action = timed.time, timed.action
+        match action.tag:
+            case "FollowTrajectoryAction":
+                return track.with_leg(read_path(action, time, self.around(time), self.catalogs))
+            case "TeleportAction":
+                return track.with_leg(self._placed(action, timed))
+            case "AddEntityAction":
+                return track.enters(time).with_leg(self._placed(action, timed))
+            case "DeleteEntityAction":
+                return track.leaves(time)
+            case _:
+                return self._at_speed(track, timed)
+
+    def _placed(self, action: Node, timed: TimedAction) -> Coast:
+        placed = place(action.need("Position"), self.around(timed.time))
+        return Coast(timed.time, placed, self.speeds.get(timed.entity, 0.0) if timed.time == 0.0 else 0.0, self.road)
+
+    def _at_speed(self, track: Track, timed: TimedAction) -> Track:
+        target = timed.action.need("SpeedActionTarget")
+        absolute = target.find("AbsoluteTargetSpeed")
+        if absolute is None:
+            raise target.error("only an absolute speed is read here", "write <AbsoluteTargetSpeed value=…/>")
+        speed = absolute.number("value", low=-1000.0, high=1000.0)
+        self.speeds[timed.entity] = speed
+        legs = tuple(
+            Coast(leg.begin, leg.placed, speed, leg.road) if isinstance(leg, Coast) else leg for leg in track.legs
+        )
+        return Track(legs, track.absent)
+
+
+def read_tracks(
+    entities: Sequence[Entity], actions: Sequence[TimedAction], road: OdrNetwork | None, catalogs: Catalogs
+) -> tuple[list[Track], list[str]]:
+    """One track for each entity, in their order, and remarks.
+
+    Raises:
+        InterchangeError: somebody is moved otherwise than by a trajectory, or has no place.
+    """
+    stage = _Stage(road, catalogs, {entity.node.text("name"): Track() for entity in entities})
+    for timed in actions:
+        if timed.is_read:
+            stage.does(timed)
+        else:
+            stage.track(timed.entity, timed.action)
+    remarks = _of_others(stage, [timed for timed in actions if not timed.is_read])
+    steered = dict.fromkeys(timed.entity for timed in actions if _is_steered(timed.action))
+    remarks += [f"{name} may steer along its trajectory (mode `follow`); here it is on it exactly" for name in steered]
+    for entity in entities:
+        remarks += _of_track(entity, stage.tracks[entity.node.text("name")])
+    return list(stage.tracks.values()), remarks
+
+
+def _is_steered(action: Node) -> bool:
+    mode = action.find("TrajectoryFollowingMode")
+    return mode is not None and mode.text("followingMode") == "follow"
+
+
+def _of_others(stage: _Stage, actions: Sequence[TimedAction]) -> list[str]:
+    """Remarks on actions that only a simulator could work out, of those who have a trajectory, too."""
+    for timed in actions:
+        if not stage.tracks[timed.entity].follows:
+            raise timed.action.error(
+                f"`{timed.entity}` is moved by <{timed.action.tag}>, which only a simulator can work out",
+                "record the run in a simulator, and import the recording",
+            )
+    pairs = dict.fromkeys((timed.entity, timed.action.tag) for timed in actions)
+    return [f"<{tag}> of {name} is not replayed: it follows its trajectory alone" for name, tag in pairs]
+
+
+def _of_track(entity: Entity, track: Track) -> list[str]:
+    """Remarks on where a replay had to guess."""
+    name = entity.node.text("name")
+    if not track.legs:
+        raise entity.node.error(f"nothing says where `{name}` is", "place it by a TeleportAction in <Init>")
+    said = [f"{name} jumps {distance:.1f} m at {time:g} s" for time, distance in track.jumps()]
+    first = track.legs[0]
+    instant = len(entity.properties.get(TIME, "").split()) == 1  # there once, in a recording of ours
+    if isinstance(first, Coast) and first.speed and not track.follows and not instant:
+        said.append(f"{name} follows no trajectory: it goes on at {first.speed:g} m/s, along its lane where known")
+    elif isinstance(first, Polyline) and first.begin > 0.0 and not track.absent:
+        said.append(f"nothing says where {name} is before {first.begin:g} s: it waits where its trajectory begins")
+    return said
+
+
+# -- the recording -----------------------------------------------------------------------------------------------------
+
+SHORTEST_STEP = 1e-4
+"""[s]"""
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What a file says, and what it says that could not be taken over."""
+
+    recording: Recording
+    """Without contact, which `measure` finds."""
+    road: OdrNetwork | None
+    remarks: tuple[str, ...]
+
+
+def read_openscenario(
+    path: str | Path, *, ego: str | None = None, step: float | None = None, limits: Limits = LIMITS
+) -> Imported:
+    """A scenario in which everybody who moves follows a timed polyline.
+
+    Actor 0 is the entity `ego`, or who is called ego or hero, or the first. Without `step` [s] samples stand where
+    vertices do, and every 0.05 s where these are further than 0.2 s apart.
+
+    Raises:
+        InterchangeError: the file, its road or a catalog cannot be read, or it needs a simulator to be played.
+    """
+    path = Path(path)
+    _check_step(step)
+    raw = _of_kind(read_xml(path, "OpenSCENARIO", limits))
+    scenario = substituted(raw)
+    road, remarks = _read_road(scenario, path.parent, limits)
+    catalogs = Catalogs(scenario, path.parent, limits)
+    entities = read_entities(scenario, catalogs, ego)
+    storyboard = scenario.need("Storyboard")
+    tracks, said = read_tracks(entities, timed_actions(storyboard), road, catalogs)
+    end, on_end = _read_end(storyboard)
+    parts = [part_of(entity, track) for entity, track in zip(entities, tracks, strict=True)]
+    times = grid(parts, end, step, path.name)
+    parts = judged(parts, times.told)
+    recording = replace(_recording(path, parts, times), provenance=_provenance(raw, path))
+    on_motion = (remark for part in parts for remark in part.remarks)
+    return Imported(recording, road, (*remarks, *said, *on_motion, *times.remarks, *on_end))
+
+
+def _check_step(step: float | None) -> None:
+    if step is not None and not SHORTEST_STEP <= step < math.inf:
+        raise InterchangeError(f"a step of {step:g} s", f"take one of at least {SHORTEST_STEP:g} s")
+
+
+def _read_end(storyboard: Node) -> tuple[float, list[str]]:
+    """When it ends at the latest [s], and remarks on ends that only a simulator would see."""
+    end, passed_over = stop_time(storyboard)
+    names = dict.fromkeys(map(condition_name, passed_over))
+    return end, [f"the end by <{name}> is not taken over: it ends with the last vertex" for name in names]
+
+
+def _of_kind(root: Node) -> Node:
+    """The file itself, if it is a scenario of a version that is read here."""
+    header = root.need("FileHeader")
+    major, minor = header.text("revMajor"), header.text("revMinor", "0")
+    if major != "1":
+        raise header.error(
+            f"this is OpenSCENARIO {quoted(major)[1:-1]}.{quoted(minor)[1:-1]}", "1.0 to 1.3 are read: convert it"
+        )
+    for tag, kind in (("Catalog", "a catalog"), ("ParameterValueDistribution", "a distribution of parameters")):
+        if (node := root.find(tag)) is not None:
+            raise node.error(f"this is {kind}, not a scenario", "name the .xosc that uses it")
+    return root
+
+
+def _read_road(scenario: Node, folder: Path, limits: Limits) -> tuple[OdrNetwork | None, list[str]]:
+    """The road that the scenario names, looked for beside it."""
+    network = scenario.find("RoadNetwork")
+    lights = network.find("TrafficSignals") if network else None
+    remarks = ["its traffic lights are not taken over"] if lights and lights.children else []
+    node = network.find("LogicFile") if network else None
+    name = node.text("filepath").replace("\\", "/") if node else ""
+    if node is None or not name:
+        return None, remarks
+    if "://" in name:
+        raise node.error(f"the road {quoted(name)} lies elsewhere, and nothing is fetched", "put the .xodr beside it")
+    if not Path(name).suffix:
+        return None, [*remarks, f"the road {quoted(name)} is the name of a map, not a file: it is not read"]
+    road = read_opendrive(_beside(node, folder, name), limits)
+    return road, [*remarks, *road.remarks, "whether anybody leaves the road is not judged: that needs a road of ours"]
+
+
+def _beside(node: Node, folder: Path, name: str) -> Path:
+    """Where the road file is: where the scenario says, or in the scenario's own folder."""
+    for candidate in (folder / name, folder / Path(name).name):
+        try:
+            if candidate.exists():
+                return candidate
+        except (OSError, ValueError):
+            continue
+    try:
+        others = [path.name for path in folder.glob("*.xodr")]
+    except OSError:
+        others = []
+    near = did_you_mean(Path(name).name, others)
+    cure = near or "put it beside the scenario, or take <LogicFile> out if all positions are world positions"
+    raise node.error(f"the road file {quoted(name)} is not there", cure)
+
+
+def _recording(path: Path, parts: Sequence[Part], times: Grid) -> Recording:
+    return Recording(
+        name=path.stem or "imported",
+        actors=tuple(part.entity.actor for part in parts),
+        time=times.times,
+        states=np.stack([states(part, times.times) for part in parts], axis=1),
+        step=times.step,
+        commands=all(map(_carries_commands, parts)),
+    )
+
+
+def _carries_commands(part: Part) -> bool:
+    return part.believed and part.carried is not None and State.STEER in part.carried.columns
+
+
+def _title(description: str, facts: Mapping[str, str]) -> str:
+    """Our own descriptions go on with the facts, which stand in parameters, too."""
+    return description.split(f" - {next(iter(facts))}: ")[0] if facts else description
+
+
+def _provenance(root: Node, path: Path) -> Provenance:
+    """What the header says, and what our own files say of themselves in parameters."""
+    header = root.need("FileHeader")
+    declarations = root.find("ParameterDeclarations")
+    declared = {
+        row.text("name"): row.text("value", "")
+        for row in (declarations.every("ParameterDeclaration") if declarations else [])
+    }
+    facts = {name.removeprefix(FILE_PREFIX): value for name, value in declared.items() if name.startswith(FILE_PREFIX)}
+    genome = {name: value for name, value in declared.items() if not name.startswith(FILE_PREFIX)} if facts else {}
+    version = f"OpenSCENARIO 1.{header.text('revMinor', '0')[:3]}"
+    return Provenance(
+        title=_title(header.text("description", ""), facts)[:500],
+        author=header.text("author", "")[:100],
+        date=header.text("date", "")[:40] or Provenance().date,
+        facts={**facts, "read from": path.name, "format": version},
+        genome=genome,
+    )

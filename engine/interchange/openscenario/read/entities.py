@@ -1,0 +1,191 @@
+"""Who takes part: `ScenarioObject` elements as actors, and what our own files say of them besides.
+
+Lengths in metres. The reference point is the middle of the rear axle on the ground, and `BoundingBox/Center` says
+where the middle of the outline lies from there (ASAM OpenSCENARIO XML 1.2, classes BoundingBox and Axles).
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+from engine.interchange import own_metadata
+from engine.interchange.contract import InterchangeError, did_you_mean
+from engine.interchange.openscenario.read.parameters import Catalogs
+from engine.interchange.recording import MOST_ACTORS, RecordedActor
+from engine.interchange.xml import Node
+from engine.vehicles import MODELS
+from engine.vocabulary import ActorKind
+
+EGO_NAMES = ("ego", "hero", "ego_vehicle", "egovehicle")
+"""What the ego is called, by esmini, by CARLA and by others; small letters."""
+CATEGORIES: Mapping[str, ActorKind] = MappingProxyType(
+    {
+        "car": ActorKind.CAR,
+        "van": ActorKind.CAR,
+        "truck": ActorKind.TRUCK,
+        "semitrailer": ActorKind.TRUCK,
+        "trailer": ActorKind.TRUCK,
+        "bus": ActorKind.BUS,
+        "tram": ActorKind.BUS,
+        "train": ActorKind.BUS,
+        "motorbike": ActorKind.MOTORCYCLE,
+        "bicycle": ActorKind.BICYCLE,
+    }
+)
+EGO = "ego_vehicle"
+"""What the property `type` of the ego is, by which CARLA's ScenarioRunner finds it."""
+LONGEST = 1000.0
+"""Of an outline [m]; a wall may be long."""
+
+
+@dataclass(frozen=True)
+class Entity:
+    """One who takes part, where its outline lies from its reference point, and its `cortexc.…` properties."""
+
+    actor: RecordedActor
+    forward: float
+    left: float
+    properties: Mapping[str, str]
+    node: Node
+    is_ego: bool
+    """Whether its property `type` says so."""
+
+
+def read_entities(scenario: Node, catalogs: Catalogs, ego: str | None) -> list[Entity]:
+    """All of them, the ego first.
+
+    Raises:
+        InterchangeError: there are none, too many, two of one name, or one without an outline.
+    """
+    objects = scenario.need("Entities").every("ScenarioObject")
+    if not objects:
+        raise scenario.need("Entities").error("nobody takes part", "write <ScenarioObject> elements")
+    if len(objects) > MOST_ACTORS:
+        raise objects[-1].error(f"{len(objects):,} take part", f"leave at most {MOST_ACTORS:,}")
+    by_name: dict[str, Entity] = {}
+    for node in objects:
+        name = node.text("name")
+        if name in by_name:
+            raise node.error(f"two take part as `{name}`", f"rename one; see {by_name[name].node.place}")
+        by_name[name] = _entity(node, name, catalogs)
+    entities = _renamed(list(by_name.values()))
+    first = _ego(entities, ego, scenario)
+    return [first, *(each for each in entities if each is not first)]
+
+
+def _renamed(entities: list[Entity]) -> list[Entity]:
+    """Under the names that our own files remember, since other readers take few letters only."""
+    names = [own_metadata.name_in(entity.properties, entity.actor.name) for entity in entities]
+    if len(set(names)) < len(names):
+        return entities
+    return [replace(e, actor=replace(e.actor, name=name)) for e, name in zip(entities, names, strict=True)]
+
+
+def _ego(entities: list[Entity], ego: str | None, scenario: Node) -> Entity:
+    """The one of that name, as it is shown or else as it stands in the file; without a name, see `_usual_ego`."""
+    shown, written = ([name(each) for each in entities] for name in (_shown_name, _written_name))
+    if ego is None:
+        return _usual_ego(entities)
+    for names in (shown, written):
+        if ego in names:
+            return entities[names.index(ego)]
+    raise InterchangeError(f"nobody is called `{ego}`", did_you_mean(ego, [*shown, *written]), scenario.file)
+
+
+def _usual_ego(entities: list[Entity]) -> Entity:
+    """The one that the file calls so by a property, as ScenarioRunner wants it; in our own files the first; else the
+    one of a usual name, or the first.
+    """
+    if (said := next((each for each in entities if each.is_ego), None)) is not None:
+        return said
+    if any(own_metadata.NAME in each.properties for each in entities):
+        return entities[0]
+    return next((each for each in entities if _written_name(each).casefold() in EGO_NAMES), entities[0])
+
+
+def _shown_name(entity: Entity) -> str:
+    return entity.actor.name
+
+
+def _written_name(entity: Entity) -> str:
+    return entity.node.text("name")
+
+
+def _entity(node: Node, name: str, catalogs: Catalogs) -> Entity:
+    body = next((child for child in node.children if child.tag in ("CatalogReference", *BODIES)), None)
+    if body is None:
+        found = f"<{node.children[0].tag}>" if node.children else "nothing"
+        raise node.error(f"`{name}` is {found}, which is not read here", f"write one of {', '.join(BODIES)}")
+    if body.tag == "CatalogReference":
+        body = catalogs.entry(body)
+    if body.tag not in BODIES:
+        raise body.error(f"`{name}` is a <{body.tag}>, which takes no part", f"name one of {', '.join(BODIES)}")
+    said = _properties(body)
+    kind = _kind(body, said)
+    box = body.need("BoundingBox", "Center")
+    forward = box.number("x", low=-LONGEST, high=LONGEST)
+    actor = replace(_actor(name, kind, body, forward), **own_metadata.fields_in(said))
+    is_ego = any(row.text("name") == "type" and row.text("value") == EGO for row in _rows(body))
+    return Entity(actor, forward, box.number("y", low=-LONGEST, high=LONGEST), said, node, is_ego)
+
+
+def _properties(body: Node) -> dict[str, str]:
+    rows = _rows(body)
+    return {row.text("name"): row.text("value") for row in rows if row.text("name").startswith(own_metadata.PREFIX)}
+
+
+def _rows(body: Node) -> list[Node]:
+    return (body.find("Properties") or body).every("Property")
+
+
+def _kind(body: Node, said: own_metadata.Properties) -> ActorKind:
+    """Of an element; our own files say theirs."""
+    if (kind := own_metadata.kind_in(said)) is not None:
+        return kind
+    if body.tag != "Vehicle":
+        return BODIES[body.tag]
+    category = body.text("vehicleCategory")
+    if category not in CATEGORIES:
+        raise body.error(f"there is no vehicle category `{category[:40]}`", did_you_mean(category, CATEGORIES))
+    return CATEGORIES[category]
+
+
+def _actor(name: str, kind: ActorKind, body: Node, forward: float) -> RecordedActor:
+    size, model = body.need("BoundingBox", "Dimensions"), MODELS[kind]
+    performance = body.find("Performance") or Node("Performance", {}, body.file, body.line)
+    return RecordedActor(
+        name=name,
+        kind=kind,
+        length=size.number("length", low=SMALLEST, high=LONGEST),
+        width=size.number("width", low=SMALLEST, high=LONGEST),
+        rear_to_center=forward,
+        wheelbase=_wheelbase(body, model.wheelbase),
+        mass=body.number("mass", model.mass, low=0.0) or model.mass,
+        max_acceleration=performance.number("maxAcceleration", model.max_acceleration, low=0.0, high=math.inf),
+        max_braking=performance.number("maxDeceleration", model.max_braking, low=0.0, high=math.inf),
+        max_steer=_max_steer(body, model.max_steer),
+        max_speed=performance.number("maxSpeed", model.max_speed, low=0.0, high=math.inf),
+    )
+
+
+def _wheelbase(body: Node, default: float) -> float:
+    front, rear = body.find("Axles", "FrontAxle"), body.find("Axles", "RearAxle")
+    if front is None or rear is None:
+        return default
+    between = front.number("positionX") - rear.number("positionX")
+    return between if SMALLEST <= between <= LONGEST else default
+
+
+def _max_steer(body: Node, default: float) -> float:
+    """Of the front axle [rad]; more than a right angle is another unit, or a steering wheel's."""
+    front = body.find("Axles", "FrontAxle")
+    steer = front.number("maxSteering", default, low=0.0) if front else default
+    return steer if steer <= math.pi / 2 else default
+
+
+SMALLEST = 1e-6
+"""Of an outline, or between two axles [m]."""
+BODIES: Mapping[str, ActorKind] = MappingProxyType(
+    {"Vehicle": ActorKind.CAR, "Pedestrian": ActorKind.PEDESTRIAN, "MiscObject": ActorKind.OBSTACLE}
+)

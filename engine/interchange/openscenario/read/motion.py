@@ -1,0 +1,321 @@
+"""Where an entity's reference point is: a `Position` of OpenSCENARIO as a pose, and its motion as legs over time.
+
+A leg is a timed polyline, or coasting: on along the lane where that is known, else straight on, at a constant speed.
+Between two vertices position and heading run linearly (esmini's mode `segment`). Metres, seconds, radians.
+
+Source: ASAM OpenSCENARIO XML 1.2, classes WorldPosition, LanePosition, RoadPosition and their relatives.
+"""
+
+import bisect
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+from engine.interchange.opendrive.geometry import Pose
+from engine.interchange.opendrive.read import OdrNetwork
+from engine.interchange.xml import Node
+from engine.tables import Floats
+
+# -- positions ---------------------------------------------------------------------------------------------------------
+
+
+class RoadPlace(NamedTuple):
+    """Where on a road: on a lane and so far left of its middle, or without a lane left of the reference line."""
+
+    road: str
+    lane: int | None
+    s: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A pose, and what is known besides."""
+
+    pose: Pose
+    """Its heading is the one given, or else the one that follows from the place."""
+    given: bool
+    """Whether the file says a heading."""
+    on_road: RoadPlace | None = None
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What positions may refer to."""
+
+    road: OdrNetwork | None
+    others: Callable[[str, Node], Placed]
+    """Where an entity is at that time; the node is who asks."""
+
+
+def place(position: Node, around: Surroundings) -> Placed:
+    """Where a `Position` lies.
+
+    Raises:
+        InterchangeError: of a kind that is not read here, off the network, or relative to what is not known.
+    """
+    node = position.only()
+    if node.tag not in KINDS:
+        raise node.error(f"<{node.tag}> is not read here", f"write one of {', '.join(KINDS)}")
+    return KINDS[node.tag](node, around)
+
+
+def _world(node: Node, _: Surroundings) -> Placed:
+    given = "h" in node.attributes
+    return Placed(Pose(node.number("x"), node.number("y"), node.number("h", 0.0, *ANGLES)), given)
+
+
+def _lane(node: Node, around: Surroundings) -> Placed:
+    lane = RoadPlace(node.text("roadId"), node.integer("laneId"), node.number("s"), _offset(node, "offset", 0.0))
+    return _on_road(lane, node, around)
+
+
+def _road(node: Node, around: Surroundings) -> Placed:
+    return _on_road(RoadPlace(node.text("roadId"), None, node.number("s"), _offset(node, "t")), node, around)
+
+
+def _on_road(where: RoadPlace, node: Node, around: Surroundings) -> Placed:
+    if around.road is None:
+        raise node.error(
+            f"<{node.tag}> needs the road, and the file names none that could be read",
+            "name the .xodr in <RoadNetwork><LogicFile filepath=…/>",
+        )
+    return _oriented(around.road.pose(*where, place=node.place), node, where)
+
+
+def _relative_object(node: Node, around: Surroundings) -> Placed:
+    other = around.others(node.text("entityRef"), node).pose
+    return _oriented(other.moved(_offset(node, "dx"), _offset(node, "dy")), node)
+
+
+def _relative_world(node: Node, around: Surroundings) -> Placed:
+    other = around.others(node.text("entityRef"), node).pose
+    return _oriented(Pose(other.x + _offset(node, "dx"), other.y + _offset(node, "dy"), other.heading), node)
+
+
+def _relative_lane(node: Node, around: Surroundings) -> Placed:
+    where, lane = _other_on_road(node, around), node.integer("dLane")
+    if where.lane is None:
+        raise node.error("the other's lane is not known", "write a LanePosition")
+    ds = _offset(node, "ds" if "ds" in node.attributes else "dsLane")
+    moved = RoadPlace(where.road, _counted(where.lane, lane), where.s + ds, _offset(node, "offset", 0.0))
+    return _on_road(moved, node, around)
+
+
+def _relative_road(node: Node, around: Surroundings) -> Placed:
+    where = _other_on_road(node, around)
+    if where.lane is not None:
+        row = around.road.road(where.road, node.place) if around.road else None
+        where = where._replace(lane=None, offset=where.offset + (row.center(where.lane, where.s) if row else 0.0))
+    moved = where._replace(s=where.s + _offset(node, "ds"), offset=where.offset + _offset(node, "dt"))
+    return _on_road(moved, node, around)
+
+
+def _other_on_road(node: Node, around: Surroundings) -> RoadPlace:
+    name = node.text("entityRef")
+    where = around.others(name, node).on_road
+    if where is None:
+        raise node.error(
+            f"where on the road `{name[:40]}` is then is not known here",
+            "write a LanePosition or a WorldPosition; relative ones are read where the other stands where it was put",
+        )
+    return where
+
+
+def _counted(lane: int, change: int) -> int:
+    """A lane so many to the left of another; there is no lane 0 to drive on."""
+    target = lane + change
+    return target if (target > 0) == (lane > 0) and target else target + (1 if change > 0 else -1)
+
+
+def _oriented(pose: Pose, node: Node, where: RoadPlace | None = None) -> Placed:
+    """The pose with the element's `Orientation`: relative to the place's own heading, or absolute."""
+    orientation = node.find("Orientation")
+    if orientation is None or "h" not in orientation.attributes:
+        return Placed(pose, False, where)
+    heading = orientation.number("h", None, *ANGLES)
+    if orientation.text("type", "absolute") == "relative":
+        heading += pose.heading
+    return Placed(pose._replace(heading=heading), True, where)
+
+
+def _offset(node: Node, name: str, default: float | None = None) -> float:
+    return node.number(name, default, -FARTHEST, FARTHEST)
+
+
+ANGLES = (-1e4, 1e4)
+FARTHEST = 1e5
+"""From a road or from somebody [m]: further away is another place."""
+KINDS: Mapping[str, Callable[[Node, Surroundings], Placed]] = MappingProxyType(
+    {
+        "WorldPosition": _world,
+        "LanePosition": _lane,
+        "RoadPosition": _road,
+        "RelativeObjectPosition": _relative_object,
+        "RelativeWorldPosition": _relative_world,
+        "RelativeLanePosition": _relative_lane,
+        "RelativeRoadPosition": _relative_road,
+    }
+)
+
+# -- tracks ------------------------------------------------------------------------------------------------------------
+
+STANDING = 0.05
+"""Slower than this nobody drives on after a trajectory [m/s]."""
+SAME_PLACE = 1e-6
+"""Nearer vertices give no direction [m]."""
+JUMP = 0.5
+"""From one leg to the next, further than this is worth a remark [m]."""
+
+
+@dataclass(frozen=True)
+class Coast:
+    """From a place on at a constant speed, from `begin` on."""
+
+    begin: float
+    placed: Placed
+    speed: float
+    road: OdrNetwork | None = None
+
+    def placed_at(self, time: float) -> Placed:
+        """Where it is then; on a lane as long as that lasts."""
+        way = self.speed * max(time - self.begin, 0.0)
+        where = self.placed.on_road
+        if way == 0.0:
+            return self.placed
+        if where is None or self.road is None:
+            return Placed(self.placed.pose.moved(way, 0.0), True)
+        return self._along(where, way, self.road)
+
+    def _along(self, where: RoadPlace, way: float, network: OdrNetwork) -> Placed:
+        road = network.roads[where.road]
+        turn = self.placed.pose.heading - network.pose(*where).heading
+        back = math.cos(self.placed.pose.heading - road.reference(where.s).heading) < 0.0
+        wanted = where.s - way if back else where.s + way
+        s = min(max(wanted, 0.0), road.length)
+        lanes = road.section(s).lanes
+        if where.lane and where.lane not in lanes:  # the lane ends here: straight on
+            return Placed(self.placed.pose.moved(way, 0.0), True)
+        pose = network.pose(where.road, where.lane, s, where.offset)
+        pose = pose._replace(heading=pose.heading + turn)
+        left = abs(wanted - s)
+        return Placed(pose.moved(left, 0.0), True, None if left else where._replace(s=s))
+
+    def at(self, times: Floats) -> Floats:
+        """(times, 3) poses."""
+        if self.speed == 0.0:
+            return np.tile(np.array(self.placed.pose, dtype=np.float64), (len(times), 1))
+        return np.array([self.placed_at(time).pose for time in times.tolist()], dtype=np.float64).reshape(-1, 3)
+
+
+@dataclass(frozen=True)
+class Polyline:
+    """A timed polyline, from `begin` on; it waits at its first vertex, and coasts beyond its last."""
+
+    begin: float
+    times: Floats
+    """(vertices,) ascending."""
+    poses: Floats
+    """(vertices, 3), headings unwrapped."""
+    end_speed: float
+
+    @property
+    def _coast(self) -> Coast:
+        return Coast(float(self.times[-1]), Placed(Pose(*self.poses[-1].tolist()), True), self.end_speed)
+
+    def placed_at(self, time: float) -> Placed:
+        return Placed(Pose(*self.at(np.array([time]))[0].tolist()), True)
+
+    def at(self, times: Floats) -> Floats:
+        """(times, 3) poses."""
+        poses = np.column_stack([np.interp(times, self.times, column) for column in self.poses.T])
+        after = times > self.times[-1]
+        if self.end_speed and after.any():
+            poses[after] = self._coast.at(times[after])
+        return poses
+
+
+@dataclass(frozen=True)
+class Track:
+    """All legs of one entity, in order, and when it comes and goes."""
+
+    legs: tuple[Coast | Polyline, ...] = ()
+    absent: tuple[tuple[float, float], ...] = ()
+    """Times from which (inclusive) and until when (exclusive) it is not there."""
+
+    @property
+    def follows(self) -> bool:
+        return any(isinstance(leg, Polyline) for leg in self.legs)
+
+    def with_leg(self, leg: Coast | Polyline) -> "Track":
+        return replace(self, legs=(*self.legs, leg))
+
+    def leaves(self, time: float) -> "Track":
+        return replace(self, absent=(*self.absent, (time, math.inf)))
+
+    def enters(self, time: float) -> "Track":
+        """From then on it is there again; who was never said to have left was not there before."""
+        last = self.absent[-1][0] if self.absent else -math.inf
+        return replace(self, absent=(*self.absent[:-1], (last, time)))
+
+    def placed_at(self, time: float) -> Placed | None:
+        """Where it is then, or None where nothing says so."""
+        begun = bisect.bisect_right(self.legs, time, key=lambda leg: leg.begin)
+        return self.legs[begun - 1].placed_at(time) if begun else None
+
+    def poses(self, times: Floats) -> Floats:
+        """(times, 3) poses with headings that run on; before its first leg it waits where that begins."""
+        leg_of = np.searchsorted([leg.begin for leg in self.legs[1:]], times, "right")
+        poses = np.empty((len(times), 3))
+        for number, leg in enumerate(self.legs):
+            poses[leg_of == number] = leg.at(times[leg_of == number])
+        poses[:, 2] = np.unwrap(poses[:, 2])
+        return poses
+
+    def there(self, times: Floats) -> np.ndarray:
+        """(times,) whether it takes part."""
+        there = np.ones(len(times), dtype=bool)
+        for start, end in self.absent:
+            there &= (times < start) | (times >= end)
+        return there
+
+    def jumps(self) -> list[tuple[float, float]]:
+        """Times and distances of legs that begin elsewhere than the last one led, while it is there."""
+        found, entries = [], {end for _, end in self.absent}
+        for before, leg in zip(self.legs, self.legs[1:], strict=False):
+            moment = max(leg.begin, float(leg.times[0])) if isinstance(leg, Polyline) else leg.begin
+            here, now = before.placed_at(leg.begin).pose, leg.placed_at(moment).pose
+            distance = math.hypot(now.x - here.x, now.y - here.y)
+            put_again = leg.begin == 0.0 and isinstance(leg, Coast)
+            if distance > JUMP and not put_again and leg.begin not in entries:
+                found.append((leg.begin, distance))
+        return found
+
+
+def along_polyline(poses: Floats, given: Sequence[bool], node: Node) -> Floats:
+    """Poses whose missing headings are those of the way to the next vertex elsewhere, as esmini has it.
+
+    Given ones are turned by whole turns to be next to the one before.
+    """
+    ways = np.diff(poses[:, :2], axis=0)
+    moving = np.flatnonzero(np.hypot(ways[:, 0], ways[:, 1]) > SAME_PLACE)
+    if not len(moving) and not all(given):
+        raise node.error("a trajectory at one place has no direction", "write a heading into each vertex")
+    headings = poses[:, 2].copy()
+    for vertex in np.flatnonzero(~np.asarray(given, dtype=bool)).tolist():
+        way = ways[moving[min(int(np.searchsorted(moving, vertex)), len(moving) - 1)]]
+        headings[vertex] = math.atan2(way[1], way[0])
+    return np.column_stack([poses[:, :2], np.unwrap(headings)])
+
+
+def final_speed(times: Floats, poses: Floats) -> float:
+    """Signed speed over the last segment; 0 for a single vertex or who stands."""
+    if len(times) < 2:
+        return 0.0
+    way = poses[-1, :2] - poses[-2, :2]
+    speed = float(way @ [math.cos(poses[-1, 2]), math.sin(poses[-1, 2])]) / float(times[-1] - times[-2])
+    return speed if abs(speed) > STANDING else 0.0

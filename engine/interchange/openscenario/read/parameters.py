@@ -1,0 +1,200 @@
+"""What stands elsewhere in a scenario, put in before anything else is read: `$name`, `${arithmetic}`, entries of
+catalogs.
+
+Source: ASAM OpenSCENARIO XML 1.2, user guide, "Parameters" and "Expressions".
+"""
+
+import ast
+import math
+import operator
+import re
+from collections import ChainMap
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from engine.interchange.contract import InterchangeError, did_you_mean, quoted
+from engine.interchange.xml import NUMBER, Limits, Node, read_xml
+
+NAME = re.compile(r"\$([A-Za-z_]\w*)", re.ASCII)
+NOTHING: Mapping[str, str] = MappingProxyType({})
+LONGEST = 500
+"""Letters of an expression."""
+Scope = ChainMap[str, str]
+"""Values by name, innermost first; a chain, so that many small scopes in a large one cost little."""
+
+OPERATORS: Mapping[type[ast.operator], Callable[[float, float], float]] = MappingProxyType(
+    {
+        ast.Add: operator.add,
+        ast.Sub: operator.sub,
+        ast.Mult: operator.mul,
+        ast.Div: operator.truediv,
+        ast.Mod: math.fmod,
+    }
+)
+FUNCTIONS: Mapping[str, Callable[..., Any]] = MappingProxyType(
+    {
+        "pow": math.pow,
+        "sqrt": math.sqrt,
+        "abs": abs,
+        "min": min,
+        "max": max,
+        "round": round,
+        "floor": math.floor,
+        "ceil": math.ceil,
+        "sign": lambda x: math.copysign(1.0, x) if x else 0.0,
+        "sin": math.sin,
+        "cos": math.cos,
+        "tan": math.tan,
+        "asin": math.asin,
+        "acos": math.acos,
+        "atan": math.atan,
+    }
+)
+
+
+def substituted(node: Node, scope: Scope | None = None, assigned: Mapping[str, str] = NOTHING) -> Node:
+    """The same element with every parameter put in; `assigned` are values that replace declared ones.
+
+    Raises:
+        InterchangeError: a parameter that nobody declares, or an expression that is none.
+    """
+    scope = ChainMap() if scope is None else scope
+    attributes = {name: resolved(text, scope, node) for name, text in node.attributes.items()}
+    if (declarations := node.find("ParameterDeclarations")) is not None:
+        scope = _declared(declarations, scope, assigned)
+    children = [child if child.tag == "ParameterDeclarations" else substituted(child, scope) for child in node.children]
+    if attributes == node.attributes and all(a is b for a, b in zip(children, node.children, strict=True)):
+        return node
+    return replace(node, attributes=attributes, children=children)
+
+
+def _declared(declarations: Node, scope: Scope, assigned: Mapping[str, str]) -> Scope:
+    known = scope.new_child()
+    for row in declarations.every("ParameterDeclaration"):
+        name = row.text("name")
+        known[name] = assigned[name] if name in assigned else resolved(row.text("value"), known, row)
+    return known
+
+
+def resolved(text: str, scope: Mapping[str, str], node: Node) -> str:
+    """The text of one attribute with its parameter or expression worked out."""
+    if not text.startswith("$"):
+        return text
+    if text.startswith("${") and text.endswith("}"):
+        return repr(_worked_out(text[2:-1], scope, node))
+    if NAME.fullmatch(text):
+        return _value(text[1:], scope, node)
+    return text
+
+
+def _value(name: str, scope: Mapping[str, str], node: Node) -> str:
+    if name not in scope:
+        cure = did_you_mean(name, scope) or "declare it in <ParameterDeclarations>"
+        raise node.error(f"there is no parameter `${name[:40]}`", cure)
+    return scope[name]
+
+
+def _worked_out(text: str, scope: Mapping[str, str], node: Node) -> float:
+    """The value of the inside of `${…}`. Arithmetic is on floats only, so that no number can grow without bound."""
+    wrong = node.error(f"the expression ${{{quoted(text)[1:-1]}}} cannot be worked out", "write a number")
+    values: dict[str, float] = {}
+
+    def parameter(match: re.Match[str]) -> str:
+        value = _value(match[1], scope, node)
+        if not NUMBER.fullmatch(value):
+            raise node.error(f"the parameter `{match[0]}` is {quoted(value)}, no number", "declare it as a number")
+        values[f"parameter{len(values)}"] = float(value)
+        return f"(parameter{len(values) - 1})"
+
+    if len(text) > LONGEST:
+        raise wrong
+    try:
+        tree = ast.parse(NAME.sub(parameter, text).strip(), mode="eval")
+        value = float(_evaluated(tree.body, {**values, "pi": math.pi, "PI": math.pi, "e": math.e}))
+    except (SyntaxError, ValueError, TypeError, ArithmeticError, RecursionError, MemoryError, KeyError):
+        raise wrong from None
+    if not math.isfinite(value):
+        raise wrong
+    return value
+
+
+def _evaluated(tree: ast.expr, values: Mapping[str, float]) -> float:
+    match tree:
+        case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
+            return float(value)
+        case ast.Name(id=name):
+            return values[name]
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            return -_evaluated(operand, values)
+        case ast.UnaryOp(op=ast.UAdd(), operand=operand):
+            return _evaluated(operand, values)
+        case ast.BinOp(left=left, op=op, right=right):
+            return OPERATORS[type(op)](_evaluated(left, values), _evaluated(right, values))
+        case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
+            return float(FUNCTIONS[name](*(_evaluated(argument, values) for argument in arguments)))
+        case _:
+            raise ValueError(tree)
+
+
+# -- entries of catalogs that stand beside a scenario, with their parameters put in ------------------------------------
+
+MOST_FILES = 100
+"""Of one catalog folder."""
+
+
+class Catalogs:
+    """The catalog files that a scenario's `CatalogLocations` name, read when somebody asks."""
+
+    def __init__(self, scenario: Node, folder: Path, limits: Limits) -> None:
+        self._folders = [
+            folder / node.text("path").replace("\\", "/")
+            for node in (scenario.find("CatalogLocations") or scenario).walk()
+            if node.tag == "Directory"
+        ]
+        self._limits = limits
+        self._read: dict[str, Node] | None = None
+
+    def entry(self, reference: Node) -> Node:
+        """The element that a `CatalogReference` names, its parameters assigned.
+
+        Raises:
+            InterchangeError: no such catalog or entry, said by name.
+        """
+        catalog, entry = reference.text("catalogName"), reference.text("entryName")
+        if self._read is None:
+            self._read = dict(self._files())
+        if catalog not in self._read:
+            cure = did_you_mean(catalog, self._read) or "put the catalog there, or write the element in its place"
+            raise reference.error(f"the catalog {quoted(catalog)} is not beside the scenario", cure)
+        rows = {node.attributes.get("name", ""): node for node in self._read[catalog].children}
+        if entry not in rows:
+            raise reference.error(
+                f"{quoted(catalog)} has no entry {quoted(entry)}", did_you_mean(entry, rows) or "fill it"
+            )
+        assignments = reference.find("ParameterAssignments")
+        rows_assigned = assignments.every("ParameterAssignment") if assignments else []
+        assigned = {row.text("parameterRef").lstrip("$"): row.text("value") for row in rows_assigned}
+        return substituted(rows[entry], assigned=assigned)
+
+    def _files(self) -> Iterator[tuple[str, Node]]:
+        """Catalogs by name, and by the name of their file, which some writers refer to."""
+        for folder in self._folders:
+            for path in self._paths(folder):
+                root = read_xml(path, "OpenSCENARIO", self._limits)
+                if (catalog := root.find("Catalog")) is not None:
+                    yield path.stem, catalog
+                    yield catalog.text("name"), catalog
+
+    def _paths(self, folder: Path) -> list[Path]:
+        try:
+            paths = sorted(folder.glob("*.xosc"))
+        except (OSError, ValueError):
+            return []
+        if len(paths) > MOST_FILES:
+            raise InterchangeError(
+                f"there are {len(paths)} catalogs", f"keep at most {MOST_FILES} in one folder", folder.name
+            )
+        return paths

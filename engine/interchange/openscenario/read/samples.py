@@ -1,0 +1,220 @@
+"""From tracks to a recording's samples: one grid of times for all, and everybody's state on it."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from engine.interchange.contract import InterchangeError
+from engine.interchange.openscenario.read.entities import Entity
+from engine.interchange.openscenario.read.motion import Polyline, Track
+from engine.interchange.own_metadata import Carried, near, read_carried, step_in
+from engine.interchange.recording import SAME_INSTANT
+from engine.tables import Floats
+from engine.vocabulary import State
+
+COARSE = 0.2
+"""Vertices further apart than this [s] get samples in between, every `FINE`."""
+FINE = 0.05
+SOON = 0.002
+"""A trigger this close before a sample means that sample [s]: 1.0 can only say "later than a moment before"."""
+FEW = 5
+"""Fewer samples than this may all stand at uneven distances, where contact comes within a step."""
+COARSEST = 10.0
+"""No step is longer [s]."""
+MOST_NUMBERS = 2_000_000
+"""Samples times actors; twenty actors over 80 minutes at 20 Hz."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One entity's part in a recording: who, where when, and what its own file says besides."""
+
+    entity: Entity
+    track: Track
+    carried: Carried | None
+    """Its samples, if their times fit those of the vertices."""
+    believed: bool = False
+    """Whether the speeds and commands at these samples fit, too: see `reading.judging`."""
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def times(self) -> Floats:
+        """Of its vertices and samples, ascending."""
+        times = [leg.times for leg in self.track.legs if isinstance(leg, Polyline)]
+        return _merged(np.concatenate([*times, np.zeros(0) if self.carried is None else self.carried.time]))
+
+    def there(self, times: Floats) -> np.ndarray:
+        """Whether the entity takes part at each time."""
+        return self.track.there(times) if self.carried is None else self.carried.there(times)
+
+
+def part_of(entity: Entity, track: Track) -> Part:
+    """One entity's part, before what it carries is held against its vertices."""
+    carried = read_carried(entity.properties)
+    if carried is None:
+        return Part(entity, track, None)
+    paths = [leg for leg in track.legs if isinstance(leg, Polyline)]
+    if all(near(carried.time, path.times).all() for path in paths):
+        return Part(entity, track, carried)
+    said = "the speeds it carries do not fit its vertices, which are believed: they are of other times"
+    return Part(entity, track, None, remarks=(f"{entity.actor.name}: {said}",))
+
+
+class Grid(NamedTuple):
+    """Times of all samples [s]."""
+
+    told: Floats
+    """Those at which the file says something of somebody, from 0 to the end."""
+    times: Floats
+    """These, and with a step that is asked for, or where they are far apart, whole steps."""
+    step: float
+    """Of the recording [s]."""
+    remarks: tuple[str, ...] = ()
+
+
+def grid(parts: Sequence[Part], end: float, step: float | None, file: str) -> Grid:
+    """The times of all vertices, of all samples that our own files carry, and of actions.
+
+    Raises:
+        InterchangeError: no times at all, or more samples than memory should hold.
+    """
+    told = _told_times(parts, end, file)
+    spacing, usual = _spacing(parts)
+    said, remarks = _said_step(parts, told)
+    times, wanted = told, step or said
+    if wanted is None and usual > COARSE:
+        wanted, step = FINE, FINE
+    if step is not None:
+        times = _with_steps(told, step, len(parts), file)
+    _check_size(len(times), len(parts), file)
+    return Grid(told, times, wanted or spacing, () if step else remarks)
+
+
+def usual_step(parts: Sequence[Part]) -> float:
+    """The most common distance of two samples that our own files carry [s]; infinite where there are not two."""
+    times = _merged(np.concatenate([np.zeros(0), *(part.carried.time for part in parts if part.carried)]))
+    return _most_common(np.diff(times)) if len(times) > 1 else math.inf
+
+
+def _said_step(parts: Sequence[Part], told: Floats) -> tuple[float | None, tuple[str, ...]]:
+    """The step that a file of ours says, if its samples stand so far apart, as far as few of them can tell."""
+    said = dict.fromkeys(step for part in parts if (step := step_in(part.entity.properties)) is not None)
+    usual = usual_step(parts)
+    few = len(told) < FEW
+    fitting = [
+        step
+        for step in said
+        if math.isclose(step, usual, rel_tol=1e-6) or (few and step < COARSEST and (step > usual or usual == math.inf))
+    ]
+    wrong = [step for step in said if step not in fitting]
+    if not wrong:
+        return (fitting[0] if fitting else None), ()
+    taken = fitting[0] if fitting else min(usual, COARSEST)
+    return taken, (f"it says a step of {wrong[0]:g} s, but its samples stand {taken:g} s apart, which is taken",)
+
+
+def states(part: Part, times: Floats) -> Floats:
+    """(samples, len(State)) of one entity.
+
+    Speeds are those that our own files carry, where they fit. Else they are the motion of the reference point along
+    the heading, by central differences over the neighbouring samples (one-sided at both ends).
+    """
+    poses, carried = part.track.poses(times), part.carried
+    there = part.there(times)
+    found = np.zeros((len(times), len(State)))
+    found[:, [State.X, State.Y, State.HEADING]] = centers(poses, part.entity)
+    found[:, State.PRESENT] = there
+    if carried is not None and part.believed:
+        for column in carried.columns:
+            found[:, column] = carried.at(column, times)
+    else:
+        _derive(found, poses, times, there)
+    found[~there, State.SPEED :] = 0.0
+    return found
+
+
+def _told_times(parts: Sequence[Part], end: float, file: str) -> Floats:
+    """Times from 0 to the end [s] at which the file says something of somebody."""
+    times = _merged(np.concatenate([part.times for part in parts]))
+    if not len(times):
+        raise InterchangeError(
+            "nobody follows a trajectory with times, so there is no recorded case in this file",
+            "play it in a simulator, and import what was recorded",
+            file,
+        )
+    last = min(end, max(float(times[-1]), 0.0))
+    times = _with_moments(times, [*_action_times(parts), 0.0, last])
+    return times[(times >= 0.0) & (times <= last + SOON)]
+
+
+def _with_moments(times: Floats, moments: Sequence[float]) -> Floats:
+    """The times, and those moments that no time stands for."""
+    wanted = np.array(moments)
+    after = np.minimum(np.searchsorted(times, wanted - SAME_INSTANT), len(times) - 1)
+    soon = (times[after] >= wanted - SAME_INSTANT) & (times[after] <= wanted + SOON)
+    return _merged(np.concatenate([times, wanted[~soon]]))
+
+
+def _with_steps(times: Floats, step: float, actors: int, file: str) -> Floats:
+    """The times, and all whole steps between the first and the last of them."""
+    _check_size((times[-1] - times[0]) / step, actors, file)
+    whole = np.arange(math.ceil(times[0] / step), math.floor(times[-1] / step) + 1) * step
+    return _merged(np.concatenate([times, whole]))
+
+
+def _action_times(parts: Sequence[Part]) -> list[float]:
+    """Beginnings of legs, comings and goings."""
+    begins = [leg.begin for part in parts for leg in part.track.legs]
+    changes = [time for part in parts for pair in part.track.absent for time in pair]
+    return [time for time in begins + changes if math.isfinite(time)]
+
+
+def _merged(times: Floats) -> Floats:
+    """Ascending, and of instants that no format tells apart the first."""
+    times = np.sort(times)
+    return times[np.diff(times, prepend=-math.inf) > SAME_INSTANT]
+
+
+def _spacing(parts: Sequence[Part]) -> tuple[float, float]:
+    """The most common distance of two vertices in time [s], the shorter of two equally common, and the median."""
+    between = np.concatenate([np.diff(part.times) for part in parts])
+    return (_most_common(between), float(np.median(between))) if len(between) else (FINE, FINE)
+
+
+def _most_common(between: Floats) -> float:
+    """To a nanosecond; of two equally common the shorter."""
+    spacings, counts = np.unique(np.round(between, 9), return_counts=True)
+    return float(spacings[np.argmax(counts)])
+
+
+def _check_size(samples: float, actors: int, file: str) -> None:
+    if samples * actors > MOST_NUMBERS:
+        raise InterchangeError(
+            f"{samples:.0f} samples of {actors} actors are more than is read at once",
+            f"at most {MOST_NUMBERS} states: cut the scenario, leave out actors, or take a longer step",
+            file,
+        )
+
+
+def centers(poses: Floats, entity: Entity) -> Floats:
+    """Poses of the outline's middle."""
+    cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    x = poses[:, 0] + entity.forward * cos - entity.left * sin
+    y = poses[:, 1] + entity.forward * sin + entity.left * cos
+    return np.column_stack([x, y, poses[:, 2]])
+
+
+def _derive(found: Floats, poses: Floats, times: Floats, there: np.ndarray) -> None:
+    """Fill speed and acceleration from the motion of the reference point, stretch by stretch of being there."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], there, [False]]).astype(np.int8)))
+    for start, end in edges.reshape(-1, 2).tolist():
+        if end - start < 2:
+            continue
+        part = slice(start, end)
+        way_x, way_y = np.gradient(poses[part, 0], times[part]), np.gradient(poses[part, 1], times[part])
+        speed = way_x * np.cos(poses[part, 2]) + way_y * np.sin(poses[part, 2])
+        found[part, State.SPEED] = speed
+        found[start + 1 : end, State.ACCELERATION] = np.diff(speed) / np.diff(times[part])

@@ -1,0 +1,287 @@
+"""Trajectory mode: a case as an `.xosc` that replays it exactly.
+
+Each stretch of an actor's motion is a timed polyline; the storyboard says where all begin, and for each actor when it
+comes, how it moves and when it goes.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from engine.interchange.contract import Export, ExportOptions
+from engine.interchange.opendrive import SignalGroup, signal_groups
+from engine.interchange.openscenario.document import (
+    add_entities,
+    entity_names,
+    new_document,
+    start_speed,
+    stop_trigger,
+    teleport,
+    time_trigger,
+    world_position,
+)
+from engine.interchange.openscenario.versions import Version, version_of
+from engine.interchange.own_metadata import of_samples
+from engine.interchange.recording import MOST_ACTORS, Recording, SignalTimes
+from engine.interchange.xml import LIMITS, MEGABYTE, Element, child, xml_text
+from engine.tables import Floats
+from engine.vocabulary import State
+
+# -- one stretch of motion as a timed polyline -------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A time in which an actor is there without a break."""
+
+    time: Floats
+    """(samples,) [s]."""
+    poses: Floats
+    """(samples, 3): x, y, heading of the reference point."""
+    starts_late: bool
+    """Whether the actor was not there from the beginning."""
+    gone: float | None
+    """The first sample without it [s]; None if it stays to the end."""
+
+    @property
+    def moves(self) -> bool:
+        """A stretch at one pose needs no trajectory."""
+        return bool((self.poses != self.poses[0]).any())
+
+    def vertices(self) -> tuple[Floats, Floats]:
+        """Times and poses without those in the middle of a standstill, which say nothing and make readers spin."""
+        same = (self.poses[1:] == self.poses[:-1]).all(axis=1)
+        standing = np.concatenate([[False], same]) & np.concatenate([same, [False]])
+        return self.time[~standing], self.poses[~standing]
+
+    def shortest_way(self) -> float:
+        """From one vertex to the next [m]; infinite for a single one."""
+        _, poses = self.vertices()
+        return float(np.hypot(*np.diff(poses[:, :2], axis=0).T).min(initial=np.inf))
+
+
+def stretches(recording: Recording, actor: int) -> list[Stretch]:
+    """All stretches of an actor, in order."""
+    poses, last = recording.rear_axle(actor), len(recording) - 1
+    return [
+        Stretch(
+            time=recording.time[start : end + 1],
+            poses=poses[start : end + 1],
+            starts_late=start > 0,
+            gone=None if end == last else float(recording.time[end + 1]),
+        )
+        for start, end in recording.stretches(actor)
+    ]
+
+
+def follow_trajectory(action: Element, stretch: Stretch, name: str, version: Version) -> None:
+    """The private action that replays a stretch: absolute times and the mode `position`, so that nothing steers."""
+    routing = child(child(action, "PrivateAction"), "RoutingAction")
+    follow = child(routing, "FollowTrajectoryAction")
+    holder = child(follow, "TrajectoryRef") if version.trajectory_in_reference else follow
+    trajectory = child(holder, "Trajectory", name=name, closed="false")
+    polyline = child(child(trajectory, "Shape"), "Polyline")
+    for time, pose in zip(*stretch.vertices(), strict=True):
+        world_position(child(polyline, "Vertex", time=float(time)), pose)
+    child(child(follow, "TimeReference"), "Timing", domainAbsoluteRelative="absolute", scale=1, offset=0)
+    child(follow, "TrajectoryFollowingMode", followingMode="position")
+
+
+# -- the storyboard ----------------------------------------------------------------------------------------------------
+
+
+def add_storyboard(root: Element, recording: Recording, names: Sequence[str], version: Version) -> Element:
+    """The replay of a whole recording under the names of `names.entity_names`."""
+    storyboard = child(root, "Storyboard")
+    add_init(storyboard, recording, names, version)
+    act = child(child(storyboard, "Story", name="replay_story"), "Act", name="replay_act")
+    for actor, name in enumerate(names):
+        add_replay(act, name, stretches(recording, actor), version)
+    if not len(act):
+        add_group(act, names[0])  # all stand still, and an act needs a group
+    time_trigger(act, "StartTrigger", "replay_begins", 0.0, version)
+    stop_trigger(storyboard, float(recording.time[-1]), version)
+    return storyboard
+
+
+def add_init(storyboard: Element, recording: Recording, names: Sequence[str], version: Version) -> Element:
+    """Place and speed of all who are there at the beginning; who is not named here is not there yet."""
+    actions = child(child(storyboard, "Init"), "Actions")
+    for actor, name in enumerate(names):
+        if recording.there[0, actor]:
+            private = child(actions, "Private", entityRef=name)
+            teleport(private, recording.rear_axle(actor)[0])
+            start_speed(private, float(recording.states[0, actor, State.SPEED]), version)
+    return actions
+
+
+def add_replay(act: Element, name: str, parts: Sequence[Stretch], version: Version) -> None:
+    """The maneuver group of one actor; none if it is there from beginning to end and never moves."""
+    if not any(part.moves or part.starts_late or part.gone is not None for part in parts):
+        return
+    maneuver = child(add_group(act, name), "Maneuver", name=f"{name}_maneuver")
+    for number, part in enumerate(parts, start=1):
+        if part.moves or part.starts_late:
+            _begin(maneuver, name, number, part, version)
+        if part.gone is not None:
+            _leave(maneuver, name, number, part.gone, version)
+
+
+def add_group(act: Element, name: str) -> Element:
+    """An empty maneuver group of one actor."""
+    group = child(act, "ManeuverGroup", name=f"{name}_group", maximumExecutionCount=1)
+    child(child(group, "Actors", selectTriggeringEntities="false"), "EntityRef", entityRef=name)
+    return group
+
+
+def _begin(maneuver: Element, name: str, number: int, part: Stretch, version: Version) -> None:
+    event = child(maneuver, "Event", name=f"{name}_event_{number}", priority=version.priority)
+    if part.starts_late:
+        world_position(child(_entity_action(event, name, f"{name}_enters_{number}"), "AddEntityAction"), part.poses[0])
+    if part.moves:
+        action = child(event, "Action", name=f"{name}_moves_{number}")
+        follow_trajectory(action, part, f"{name}_trajectory_{number}", version)
+    time_trigger(event, "StartTrigger", f"{name}_begins_{number}", float(part.time[0]), version)
+
+
+def _leave(maneuver: Element, name: str, number: int, gone: float, version: Version) -> None:
+    event = child(maneuver, "Event", name=f"{name}_exit_{number}", priority=version.priority)
+    child(_entity_action(event, name, f"{name}_leaves_{number}"), "DeleteEntityAction")
+    time_trigger(event, "StartTrigger", f"{name}_ends_{number}", gone, version)
+
+
+def _entity_action(event: Element, name: str, action: str) -> Element:
+    return child(child(child(event, "Action", name=action), "GlobalAction"), "EntityAction", entityRef=name)
+
+
+# -- traffic lights: a fixed-time plan as phases of the road's signal controllers --------------------------------------
+
+RED, YELLOW, GREEN = "on;off;off", "off;on;off", "off;off;on"
+"""Lamps from top to bottom, the spelling that esmini and ScenarioRunner read."""
+
+
+@dataclass(frozen=True)
+class SignalPhase:
+    """What the lights of a group show for a time [s]."""
+
+    name: str
+    duration: float
+    state: str
+
+
+def add_signals(network: Element, recording: Recording) -> Element | None:
+    """The lights of all junctions, last in a `RoadNetwork`; None where there are none, or no road of ours."""
+    if recording.signals is None or recording.road is None:
+        return None
+    signals = child(network, "TrafficSignals")
+    for group in signal_groups(recording.road):
+        _add_controller(signals, group, recording.signals)
+    return signals
+
+
+def _add_controller(signals: Element, group: SignalGroup, times: SignalTimes) -> None:
+    controller = child(signals, "TrafficSignalController", name=group.controller)
+    for phase in phases(times, group.phase):
+        element = child(controller, "Phase", name=phase.name, duration=phase.duration)
+        for signal in group.signals:
+            child(element, "TrafficSignalState", trafficSignalId=signal, state=phase.state)
+
+
+def phases(times: SignalTimes, turn: int) -> tuple[SignalPhase, ...]:
+    """What a group shows from the beginning of the run on, whose turn is the first (0) or second (1) of the plan.
+
+    A run that begins in the middle of a phase begins with its rest, and the part before comes last.
+    """
+    mine = (
+        SignalPhase("green", times.green, GREEN),
+        SignalPhase("yellow", times.yellow, YELLOW),
+        SignalPhase("clear", times.all_red, RED),
+    )
+    others = SignalPhase("red", times.slot, RED)
+    plan = (*mine, others) if turn == 0 else (others, *mine)
+    return tuple(phase for phase in _begun(plan, times.offset % times.cycle) if phase.duration > 0.0)
+
+
+def _begun(plan: tuple[SignalPhase, ...], offset: float) -> tuple[SignalPhase, ...]:
+    for index, phase in enumerate(plan):
+        if offset < phase.duration:
+            rest = SignalPhase(phase.name, phase.duration - offset, phase.state)
+            before = SignalPhase(f"{phase.name}_before", offset, phase.state)
+            return (rest, *plan[index + 1 :], *plan[:index], before)
+        offset -= phase.duration
+    return plan
+
+
+# -- the file ----------------------------------------------------------------------------------------------------------
+
+MERGED = 0.1
+"""Below this distance esmini 3.6 takes vertices for one [m]: its default of `--traj_filter`."""
+
+
+def write_trajectories(recording: Recording, stem: str, options: ExportOptions, road_file: str | None) -> Export:
+    """`<stem>.xosc`, in which every actor replays what it did; `road_file` is the name of the `.xodr` beside it.
+
+    Raises:
+        InterchangeError: the recording is empty or broken, or the ego takes no part.
+    """
+    recording.refuse_broken()
+    recording = recording.taking_part()
+    version, shown = version_of(options), recording.from_zero()
+    names = entity_names(shown)
+    document = new_document(shown, version, road_file)
+    if road_file is not None:
+        add_signals(document.network, shown)
+    carried = [of_samples(shown, actor) for actor in range(len(names))]
+    add_entities(document.root, shown, names, version, carried)
+    add_storyboard(document.root, shown, names, version)
+    text = xml_text(document.root)
+    remarks = (*_remarks(recording, names, version, road_file), *_remarks_on_size(recording, text))
+    return Export({f"{stem}.xosc": text}, remarks)
+
+
+def _remarks(recording: Recording, names: tuple[str, ...], version: Version, road_file: str | None) -> Iterator[str]:
+    """What OpenSCENARIO cannot carry, or carries otherwise."""
+    what = "speeds, steering, accelerations and pedals" if recording.commands else "speeds and accelerations"
+    yield (
+        f"OpenSCENARIO has no place for {what} over time: "
+        "they stand as properties `cortexc.*` of each actor, which other tools pass over"
+    )
+    for actor, name in zip(recording.actors, names, strict=True):
+        if actor.name != name:
+            yield f"`{actor.name}` is called `{name}`: readers take letters, digits and underscores only"
+    yield from _remarks_on_times(recording, version)
+    yield from _remarks_on_road(recording, road_file)
+
+
+def _remarks_on_size(recording: Recording, text: str) -> Iterator[str]:
+    """What is larger than `cortexc import` takes from anybody."""
+    actors, elements, megabytes = len(recording.actors), text.count("<") - text.count("</"), len(text) / MEGABYTE
+    if actors > MOST_ACTORS or elements > LIMITS.elements or megabytes > LIMITS.megabytes:
+        has = f"{actors:,} actors, {elements:,} elements, {megabytes:.0f} MB"
+        most = f"{MOST_ACTORS:,}, {LIMITS.elements:,} and {LIMITS.megabytes:g} MB"
+        yield f"`cortexc import` refuses a file of {has}: it reads at most {most}"
+
+
+def _remarks_on_times(recording: Recording, version: Version) -> Iterator[str]:
+    actors = range(len(recording.actors))
+    if recording.time[0] != 0.0:
+        yield f"times are {recording.time[0]:g} s less than in the recording, as a scenario begins at 0"
+    if recording.contact is not None and recording.contact.time < recording.time[-1]:
+        yield f"what follows first contact at {recording.contact.time:.3f} s is contact physics, replayed as it was"
+    if any(part.moves and part.shortest_way() < MERGED for actor in actors for part in stretches(recording, actor)):
+        yield f"esmini merges vertices nearer than {MERGED:g} m, unless it is run with `--traj_filter 0`"
+    late = [recording.actors[actor].name for actor in actors if not recording.there[0, actor]]
+    if late and not version.late_entities:
+        yield f"not there from the beginning: {', '.join(late)}; ScenarioRunner first puts them at the origin"
+
+
+def _remarks_on_road(recording: Recording, road_file: str | None) -> Iterator[str]:
+    if road_file is None:
+        yield "no road is named: the scenario plays on an empty plane"
+    if recording.signals is None:
+        return
+    if road_file is None or recording.road is None:
+        yield "the traffic lights are left out, as there is no road for them to stand at"
+    elif recording.signals.controlled:
+        yield "the scenario may change its traffic lights by itself; what is written is their fixed plan alone"

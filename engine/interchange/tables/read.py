@@ -1,0 +1,178 @@
+"""Tables of trajectories as recordings: omega-prime's columns, or a plain table with one row an actor and time; and the
+check of a table that was written, which is read back and held against the run.
+
+Positions are centres of outlines. Which columns a plain table may have, and in which units, stands in `.columns`.
+"""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from engine.host import MAX_SAMPLES
+from engine.interchange.contract import ExportOptions, Finding, InterchangeError, quoted
+from engine.interchange.measuring import same_run
+from engine.interchange.openscenario.read import Imported
+from engine.interchange.recording import RecordedActor, RecordedCase, Recording
+from engine.interchange.tables.cells import Cells, read_csv_cells, read_parquet_cells
+from engine.interchange.tables.columns import GAP
+from engine.interchange.tables.tracks import TableTrack, spelt, tracks_of
+from engine.tables import Floats
+from engine.vehicles import MODELS
+from engine.vocabulary import State
+
+MOST_BYTES = 300_000_000
+MOST_STATES = 2_000_000
+"""Samples times actors; a recording of so many takes 150 MB."""
+ON_STEP = 0.01
+"""How far from a whole step a sample may lie and still be on it, in steps."""
+DIGITS = 9
+"""Steps are told in nanoseconds."""
+
+
+def read_table(path: Path, ego: str | None = None, step: float | None = None) -> Imported:
+    """The recording of a `.csv` or `.parquet` file; tables tell no road.
+
+    `ego`: the name of the actor that is judged, else the one that the table calls so, else its first; `step` [s]: on
+    which steps to measure, else the usual one of the table.
+
+    Raises:
+        InterchangeError: unreadable, or no table of trajectories; with the line and column where one is known.
+    """
+    cells = _cells(path)
+    found = tracks_of(cells)
+    tracks, chosen = _ego_first(found.tracks, ego, cells)
+    time, told = _clock(tracks, cells)
+    kept = _states(tracks, time)
+    recording = Recording(
+        name=path.stem,
+        actors=tuple(map(_actor, tracks)),
+        time=time - time[0],
+        states=kept,
+        step=_step(time) if step is None else step,
+        commands=False,
+    )
+    gaps = tuple(f"`{quoted(t.name)[1:-1]}` is missing for a while" for t in tracks if len(_gaps(t.time)))
+    return Imported(recording, None, (*found.remarks, *chosen, *told, *gaps))
+
+
+def _cells(path: Path) -> Cells:
+    """Raises InterchangeError where there is no such file, or none of a kind that is read."""
+    if path.suffix.lower() not in (".csv", ".parquet"):
+        raise InterchangeError("this is no table", "name a file that ends in .csv or .parquet", path.name)
+    try:
+        if not path.is_file():
+            what = "this is no file" if path.exists() else "there is no such file"
+            raise InterchangeError(what, "name a table of trajectories", str(path))
+        if (size := path.stat().st_size) > MOST_BYTES:
+            message = f"the file has {size / 1e6:,.0f} MB"
+            raise InterchangeError(
+                message, f"leave out actors or samples: at most {MOST_BYTES / 1e6:.0f} MB", path.name
+            )
+        return read_csv_cells(path) if path.suffix.lower() == ".csv" else read_parquet_cells(path)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InterchangeError(f"it cannot be read: {reason}", "mend that, or copy the file", path.name) from None
+
+
+def _ego_first(tracks: Sequence[TableTrack], ego: str | None, cells: Cells) -> tuple[list[TableTrack], tuple[str, ...]]:
+    """The tracks with the ego before all others, and what is to be said of the choice."""
+    names = [track.name for track in tracks]
+    if ego is not None and ego not in names:
+        raise InterchangeError(f"no actor is called `{quoted(ego)[1:-1]}`", spelt(names, ego), cells.file)
+    told: tuple[str, ...] = ()
+    if ego is not None:
+        first = names.index(ego)
+    elif any(track.is_ego for track in tracks):
+        first = [track.is_ego for track in tracks].index(True)
+    else:
+        labels = [track.label for track in tracks]
+        first = labels.index("0") if cells.omega_prime and "0" in labels else 0
+        why = "the table does not say which idx is the ego's" if cells.omega_prime else "no actor is called ego"
+        told = (f"{why}: `{quoted(names[first])[1:-1]}` is taken; name another with --ego",)
+    return [tracks[first], *tracks[:first], *tracks[first + 1 :]], told
+
+
+def _actor(track: TableTrack) -> RecordedActor:
+    model, scale = MODELS[track.kind], track.length / MODELS[track.kind].length
+    return RecordedActor(
+        name=track.name,
+        kind=track.kind,
+        length=track.length,
+        width=track.width,
+        rear_to_center=track.rear_to_center,
+        wheelbase=model.wheelbase * scale if model.rear_to_center else model.wheelbase,
+        mass=model.mass,
+        max_acceleration=model.max_acceleration,
+        max_braking=model.max_braking,
+        max_steer=model.max_steer,
+        max_speed=model.max_speed,
+    )
+
+
+# -- time -------------------------------------------------------------------------------------------------------------
+
+
+def _clock(tracks: Sequence[TableTrack], cells: Cells) -> tuple[Floats, tuple[str, ...]]:
+    """All instants at which anybody has a row."""
+    time = np.unique(np.concatenate([track.time for track in tracks]))
+    if len(time) > 2 * MAX_SAMPLES or len(time) * len(tracks) > MOST_STATES:
+        message = f"{len(time):,} instants of {len(tracks):,} actors"
+        raise InterchangeError(message, "leave out actors, or take fewer samples a second", cells.file)
+    told = [] if cells.begin == 0.0 else [f"times count from the table's first, {cells.begin:.12g} s"]
+    step = _step(time)
+    steps = np.diff(time) / step
+    uneven = np.count_nonzero(np.abs(steps - np.round(steps)) > ON_STEP)
+    if uneven > 2:  # one instant of contact between two steps is no disorder
+        told.append(f"{uneven:,} of {len(steps):,} steps are uneven: motion is taken as linear, in steps of {step:g} s")
+    return time, tuple(told)
+
+
+def _step(time: Floats) -> float:
+    """The usual time between two instants, from all that lie on its multiples; of a single one, any."""
+    if len(time) < 2:
+        return 1.0
+    usual = float(np.median(np.diff(time)))
+    steps = (time - time[0]) / usual
+    on = np.flatnonzero(np.abs(steps - np.round(steps)) < ON_STEP)
+    last = int(on[-1])
+    step = (time[last] - time[0]) / round(steps[last]) if last else usual
+    return round(step, DIGITS) if abs(round(step, DIGITS) - step) * len(time) < 10.0**-DIGITS else float(step)
+
+
+def _gaps(time: Floats) -> np.ndarray:
+    """The samples after which an actor is missing for a while."""
+    steps = np.diff(time)
+    return np.flatnonzero(steps > GAP * np.median(steps)) if len(steps) else np.zeros(0, np.int64)
+
+
+# -- states -----------------------------------------------------------------------------------------------------------
+
+
+def _states(tracks: Sequence[TableTrack], time: Floats) -> Floats:
+    """(instants, actors, len(State)): between two of its rows an actor moves linearly; outside of them it is absent."""
+    states = np.zeros((len(time), len(tracks), len(State)))
+    for actor, track in enumerate(tracks):
+        motion = np.column_stack([track.positions, track.heading, track.speed])
+        for column, values in zip((State.X, State.Y, State.HEADING, State.SPEED), motion.T, strict=True):
+            states[:, actor, column] = np.interp(time, track.time, values)
+        there = (time >= track.time[0]) & (time <= track.time[-1])
+        for gap in _gaps(track.time):
+            there &= (time <= track.time[gap]) | (time >= track.time[gap + 1])
+        states[:, actor, State.PRESENT] = there
+        states[1:, actor, State.ACCELERATION] = np.diff(states[:, actor, State.SPEED]) / np.diff(time)
+    return states
+
+
+# -- An exported table read back, and held against the run -------------------------------------------------------------
+
+
+def check_table(case: RecordedCase, folder: Path, names: Sequence[str], _options: ExportOptions) -> Iterator[Finding]:
+    """The rows are the run, to a millimetre."""
+    for name in (each for each in names if each.endswith((".csv", ".parquet"))):
+        try:
+            read = read_table(folder / name, step=case.recording.step).recording
+        except InterchangeError as error:
+            yield Finding(error.place or name, error.message, error.cure)
+            continue
+        yield from same_run(case, read, name)

@@ -1,0 +1,350 @@
+"""XML as every format here is written and read: one element a line, numbers that read back to the same value.
+
+What a stranger's file can do here is be refused. No document type, entity or external reference is accepted, so nothing
+is ever expanded, opened or fetched; size, depth and number of elements are bounded before memory is spent. What is read
+remembers where it stands.
+
+Sources: OWASP, "XML External Entity Prevention Cheat Sheet"; Python, "The ElementTree XML API: XML vulnerabilities".
+"""
+
+import math
+import re
+import stat
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from decimal import Decimal
+from pathlib import Path
+from types import MappingProxyType
+from typing import NoReturn
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+from xml.parsers import expat
+
+from engine.interchange.contract import Finding, InterchangeError, did_you_mean, quoted
+
+NUMBER = re.compile(r"\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,4})?\s*", re.ASCII)
+"""XML Schema's xs:double without its infinities; Python alone would take `1_000`, too."""
+NO_CHARACTER = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""What XML cannot hold, even escaped (W3C, "Extensible Markup Language (XML) 1.0", production 2)."""
+INFINITE = ("INF", "+INF", "inf", "Infinity")
+LARGEST = 1e9
+"""No length, time or angle of a real file is larger: beyond it, arithmetic loses the millimetre."""
+
+
+def child(parent: Element, tag: str, /, **attributes: str | float | int) -> Element:
+    """A new last child; numbers become text (see `number`)."""
+    texts = {name: value if isinstance(value, str) else number(value) for name, value in attributes.items()}
+    return SubElement(parent, tag, texts)
+
+
+def number(value: float) -> str:
+    """The shortest text that reads back to the same number; -0.0 is 0."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int):
+        return str(value)
+    return repr(float(value) + 0.0).removesuffix(".0")
+
+
+def decimal(value: float) -> str:
+    """As `number` without an exponent, which neither decimals of XML Schema nor all readers' expressions know."""
+    text = f"{Decimal(repr(float(value) + 0.0)):f}" if math.isfinite(value) else repr(value)
+    return text.removesuffix(".0")
+
+
+def xml_text(root: Element) -> str:
+    """The whole document.
+
+    Raises:
+        InterchangeError: a text holds a character that XML cannot.
+    """
+    ElementTree.indent(root, " ")
+    text = '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+    if (mark := NO_CHARACTER.search(text)) is not None:
+        raise InterchangeError(f"XML cannot hold the character {mark[0]!r}", "take it out of the scenario's names")
+    return text
+
+
+# -- an element of somebody else's, which says what is wrong with it ---------------------------------------------------
+
+
+@dataclass(eq=False, slots=True)
+class Node:
+    """One element; text between elements is not kept, since no format here says anything with it."""
+
+    tag: str
+    attributes: Mapping[str, str]
+    file: str
+    line: int
+    children: list["Node"] = field(default_factory=list)
+
+    @property
+    def place(self) -> str:
+        return f"{self.file}, line {self.line}"
+
+    def error(self, message: str, cure: str) -> InterchangeError:
+        """What is wrong here."""
+        return InterchangeError(message, cure, self.place)
+
+    def every(self, *tags: str) -> list["Node"]:
+        """Children of these names, in the order of the file."""
+        return [node for node in self.children if node.tag in tags]
+
+    def find(self, *path: str) -> "Node | None":
+        """The first element down a path of names."""
+        node: Node | None = self
+        for tag in path:
+            node = next((child for child in node.children if child.tag == tag), None) if node else None
+        return node
+
+    def need(self, *path: str) -> "Node":
+        """As `find`.
+
+        Raises:
+            InterchangeError: it is not there.
+        """
+        if (node := self.find(*path)) is not None:
+            return node
+        raise self.error(f"<{self.tag}> has no <{'/'.join(path)}>", f"write <{path[-1]}> into it")
+
+    def only(self) -> "Node":
+        """Its one child element."""
+        if len(self.children) == 1:
+            return self.children[0]
+        said = "is empty" if not self.children else f"holds {len(self.children)} elements"
+        raise self.error(f"<{self.tag}> {said}", "it must hold exactly one")
+
+    def walk(self) -> Iterator["Node"]:
+        """Itself and everything within, in the order of the file."""
+        stack: list[Node] = [self]
+        while stack:
+            node = stack.pop()
+            yield node
+            stack.extend(reversed(node.children))
+
+    def text(self, name: str, default: str | None = None) -> str:
+        """An attribute.
+
+        Raises:
+            InterchangeError: it is missing and there is no default.
+        """
+        value = self.attributes.get(name, default)
+        if value is None:
+            near = did_you_mean(name, self.attributes, few=0)
+            raise self.error(f"<{self.tag}> lacks the attribute `{name}`", near or f'write {name}="…"')
+        return value
+
+    def number(self, name: str, default: float | None = None, low: float = -LARGEST, high: float = LARGEST) -> float:
+        """An attribute as a number within bounds; with `high` infinite, INF is one, too.
+
+        Raises:
+            InterchangeError: missing without default, no number, not finite, or out of bounds.
+        """
+        if default is not None and name not in self.attributes:
+            return default
+        text = self.text(name)
+        if high == math.inf and text.strip() in INFINITE:
+            return math.inf
+        if not NUMBER.fullmatch(text):
+            raise self.error(f"{name}={quoted(text)} is not a number", "write a finite decimal number")
+        value = float(text)
+        if not low <= value <= high:
+            bounds = f"from {low:g} to {high:g}"
+            raise self.error(f"{name}={quoted(text)} cannot be: it must be {bounds}", "correct the number")
+        return value
+
+    def integer(self, name: str) -> int:
+        """An attribute as a whole number of at most nine digits."""
+        text = self.text(name).strip()
+        if not re.fullmatch(r"[+-]?\d{1,9}", text, re.ASCII):
+            raise self.error(f"{name}={quoted(text)} is not a whole number", "write one such as -1")
+        return int(text)
+
+
+# -- the one reader ----------------------------------------------------------------------------------------------------
+
+CHUNK = 1 << 22
+"""Bytes. An attribute that fills many chunks is looked at again with each, so that small ones would cost minutes."""
+MEGABYTE = 1_000_000
+KINDS: Mapping[str, str] = MappingProxyType(
+    {
+        "OpenSCENARIO": "an OpenSCENARIO file",
+        "OpenDRIVE": "an OpenDRIVE road",
+        "commonRoad": "a CommonRoad scenario",
+        "CommonRoadSolution": "a CommonRoad solution",
+        "osm": "an OpenStreetMap file",
+        "html": "a web page",
+        "net": "a SUMO network",
+    }
+)
+ENDINGS: Mapping[str, str] = MappingProxyType({"OpenSCENARIO": ".xosc", "OpenDRIVE": ".xodr"})
+BINARY: Mapping[bytes, str] = MappingProxyType(
+    {b"PK\x03\x04": "a zip archive", b"\x1f\x8b": "a gzip archive", b"\x89MCAP": "an MCAP file", b"PAR1": "Parquet"}
+)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a file may cost; a recording of twenty actors over ten minutes stays below each."""
+
+    megabytes: float = 80.0
+    elements: int = 1_000_000
+    depth: int = 64
+    attributes: int = 50
+    """Of one element."""
+    all_attributes: int = 2_500_000
+    tag_megabytes: float = 12.0
+    """Of one tag or comment, which the parser holds as a whole; a property of half a million numbers is shorter."""
+
+
+LIMITS = Limits()
+
+
+def read_xml(path: Path, root: str, limits: Limits = LIMITS) -> Node:
+    """The root element of a file, with all that is in it.
+
+    Raises:
+        InterchangeError: no such file, not XML, another root than `root`, larger than `limits`, or with a DTD.
+    """
+    reader = _Reader(path.name, limits)
+    try:
+        with _regular(path).open("rb") as file:
+            while chunk := file.read(CHUNK):
+                reader.feed(chunk)
+    except OSError as error:
+        raise _unreadable(path, error) from None
+    return _of_kind(reader.close(), root)
+
+
+def _regular(path: Path) -> Path:
+    """The path itself, if reading it comes to an end."""
+    mode = path.stat().st_mode
+    if stat.S_ISDIR(mode):
+        raise InterchangeError("this is a folder", "name a file in it", path.name)
+    if not stat.S_ISREG(mode):
+        raise InterchangeError("this is not a regular file", "name a file on disk", path.name)
+    return path
+
+
+def _unreadable(path: Path, error: OSError) -> InterchangeError:
+    if isinstance(error, FileNotFoundError | NotADirectoryError):
+        return InterchangeError("there is no such file", f"looked for {quoted(str(path))}", path.name)
+    return InterchangeError(f"it cannot be read: {error.strerror}", "mend that, or copy the file", path.name)
+
+
+def _of_kind(node: Node, root: str) -> Node:
+    if node.tag == root:
+        return node
+    kind = KINDS.get(node.tag, f"an XML file of another kind, <{quoted(node.tag)[1:-1]}>")
+    raise node.error(f"this is {kind}", f"name the {ENDINGS.get(root, root)}, whose root is <{root}>")
+
+
+class _Reader:
+    """Expat's events become nodes, and its errors ours."""
+
+    def __init__(self, file: str, limits: Limits) -> None:
+        self.file = file
+        self.limits = limits
+        self.size = 0
+        self.elements = 0
+        self.attributes = 0
+        self.open: list[Node] = []
+        self.root: Node | None = None
+        self.parser = expat.ParserCreate()
+        self.parser.SetParamEntityParsing(expat.XML_PARAM_ENTITY_PARSING_NEVER)
+        self.parser.StartElementHandler = self._start
+        self.parser.EndElementHandler = self._end
+        self.parser.StartDoctypeDeclHandler = self._refuse
+        self.parser.EntityDeclHandler = self._refuse
+        self.parser.ExternalEntityRefHandler = self._refuse
+
+    def feed(self, chunk: bytes) -> None:
+        if not self.size:
+            self._look_at(chunk)
+        self.size += len(chunk)
+        if self.size > self.limits.megabytes * MEGABYTE:
+            most = f"{self.limits.megabytes:g} MB"
+            raise self._error(f"the file is larger than {most}", "leave out actors, or take fewer samples a second")
+        self._parse(chunk, False)
+        if self.size - self.parser.CurrentByteIndex > self.limits.tag_megabytes * MEGABYTE:
+            most = f"{self.limits.tag_megabytes:g} MB"
+            raise self._error(f"one tag or comment is longer than {most}", "leave out actors or samples")
+
+    def close(self) -> Node:
+        if not self.size:
+            raise InterchangeError("the file is empty", "write it again, or name another", self.file)
+        self._parse(b"", True)
+        if self.root is None:
+            raise self._error("there is no element in it", "name an XML file")
+        return self.root
+
+    def _look_at(self, head: bytes) -> None:
+        """Say what a binary file is, where that is known."""
+        for magic, kind in BINARY.items():
+            if head.startswith(magic):
+                raise InterchangeError(f"this is {kind}, not XML", "unpack it, or name the XML file", self.file)
+
+    def _parse(self, chunk: bytes, last: bool) -> None:
+        try:
+            self.parser.Parse(chunk, last)
+        except expat.ExpatError as error:
+            place = f"{self.file}, line {error.lineno}, column {error.offset + 1}"
+            message = f"this is not well-formed XML: {expat.ErrorString(error.code)}"
+            raise InterchangeError(message, "mend the file there, or name an XML file", place) from None
+        except (ValueError, LookupError) as error:
+            message = f"its encoding cannot be read: {quoted(str(error))[1:-1]}"
+            raise self._error(message, "save it as UTF-8") from None
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        self.elements += 1
+        if self.elements > self.limits.elements:
+            raise self._error(f"it has more than {self.limits.elements} elements", "leave out actors or samples")
+        self._count_attributes(tag, len(attributes))
+        if len(self.open) >= self.limits.depth:
+            raise self._error(f"elements stand more than {self.limits.depth} deep", "no format here needs that")
+        node = Node(tag, attributes, self.file, self.parser.CurrentLineNumber)
+        if self.open:
+            self.open[-1].children.append(node)
+        else:
+            self.root = node
+        self.open.append(node)
+
+    def _count_attributes(self, tag: str, count: int) -> None:
+        self.attributes += count
+        most, in_all = self.limits.attributes, self.limits.all_attributes
+        if count > most:
+            raise self._error(f"<{quoted(tag)[1:-1]}> has {count:,} attributes", f"write at most {most} in an element")
+        if self.attributes > in_all:
+            raise self._error(f"it has more than {in_all:,} attributes", "leave out actors or samples")
+
+    def _end(self, _: str) -> None:
+        self.open.pop()
+
+    def _refuse(self, *_: object) -> NoReturn:
+        raise self._error("it declares a document type or entities, which are never read", "take <!DOCTYPE …> out")
+
+    def _error(self, message: str, cure: str) -> InterchangeError:
+        return InterchangeError(message, cure, f"{self.file}, line {self.parser.CurrentLineNumber}")
+
+
+# -- a file of ours, for checks ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Tree:
+    """An XML file of ours, with the places of its elements in words."""
+
+    name: str
+    root: Element
+
+    def find(self, tag: str) -> Element | None:
+        return next(self.root.iter(tag), None)
+
+    def finding(self, element: Element, reason: str, cure: str = "") -> Finding:
+        called = element.get("name") or element.get("id") or ""
+        return Finding(f"{self.name}, {element.tag} {called}".rstrip(), reason, cure)
+
+
+def read_tree(path: Path) -> Tree:
+    """A file that was written just now, so that it may be read without suspicion."""
+    return Tree(path.name, ElementTree.parse(path).getroot())  # noqa: S314

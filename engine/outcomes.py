@@ -1,0 +1,293 @@
+"""The table of results: every number of a simulation, its name, symbol, unit, kind and meaning, said once.
+
+A row is an attribute of one of the classes below, with its `Result` in `Annotated`. From the rows come the results of
+the kernels, the arrays of `Outcomes` and `Assessment`, the columns of journals, CSV and JSON, the guide in a run's
+folder, and the metrics of reports, pages and the API. A new metric of a pair is its kernel in `engine.kernels.pair`, a
+row of `_Measured`, and a test.
+
+Arrays are row-aligned and in SI units. Where a scene is invalid, floats are NaN, integers -1 and truths False. Pair j
+is the ego and actor j + 1.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, replace
+from enum import Enum, IntEnum
+from inspect import get_annotations
+from typing import Annotated, Any, get_origin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.frozen import frozen
+from engine.tables import Bools, Floats, Ints
+from engine.vocabulary import EndReason, Side, Verdict
+
+# -- what a row says ---------------------------------------------------------------------------------------------------
+
+
+class Per(Enum):
+    """What a result is a number of, and so the shape of its array in `Outcomes`."""
+
+    SCENE = "scene"
+    """(n,)"""
+    PAIR = "pair"
+    """(n, pairs) one for each pair of the ego and another."""
+    ACTOR = "actor"
+    """(n, actors)"""
+    CONTACT = "contact"
+    """(n, 2) the two in contact."""
+
+
+class Kept(Enum):
+    """Which of its values a scene keeps in `Assessment`."""
+
+    OWN = "own"
+    """The only one there is."""
+    NEAREST = "nearest"
+    """That of the pair that comes nearest."""
+    DECIDING = "deciding"
+    """That of the pair that decides the risk."""
+    LEAST = "least"
+
+
+Kind = type[float] | type[int] | type[bool] | type[IntEnum]
+
+
+@frozen
+class Result:
+    """One row of the table."""
+
+    sentence: str = ""
+    """What the guide says of its columns; "" for a row that is told together with the one before."""
+    unit: str = ""
+    """SI unit word, "" for pure numbers."""
+    symbol: str = ""
+    """Of a metric that people know by one, such as MD: reports list it under this name."""
+    meaning: str = ""
+    """What a report says beside the symbol."""
+    per: Per = Per.SCENE
+    kind: Kind = float
+    kept: Kept = Kept.OWN
+    parts: tuple[str, ...] = ()
+    """Of an array (n, k): the names of its k columns."""
+    part_of: str = ""
+    """The row whose parts they are."""
+    in_document: bool = True
+    """Of a metric of a pair: whether the JSON of a single run tells it."""
+    name: str = ""
+    """The attribute; filled in from the class."""
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Its columns in a journal and in CSV."""
+        return self.parts or (self.name,)
+
+    @property
+    def fill(self) -> float | int | bool:
+        """What an invalid scene has."""
+        return math.nan if self.kind is float else self.kind is not bool and -1
+
+    @property
+    def dtype(self) -> Any:
+        return {float: np.float64, bool: np.bool_}.get(self.kind, np.int32)
+
+    @property
+    def words(self) -> Mapping[int, str] | None:
+        """The words of an enumeration by their codes; None for numbers."""
+        if not issubclass(self.kind, IntEnum):
+            return None
+        return {-1: "", **{int(member): member.name.lower() for member in self.kind}}
+
+    def blank(self, rows: int, actors: int) -> NDArray[Any]:
+        """An array of `Outcomes` in which every scene is invalid."""
+        shape = {Per.PAIR: (rows, actors - 1), Per.ACTOR: (rows, actors), Per.CONTACT: (rows, 2)}.get(self.per, (rows,))
+        return np.full(shape, self.fill, self.dtype)
+
+
+# -- the table ---------------------------------------------------------------------------------------------------------
+
+
+@frozen
+class _Decided:
+    verdict: Annotated[
+        Ints,
+        Result(
+            "`valid`; `exhausted`, `infeasible`, `aborted`: no valid scene; `error`: the engine failed", kind=Verdict
+        ),
+    ]
+
+
+@frozen
+class _Sampled:
+    """What sampling says of a scene."""
+
+    variant: Annotated[Ints, Result("number of the combination of lanes and other finite choices, -1: none", kind=int)]
+    attempts: Annotated[Ints, Result("attempts to draw the scene", kind=int)]
+    tested: Ints
+    """(n, requirements): how often each requirement was tested …"""
+    failed: Ints
+    """(n, requirements): … and failed. Conditional on the earlier ones."""
+
+
+@frozen
+class _Judged:
+    """The risk of a scene."""
+
+    score: Annotated[Ints, Result("risk, 0 to 22, -1 if invalid", kind=int)]
+    continuous: Annotated[Floats, Result("the same without steps")]
+    parts: Annotated[
+        Ints, Result("its parts", kind=int, parts=("risk_c", "risk_md", "risk_d_ms", "risk_ttc_ms"), part_of="score")
+    ]
+    """(n, 4) what C, MD, D_MS and TTC_MS add to the score."""
+    pair: Annotated[Ints, Result("who decided the score: actor `pair` + 1, where the ego is actor 0", kind=int)]
+
+
+@frozen
+class _Measured:
+    """What a simulation says of a scene."""
+
+    collided: Annotated[Bools, Result("1: the ego touched another actor", kind=bool)]
+    """Before the end of the run."""
+    end_reason: Annotated[
+        Ints,
+        Result(
+            "`collision`, `other_collision` (without the ego), `rule`, `timeout`, `all_done`, `stuck`, `broken`",
+            kind=EndReason,
+        ),
+    ]
+    end_rule: Annotated[Ints, Result("of `rule`: its number among the rules in `summary.json`, else -1", kind=int)]
+    """Index into `Program.rules` where the reason is RULE or ABORTED, else -1. For STUCK: row of step_code."""
+    end_time: Annotated[Floats, Result("end of the run [s]", "s")]
+    """First contact or end of the run."""
+    min_distance: Annotated[
+        Floats,
+        Result(
+            "MD, least distance of the ego's outline to another [m], and when [s]",
+            "m",
+            "MD",
+            "least distance between the outlines",
+            Per.PAIR,
+            kept=Kept.NEAREST,
+        ),
+    ]
+    """Infinite for two never in the scene together."""
+    min_distance_time: Annotated[Floats, Result("", "s", per=Per.PAIR, kept=Kept.NEAREST)]
+    max_closing_speed: Annotated[
+        Floats,
+        Result(
+            "MS, fastest closing speed of that pair [m/s], and when [s]",
+            "m/s",
+            "MS",
+            "largest closing speed of the centres",
+            Per.PAIR,
+            kept=Kept.DECIDING,
+        ),
+    ]
+    max_closing_time: Annotated[Floats, Result("", "s", per=Per.PAIR, kept=Kept.DECIDING)]
+    distance_at_ms: Annotated[
+        Floats,
+        Result(
+            "D_MS, their distance then [m]", "m", "D_MS", "distance at the instant of MS", Per.PAIR, kept=Kept.DECIDING
+        ),
+    ]
+    ttc_at_ms: Annotated[
+        Floats, Result("TTC_MS = D_MS / MS [s]", "s", "TTC_MS", "D_MS / MS", Per.PAIR, kept=Kept.DECIDING)
+    ]
+    ego_speed: Annotated[
+        Floats,
+        Result(
+            "of that pair at its closest approach, or at contact [m/s]",
+            "m/s",
+            per=Per.PAIR,
+            kept=Kept.DECIDING,
+            in_document=False,
+        ),
+    ]
+    """Of the rear axle, along its heading, at the instant of MD, or of contact; as the next four at that instant. NaN
+    and -1 for two who never meet."""
+    other_speed: Annotated[Floats, Result("", "m/s", per=Per.PAIR, kept=Kept.DECIDING, in_document=False)]
+    approach_angle: Annotated[
+        Floats,
+        Result(
+            "heading of the other then, seen from the ego [rad]: 0 the same way, +-3.14 head-on, positive left",
+            "rad",
+            per=Per.PAIR,
+            kept=Kept.DECIDING,
+            in_document=False,
+        ),
+    ]
+    """-pi .. pi, positive to the left."""
+    closing_speed: Annotated[
+        Floats, Result("of their centres then [m/s]", "m/s", per=Per.PAIR, kept=Kept.DECIDING, in_document=False)
+    ]
+    side: Annotated[
+        Ints,
+        Result(
+            "of the ego on which the other is then: `front`, `left`, `rear`, `right`",
+            per=Per.PAIR,
+            kind=Side,
+            kept=Kept.DECIDING,
+            in_document=False,
+        ),
+    ]
+    left_road_time: Annotated[
+        Floats, Result("when the first actor left the road [s]", "s", per=Per.ACTOR, kept=Kept.LEAST)
+    ]
+    """When an actor's centre first left the road, NaN if never."""
+
+
+@frozen
+class Outcomes(_Measured, _Decided):
+    """What happened to each scene, by the arrays of the table; of a pair or an actor, one number for each."""
+
+    steps: Annotated[Ints, Result("steps simulated", kind=int)]
+    contact_actors: Annotated[Ints, Result("the pair in contact, -1 where none", per=Per.CONTACT, kind=int)]
+
+    def __len__(self) -> int:
+        return len(self.verdict)
+
+    def __repr__(self) -> str:
+        """One line, for notebooks."""
+        valid = int((self.verdict == 0).sum())
+        return f"Outcomes({len(self)}: {valid} valid, {int(self.collided.sum())} collisions)"
+
+
+@frozen
+class Assessment(_Measured, _Judged, _Sampled, _Decided):
+    """What became of simulations, as a search keeps it: verdict, counts, risk and metrics, (n,) each.
+
+    Every array may carry more leading axes (a campaign has (individuals, rollouts)). Of several pairs, MD is that of
+    the nearest, MS and its kin are those of the pair that decides the risk (`Kept`).
+    """
+
+    def __len__(self) -> int:
+        return len(self.verdict)
+
+
+# -- its rows ----------------------------------------------------------------------------------------------------------
+
+
+def _rows(table: type) -> Iterator[Result]:
+    """The rows of a class in the order of its fields; fields without a `Result` are no numbers of their own."""
+    annotations: dict[str, Any] = {}
+    for base in reversed(table.__mro__):
+        annotations |= get_annotations(base)
+    for field in fields(table):
+        if get_origin(annotations[field.name]) is Annotated:
+            yield replace(annotations[field.name].__metadata__[0], name=field.name)
+
+
+OUTCOMES: tuple[Result, ...] = tuple(_rows(Outcomes))
+"""What the simulators give."""
+PAIRS: tuple[Result, ...] = tuple(row for row in OUTCOMES if row.per is Per.PAIR)
+"""What they give for each pair of the ego and another."""
+MEASURED: tuple[Result, ...] = tuple(_rows(_Measured))
+"""What a scene keeps of them."""
+RESULTS: tuple[Result, ...] = tuple(_rows(Assessment))
+"""What a search keeps of each simulation."""
+
+
+def blank_outcomes(rows: int, actors: int, **known: NDArray[Any]) -> Outcomes:
+    """Outcomes of invalid scenes, but for the arrays that are known."""
+    return Outcomes(**{row.name: row.blank(rows, actors) for row in OUTCOMES} | known)

@@ -1,0 +1,114 @@
+"""One small search whose names are as hostile as the language lets them be, and a browser to look at its page."""
+
+import shutil
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cortex_dsl.api.runs import OpenedRun, open_run
+from cortex_dsl.cli import main
+from cortex_dsl.report.page.run_page import run_page
+
+HOSTILE = "<img src=x onerror=alert(1)>"
+"""The stem of the scenario's file, and so its name."""
+SCENARIO = '''"""</script><script>alert(2)</script> & "quotes" \\u2028"""
+
+map intersection(ways=4, lanes=1, lane_width=3.5 m, corner_radius=6 m, approach=50 m)
+
+param EGO_SPEED = Range(20, 60) km/h
+param OTHER_SPEED = Range(20, 60) km/h
+param GAP = Range(5, 40) m
+
+egoLane = Uniform(*intersection.incomingLanes)
+egoManeuver = Uniform(*filter(lambda m: m.type is ManeuverType.STRAIGHT, egoLane.maneuvers))
+otherLane = Uniform(*egoManeuver.reverseManeuvers).startLane
+otherManeuver = Uniform(*filter(lambda m: m.type is ManeuverType.LEFT_TURN, otherLane.maneuvers))
+
+ego = new Car at (new OrientedPoint in egoLane.centerline),
+    with speed EGO_SPEED,
+    with behavior FollowTrajectoryBehavior(EGO_SPEED, [egoLane, egoManeuver.connectingLane, egoManeuver.endLane])
+other = new Car at (new OrientedPoint in otherLane.centerline),
+    with speed OTHER_SPEED,
+    with behavior FollowTrajectoryBehavior(
+        OTHER_SPEED, [otherLane, otherManeuver.connectingLane, otherManeuver.endLane])
+require (distance from ego to other) > GAP as "</style><script>alert(3)</script>"
+terminate after 12 s
+'''
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a finished search of 6 generations of 30."""
+    home = tmp_path_factory.mktemp("page")
+    file = home / f"{HOSTILE}.scn"
+    file.write_text(SCENARIO, encoding="utf-8")
+    run = home / "run"
+    words = ["--ga", "--generations", "6", "--population", "30", "--seed", "3", "--out", str(run), "--json"]
+    assert main([str(file), *words]) == 0
+    return run
+
+
+@pytest.fixture(scope="session")
+def opened(folder: Path) -> OpenedRun:
+    return open_run(folder)
+
+
+@pytest.fixture(scope="session")
+def page_text(opened: OpenedRun) -> str:
+    return run_page(opened, 3)
+
+
+@pytest.fixture(scope="session")
+def page_file(page_text: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    path.write_text(page_text, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    """A headless browser."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    binary = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if binary is None:
+        pytest.skip("there is no Chromium on this machine to open the page with")
+    with playwright.sync_playwright() as started:
+        browser = started.chromium.launch(executable_path=binary, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+class Reader(HTMLParser):
+    """What a browser would find: tags with attributes, the texts of scripts, and figures by name."""
+
+    def __init__(self) -> None:
+        super().__init__(convert_charrefs=True)
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.blocks: dict[str, str] = {}
+        self.figures: dict[str, list[tuple[float, str]]] = {}
+        self._open: list[tuple[str, dict[str, str | None]]] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        self._open.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        self._open = self._open[:-1] if self._open and self._open[-1][0] == tag else self._open
+
+    def handle_data(self, data: str) -> None:
+        tag, attributes = self._open[-1] if self._open else ("", {})
+        if tag == "script" and attributes.get("id"):
+            self.blocks[str(attributes["id"])] = data
+        if tag == "data" and attributes.get("data-figure"):
+            value = float(str(attributes["value"]))
+            self.figures.setdefault(str(attributes["data-figure"]), []).append((value, data))
+
+
+@pytest.fixture(scope="session")
+def read(page_text: str) -> Reader:
+    reader = Reader()
+    reader.feed(page_text)
+    return reader

@@ -1,0 +1,118 @@
+"""Drawings, charts and heat maps: what they show is where the numbers say."""
+
+import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cortex_dsl.api.runs import OpenedRun
+from cortex_dsl.api.scenario import load
+from cortex_dsl.report.findings.analysis_report import heat_maps, information
+from cortex_dsl.report.page.charts import Box, Course, box_chart, line_chart, nice_ticks
+from cortex_dsl.report.page.player import packed
+from cortex_dsl.report.page.summary import clopper_pearson
+
+LEFT_TURN = Path(__file__).parents[4] / "examples" / "left_turn.scn"
+NUMBERS = st.floats(-1e6, 1e6)
+
+
+@given(st.lists(st.none() | st.floats(-1e4, 1e4), max_size=50))
+def test_packed_series_come_back(values: list[float | None]) -> None:
+    """Adding up the differences gives each number to half a unit; gaps stay gaps."""
+    steps = packed(np.array([np.nan if v is None else v for v in values]), 100.0)
+    total = 0
+    for value, step in zip(values, steps, strict=True):
+        assert (value is None) == (step is None)
+        if step is not None:
+            total += step
+            assert total / 100.0 == pytest.approx(value, abs=0.0051)
+
+
+@given(NUMBERS, NUMBERS)
+def test_ticks_enclose(first: float, second: float) -> None:
+    """Ticks ascend, are few, and enclose what they were made for."""
+    low, high = sorted((first, second))
+    if high - low < 1e-6:
+        return
+    ticks = nice_ticks(low, high)
+    assert list(ticks) == sorted(set(ticks))
+    assert len(ticks) <= 7
+    assert ticks[0] <= low + 1e-6 * (high - low)
+    assert ticks[-1] >= high - 1e-6 * (high - low)
+
+
+def test_a_line_breaks_where_there_is_no_number() -> None:
+    """A course with a gap is two lines."""
+    y = np.array([1.0, 2.0, np.nan, 3.0, 4.0])
+    text = str(line_chart([Course("a", "first", np.arange(5.0), y)], "title"))
+    assert text.count("<polyline") == 2
+    assert "nan" not in text
+
+
+def test_charts_of_nothing_are_charts() -> None:
+    """No numbers, one number, equal numbers: still a well-formed picture."""
+    for values in (np.zeros(0), np.ones(1), np.full(4, np.nan), np.full(4, 2.0)):
+        x = np.arange(len(values), dtype=np.float64)
+        ET.fromstring(str(line_chart([Course("a", "first", x, values)], "t")))
+        ET.fromstring(str(box_chart([Box("a", "first", values)], "t", stars=[(0, 0, "*")])))
+
+
+def test_information_of_what_says_nothing_and_everything() -> None:
+    """Cells that fail alike tell nothing; cells that always or never fail tell all, here one bit."""
+    even = np.full((4, 4), 100)
+    assert information(even, even // 2) == 0.0
+    half = np.zeros((4, 4), dtype=int)
+    half[:2] = 100
+    assert information(even, half) == pytest.approx(1.0, abs=0.01)
+    assert information(np.zeros((3, 3), dtype=int), np.zeros((3, 3), dtype=int)) == 0.0
+
+
+def test_heat_maps_count_every_valid_simulation(opened: OpenedRun) -> None:
+    """No simulation falls out of the cells, and those that tell more come first."""
+    evaluations = opened.record.evaluations
+    maps = heat_maps(opened.record.manifest.parameters, evaluations)
+    rows = evaluations.valid & evaluations.simulated
+    assert len(maps) == 3
+    assert [found.information for found in maps] == sorted((found.information for found in maps), reverse=True)
+    for found in maps:
+        assert found.tried.sum() == rows.sum()
+        assert found.failed.sum() == (rows & evaluations.collided).sum()
+
+
+@pytest.mark.parametrize(
+    ("hits", "tries", "low", "high"), [(0, 10, 0.0, 0.3085), (5, 10, 0.1871, 0.8129), (10, 10, 0.6915, 1.0)]
+)
+def test_interval_of_a_share(hits: int, tries: int, low: float, high: float) -> None:
+    """As tabulated by Clopper and Pearson."""
+    assert clopper_pearson(hits, tries) == pytest.approx((low, high), abs=1e-4)
+
+
+def test_scene_shows_everybody_where_they_start() -> None:
+    """The picture of a scene is an SVG of its own, with each actor at its place."""
+    scenario = load(LEFT_TURN)
+    scenes = scenario.sample(5, seed=1)
+    row = int(scenes.valid.argmax())
+    svg = scenario.show(scenes, row)._repr_svg_()
+    ET.fromstring(svg)
+    places = re.findall(r'data-actor="(\d)" transform="translate\((\S+) (\S+)\)', svg)
+    assert {actor for actor, _, _ in places} == {"0", "1"}
+    for actor, x, y in places:
+        block = scenes.values[row][int(actor) * 15 :]
+        assert (float(x), float(y)) == pytest.approx((block[0], block[1]), abs=1e-3)
+
+
+def test_notebooks_show_searches_and_runs() -> None:
+    """A scenario, a campaign, a case and a run have a form for notebooks; anything else is refused."""
+    scenario = load(LEFT_TURN)
+    campaign = scenario.search("random", generations=1, population=20)
+    assert "EGO_SPEED" in scenario._repr_html_()
+    assert f"{campaign.by_individual.nis:,}" in scenario.show(campaign)._repr_html_()
+    assert "srcdoc" in scenario.show(campaign.worst[0])._repr_html_()
+    scenes = scenario.sample(5, seed=1)
+    assert "data-replay" in scenario.replay(scenes, int(scenes.valid.argmax())).text
+    with pytest.raises(TypeError, match="got int"):
+        scenario.show(3)  # type: ignore[arg-type]

@@ -1,0 +1,51 @@
+"""The short pages can be followed: their commands run in a shell as written; the landing page's scenario compiles."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cortex_dsl.pipeline import compile_source
+from cortex_dsl.source import Source
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+
+
+def blocks(page: Path, kind: str) -> list[str]:
+    """Text of each block of a kind."""
+    return re.findall(rf"^```{kind}\n(.*?)^```$", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+
+
+def test_the_landing_page_shows_the_scenario_of_the_readme() -> None:
+    """The same one, which compiles without a word."""
+    (scenario,) = blocks(DOCS / "index.md", "scn whole")
+    assert not compile_source(Source("index.md", scenario)).diagnostics
+    assert scenario in blocks(ROOT / "README.md", "")
+
+
+@pytest.fixture
+def shell(tmp_path: Path) -> dict[str, str]:
+    """An environment in which `cortexc` is this checkout's."""
+    command = tmp_path / "bin" / "cortexc"
+    command.parent.mkdir()
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m cortex_dsl "$@"\n', encoding="utf-8")
+    command.chmod(0o755)
+    path = f"{command.parent}{os.pathsep}{os.environ['PATH']}"
+    return os.environ | {"PATH": path, "PYTHONPATH": str(ROOT), "NO_COLOR": "1"}
+
+
+@pytest.mark.parametrize("name", ["search.md", "continuous-integration.md"])
+def test_a_page_can_be_followed(name: str, tmp_path: Path, shell: dict[str, str]) -> None:
+    """From top to bottom in a folder with the examples; every command ends well."""
+    home = tmp_path / "home"
+    shutil.copytree(ROOT / "examples", home / "examples")
+    steps = blocks(DOCS / "how-to" / name, "sh")
+    assert len(steps) >= 3
+    for step in steps:
+        done = subprocess.run(["sh", "-ec", step], cwd=home, env=shell, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, f"{step}\n{done.stdout}\n{done.stderr}"
