@@ -4,17 +4,20 @@ VENV   := .venv
 PYTHON := $(VENV)/bin/python
 SCENE  ?= examples/left_turn.scn
 ARGS   ?=
+PYTHONS := python3.14 python3.13 python3.12 python3.11 python3
 
-.PHONY: demo test quick check format coverage docs bench validate install dev clean help
+.PHONY: demo test quick lowest check format coverage docs wheel bench validate install dev clean help
 
 help:
 	@echo "make demo      set up, then search examples/left_turn.scn for collisions"
 	@echo "make test      set up, then run the tests and the import contracts"
 	@echo "make quick     the tests that need no simulation: under a minute"
+	@echo "make lowest    the tests, with the lowest versions that pyproject.toml declares"
 	@echo "make check     ruff, format, types and import contracts"
 	@echo "make format    let ruff lay the code out"
 	@echo "make coverage  run the tests, and say which lines none of them reaches"
 	@echo "make docs      build the site from docs/ into build/site"
+	@echo "make wheel     build wheel and source distribution into dist"
 	@echo "make bench     measure how fast it is"
 	@echo "make validate  set up the checkers of other tools, once, and hold exports against them"
 	@echo "make clean     remove everything that was set up"
@@ -27,6 +30,14 @@ test: dev
 
 quick: dev
 	$(PYTHON) -m pytest --numprocesses 2 -m "not slow" $(QUICK) $(ARGS)
+
+# In an environment of its own: are the lower bounds of pyproject.toml true?
+lowest:
+	$(MAKE) VENV=build/lowest PYTHONS=python3.11 build/lowest/bin/pip
+	build/lowest/bin/python -m pip install --quiet --disable-pip-version-check uv
+	build/lowest/bin/uv pip install --quiet --python build/lowest/bin/python --resolution lowest-direct --editable ".[dev]"
+	@touch build/lowest/.installed build/lowest/.installed-dev
+	$(MAKE) VENV=build/lowest test
 
 check: dev
 	$(VENV)/bin/ruff check
@@ -43,6 +54,10 @@ coverage: dev
 
 docs: $(VENV)/.installed-docs
 	$(PYTHON) -m docs.builder build/site $(ARGS)
+
+wheel: dev
+	rm -rf dist
+	$(PYTHON) -m hatchling build
 
 bench: install
 	$(PYTHON) -m benchmarks.speed $(ARGS)
@@ -73,7 +88,7 @@ $(VENV)/.installed-schemas: tests/schemas.txt | $(VENV)/bin/pip
 	@touch $@
 
 $(VENV)/bin/pip:
-	@for python in python3.14 python3.13 python3.12 python3.11 python3; do \
+	@for python in $(PYTHONS); do \
 	  if $$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then \
 	    echo "setting up $(VENV) with $$python (once)"; \
 	    $$python -m venv --clear $(VENV) && exit 0; \
@@ -81,7 +96,7 @@ $(VENV)/bin/pip:
 	    exit 1; \
 	  fi; \
 	done; \
-	echo "make: cortexc needs Python 3.11 or newer, and none of python3.14, python3.13, python3.12, python3.11, python3 is" >&2; \
+	echo "make: cortexc needs Python 3.11 or newer, and none of $(PYTHONS) is" >&2; \
 	exit 1
 
 clean:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cortex_dsl.api.scenario import Scenario, load
+from cortex_dsl import Scenario, load
 from engine import batch, world
 from engine.metrics import recorded
 from engine.sampling import sample, uniform_genomes

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from cortex_dsl.api.scenario import load
+from cortex_dsl import load
 from engine.paper import FILES
 from engine.study.execution import perform_all
 from engine.study.plan import Plan, Subject, check, with_own_seeds

@@ -14,8 +14,8 @@ from contextlib import closing
 from pathlib import Path
 
 from benchmarks.in_memory import EXAMPLES
+from cortex_dsl import Scenario, load
 from cortex_dsl.api.run_folder import origin_of
-from cortex_dsl.api.scenario import Scenario, load
 from engine.paper import FILES
 from engine.search.assessment import SCALARS
 from engine.search.journal import Journal

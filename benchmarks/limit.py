@@ -15,8 +15,7 @@ from engine.host import samples_of
 from engine.kernels.approach import circles_apart, first_contact
 from engine.kernels.bicycle import GRAVITY, Demand, Motion, Vehicle, drive
 from engine.kernels.geometry import Box, View, sees
-from engine.kernels.inline import inlined
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inlined, kernel
 from engine.kernels.pair import measure_pair
 from engine.kernels.path import path_project, path_project_near
 from engine.kernels.region import region_contains

@@ -11,7 +11,7 @@ import argparse
 from dataclasses import replace
 from time import perf_counter
 
-from cortex_dsl.api.scenario import compile_text
+from cortex_dsl import compile_text
 from engine.search.probability.monte_carlo import Probability, estimate
 
 RARE = """\

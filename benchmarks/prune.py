@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cortex_dsl.api.scenario import Scenario, load
+from cortex_dsl import Scenario, load
 from engine.sampling import draw_genomes, sample
 from engine.scenes import Scenes
 from engine.streams import key_rows

@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks import limit
-from cortex_dsl.api.scenario import Scenario, load
+from cortex_dsl import Scenario, load
 from engine import batch, world
 from engine.outcomes import Outcomes
 from engine.sampling import sample, uniform_genomes

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from cortex_dsl.api.scenario import Scenario, load
+from cortex_dsl import Scenario, load
 from engine.extras import MissingExtraError
 from engine.outcomes import Assessment
 from engine.risk import PROFILES

@@ -1,0 +1,80 @@
+"""cortexc: a language, compiler, simulator and search laboratory for the corner cases of autonomous driving.
+
+    >>> import cortex_dsl as cx
+    >>> scenario = cx.load("examples/left_turn.scn")
+    >>> campaign = cx.search(scenario, "ga", generations=30, population=100, out="runs/mine")
+    >>> case = campaign.worst[0]
+    >>> cx.export(cx.open_run("runs/mine"), ["xosc", "csv"], "elsewhere")
+
+This is all of it that a user needs to know by name; what stands behind may move. Nothing is imported before it is used,
+and nothing here prints. What cannot be done is a `CortexError`, which says what is wrong and how to mend it.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from cortex_dsl.api.exchange import export, measure
+    from cortex_dsl.api.runs import open_run, resume, search
+    from cortex_dsl.api.scenario import Scenario, compile_text, load
+    from cortex_dsl.api.studies import study
+    from cortex_dsl.diagnostics import CompileError
+    from engine.config import Config
+    from engine.errors import CortexError
+
+    __version__: str
+
+__all__ = [
+    "CompileError",
+    "Config",
+    "CortexError",
+    "Scenario",
+    "__version__",
+    "compile_text",
+    "export",
+    "load",
+    "measure",
+    "open_run",
+    "resume",
+    "search",
+    "study",
+]
+
+_HOMES = {
+    "CompileError": "cortex_dsl.diagnostics",
+    "Config": "engine.config",
+    "Scenario": "cortex_dsl.api.scenario",
+    "compile_text": "cortex_dsl.api.scenario",
+    "export": "cortex_dsl.api.exchange",
+    "load": "cortex_dsl.api.scenario",
+    "measure": "cortex_dsl.api.exchange",
+    "open_run": "cortex_dsl.api.runs",
+    "resume": "cortex_dsl.api.runs",
+    "search": "cortex_dsl.api.runs",
+    "study": "cortex_dsl.api.studies",
+}
+"""The module of each name."""
+
+
+def __getattr__(name: str) -> Any:
+    """The thing of a name, imported with its first use.
+
+    Raises:
+        HiddenEngineError: another package called `engine` stands before ours.
+    """
+    if name == "__version__":
+        return import_module("cortex_dsl.version").VERSION
+    if name not in _HOMES and name != "CortexError":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from cortex_dsl.installation import check_engine, errors
+
+    if name == "CortexError":
+        return errors().CortexError  # caught even where nothing else can be had
+    check_engine()
+    thing = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = thing
+    return thing
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,8 +1,58 @@
-"""`python -m cortex_dsl` is `cortexc`."""
+"""`python -m cortex_dsl` is `cortexc`: a process of its own, which is set up here, and the command in it.
 
+Nothing here is done to a process that calls `cortex_dsl.cli.main` itself.
+"""
+
+import atexit
+import contextlib
+import gc
+import os
 import sys
+from pathlib import Path
 
-from cortex_dsl.cli import main
+
+def process() -> int:
+    """Run the command line of this process and return its exit code."""
+    _open_streams()
+    _start_light()
+    from cortex_dsl.cli import main
+
+    code = main()
+    _let_streams_end()
+    return code
+
+
+def _open_streams() -> None:
+    """Give a command that was started with `>&-` streams that go nowhere; show what a terminal cannot as `?`."""
+    if sys.stdout is None:
+        sys.stdout = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - open until the process ends
+    if sys.stderr is None:
+        sys.stderr = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - open until the process ends
+    for stream in (sys.stdin, sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure is not None:
+            reconfigure(errors="replace")
+
+
+def _start_light() -> None:
+    """Leave out what nobody here needs and what costs half of a short command.
+
+    Threads for matrices only spin. Looking for garbage finds none, again and again while the compiler makes what lives
+    until the end, and once more at the end, when all of it goes anyway.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    gc.set_threshold(200_000)
+    atexit.register(gc.freeze)
+
+
+def _let_streams_end() -> None:
+    """Keep Python from failing again when it closes a stdout whose reader has left, or whose disk is full."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        with contextlib.suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(process())

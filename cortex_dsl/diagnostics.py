@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from enum import Enum
+from html import escape
 
 from cortex_dsl.source import Source, Span
 from engine.errors import CortexError
@@ -57,13 +58,22 @@ class Diagnostic:
 
 
 class CompileError(CortexError):
-    """The one exception that carries diagnostics out of the compiler."""
+    """The one exception that carries diagnostics out of the compiler; message and cure are those of the first error.
 
-    def __init__(self, source: Source, diagnostics: Iterable[Diagnostic]) -> None:
+    `drawn` is its text, if whoever raises it can draw the lines of the source with their marks.
+    """
+
+    def __init__(self, source: Source, diagnostics: Iterable[Diagnostic], drawn: str = "") -> None:
         self.source = source
         self.diagnostics = tuple(diagnostics)
+        self.drawn = drawn
         first = next((d for d in self.diagnostics if d.severity is Severity.ERROR), None)
         super().__init__(f"{first.code}: {first.message}" if first else "", first.cure if first else "")
 
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(str(self))}</pre>"
+
     def __str__(self) -> str:
-        return "; ".join(f"{d.code}: {d.message}{f' ({d.cure})' if d.cure else ''}" for d in self.diagnostics)
+        return self.drawn or "; ".join(
+            f"{d.code}: {d.message}{f' ({d.cure})' if d.cure else ''}" for d in self.diagnostics
+        )

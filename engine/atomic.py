@@ -1,21 +1,32 @@
-"""Files written all or not at all: first under other names, then each is put in its place at once."""
+"""Files written whole or not at all: first under a hidden name beside their place, then put there at once.
 
+Whoever reads a file, at whatever moment, sees all of the old or all of the new. Nothing here listens to signals: who is
+killed leaves hidden names behind, and the next one that writes into that folder, while nobody else does, takes them
+away. Writers know of one another by a lock of the folder, which ends with whoever holds it.
+"""
+
+import errno
 import os
 import re
-import signal
+import secrets
 import stat
-import threading
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
-from typing import NoReturn
 
-WAITING = re.compile(r"\..*\.(\d{1,9})\.cortexc-part")
-"""The name of a file that waits for its place, with the process that writes it."""
+try:
+    import fcntl
+except ImportError:  # Windows has no such locks: nothing is ever taken away there
+    fcntl = None
+
+WAITING = re.compile(r"\..*\.[0-9a-f]{8}\.cortexc-part")
+"""The name of a file that waits for its place."""
 LONGEST_NAME = 100
 """Bytes of a file's name in that."""
+PATIENCE, PAUSE = 100, 0.01
+"""How often a lock is tried, and how long after one another [s]: who takes names away needs no longer."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +45,8 @@ def standing(folder: Path, files: Mapping[str, bytes]) -> Standing:
     Raises:
         OSError: something is there that cannot be read, such as a folder of a file's name.
     """
-    same, other = [], []
+    same: list[str] = []
+    other: list[str] = []
     for name, content in files.items():
         path = folder / name
         if os.path.lexists(path):
@@ -53,45 +65,70 @@ def _holds(path: Path, content: bytes) -> bool:
     return stat.S_ISREG(found.st_mode) and found.st_size == len(content) and path.read_bytes() == content
 
 
-def write_all(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Write files into a folder, which is made if it is not there. Where one cannot be written, none is.
-
-    What an export left behind that was killed there is taken away.
+def write_one(path: Path, content: bytes) -> None:
+    """Put a content into a file. Mode and owner of one that is there stay; where a link leads, there it is written.
 
     Raises:
-        OSError: with the path that could not be written; no half of a file is left, nor a folder that was made for it.
-        SystemExit: the process was told to end meanwhile; as little is left.
+        OSError: it cannot be written, or may not; what was there is as it was.
     """
-    with _ended_by_exception():
-        made = _make(folder)
-        _clear(folder)
-        waiting = {name: folder / _waiting(name) for name in files}
+    target = Path(os.path.realpath(path))
+    old = target.stat() if target.exists() else None
+    if old is not None and not os.access(target, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+    with _writing_into(target.parent):
+        waiting = _waiting(target)
         try:
-            for name, content in files.items():
-                _write(waiting[name], content)
-            for name, path in waiting.items():
-                path.replace(folder / name)
+            _write(waiting, target, content, 0o666 if old is None else 0o600)
+            if old is not None:
+                waiting.chmod(stat.S_IMODE(old.st_mode))
+                with suppress(OSError):  # only root gives files away
+                    os.chown(waiting, old.st_uid, old.st_gid)
+            waiting.replace(target)
         except BaseException:
-            for path in waiting.values():
-                with suppress(OSError):
-                    path.unlink(missing_ok=True)
-            for path in made:
-                with suppress(OSError):  # not empty: somebody else uses it by now
-                    path.rmdir()
+            waiting.unlink(missing_ok=True)
             raise
 
 
-def _waiting(name: str) -> str:
-    cut = name.encode()[:LONGEST_NAME].decode(errors="ignore")
-    return f".{cut}.{os.getpid()}.cortexc-part"
+def write_all(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Write files into a folder, which is made if it is not there. Where one cannot be written, none is.
+
+    Raises:
+        OSError: with the path that could not be written; no half of a file is left, nor a folder that was made for it.
+    """
+    made = _make(folder)
+    waiting = {name: _waiting(folder / name) for name in files}
+    try:
+        with _writing_into(folder):
+            for name, content in files.items():
+                _write(waiting[name], folder / name, content, 0o666)
+            for name, path in waiting.items():
+                path.replace(folder / name)
+    except BaseException:
+        for path in waiting.values():
+            with suppress(OSError):
+                path.unlink(missing_ok=True)
+        for path in made:
+            with suppress(OSError):  # not empty: somebody else uses it by now
+                path.rmdir()
+        raise
 
 
-def _write(path: Path, content: bytes) -> None:
-    """Through to the disk: a full one says so here, and not when the name is taken already."""
-    with path.open("wb") as file:
+def _waiting(place: Path) -> Path:
+    cut = place.name.encode()[:LONGEST_NAME].decode(errors="ignore")
+    return place.with_name(f".{cut}.{secrets.token_hex(4)}.cortexc-part")
+
+
+def _write(waiting: Path, place: Path, content: bytes, mode: int) -> None:
+    """A new file, through to the disk: a full one says so here, and not when the name is taken already."""
+    try:
+        number = os.open(waiting, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode)
+    except OSError as error:
+        error.filename = str(place)  # the name that people know
+        raise
+    with os.fdopen(number, "wb") as file:
         file.write(content)
         file.flush()
-        os.fsync(file.fileno())
+        os.fsync(number)
 
 
 def _make(folder: Path) -> list[Path]:
@@ -101,49 +138,44 @@ def _make(folder: Path) -> list[Path]:
     return missing
 
 
-# -- ends that come from outside --------------------------------------------------------------------------------------
+# -- what somebody left who was killed ---------------------------------------------------------------------------------
 
 
 @contextmanager
-def _ended_by_exception() -> Iterator[None]:
-    """A request to end, which by itself runs nothing any more, raises SystemExit, as Ctrl-C raises its own."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    signals = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    before = {number: signal.getsignal(number) for number in signals}
+def _writing_into(folder: Path) -> Iterator[None]:
+    """Share the folder's lock with whoever else writes there; who has it alone first takes away what is left."""
+    number = _opened(folder)
     try:
-        for number in signals:
-            if before[number] is signal.SIG_DFL:  # who ignores it wants to be left alone
-                signal.signal(number, _end)
+        if number is not None:
+            with suppress(OSError):  # a file system without locks
+                _share(folder, number)
         yield
     finally:
-        for number, handler in before.items():
-            if handler is not None:
-                signal.signal(number, handler)
+        if number is not None:
+            os.close(number)
 
 
-def _end(number: int, _frame: FrameType | None) -> NoReturn:
-    raise SystemExit(128 + number)
+def _opened(folder: Path) -> int | None:
+    """None where folders have no locks, or this one may not be read: then nothing is taken away."""
+    with suppress(OSError):
+        return None if fcntl is None else os.open(folder, os.O_RDONLY)
+    return None
+
+
+def _share(folder: Path, number: int) -> None:
+    assert fcntl is not None
+    with suppress(BlockingIOError):  # others write here
+        fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        _clear(folder)
+    for _ in range(PATIENCE):
+        with suppress(BlockingIOError):
+            fcntl.flock(number, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            return
+        time.sleep(PAUSE)
 
 
 def _clear(folder: Path) -> None:
-    """Take away what waits for a process that is gone."""
     for path in folder.glob(".*.cortexc-part"):
-        found = WAITING.fullmatch(path.name)
-        if found and not _runs(int(found[1])):
+        if WAITING.fullmatch(path.name):
             with suppress(OSError):
                 path.unlink()
-
-
-def _runs(process: int) -> bool:
-    """Whether a process is there; where that cannot be asked without harm, it is."""
-    if os.name != "posix":
-        return True
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except (OSError, OverflowError):
-        return True
-    return True

@@ -4,6 +4,7 @@ A `CortexError` says what is wrong (`message`) and how to mend it (`cure`); ever
 from a worker's process to ours as it is.
 """
 
+from pathlib import Path
 from typing import Any
 
 
@@ -41,3 +42,25 @@ class ArgumentKindError(CortexError, TypeError):
 
 class RowError(CortexError, IndexError):
     """There is no such row."""
+
+
+class UnreadableFileError(CortexError, OSError):
+    """A file cannot be read; its `errno` and `filename` are those of the system's error."""
+
+    def __init__(self, path: str | Path, error: OSError) -> None:
+        reason = (error.strerror or str(error)).lower()
+        super().__init__(f"cannot read `{path}`: {reason}", "name a file that is there and may be read")
+        self.errno, self.filename = error.errno, str(path)
+
+
+class HiddenEngineError(CortexError, ImportError):
+    """Another package or folder called `engine` stands before ours, so that nothing can be run."""
+
+    def __init__(self, home: Path, found: str) -> None:
+        super().__init__(
+            f"its package `engine` should be at {home} but was found {found}",
+            "another package or folder called `engine` hides it; install cortexc in an environment of its own",
+        )
+
+    def __str__(self) -> str:
+        return f"cortexc: {super().__str__()}"

@@ -1,10 +1,11 @@
-"""Packages that only some methods and outputs need: imported when asked for, and missed with the command that installs
-them into this Python, from where cortexc came.
+"""Packages that only some methods, outputs and formats need: imported when asked for, and missed with the command that
+installs them into this Python, from where cortexc came.
 """
 
 import os
 import sys
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from shlex import quote
 from typing import Any
@@ -33,19 +34,26 @@ class MissingExtraError(CortexError):
         self.package = package
 
 
-def _short(path: Path) -> str:
-    """As one would type it here."""
-    here = Path(os.path.abspath(path))  # noqa: PTH100 - a link, as a virtual environment's python is, stays one
-    return str(here.relative_to(Path.cwd())) if here.is_relative_to(Path.cwd()) else str(here)
+def is_installed(package: str) -> bool:
+    """Whether a package can be imported, found without importing it; "" stands for none, which is always there."""
+    return not package or find_spec(package) is not None
 
 
-def needed(package: str, method: str, extra: str = "search") -> Any:
-    """The package, or the module of one.
+def needed(module: str, who: str, extra: str, package: str = "") -> Any:
+    """A module of an optional package, imported now; `who` says who needs it, with the verb: `GIFs need`.
+
+    `package`: the name under which it is installed, where its modules have another.
 
     Raises:
         MissingExtraError: it is not installed.
     """
     try:
-        return import_module(package)
+        return import_module(module)
     except ImportError:
-        raise MissingExtraError(f"`{method}` needs", package.split(".")[0], extra) from None
+        raise MissingExtraError(who, package or module.split(".")[0], extra) from None
+
+
+def _short(path: Path) -> str:
+    """As one would type it here."""
+    here = Path(os.path.abspath(path))  # noqa: PTH100 - a link, as a virtual environment's python is, stays one
+    return str(here.relative_to(Path.cwd())) if here.is_relative_to(Path.cwd()) else str(here)

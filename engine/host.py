@@ -7,12 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.config import SimulationConfig
+from engine.errors import ArgumentError
 from engine.kernels.rows import Requested, Results
 from engine.kernels.stage import Layout, Plan, Run, Slot, Status
 from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
-from engine.tables import Floats, Ints
+from engine.tables import Floats, Ints, Size
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, RuleKind, State
 
@@ -49,7 +50,7 @@ def plan(program: Program, config: SimulationConfig) -> Plan:
         layout=Layout(
             variant_values=len(code.literals),
             scene_values=len(code.literals) + code.variant_values.shape[1],
-            locals=int(code.sizes[4]),
+            locals=int(code.sizes[Size.LOCALS]),
             time_step=float(config.time_step),
             last_sample=samples_of(config),
             budget=int(config.instruction_budget),
@@ -59,11 +60,18 @@ def plan(program: Program, config: SimulationConfig) -> Plan:
 
 def _check(config: SimulationConfig) -> None:
     if not (math.isfinite(config.time_step) and config.time_step > 0.0):
-        raise ValueError(f"time_step is {config.time_step} s; it must be a positive number")
+        raise ArgumentError(
+            f"time_step is {config.time_step} s; it must be a positive number", "take 0.05, the default"
+        )
     if not (math.isfinite(config.max_time) and config.max_time >= 0.0):
-        raise ValueError(f"max_time is {config.max_time} s; it must be a number that is not negative")
+        raise ArgumentError(
+            f"max_time is {config.max_time} s; it must be a number that is not negative", "take a longer time"
+        )
     if samples_of(config) > MAX_SAMPLES:
-        raise ValueError(f"{config.max_time} s in steps of {config.time_step} s are more than {MAX_SAMPLES:,} steps")
+        raise ArgumentError(
+            f"{config.max_time} s in steps of {config.time_step} s are more than {MAX_SAMPLES:,} steps",
+            "take longer steps",
+        )
 
 
 def samples_of(config: SimulationConfig) -> int:
@@ -75,13 +83,13 @@ def memory(program: Program, samples: int) -> Run:
     """Memory for one run after another, with a record of up to `samples` samples; literals are in place."""
     code = program.code
     actors = len(program.actors)
-    registers = np.zeros(int(code.sizes[3]))
+    registers = np.zeros(int(code.sizes[Size.STEP_REGISTERS]))
     registers[: len(code.literals)] = code.literals
     watching = bool(np.any(code.rule_kind == RuleKind.WATCH))
     return Run(
         states=np.zeros((samples, actors, len(State))),
         registers=registers,
-        resume=np.full(int(code.sizes[5]), -1, dtype=np.int32),
+        resume=np.full(int(code.sizes[Size.BLOCKS]), -1, dtype=np.int32),
         actors=np.zeros((actors, len(Slot))),
         status=np.zeros(len(Status), dtype=np.int64),
         end=np.zeros(2),

@@ -19,6 +19,7 @@ from typing import Annotated, Any, get_origin
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.display import facts_table
 from engine.frozen import frozen
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import EndReason, Side, Verdict
@@ -73,6 +74,10 @@ class Result:
     """Of an array (n, k): the names of its k columns."""
     part_of: str = ""
     """The row whose parts they are."""
+    when: str = ""
+    """The row that holds its instant, of a metric that has one."""
+    of_risk: bool = False
+    """Whether it belongs to the metrics that the score comes from, which reports tell together with it."""
     in_document: bool = True
     """Of a metric of a pair: whether the JSON of a single run tells it."""
     name: str = ""
@@ -169,6 +174,8 @@ class _Measured:
             "least distance between the outlines",
             Per.PAIR,
             kept=Kept.NEAREST,
+            when="min_distance_time",
+            of_risk=True,
         ),
     ]
     """Infinite for two never in the scene together."""
@@ -182,17 +189,36 @@ class _Measured:
             "largest closing speed of the centres",
             Per.PAIR,
             kept=Kept.DECIDING,
+            when="max_closing_time",
+            of_risk=True,
         ),
     ]
     max_closing_time: Annotated[Floats, Result("", "s", per=Per.PAIR, kept=Kept.DECIDING)]
     distance_at_ms: Annotated[
         Floats,
         Result(
-            "D_MS, their distance then [m]", "m", "D_MS", "distance at the instant of MS", Per.PAIR, kept=Kept.DECIDING
+            "D_MS, their distance then [m]",
+            "m",
+            "D_MS",
+            "distance at the instant of MS",
+            Per.PAIR,
+            kept=Kept.DECIDING,
+            when="max_closing_time",
+            of_risk=True,
         ),
     ]
     ttc_at_ms: Annotated[
-        Floats, Result("TTC_MS = D_MS / MS [s]", "s", "TTC_MS", "D_MS / MS", Per.PAIR, kept=Kept.DECIDING)
+        Floats,
+        Result(
+            "TTC_MS = D_MS / MS [s]",
+            "s",
+            "TTC_MS",
+            "D_MS / MS",
+            Per.PAIR,
+            kept=Kept.DECIDING,
+            when="max_closing_time",
+            of_risk=True,
+        ),
     ]
     ego_speed: Annotated[
         Floats,
@@ -251,6 +277,11 @@ class Outcomes(_Measured, _Decided):
         """One line, for notebooks."""
         valid = int((self.verdict == 0).sum())
         return f"Outcomes({len(self)}: {valid} valid, {int(self.collided.sum())} collisions)"
+
+    def _repr_html_(self) -> str:
+        counts = ((reason.name.lower(), int((self.end_reason == reason).sum())) for reason in EndReason)
+        told = [("runs", f"{len(self):,}"), ("valid", f"{int((self.verdict == 0).sum()):,}")]
+        return facts_table([*told, *((f"ended by {name}", f"{count:,}") for name, count in counts if count)])
 
 
 @frozen

@@ -15,6 +15,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from engine.errors import ArgumentError
 from engine.outcomes import Outcomes
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Verdict
@@ -43,7 +44,9 @@ class RiskProfile:
     def __post_init__(self) -> None:
         for metric, edges in (("MD", self.min_distance), ("D_MS", self.distance_at_ms), ("TTC_MS", self.ttc_at_ms)):
             if len(edges) != BANDS or not all(0.0 < edge < np.inf for edge in edges) or list(edges) != sorted(edges):
-                raise ValueError(f"{metric}: expected {BANDS} positive thresholds in ascending order, got {edges}")
+                raise ArgumentError(
+                    f"{metric}: expected {BANDS} positive thresholds in ascending order, got {edges}", "sort them"
+                )
 
 
 PAPER = RiskProfile(
@@ -151,21 +154,3 @@ def continuous_score(values: Floats, edges: Edges) -> Floats:
         else:
             score -= values >= high
     return np.where(np.isnan(values), 0.0, score)
-
-
-def calibrated(outcomes: Outcomes, name: str = "calibrated") -> RiskProfile:
-    """Edges from a pilot of random scenes: from the lower quartile to the 90 % quantile of each metric in three equal
-    steps, as the paper's own edges seem to have been found. Pairs that never approach one another are left out.
-    """
-    valid = outcomes.verdict == Verdict.VALID
-
-    def edges(values: Floats) -> Edges:
-        known = values[valid]
-        known = known[np.isfinite(known)]
-        if len(known) == 0:
-            raise ValueError("a profile can be calibrated only from valid runs with two actors or more")
-        first, last = np.quantile(known, (0.25, 0.9))
-        a, b, c, d = np.linspace(first, last, BANDS)
-        return float(a), float(b), float(c), float(d)
-
-    return RiskProfile(name, edges(outcomes.min_distance), edges(outcomes.distance_at_ms), edges(outcomes.ttc_at_ms))

@@ -21,15 +21,15 @@ from typing import Literal, TypeVar
 import numpy as np
 
 from engine.config import SimulationConfig
+from engine.errors import ArgumentError
 from engine.feasibility import Pruner, groups_of, pruner
 from engine.kernels.attempts import sample_rows
-from engine.kernels.normal import truncated_normals
-from engine.kernels.philox import GENE_CHANNEL, fill_uniform
+from engine.kernels.random_numbers import GENE_CHANNEL, fill_uniform, truncated_normals
 from engine.kernels.recipe import Confinement, Layout, Ledger, Recipe, Request, Scratch
 from engine.program import ParamSpace, Program
 from engine.scenes import Scenes
 from engine.streams import check_keys
-from engine.tables import CodeTables, Floats, Ints, RoadTables
+from engine.tables import CodeTables, Floats, Ints, RoadTables, Size
 from engine.vocabulary import Distribution, GeneKind, Op, Purpose
 
 __all__ = ["draw_genomes", "sample", "uniform_genomes"]
@@ -135,7 +135,9 @@ def sample(
     recipe = recipe_of(program)
     limit = attempt_limit(program)
     if not 1 <= config.max_attempts <= limit:
-        raise ValueError(f"max_attempts is {config.max_attempts}; this scenario allows 1 .. {limit}")
+        raise ArgumentError(
+            f"max_attempts is {config.max_attempts}; this scenario allows 1 .. {limit}", "take a number between these"
+        )
     request = request_of(program, genomes, keys, config.max_attempts)
     ledger = _empty_ledger(program, recipe.layout, len(keys))
     if config.prune and prune is None:
@@ -169,7 +171,7 @@ class _Confiner:
 
 def attempt_limit(program: Program) -> int:
     """The most attempts at one scene: its stream of random numbers has an end."""
-    return BLOCK_LIMIT // _blocks(int(program.code.sizes[1]))
+    return BLOCK_LIMIT // _blocks(int(program.code.sizes[Size.DRAWS]))
 
 
 def _blocks(draws: int) -> int:
@@ -178,10 +180,11 @@ def _blocks(draws: int) -> int:
 
 
 def check_genomes(space: ParamSpace, genomes: Floats, rows: int) -> None:
-    """Raise ValueError unless there is one finite genome a key and discrete genes hold one of their options."""
+    """Raise ArgumentError unless there is one finite genome a key and discrete genes hold one of their options."""
     if genomes.shape != (rows, len(space)):
-        raise ValueError(
-            f"genomes: expected one row of {len(space)} genes a key {(rows, len(space))}, got {genomes.shape}"
+        raise ArgumentError(
+            f"genomes: expected one row of {len(space)} genes a key {(rows, len(space))}, got {genomes.shape}",
+            "`draw_genomes` makes some",
         )
     discrete = space.kinds != GeneKind.CONTINUOUS
     whole = (genomes == np.floor(genomes)) & (genomes >= space.low) & (genomes <= space.high)
@@ -191,7 +194,8 @@ def check_genomes(space: ParamSpace, genomes: Floats, rows: int) -> None:
         allowed = (
             f"a whole number in {space.low[gene]:g} .. {space.high[gene]:g}" if discrete[gene] else "a finite number"
         )
-        raise ValueError(f"genome {row}: {space.names[gene]} is {genomes[row, gene]}; it must be {allowed}")
+        message = f"genome {row}: {space.names[gene]} is {genomes[row, gene]}; it must be {allowed}"
+        raise ArgumentError(message, "name another value")
 
 
 def recipe_of(program: Program) -> Recipe:
@@ -199,7 +203,7 @@ def recipe_of(program: Program) -> Recipe:
     code = program.code
     variant_values = len(code.literals)
     genes = variant_values + code.variant_values.shape[1]
-    draw_count = int(code.sizes[1])
+    draw_count = int(code.sizes[Size.DRAWS])
     layout = Layout(
         variant_values=variant_values,
         genes=genes,
@@ -307,4 +311,6 @@ def _rows(ledger: Ledger, part: slice) -> Ledger:
 
 def scratch_of(recipe: Recipe) -> Scratch:
     """Working memory for one thread."""
-    return Scratch(np.zeros(recipe.code.sizes[0]), np.zeros(max(1, recipe.layout.requirements), dtype=np.int32))
+    return Scratch(
+        np.zeros(recipe.code.sizes[Size.SCENE_REGISTERS]), np.zeros(max(1, recipe.layout.requirements), dtype=np.int32)
+    )

@@ -8,10 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from engine.display import facts_table
 from engine.frozen import frozen
 from engine.program import Program
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import Column
+from engine.vocabulary import Column, Verdict
 
 
 class StreamKey(NamedTuple):
@@ -19,7 +20,7 @@ class StreamKey(NamedTuple):
 
     seed: int
     method: int
-    """`vocabulary.Method`"""
+    """`vocabulary.Method`, or a number made of a search method's name (`engine.streams.method_number`)."""
     run: int
     generation: int
     index: int  # pyright: ignore[reportIncompatibleMethodOverride]  # nobody looks values up in a key
@@ -55,6 +56,11 @@ class Scenes:
     def __repr__(self) -> str:
         """One line, for notebooks."""
         return f"Scenes({len(self)}: {int(self.valid.sum())} valid)"
+
+    def _repr_html_(self) -> str:
+        counts = ((verdict.name.lower(), int((self.verdict == verdict).sum())) for verdict in Verdict)
+        told = [("scenes", f"{len(self):,}"), *((name, f"{count:,}") for name, count in counts if count)]
+        return facts_table([*told, ("attempts", f"{int(self.attempts.sum()):,}")])
 
     @property
     def valid(self) -> Bools:

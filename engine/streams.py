@@ -1,26 +1,36 @@
 """Addresses of random numbers: who asks, for which individual, for what. Two addresses never share a number.
 
-Scenes and behaviours draw from Philox4x32-10 (`engine.kernels.philox`): a 64-bit key and a 128-bit counter.
+Scenes and behaviours draw from Philox4x32-10 (`engine.kernels.random_numbers`): a 64-bit key and a 128-bit counter.
 
 | word      | bits, from the most significant                             |
 |-----------|-------------------------------------------------------------|
-| key       | seed (63)                                                   |
+| key       | seed (63); its upper word exclusive-or method bits 8 to 35  |
 | counter 0 | block number (32); a block is two uniform numbers           |
 | counter 1 | index (32)                                                  |
 | counter 2 | run (16), generation (16)                                   |
-| counter 3 | rollout (16), channel (8), `Purpose` (4), `Method` (4)      |
+| counter 3 | rollout (16), method bits 4 to 7 (4), channel (4),          |
+|           | `Purpose` (4), method bits 0 to 3 (4)                       |
+
+A method that has a value in `Method` is numbered by it; every other one, of this or of another package, by its name
+(`method_number`): the first 32 bits of SHA-256 of the name, above the four bits of `Method.CUSTOM`. Two such methods
+share their numbers when these 32 bits are equal, which has probability 2^-32 for two names, and 1e-8 for ten methods
+in one installation; or, for seeds of 2^32 and above only, when their seeds differ by just what their names do. With
+a method of `Method` they share none.
 
 Attempt a of a scene with n nuisance draws owns the blocks from a * B on, B = ceil((n + 1) / 2): its first number
 picks the variant, the next n are the draws. Soft requirements and genes have channels of their own. A search's
 operators draw from numpy's Philox4x64-10 under the same fields (`operator_generator`).
 """
 
+import re
 from collections.abc import Iterable
+from hashlib import sha256
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.errors import ArgumentError
 from engine.scenes import StreamKey
 from engine.tables import Ints
 from engine.vocabulary import Method, Purpose
@@ -28,8 +38,29 @@ from engine.vocabulary import Method, Purpose
 if TYPE_CHECKING:
     from numpy.random import Generator
 
-FIELD_BITS = StreamKey(seed=63, method=4, run=16, generation=16, index=32, rollout=16)
+FIELD_BITS = StreamKey(seed=63, method=36, run=16, generation=16, index=32, rollout=16)
 """Width of each field. Keys are int64, hence 63."""
+NUMBER_BITS = 4
+"""Of a method, those that `Method.CUSTOM` fills where the others come from its name."""
+NO_SEARCH = (Method.SINGLE, Method.SAMPLE, Method.CUSTOM)
+"""Numbers that no method of a search has, whatever it is called."""
+NAMED = "method-"
+"""Begins, in the text of a key, a method that is numbered by its name; eight hexadecimal digits follow."""
+
+
+def method_number(name: str) -> int:
+    """The `method` of every stream key of a search method: its value in `Method`, else a number made of its name."""
+    method = old_number(name)
+    if method != Method.CUSTOM:
+        return method
+    digest = sha256(name.encode()).digest()
+    return int.from_bytes(digest[:4], "big") << NUMBER_BITS | Method.CUSTOM
+
+
+def old_number(name: str) -> int:
+    """The number that a search method had before names made numbers: its value in `Method`, `CUSTOM` for all others."""
+    known = {method.name.lower(): method for method in Method if method not in NO_SEARCH}
+    return int(known.get(name, Method.CUSTOM))
 
 
 def key_rows(
@@ -48,7 +79,9 @@ def key_rows(
 def check_keys(keys: Ints) -> None:
     """Raise ValueError unless `keys` is (n, 6) int64 and every field fits its place in an address."""
     if keys.ndim != 2 or keys.shape[1] != len(StreamKey._fields) or keys.dtype != np.int64:
-        raise ValueError(f"keys: expected (n, 6) int64 stream keys, got {keys.shape} {keys.dtype}")
+        raise ArgumentError(
+            f"keys: expected (n, 6) int64 stream keys, got {keys.shape} {keys.dtype}", "`key_rows` makes some"
+        )
     if len(keys):
         _check(StreamKey(*(int(value) for value in keys.min(axis=0))))
         _check(StreamKey(*(int(value) for value in keys.max(axis=0))))
@@ -57,21 +90,36 @@ def check_keys(keys: Ints) -> None:
 def _check(key: StreamKey) -> None:
     for name, value, bits in zip(StreamKey._fields, key, FIELD_BITS, strict=True):
         if not 0 <= value < 1 << bits:
-            raise ValueError(f"{name} of a random stream is {value}; it must lie in 0 .. {(1 << bits) - 1}")
+            raise ArgumentError(
+                f"{name} of a random stream is {value}; it must lie in 0 .. {(1 << bits) - 1}", "take a number in there"
+            )
 
 
 def format_key(key: Iterable[int]) -> str:
-    """A key as text for concrete files: `1.ga.0.12.55.0` (seed, method, run, generation, index, rollout)."""
+    """A key as text for concrete files: `1.ga.0.12.55.0` (seed, method, run, generation, index, rollout).
+
+    A method that is numbered by its name stands as `method-` and the eight hexadecimal digits of the name's hash.
+    """
     fields = StreamKey(*(int(value) for value in key))
     _check(fields)
-    return ".".join(str(value) for value in fields._replace(method=Method(fields.method).name.lower()))
+    return ".".join([str(fields.seed), _method_text(fields.method), *map(str, fields[2:])])
+
+
+def _method_text(method: int) -> str:
+    if method <= max(Method):
+        return Method(method).name.lower()
+    if method & (1 << NUMBER_BITS) - 1 != Method.CUSTOM:
+        raise ValueError(f"method of a random stream is {method}, which is the number of no method")
+    return f"{NAMED}{method >> NUMBER_BITS:08x}"
 
 
 def parse_key(text: str) -> StreamKey:
     """Inverse of `format_key`; ValueError says what is wrong."""
     words = text.strip().split(".")
     if len(words) != len(StreamKey._fields):
-        raise ValueError(f"a stream key has six fields, {'.'.join(StreamKey._fields)}; `{text}` has {len(words)}")
+        raise ArgumentError(
+            f"a stream key has six fields, {'.'.join(StreamKey._fields)}; `{text}` has {len(words)}", "copy a whole one"
+        )
     numbers = [_method(word) if name == "method" else _number(name, word) for name, word in _named(words)]
     key = StreamKey(*numbers)
     _check(key)
@@ -83,15 +131,17 @@ def _named(words: Iterable[str]) -> Iterable[tuple[str, str]]:
 
 
 def _method(word: str) -> int:
+    if match := re.fullmatch(f"{NAMED}([0-9a-f]{{8}})", word):
+        return int(match[1], 16) << NUMBER_BITS | Method.CUSTOM
     names = [method.name.lower() for method in Method]
     if word not in names:
-        raise ValueError(f"`{word}` is no method of a stream key; valid: {', '.join(names)}")
+        raise ArgumentError(f"`{word}` is no method of a stream key; valid: {', '.join(names)}", "name one of these")
     return Method[word.upper()]
 
 
 def _number(name: str, word: str) -> int:
     if not (word.isascii() and word.isdigit()):
-        raise ValueError(f"{name} of a stream key is a whole number, not `{word}`")
+        raise ArgumentError(f"{name} of a stream key is a whole number, not `{word}`", "copy a whole key")
     return int(word)
 
 
@@ -104,5 +154,5 @@ def operator_generator(seed: int, method: int, run: int, generation: int, index:
 
     _check(StreamKey(seed, method, run, generation, index, 0))
     key = [seed, run << 48 | generation << 32 | index]
-    counter = [0, 0, 0, Purpose.OPERATOR << 4 | method]
+    counter = [0, 0, 0, method >> NUMBER_BITS << 8 | Purpose.OPERATOR << 4 | method & (1 << NUMBER_BITS) - 1]
     return Generator(Philox(counter=np.array(counter, dtype=np.uint64), key=np.array(key, dtype=np.uint64)))

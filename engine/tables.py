@@ -3,6 +3,7 @@
 This module imports neither numba nor the rest of the engine, so the compiler may build tables without them.
 """
 
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -52,6 +53,27 @@ ROAD_REGION = 0
 """Region 0 is always the whole drivable road."""
 
 
+class Segment(IntEnum):
+    """Columns of a segment of code: rows `START` to `END` (exclusive), and the register of what they come to."""
+
+    START = 0
+    END = 1
+    RESULT = 2
+
+
+class Size(IntEnum):
+    """Entries of `CodeTables.sizes`."""
+
+    SCENE_REGISTERS = 0
+    DRAWS = 1
+    """Uniform draws of an attempt."""
+    SCENE_VALUES = 2
+    STEP_REGISTERS = 3
+    LOCALS = 4
+    """The first local's step register."""
+    BLOCKS = 5
+
+
 class CodeTables(NamedTuple):
     """All instructions and the constants they use.
 
@@ -86,11 +108,11 @@ class CodeTables(NamedTuple):
     gene_scale: Floats
     """(genes,): SI value = file value * scale."""
     requirement_segment: Ints
-    """(templates, requirements, 3): start row and end row in scene_code, result register."""
+    """(templates, requirements, len(Segment)) in scene_code."""
     requirement_probability: Floats
     """(requirements,): 1 for a hard one; below 1 its coin is tossed once per scene."""
     output_segment: Ints
-    """(templates, 2): scene code run once a scene is accepted."""
+    """(templates, 2) `Segment.START` and `END` of the scene code that is run once a scene is accepted."""
     output_register: Ints
     """(templates, n_values): register of each scene value."""
     road_check: Ints
@@ -104,8 +126,8 @@ class CodeTables(NamedTuple):
     main_block: Ints
     """(templates, actors): block number of the actor's behaviour."""
     rule_segment: Ints
-    """(templates, rules, 3): start row, end row, result register of what is looked at in every sample; rows are -1
-    for rules that code triggers (`terminate` inside a behaviour), and that are judged when the run is over."""
+    """(templates, rules, len(Segment)) in step_code: what is looked at in every sample; rows are -1 for rules that code
+    triggers (`terminate` inside a behaviour), and that are judged when the run is over."""
     rule_kind: Ints
     """(rules,) `RuleKind`. All are looked at in every sample; the first that is true ends the run."""
     formula: Ints
@@ -124,8 +146,8 @@ class CodeTables(NamedTuple):
     actor_present: Ints
     """(actors,): 1 for those that take part from the start."""
     margin_segment: Ints
-    """(templates, requirements, 3): code for by how much each requirement holds (positive where it does); rows are -1
-    where there is no such number. It may read what the requirement's own code and the code of all requirements
-    before it have computed."""
+    """(templates, requirements, len(Segment)) in scene_code: by how much each requirement holds (positive where it
+    does); rows are -1 where there is no such number. It may read what the requirement's own code and the code of all
+    requirements before it have computed."""
     sizes: Ints
-    """(6,): scene registers, draws per attempt, scene values, step registers, locals offset, blocks."""
+    """(len(Size),)"""

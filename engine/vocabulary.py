@@ -119,7 +119,11 @@ class Purpose(IntEnum):
 
 
 class Method(IntEnum):
-    """Who asked for an evaluation; part of a stream's key, which has four bits for it."""
+    """Who asked for an evaluation; part of a stream's key. A value never changes: every journal stands on it.
+
+    These are numbered here as they always were. A search method that is not among them is numbered by its name
+    (`engine.streams.method_number`), so that a new one needs no value.
+    """
 
     SINGLE = 0
     SAMPLE = 1
@@ -137,7 +141,8 @@ class Method(IntEnum):
     CMA_ME = 13
     NICHING = 14
     CUSTOM = 15
-    """Every searcher that comes from another package."""
+    """The low four bits of every method that is numbered by its name; alone, every searcher of another package in
+    journals from before there were such numbers."""
 
 
 class Column(IntEnum):

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks import limit
 from benchmarks.agreement import CONSTRUCTS, TOLERANCE, compare
-from cortex_dsl.api.scenario import compile_text, load
+from cortex_dsl import compile_text, load
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.scn"))
 

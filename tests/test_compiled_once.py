@@ -7,7 +7,7 @@ from pathlib import Path
 EXAMPLE = Path(__file__).parent.parent / "examples" / "left_turn.scn"
 SCRIPT = """
 import sys
-from cortex_dsl.api.scenario import load
+from cortex_dsl import load
 from engine import batch
 from engine.kernels.rollout import advance, begin
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from cortex_dsl.api.scenario import compile_text
+from cortex_dsl import compile_text
 from engine import batch, world
 from engine.tables import Floats
 from engine.vocabulary import State

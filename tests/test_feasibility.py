@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cortex_dsl.api.scenario import compile_text, load
+from cortex_dsl import compile_text, load
 from engine.config import SimulationConfig
 from engine.feasibility import Feasibility, explain, infeasible, pruner
 from engine.program import Program

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cortex_dsl.api.scenario import compile_text
+from cortex_dsl import compile_text
 from engine.outcomes import Outcomes
 from engine.scenes import Scenes
 

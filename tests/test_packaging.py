@@ -46,8 +46,9 @@ def test_wheel_holds_our_packages_and_nothing_else(wheel: zipfile.ZipFile) -> No
 def test_wheel_holds_the_grammar_the_examples_and_every_module(wheel: zipfile.ZipFile) -> None:
     """What the command reads ships as data of its package, and no module of the tree is left behind."""
     names = set(wheel.namelist())
-    assert "cortex_dsl/data/grammar/cortex.lark" in names
-    assert {f"cortex_dsl/data/examples/{path.name}" for path in (ROOT / "examples").iterdir()} <= names
+    examples = {f"cortex_dsl/data/examples/{path.name}" for path in (ROOT / "examples").glob("*.scn")}
+    data = {name for name in names if name.startswith("cortex_dsl/data/")}
+    assert data == {"cortex_dsl/data/grammar/cortex.lark", *examples}
     modules = {str(p.relative_to(ROOT)) for package in PACKAGES for p in (ROOT / package).rglob("*.py")}
     assert modules - names == set()
 
@@ -55,7 +56,7 @@ def test_wheel_holds_the_grammar_the_examples_and_every_module(wheel: zipfile.Zi
 def test_wheel_installs_the_command(wheel: zipfile.ZipFile) -> None:
     """`cortexc` is the entry point, and the licence is inside."""
     entry_points = next(name for name in wheel.namelist() if name.endswith("entry_points.txt"))
-    assert "cortexc = cortex_dsl.cli:main" in wheel.read(entry_points).decode()
+    assert "cortexc = cortex_dsl.__main__:process" in wheel.read(entry_points).decode()
     assert any(re.search(r"\.dist-info/licenses/LICENSE$", name) for name in wheel.namelist())
 
 

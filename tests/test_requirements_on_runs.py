@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
-from cortex_dsl.api.scenario import Scenario, compile_text
+from cortex_dsl import Scenario, compile_text
 from engine.outcomes import Outcomes
 from engine.vocabulary import EndReason, Verdict
 

@@ -8,8 +8,7 @@ from typing import Any
 
 from benchmarks.validation.items import Item
 from benchmarks.validation.roads import counted
-from cortex_dsl.api.runs import open_run
-from cortex_dsl.api.scenario import Scenario, load
+from cortex_dsl import Scenario, load, open_run
 from cortex_dsl.interchange.cases import ExportCase, case_of_run, case_of_scene
 from cortex_dsl.interchange.writing import gather
 from engine.interchange import ExportOptions, InterchangeError

@@ -4,13 +4,14 @@ A wrong argument is answered by its name, what was expected, what was given, and
 """
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cortex_dsl.diagnostics import Diagnostic
+from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
 from cortex_dsl.semantics.names.linking import override_text, param_entries
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import nodes
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from engine.tables import Floats, Ints
 
 COUNTS = tuple(field.name for field in fields(SearchConfig) if field.type in (int, "int"))
+OPTION, KEYWORD = "-p", "<keyword>"
+"""What a fixed param is called as a text that has mistakes, by the command and in Python."""
 LEFT_OUT = "leave it out for the default"
 
 
@@ -143,6 +146,21 @@ def scenes_of(program: Program, scenes: object) -> "Scenes":
             "draw them from this one: `sample` draws some",
         )
     return scenes
+
+
+@contextmanager
+def drawn_errors() -> Iterator[None]:
+    """Let a CompileError be drawn as the command draws it, errors first, for somebody who knows of no `-p`."""
+    try:
+        yield
+    except CompileError as error:
+        from cortex_dsl.report.findings.snippet import render_text
+
+        source = replace(error.source, name=KEYWORD) if error.source.name == OPTION else error.source
+        diagnostics = in_python(error.diagnostics)
+        first = sorted(diagnostics, key=lambda each: each.severity is not Severity.ERROR)
+        drawn = "\n" + render_text(source, first).rstrip()
+        raise CompileError(source, diagnostics, drawn) from None
 
 
 def in_python(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:

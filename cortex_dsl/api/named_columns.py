@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from engine.display import ROWS, columns_table
 from engine.outcomes import PAIRS
 from engine.program import Program
 from engine.vocabulary import Column, EndReason, State, Verdict
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from engine.scenes import Scenes
     from engine.world import WorldRun
 
-    Columns = dict[str, NDArray]
     Named = Iterator[tuple[str, NDArray]]
 
 
@@ -54,9 +54,21 @@ STATE_UNITS: Mapping[State, str] = {
 }
 
 
-def of_scenes(program: Program, scenes: "Scenes") -> "Columns":
+class Columns(dict[str, "NDArray"]):
+    """Arrays (n,) by name, as `pandas.DataFrame` takes them; a notebook shows the first rows side by side."""
+
+    def _repr_html_(self) -> str:
+        return columns_table({name: column[:ROWS].tolist() for name, column in self.items()}, self.length)
+
+    @property
+    def length(self) -> int:
+        """Rows of every column."""
+        return max(map(len, self.values()), default=0)
+
+
+def of_scenes(program: Program, scenes: "Scenes") -> Columns:
     """(n,) each: the verdict, the params, and how everybody starts."""
-    return dict(_scenes(program, scenes))
+    return Columns(_scenes(program, scenes))
 
 
 def _scenes(program: Program, scenes: "Scenes") -> "Named":
@@ -68,9 +80,9 @@ def _scenes(program: Program, scenes: "Scenes") -> "Named":
             yield _named(f"{who}.{column.name.lower()}", unit), scenes.values[:, actor * len(Column) + column]
 
 
-def of_outcomes(program: Program, outcomes: "Outcomes") -> "Columns":
+def of_outcomes(program: Program, outcomes: "Outcomes") -> Columns:
     """(n,) each: how each run ended, and the metrics of each pair of the ego and another."""
-    return dict(_outcomes(program, outcomes))
+    return Columns(_outcomes(program, outcomes))
 
 
 def _outcomes(program: Program, outcomes: "Outcomes") -> "Named":
@@ -83,9 +95,9 @@ def _outcomes(program: Program, outcomes: "Outcomes") -> "Named":
             yield _named(f"{other}.{row.name}", row.unit), getattr(outcomes, row.name)[:, pair]
 
 
-def of_run(program: Program, run: "WorldRun") -> "Columns":
+def of_run(program: Program, run: "WorldRun") -> Columns:
     """(samples,) each: the time, and the state of everybody."""
-    return dict(_run(program, run))
+    return Columns(_run(program, run))
 
 
 def _run(program: Program, run: "WorldRun") -> "Named":

@@ -155,6 +155,7 @@ def campaign_of(work: Work, record: Record | None) -> Campaign:
             past=record.past() if record else (),
             spent=record.spent if record else 0.0,
             workers=work.workers,
+            number=manifest.method_number,
         )
     except ForeignPastError as error:
         raise _foreign(work, error) from error

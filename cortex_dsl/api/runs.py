@@ -12,26 +12,31 @@ from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from errno import ENOENT
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from cortex_dsl.api.arguments import kind
 from cortex_dsl.api.run_folder import Found, OnRemoved, Work, campaign_of, carry_out, default_workers, worst_files
-from cortex_dsl.api.scenario import Scenario
+from cortex_dsl.api.scenario import Scenario, load
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax.reading import read_source
+from engine.display import facts_table
 from engine.search.journal import Journal
-from engine.search.journal_reader import Record, read_journal
-from engine.search.manifest import Manifest, Origin, Text
+from engine.search.journal_reader import Record, damaged, read_journal
+from engine.search.manifest import Manifest, ManifestError, Origin, Text, check_program
 from engine.search.protocol import Box
 from engine.search.ranking import Case, order_of_risk, worst_cases
-from engine.search.run import OnGeneration, follow
+from engine.search.run import Campaign, OnGeneration, follow
 from engine.search.searchers import build_searcher, find_searcher
 from engine.search.store import JOURNAL, StoreError, example_run, hold
 from engine.search.workers import Workers
 from engine.study.database import is_study
 from engine.vocabulary import GeneKind
+
+if TYPE_CHECKING:
+    from engine.scenes import Scenes
 
 WORST = 10
 """Cases of which the run's folder has a scenario each; no two of them are nearly the same."""
@@ -47,6 +52,28 @@ class OpenedRun:
     """With the settings of the run."""
     edited: tuple[str, ...]
     """Files that say something else now; the run goes by what they said when it was started."""
+
+    def __repr__(self) -> str:
+        """One line, for notebooks."""
+        method, count = self.record.manifest.method, len(self.record.evaluations)
+        return f"OpenedRun({self.folder}: {method}, {count} individuals, {self.record.status})"
+
+    def _repr_html_(self) -> str:
+        record, evaluations = self.record, self.record.evaluations
+        facts = [("run", str(self.folder)), ("scenario", record.manifest.file), ("method", record.manifest.method)]
+        counts = [("individuals", f"{len(evaluations):,}"), ("collisions", f"{int(evaluations.collided.sum()):,}")]
+        return facts_table([*facts, ("status", record.status), *counts])
+
+    def scene(self, case: Case) -> "Scenes":
+        """Return the scene of one of its cases, drawn again.
+
+        Raises:
+            StoreError: by the settings and the seed of the journal there is no such scene.
+        """
+        scenes = self.scenario.scene(case)
+        if not scenes.valid[0]:
+            raise damaged(self.folder / JOURNAL, f"by its settings there is no scene of case {case.rank}")
+        return scenes
 
 
 @dataclass(frozen=True)
@@ -70,6 +97,37 @@ class KeptFiles:
 
     def beside(self, importer: str, path: str) -> list[str]:  # noqa: ARG002 - asked for spellings, which a journal has right
         return []
+
+
+def search(
+    scenario: str | Path | Scenario,
+    method: str = "ga",
+    *,
+    profile: str = "paper",
+    preset: str = "cortex",
+    on_generation: OnGeneration | None = None,
+    workers: Workers | None = None,
+    out: str | Path | None = None,
+    **settings: Any,
+) -> Campaign:
+    """Search a scenario, loaded or named by its path, for its worst cases; everything else is as in `Scenario.search`.
+
+    Raises:
+        CompileError: the file has errors.
+        UnreadableFileError: it cannot be read.
+        and as `Scenario.search`.
+    """
+    kind("scenario", scenario, (str, Path, Scenario), "name a scenario by its path, or load it")
+    subject = scenario if isinstance(scenario, Scenario) else load(scenario)
+    return subject.search(
+        method,
+        profile=profile,
+        preset=preset,
+        on_generation=on_generation,
+        workers=workers,
+        out=out,
+        **settings,
+    )
 
 
 def open_run(folder: str | Path) -> OpenedRun:
@@ -96,7 +154,9 @@ def check_journal(run: OpenedRun) -> None:
         UnknownMethodError, MissingExtraError, PluginError: there is no such searcher here.
     """
     space, config = run.scenario.program.space, run.scenario.config
-    follow(build_searcher(run.record.manifest.method, Box.of(space), config), run.record.past())
+    manifest = run.record.manifest
+    searcher = build_searcher(manifest.method, Box.of(space), config, manifest.method_number)
+    follow(searcher, run.record.past())
 
 
 def _run_folder(path: Path) -> Path:
@@ -136,6 +196,10 @@ def _compiled(folder: Path, manifest: Manifest) -> Compiled:
         raise StoreError(f"this version of cortexc does not compile the scenario of `{folder}`", cure) from error
     if compiled.program.digest != manifest.program_digest:
         raise StoreError(f"this version of cortexc compiles the scenario of `{folder}` to another program", cure)
+    try:
+        check_program(manifest, compiled.program)
+    except ManifestError as error:
+        raise damaged(folder / JOURNAL, error) from error
     return compiled
 
 

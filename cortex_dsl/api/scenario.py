@@ -26,12 +26,12 @@ import numpy as np
 
 from cortex_dsl.api import arguments
 from cortex_dsl.api.concrete import concrete_files
-from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.files import DISK, Folder
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.source import Source
+from cortex_dsl.syntax.reading import read_source
 from engine.config import Config, SimulationConfig
-from engine.errors import ArgumentError, ArgumentKindError
+from engine.errors import ArgumentError, ArgumentKindError, UnreadableFileError
 from engine.program import Program, Settings
 from engine.vocabulary import Method, Verdict
 
@@ -56,10 +56,15 @@ def load(path: str | Path, config: Config | None = None, scenario: str | None = 
 
     Raises:
         CompileError: with every mistake in the file.
-        OSError: the file cannot be read.
+        UnreadableFileError: the file cannot be read.
     """
-    text = Path(path).read_text(encoding="utf-8")
-    return compile_text(text, str(path), config, scenario, None, **params)
+    arguments.kind("path", path, (str, Path), "name a file; `compile_text` takes the text itself")
+    try:
+        with arguments.drawn_errors():
+            source = read_source(path)
+    except OSError as error:
+        raise UnreadableFileError(path, error) from error
+    return _compiled(source, config, scenario, DISK, params)
 
 
 def compile_text(
@@ -70,13 +75,22 @@ def compile_text(
     folder: str | Path | None = None,
     **params: object,
 ) -> "Scenario":
-    """Compile a scenario given as text; `name` is what messages call it, `folder` is where its imports lie."""
-    overrides = {param: str(value) for param, value in params.items()}
+    """Compile a scenario given as text; `name` is what messages call it, `folder` is where its imports lie.
+
+    Raises:
+        CompileError: with every mistake in the text.
+    """
+    arguments.kind("text", text, str, "`load` takes the path of a file")
     files = DISK if folder is None else Folder(Path(folder))
-    try:
-        compiled = compile_source(Source(name, text), overrides, scenario=scenario, files=files)
-    except CompileError as error:
-        raise CompileError(error.source, arguments.in_python(error.diagnostics)) from None
+    return _compiled(Source(name, text), config, scenario, files, params)
+
+
+def _compiled(
+    source: Source, config: Config | None, scenario: str | None, files: Folder, params: Mapping[str, object]
+) -> "Scenario":
+    overrides = {param: str(value) for param, value in params.items()}
+    with arguments.drawn_errors():
+        compiled = compile_source(source, overrides, scenario=scenario, files=files)
     compiled = replace(compiled, diagnostics=arguments.in_python(compiled.diagnostics))
     config = config or Config()
     simulation = in_file(config.simulation, compiled.program.settings)

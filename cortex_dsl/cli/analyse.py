@@ -1,17 +1,16 @@
-"""`cortexc analyse RUN`: what a search's failures are, taken together."""
+"""What the failures of a scenario are, taken together (`cortexc analyse`), and how probable (`cortexc probability`)."""
 
 import argparse
-from collections.abc import Sequence
 from dataclasses import replace
 from math import isnan
 from pathlib import Path
 
 from cortex_dsl.api.runs import OpenedRun, open_run
 from cortex_dsl.api.scenario import Scenario
-from cortex_dsl.cli.search_output import told_run, usage_errors
-from cortex_dsl.console.command import Parser, add_common, add_jobs, add_run, command_parser
+from cortex_dsl.cli.search_output import checked_run, usage_errors
+from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_jobs, add_run
 from cortex_dsl.console.compiling import compile_request
-from cortex_dsl.console.request import SEED_LIMIT, Mode, Request, assignment, whole_number
+from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, assignment, whole_number
 from cortex_dsl.console.simulating import compile_kernels, open_scenario
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.report.documents import document
@@ -20,22 +19,10 @@ from cortex_dsl.report.terminal.analysis_view import analysis_view, probability_
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.probability.estimates import keep
 from engine.search.probability.monte_carlo import CONDITIONS, JOINT, PARAMS, REPETITIONS, Probability, estimate
-from engine.search.store import example_run
-
-DESCRIPTION = """\
-Different failures, where they lie, of what kinds they are, which params matter,
-and which collisions a competent driver would have avoided."""
 
 
-def analyse_run(arguments: Sequence[str], terminal: Terminal) -> int:
-    parser = _analyse_parser()
-    options = parser.parse_args(arguments)
-    if options.help:
-        terminal.write(parser.format_help())
-        return Exit.FINE
-    if options.run is None:
-        raise UsageError("no run given", f"name the folder of one, such as `cortexc analyse {example_run()}`")
-    run = told_run(options.run, terminal)
+def _analyse(options: argparse.Namespace, terminal: Terminal) -> int:
+    run = checked_run(options.run, terminal)
     compile_kernels(run.scenario, terminal)
     analysis = _analysis(run, options)
     program = run.scenario.program
@@ -59,8 +46,7 @@ def _document(run: OpenedRun, analysis: Analysis) -> str:
     return document("analysis", {"folder": run.folder, "params": space.names, "kinds": kinds, **vars(analysis)})
 
 
-def _analyse_parser() -> Parser:
-    parser = command_parser("analyse", "RUN [--budget N] [--jobs N] [--json]", DESCRIPTION)
+def _analyse_options(parser: Parser) -> None:
     add_run(parser)
     parser.add_argument(
         "--budget",
@@ -70,11 +56,21 @@ def _analyse_parser() -> Parser:
         help=f"simulations to find which params matter; 0: leave that out ({BUDGET:,})",
     )
     add_jobs(parser)
-    add_common(parser)
-    return parser
 
 
-# -- `cortexc probability FILE`: how probable a collision is under the file's own distributions ------------------------
+ANALYSE = Command(
+    name="analyse",
+    usage="RUN [--budget N] [--jobs N] [--json]",
+    description="""\
+Different failures, where they lie, of what kinds they are, which params matter,
+and which collisions a competent driver would have avoided.""",
+    options=_analyse_options,
+    function=_analyse,
+    needs=("run", "no run given", f"name the folder of one, such as `cortexc analyse {EXAMPLE_RUN}`"),
+)
+
+
+# -- how probable a collision is under the file's own distributions ----------------------------------------------------
 
 SAMPLES = 10_000
 PROBABILITY_EPILOG = """\
@@ -87,38 +83,25 @@ Of a run directory: of the scenario that it searched, with its settings; kept
 there for `cortexc report`."""
 
 
-def probability(arguments: Sequence[str], terminal: Terminal) -> int:
-    parser = _probability_parser()
-    options = parser.parse_args(arguments)
-    if options.help:
-        terminal.write(parser.format_help())
-        return Exit.FINE
-    if options.file is None:
-        raise UsageError("no file given", "try `cortexc probability examples/left_turn.scn`")
+def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
     if options.method == "subset" and options.samples < 100 * REPETITIONS:
         raise UsageError(f"--samples is {options.samples}", f"subset simulation needs at least {100 * REPETITIONS:,}")
     if options.method == "subset" and options.condition == JOINT:
         raise UsageError("--condition joint needs --method mc", "leave --method out")
     if options.file.is_dir():
         return _of_run(options, terminal)
-    request = Request(
-        file=options.file,
-        mode=Mode.SEARCH,
-        overrides=dict(options.param or ()),
-        scenario=options.scenario,
-        seed=options.seed,
-        jobs=options.jobs,
-        json=options.json,
+    request = CompileRequest(
+        options.file, overrides=dict(options.param or ()), scenario=options.scenario, json=options.json
     )
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
-    scenario = open_scenario(request, compiled)
+    scenario = open_scenario(request, RunRequest(seed=options.seed, jobs=options.jobs), compiled)
     compile_kernels(scenario, terminal)
     found = estimate(
         scenario.program, scenario.config, options.method, options.samples, options.seed or 0, options.condition
     )
-    return _tell(options, scenario, found, terminal)
+    return _show(options, scenario, found, terminal)
 
 
 def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
@@ -132,14 +115,14 @@ def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
         config = replace(run.scenario.config, search=replace(run.scenario.config.search, jobs=options.jobs))
         seed = config.search.seed if options.seed is None else options.seed
         found = estimate(run.scenario.program, config, options.method, options.samples, seed, options.condition)
-    code = _tell(options, run.scenario, found, terminal)
+    code = _show(options, run.scenario, found, terminal)
     with usage_errors():
         path = keep(run.folder, found, run.scenario.program.digest, seed)
     terminal.err.print(f"kept in {path}; `cortexc report` shows it", style="quiet", soft_wrap=True)
     return code
 
 
-def _tell(options: argparse.Namespace, scenario: Scenario, found: Probability, terminal: Terminal) -> int:
+def _show(options: argparse.Namespace, scenario: Scenario, found: Probability, terminal: Terminal) -> int:
     if options.json:
         terminal.write(document("probability", {"file": options.file, **vars(found)}))
     else:
@@ -147,13 +130,7 @@ def _tell(options: argparse.Namespace, scenario: Scenario, found: Probability, t
     return Exit.NO_SCENE if isnan(found.value) else Exit.FINE
 
 
-def _probability_parser() -> Parser:
-    parser = command_parser(
-        "probability",
-        "FILE|RUN [--method NAME] [--condition NAME] [options]",
-        "The probability of a collision, given a valid scene, when every param is drawn\nas the file says.",
-        PROBABILITY_EPILOG,
-    )
+def _probability_options(parser: Parser) -> None:
     parser.add_argument("file", metavar="FILE|RUN", nargs="?", type=Path, help="a scenario, or a run directory")
     parser.add_argument("--method", choices=("mc", "subset"), metavar="NAME", default="mc", help="mc or subset (mc)")
     parser.add_argument(
@@ -170,5 +147,14 @@ def _probability_parser() -> Parser:
     parser.add_argument("--scenario", metavar="NAME", help="the scenario to run, where the file has several (Main)")
     parser.add_argument("--seed", metavar="N", type=whole_number(0, SEED_LIMIT), help="root of all randomness (0)")
     add_jobs(parser)
-    add_common(parser)
-    return parser
+
+
+PROBABILITY = Command(
+    name="probability",
+    usage="FILE|RUN [--method NAME] [--condition NAME] [options]",
+    description="The probability of a collision, given a valid scene, when every param is drawn\nas the file says.",
+    options=_probability_options,
+    function=_probability,
+    epilog=PROBABILITY_EPILOG,
+    needs=("file", "no file given", "try `cortexc probability examples/left_turn.scn`"),
+)

@@ -1,16 +1,19 @@
-"""The table of commands. A new one is a module and a row here; nothing is imported before it is asked for.
+"""The table of commands, and the command lines that people guess who know other tools.
 
-A *mode* is what `cortexc FILE` does under a flag; its module has `execute(request, terminal) -> int`.
-A *subcommand* is the first word (`cortexc NAME ...`); its module has `main(arguments, terminal) -> int`
-and parses its own arguments.
+A *mode* is what `cortexc FILE` does under a flag: a function that takes parts of the request and the terminal.
+A *subcommand* is the first word (`cortexc NAME ...`): a `Command` of `cortex_dsl.console.command`.
+A new one is a function or a `Command`, and a row here; nothing is imported before it is asked for.
 """
 
 import os
 import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from importlib import import_module
 from types import MappingProxyType
+from typing import Any
 
+from cortex_dsl.console.command import run_command
 from cortex_dsl.console.request import Mode, Request
 from cortex_dsl.console.terminal import Terminal, UsageError
 from cortex_dsl.spelling import nearest
@@ -18,76 +21,85 @@ from engine.frozen import frozen
 
 
 @frozen
-class Subcommand:
-    """A first word that `cortexc` knows: the function behind it, and one line for `--help`."""
+class ModeRow:
+    """What `cortexc FILE` does under a flag."""
 
     function: str
     """As `module:name`."""
+    reads: tuple[str, ...]
+    """The parts of the request that it takes."""
+
+
+@frozen
+class Subcommand:
+    """A first word that `cortexc` knows, with one line for `--help`."""
+
+    command: str
+    """As `module:NAME`."""
     summary: str
     arguments: str = ""
     """As shown there, behind the name."""
 
 
-MODES: dict[Mode, str] = {
-    Mode.RUN: "cortex_dsl.cli.draw_modes:run_once",
-    Mode.SEARCH: "cortex_dsl.cli.search:search",
-    Mode.SAMPLE: "cortex_dsl.cli.draw_modes:sample_scenes",
-    Mode.CHECK: "cortex_dsl.cli.compile_modes:check",
-    Mode.EMIT: "cortex_dsl.cli.compile_modes:emit",
+MODES: dict[Mode, ModeRow] = {
+    Mode.RUN: ModeRow("cortex_dsl.cli.draw_modes:run_once", ("compile", "run")),
+    Mode.SEARCH: ModeRow("cortex_dsl.cli.search:search", ("compile", "run", "search")),
+    Mode.SAMPLE: ModeRow("cortex_dsl.cli.draw_modes:sample_scenes", ("compile", "run", "samples")),
+    Mode.CHECK: ModeRow("cortex_dsl.cli.compile_modes:check", ("compile",)),
+    Mode.EMIT: ModeRow("cortex_dsl.cli.compile_modes:emit", ("compile", "stage")),
 }
 
 SUBCOMMANDS: dict[str, Subcommand] = {
-    "repl": Subcommand("cortex_dsl.cli.repl:main", "write a scenario interactively, weighed as you type", "[FILE]"),
+    "new": Subcommand("cortex_dsl.cli.examples:NEW", "a small scenario to begin with", "FILE"),
+    "examples": Subcommand("cortex_dsl.cli.examples:EXAMPLES", "the scenarios that come with cortexc", "[NAME]"),
+    "repl": Subcommand("cortex_dsl.repl:REPL", "write a scenario interactively, weighed as you type", "[FILE]"),
     "explain": Subcommand(
-        "cortex_dsl.console.code_pages:main", "what a code such as SCN203 means, with an example", "[CODE]"
+        "cortex_dsl.console.code_pages:EXPLAIN", "what a code such as SCN203 means, with an example", "[CODE]"
     ),
-    "study": Subcommand("cortex_dsl.cli.study:main", "many runs of several methods, compared run by run", "[FILES]"),
-    "resume": Subcommand("cortex_dsl.cli.search:resume", "go on with a search that was stopped or killed", "RUN"),
-    "report": Subcommand("cortex_dsl.cli.report:main", "a run or a study as a page, its worst cases to watch", "RUN"),
-    "analyse": Subcommand(
-        "cortex_dsl.cli.analyse:analyse_run", "different failures, their kinds, and whose fault", "RUN"
-    ),
+    "study": Subcommand("cortex_dsl.cli.study:STUDY", "many runs of several methods, compared run by run", "[FILES]"),
+    "resume": Subcommand("cortex_dsl.cli.search:RESUME", "go on with a search that was stopped or killed", "RUN"),
+    "report": Subcommand("cortex_dsl.cli.report:REPORT", "a run or a study as a page, its worst cases to watch", "RUN"),
+    "analyse": Subcommand("cortex_dsl.cli.analyse:ANALYSE", "different failures, their kinds, and whose fault", "RUN"),
     "probability": Subcommand(
-        "cortex_dsl.cli.analyse:probability", "of a collision, with its confidence interval", "FILE"
+        "cortex_dsl.cli.analyse:PROBABILITY", "of a collision, with its confidence interval", "FILE"
     ),
     "replay": Subcommand(
-        "cortex_dsl.cli.replay:main", "one case again: in the terminal, as a page, as a film", "RUN|FILE"
+        "cortex_dsl.cli.replay:REPLAY", "one case again: in the terminal, as a page, as a film", "RUN|FILE"
     ),
-    "export": Subcommand("cortex_dsl.cli.export:main", "cases for other tools: OpenSCENARIO, CommonRoad …", "RUN|FILE"),
+    "export": Subcommand(
+        "cortex_dsl.cli.export:EXPORT", "cases for other tools: OpenSCENARIO, CommonRoad …", "RUN|FILE"
+    ),
     "measure": Subcommand(
-        "cortex_dsl.cli.measure:measure_file", "metrics and risk of a recorded case, whoever drove", "FILE"
+        "cortex_dsl.cli.measure:MEASURE", "metrics and risk of a recorded case, whoever drove", "FILE"
     ),
-    "import": Subcommand(
-        "cortex_dsl.cli.measure:import_file", "an OpenSCENARIO case read back and scored", "FILE.xosc"
-    ),
-    "paper-check": Subcommand("cortex_dsl.cli.paper_check:main", "the arithmetic of the CORTEX-AVD paper, done again"),
-    "fmt": Subcommand("cortex_dsl.cli.fmt:main", "files in the one layout (--check, --diff)", "FILES"),
-    "lsp": Subcommand("cortex_dsl.cli.lsp:main", "the language server, for editors to start"),
+    "import": Subcommand("cortex_dsl.cli.measure:IMPORT", "an OpenSCENARIO case read back and scored", "FILE.xosc"),
+    "paper-check": Subcommand("cortex_dsl.cli.study:PAPER_CHECK", "the arithmetic of the CORTEX-AVD paper, done again"),
+    "fmt": Subcommand("cortex_dsl.cli.fmt:FMT", "files in the one layout (--check, --diff)", "FILES"),
+    "lsp": Subcommand("cortex_dsl.cli.lsp:LSP", "the language server, for editors to start"),
 }
 
 
 def execute(request: Request, terminal: Terminal) -> int:
     """Run what `cortexc FILE` was asked for."""
-    if request.freeze is not None:
-        request = import_module("cortex_dsl.console.compiling").freeze_params(request)
-    command: Callable[[Request, Terminal], int] = _found(MODES[request.mode])
-    return command(request, terminal)
+    if request.compile.freeze is not None:
+        request = replace(request, compile=_found("cortex_dsl.console.compiling:freeze_params")(request.compile))
+    mode = MODES[request.mode]
+    function: Callable[..., int] = _found(mode.function)
+    return function(*(getattr(request, part) for part in mode.reads), terminal)
 
 
-def execute_subcommand(name: str, arguments: Sequence[str], terminal: Terminal) -> int:
-    """Run `cortexc NAME ARGUMENTS...`."""
-    command: Callable[[Sequence[str], Terminal], int] = _found(SUBCOMMANDS[name].function)
-    return command(arguments, terminal)
+def execute_subcommand(name: str, words: Sequence[str], terminal: Terminal) -> int:
+    """Run `cortexc NAME WORDS...`."""
+    return run_command(_found(SUBCOMMANDS[name].command), words, terminal)
 
 
-def _found(place: str) -> Callable[..., int]:
-    """The function at `module:name`, imported when it is asked for."""
+def _found(place: str) -> Any:
+    """What stands at `module:name`, imported when it is asked for."""
     module, _, name = place.partition(":")
-    found: Callable[..., int] = getattr(import_module(module), name)
-    return found
+    return getattr(import_module(module), name)
 
 
-# -- Command lines as people guess them who know other tools: `cortexc check FILE`, `cortexc --explain CODE` -----------
+# -- command lines as people guess them who know other tools: `cortexc check FILE`, `cortexc --explain CODE` -----------
 
 _FLAGS: Mapping[str, str] = MappingProxyType(
     {
@@ -123,8 +135,10 @@ def refuse_guesses(arguments: Sequence[str], commands: Iterable[str]) -> None:
             f"there is no command `{first}`", f"write `{_line(*(rest or ['FILE']), *_FLAGS[first].split())}`"
         )
     if (meant := _command(first, tuple(commands))) is not None:
-        told = f"`{meant}` is a command, not an option" if first == f"--{meant}" else f"there is no command `{first}`"
-        raise UsageError(told, f"write `{_line(meant, *rest)}`")
+        message = (
+            f"`{meant}` is a command, not an option" if first == f"--{meant}" else f"there is no command `{first}`"
+        )
+        raise UsageError(message, f"write `{_line(meant, *rest)}`")
 
 
 def _command(word: str, commands: Sequence[str]) -> str | None:

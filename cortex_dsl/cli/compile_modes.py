@@ -1,24 +1,28 @@
-"""`cortexc FILE --check`: compile, prove what can be proved, say what was found, run nothing."""
+"""What runs nothing: `--check` compiles and proves what can be proved, `--emit STAGE` prints what the compiler made."""
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 from cortex_dsl.console.compiling import compile_request, diagnostics_document, show
-from cortex_dsl.console.request import Request
-from cortex_dsl.console.scenario_mistakes import misplaced, no_scene_at_all
+from cortex_dsl.console.request import CompileRequest
 from cortex_dsl.console.terminal import Exit, Terminal
 from cortex_dsl.console.user_files import read_source
 from cortex_dsl.diagnostics import CompileError
-from cortex_dsl.pipeline import Compiled
-from cortex_dsl.report.documents import feasibility_content
-from cortex_dsl.report.findings.readable import counted
-from cortex_dsl.report.terminal.check_view import feasibility_view
-from cortex_dsl.semantics.names.tree import everything_in
 from cortex_dsl.source import Source
-from cortex_dsl.syntax import nodes
-from engine.feasibility import remembered
+
+if TYPE_CHECKING:
+    from cortex_dsl.pipeline import Compiled
+    from engine.feasibility import Feasibility
+
+# What a syntax stage does without is imported where it is needed.
 
 
-def check(request: Request, terminal: Terminal) -> int:
+def check(request: CompileRequest, terminal: Terminal) -> int:
+    """Compile a file, prove what can be proved, and say what was found."""
+    from cortex_dsl.console.scenario_mistakes import misplaced, no_scene_at_all
+    from cortex_dsl.report.terminal.check_view import feasibility_view
+    from engine.feasibility import remembered
+
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
@@ -27,51 +31,64 @@ def check(request: Request, terminal: Terminal) -> int:
     if found.infeasible or mistakes:
         mistakes = mistakes or [no_scene_at_all(compiled.program, compiled.source, found)]
         diagnostics = [*compiled.diagnostics, *mistakes] if request.json else mistakes
-        content = feasibility_content(compiled.program, found)
-        show(compiled.source, diagnostics, request, terminal, failed=True, feasibility=content)
+        proved = _proved(compiled, found) if request.json else None
+        show(compiled.source, diagnostics, request, terminal, failed=True, feasibility=proved)
         return Exit.DIAGNOSTICS
     if request.json:
-        content = feasibility_content(compiled.program, found)
-        terminal.write(diagnostics_document(compiled.source, compiled.diagnostics, content))
+        terminal.write(diagnostics_document(compiled.source, compiled.diagnostics, _proved(compiled, found)))
     elif request.diagnostics_format == "text":
-        program = compiled.program
-        sizes = (
-            counted(len(program.space), "param"),
-            counted(len(program.actors), "actor"),
-            counted(len(program.variants), "variant"),
-            counted(_requirements(compiled), "requirement"),
-        )
-        terminal.out.print(f"{request.file}: fine ({', '.join(sizes)})", soft_wrap=True)
-        if (ranges := feasibility_view(program, found)) is not None:
+        terminal.out.print(f"{request.file}: fine ({_sizes(compiled)})", soft_wrap=True)
+        if (ranges := feasibility_view(compiled.program, found)) is not None:
             terminal.out.print(ranges)
     return Exit.FINE
 
 
-def _requirements(compiled: Compiled) -> int:
+def _proved(compiled: "Compiled", found: "Feasibility") -> dict[str, Any]:
+    """What is proved beyond the diagnostics, for the document."""
+    from cortex_dsl.report.documents import feasibility_content
+
+    return feasibility_content(compiled.program, found)
+
+
+def _sizes(compiled: "Compiled") -> str:
+    """How much a file holds, in words."""
+    from cortex_dsl.report.findings.readable import counted
+
+    program = compiled.program
+    sizes = ((program.space, "param"), (program.actors, "actor"), (program.variants, "variant"))
+    words = [counted(len(things), noun) for things, noun in sizes]
+    return ", ".join([*words, counted(_requirements(compiled), "requirement")])
+
+
+def _requirements(compiled: "Compiled") -> int:
     """How many are written: on scenes and on the run, not those that the compiler adds."""
+    from cortex_dsl.semantics.names.tree import everything_in
+    from cortex_dsl.syntax import nodes
+
     modules = (compiled.module, *dict.fromkeys(file.module for file in compiled.imports.values()))
     return sum(isinstance(node, nodes.Require) for module in modules for node in everything_in(module))
 
 
-# -- `cortexc FILE --emit STAGE`: print what the compiler has made of the file at one of its stages --------------------
+# -- the stages --------------------------------------------------------------------------------------------------------
 
 
-def emit(request: Request, terminal: Terminal) -> int:
-    text = _syntax_stage(request, terminal) if request.stage in _SYNTAX else _later_stage(request, terminal)
+def emit(request: CompileRequest, stage: str, terminal: Terminal) -> int:
+    """Print what the compiler has made of a file at a stage."""
+    text = (_syntax_stage if stage in _SYNTAX else _later_stage)(request, stage, terminal)
     if isinstance(text, Exit):
         return text
     if request.json:
         from cortex_dsl.report.documents import document
 
-        text = document("stage", {"file": str(request.file), "stage": request.stage, "text": text})
+        text = document("stage", {"file": str(request.file), "stage": stage, "text": text})
     terminal.write(text)
     return Exit.FINE
 
 
-def _syntax_stage(request: Request, terminal: Terminal) -> str | Exit:
+def _syntax_stage(request: CompileRequest, stage: str, terminal: Terminal) -> str | Exit:
     """A stage that a file reaches even when its names or units are wrong."""
     try:
-        return _SYNTAX[request.stage](read_source(request.file))
+        return _SYNTAX[stage](read_source(request.file))
     except CompileError as error:
         show(error.source, error.diagnostics, request, terminal, failed=True)
         return Exit.DIAGNOSTICS
@@ -93,11 +110,11 @@ def _ast(source: Source) -> str:
 _SYNTAX: dict[str, Callable[[Source], str]] = {"tree": _tree, "ast": _ast}
 
 
-def _later_stage(request: Request, terminal: Terminal) -> str | Exit:
+def _later_stage(request: CompileRequest, stage: str, terminal: Terminal) -> str | Exit:
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
-    if request.stage == "ir":
+    if stage == "ir":
         from cortex_dsl.semantics.printing import format_ir
 
         return format_ir(compiled.scenario)

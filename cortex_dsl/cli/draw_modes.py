@@ -1,4 +1,4 @@
-"""What draws scenes of a file: `cortexc FILE` runs one and tells what happened, `--sample N` counts them."""
+"""What draws scenes of a file: `cortexc FILE` runs one and shows what happened, `--sample N` counts them."""
 
 import shlex
 import time
@@ -11,9 +11,9 @@ import numpy as np
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.file_options import build_parser, to_request
 from cortex_dsl.console.compiling import compile_request, show
-from cortex_dsl.console.request import Request
+from cortex_dsl.console.request import CompileRequest, RunRequest
 from cortex_dsl.console.scenario_mistakes import undefined_value
-from cortex_dsl.console.simulating import announce_compilation, open_scenario, perform, tell_misplaced
+from cortex_dsl.console.simulating import announce_compilation, draw, open_scenario, perform_run, show_misplaced
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.pipeline import Compiled
@@ -32,25 +32,26 @@ if TYPE_CHECKING:
     from engine.acceptance import Account
 
 
-def run_once(request: Request, terminal: Terminal) -> int:
+def run_once(request: CompileRequest, run: RunRequest, terminal: Terminal) -> int:
+    """Draw one scene, run it, and show what happened."""
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
-    scenario = open_scenario(request, compiled)
+    scenario = open_scenario(request, run, compiled)
     announce_compilation(terminal)
-    return perform(request, scenario, terminal)
+    return perform_run(request, run, scenario, terminal)
 
 
-# -- The one scene of a file for commands beside `cortexc FILE` that show it otherwise: drawn as that draws it ---------
+# -- the scene of a file for other commands, which show it otherwise: drawn as `cortexc FILE` draws it -----------------
 
 
 @dataclass(frozen=True)
 class DrawnScene:
     """A valid scene, row 0, and what it was drawn from."""
 
-    request: Request
-    scenario: "Scenario"
-    scenes: "Scenes"
+    run: RunRequest
+    scenario: Scenario
+    scenes: Scenes
 
 
 def drawn_scene(words: Sequence[str], terminal: Terminal) -> DrawnScene | Exit:
@@ -59,41 +60,40 @@ def drawn_scene(words: Sequence[str], terminal: Terminal) -> DrawnScene | Exit:
     Raises:
         UsageError: no scene meets the requirements.
     """
-    from cortex_dsl.console.simulating import draw, open_scenario
-
     request = to_request(build_parser().parse_args(words), words)
-    compiled = compile_request(request, terminal)
+    compiled = compile_request(request.compile, terminal)
     if isinstance(compiled, Exit):
         return compiled
-    scenario = open_scenario(request, compiled)
-    scenes, tally = draw(scenario, request)
+    scenario = open_scenario(request.compile, request.run, compiled)
+    scenes, tally = draw(scenario, request.run.seed)
     if not scenes.valid[0]:
         raise UsageError(
-            f"no scene of `{request.file}` meets its requirements, after {tally.attempts:,} attempts",
+            f"no scene of `{request.compile.file}` meets its requirements, after {tally.attempts:,} attempts",
             f"`{shlex.join(['cortexc', *words])}` says which of them is to blame",
         )
-    return DrawnScene(request, scenario, scenes)
+    return DrawnScene(request.run, scenario, scenes)
 
 
-# -- `cortexc FILE --sample N`: draw scenes without running them, and count --------------------------------------------
+# -- `--sample N`: scenes drawn without running them, and counted ------------------------------------------------------
 
 CHUNK = 20_000
 """Scenes drawn at once: only their counts are kept, so any number fits in memory."""
 
 
-def sample_scenes(request: Request, terminal: Terminal) -> int:
+def sample_scenes(request: CompileRequest, run: RunRequest, samples: int, terminal: Terminal) -> int:
+    """Draw scenes, and count what was rejected, and why."""
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
-    program, scenario = compiled.program, open_scenario(request, compiled)
+    program, scenario = compiled.program, open_scenario(request, run, compiled)
     config = scenario.config.simulation
     announce_compilation(terminal)
     if not request.json and explain(program).infeasible:
-        return _infeasible(compiled, request, terminal)
+        return _infeasible(compiled, request, run, terminal)
     _warm_up(program, config)
     start, tally, interrupted = time.perf_counter(), Tally(), False
     try:
-        for scenes in _chunks(program, request, config):
+        for scenes in _chunks(program, run, samples, config):
             tally = tally.plus(scenes)
             if (mistake := _undefined(scenario, scenes)) is not None:
                 show(compiled.source, [mistake], request, terminal, failed=True)
@@ -101,27 +101,28 @@ def sample_scenes(request: Request, terminal: Terminal) -> int:
     except KeyboardInterrupt:
         interrupted = True
     seconds = time.perf_counter() - start
-    told = _account(program, request) if tally.scenes and not tally.always else None
-    seed = f"seed {request.seed or 0}" + (f", interrupted before {request.samples:,}" if interrupted else "")
+    blame = _account(program, run) if tally.scenes and not tally.always else None
+    seed = f"seed {run.seed or 0}" + (f", interrupted before {samples:,}" if interrupted else "")
     if request.json:
-        terminal.write(_document(request, program, tally, seconds, told, interrupted=interrupted))
+        content = {"file": request.file, **_content(program, run, tally, blame)}
+        terminal.write(document("sample", {**content, "seconds": seconds, "interrupted": interrupted}))
     elif tally.scenes:
-        terminal.out.print(sample_view(program, tally, seconds, seed, told))
+        terminal.out.print(sample_view(program, tally, seconds, seed, blame))
     if interrupted:
         return Exit.INTERRUPTED
     return Exit.FINE if tally.valid else Exit.NO_SCENE
 
 
-def _infeasible(compiled: Compiled, request: Request, terminal: Terminal) -> Exit:
+def _infeasible(compiled: Compiled, request: CompileRequest, run: RunRequest, terminal: Terminal) -> Exit:
     """Without a single scene, for it is proved that there is none."""
-    told = _account(compiled.program, request)
-    terminal.err.print(exhausted_view(compiled.program, Tally(), Verdict.INFEASIBLE, (), told))
-    tell_misplaced(compiled, told, request, terminal)
+    blame = _account(compiled.program, run)
+    terminal.err.print(exhausted_view(compiled.program, Tally(), Verdict.INFEASIBLE, (), blame))
+    show_misplaced(compiled, blame, request, terminal)
     return Exit.NO_SCENE
 
 
 def _warm_up(program: Program, config: SimulationConfig) -> None:
-    """Load the kernels, so that the time that is told is the sampler's."""
+    """Load the kernels, so that the time that is shown is the sampler's."""
     from engine.sampling import draw_genomes, sample
     from engine.streams import key_rows
 
@@ -129,49 +130,44 @@ def _warm_up(program: Program, config: SimulationConfig) -> None:
     sample(program, draw_genomes(program.space, keys), keys, replace(config, max_attempts=1))
 
 
-def _account(program: Program, request: Request) -> "Account":
+def _account(program: Program, run: RunRequest) -> "Account":
     """Who is to blame for what was thrown away."""
     from engine.acceptance import account, weigh
 
-    return account(weigh(program, seed=request.seed or 0), request.target)
+    return account(weigh(program, seed=run.seed or 0), run.target)
 
 
 def _undefined(scenario: Scenario, scenes: Scenes) -> Diagnostic | None:
-    """What to tell of the first scene that holds a number which does not exist; None if there is none."""
+    """Return the diagnostic for the first scene that holds a number which does not exist; None if there is none."""
     errors = np.flatnonzero(scenes.verdict == Verdict.ERROR)
     return undefined_value(scenario.compiled, scenes, int(errors[0])) if len(errors) else None
 
 
-def _chunks(program: Program, request: Request, config: SimulationConfig) -> Iterator[Scenes]:
+def _chunks(program: Program, run: RunRequest, samples: int, config: SimulationConfig) -> Iterator[Scenes]:
     """All scenes, some at a time."""
     from engine.feasibility import pruner
     from engine.sampling import draw_genomes, sample
     from engine.streams import key_rows
 
     prune = pruner(program) if config.prune else None
-    for first in range(0, request.samples, CHUNK):
-        indices = np.arange(first, min(first + CHUNK, request.samples))
-        keys = key_rows(request.seed or 0, Method.SAMPLE, 0, 0, indices)
-        yield sample(program, draw_genomes(program.space, keys), keys, config, request.jobs, prune)
+    for first in range(0, samples, CHUNK):
+        indices = np.arange(first, min(first + CHUNK, samples))
+        keys = key_rows(run.seed or 0, Method.SAMPLE, 0, 0, indices)
+        yield sample(program, draw_genomes(program.space, keys), keys, config, run.jobs, prune)
 
 
-def _document(
-    request: Request, program: Program, tally: Tally, seconds: float, told: "Account | None", *, interrupted: bool
-) -> str:
-    culprit = most_to_blame(program, tally, told)
-    content = {
-        "file": request.file,
+def _content(program: Program, run: RunRequest, tally: Tally, blame: "Account | None") -> dict[str, object]:
+    """What was counted, for the document."""
+    culprit = most_to_blame(program, tally, blame)
+    return {
         "program": program.digest,
-        "seed": request.seed or 0,
+        "seed": run.seed or 0,
         "scenes": tally.scenes,
         "verdicts": {verdict.name.lower(): tally.verdicts[verdict] for verdict in Verdict},
         "attempts": tally.attempts,
         "acceptance": tally.acceptance,
         "requirements": requirements_content(program, tally),
         "first_culprit": None if culprit is None else program.requirements[culprit].name,
-        "blame": told and blame_content(told),
-        "pruned": request.prune,
-        "seconds": seconds,
-        "interrupted": interrupted,
+        "blame": blame and blame_content(blame),
+        "pruned": run.prune,
     }
-    return document("sample", content)

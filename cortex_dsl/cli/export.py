@@ -6,14 +6,12 @@ from pathlib import Path
 from shlex import join
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.report import open_run
-from cortex_dsl.console.command import Parser
+from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, with_example
 from cortex_dsl.console.request import SEED_LIMIT, assignment, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import place_files
 from cortex_dsl.interchange.formats import FORMATS, checked_of, missing_extra
 from cortex_dsl.spelling import nearest
-from engine.search.store import example_run
 
 if TYPE_CHECKING:
     from cortex_dsl.interchange.cases import ExportCase
@@ -29,23 +27,21 @@ MODES = ("trajectory", "maneuver")
 RECORDINGS = (".xosc", ".csv", ".parquet")
 
 
-def main(arguments: Sequence[str], terminal: Terminal) -> int:
-    options = _parser().parse_args(arguments)
-    if options.help:
-        terminal.write(_parser().format_help())
-        return Exit.FINE
+def _export(options: argparse.Namespace, terminal: Terminal) -> int:
     if options.to == "list":
         terminal.write(_formats_document() if options.json else format_list())
         return Exit.FINE
     formats = _formats(options)
     if options.what is None:
-        raise UsageError("export what? name a run or a scenario", f"cortexc export {example_run()} --to xosc")
+        raise UsageError(
+            "export what? name a run or a scenario", with_example(f"cortexc export {EXAMPLE_RUN} --to xosc")
+        )
     is_file = _is_file(options.what)
     cases = _of_file(options, terminal) if is_file else _of_run(options)
     if isinstance(cases, int):
         return cases
     folder = options.out or (Path(FOLDER) if is_file else _home(options.what) / FOLDER)
-    return _export(cases, formats, folder, options, terminal)
+    return _write(cases, formats, folder, options, terminal)
 
 
 def format_list() -> str:
@@ -64,12 +60,12 @@ def _formats_document() -> str:
     """The same as the one document of --json."""
     from cortex_dsl.report.documents import document
 
-    told = [
+    formats = [
         {"name": name, "suffixes": entry.suffixes, "summary": entry.summary, "readers": entry.readers}
         | {"installed": not missing_extra(name)}
         for name, entry in FORMATS.items()
     ]
-    return document("formats", {"formats": told})
+    return document("formats", {"formats": formats})
 
 
 def _formats(options: argparse.Namespace) -> tuple[str, ...]:
@@ -108,23 +104,24 @@ def _home(path: Path) -> Path:
 def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
     """Case K of a run, or its first N."""
     from cortex_dsl.api.runs import every_case
+    from cortex_dsl.cli.search_output import opened_run, usage_errors
     from cortex_dsl.interchange.cases import case_of_run
 
     for flag, value in (("--seed", options.seed), ("-p", options.param), ("--scenario", options.scenario)):
         if value is not None:
             raise UsageError(f"{flag} is for a scenario, and a run has its own", "name a case with --case K")
-    run = open_run(options.what)
+    run = opened_run(options.what)
     if not len(run.record.evaluations):
         raise UsageError(f"`{options.what}` has no finished generation", "`cortexc resume` goes on with it")
     cases = every_case(run.record)
     if not cases:
         raise UsageError(f"`{options.what}` has no case: none of its simulations was valid", "search again")
-    if options.top is not None:
-        return [case_of_run(run, case) for case in cases[: options.top]]
     rank = options.case or 1
     if rank > len(cases):
         raise UsageError(f"`{options.what}` has no case {rank:,}", f"name one of 1 to {len(cases):,}; 1 is the worst")
-    return [case_of_run(run, cases[rank - 1])]
+    chosen = cases[rank - 1 : rank] if options.top is None else cases[: options.top]
+    with usage_errors():
+        return [case_of_run(run, case) for case in chosen]
 
 
 def _of_file(options: argparse.Namespace, terminal: Terminal) -> "list[ExportCase] | int":
@@ -165,7 +162,7 @@ def as_word(path: Path) -> str:
 # -- their files ------------------------------------------------------------------------------------------------------
 
 
-def _export(
+def _write(
     cases: "Sequence[ExportCase]",
     formats: Sequence[str],
     folder: Path,
@@ -209,19 +206,7 @@ def _findings(
     return list(findings)
 
 
-def _parser() -> Parser:
-    readers = "\n".join(f"  {name:<12}{entry.summary}\n{'':14}for {entry.readers}" for name, entry in FORMATS.items())
-    parser = Parser(
-        prog="cortexc export",
-        usage="cortexc export RUN [--case K | --top N] --to FORMATS [options]\n"
-        "       cortexc export FILE.scn [--seed N] [-p NAME=VALUE] --to FORMATS [options]",
-        description="Write a found case, or the scene of a scenario, for other people's tools:\n"
-        "everything that they need in one folder, nothing there overwritten by something\nelse.",
-        epilog=f"formats:\n{readers}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-        add_help=False,
-    )
+def _options(parser: Parser) -> None:
     parser.add_argument("what", nargs="?", type=Path, metavar="RUN|FILE.scn", help="folder of a run, or a scenario")
     which = parser.add_mutually_exclusive_group()
     which.add_argument(
@@ -246,7 +231,19 @@ def _parser() -> Parser:
     parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder for the files (RUN/{FOLDER}, or {FOLDER})")
     parser.add_argument("--force", action="store_true", help="write over files that hold something else")
     parser.add_argument("--check", action="store_true", help="read back what was written, and hold it against the run")
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout, and nothing else there")
-    parser.add_argument("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
-    parser.add_argument("-h", "--help", action="store_true", help="this page")
-    return parser
+
+
+def _readers() -> str:
+    """Each format, and who reads it."""
+    return "\n".join(f"  {name:<12}{entry.summary}\n{'':14}for {entry.readers}" for name, entry in FORMATS.items())
+
+
+EXPORT = Command(
+    name="export",
+    usage="RUN [--case K | --top N] --to FORMATS [options]\nFILE.scn [--seed N] [-p NAME=VALUE] --to FORMATS [options]",
+    description="Write a found case, or the scene of a scenario, for other people's tools:\n"
+    "everything that they need in one folder, nothing there overwritten by something\nelse.",
+    options=_options,
+    function=_export,
+    epilog=f"formats:\n{_readers()}",
+)

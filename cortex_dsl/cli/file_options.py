@@ -1,16 +1,20 @@
-"""The command line: its options in groups, its help, and its messages."""
+"""The command line of `cortexc FILE`: its options in groups, its help, and the request that they make."""
 
 import argparse
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
-from cortex_dsl.console.command import Parser, TwoColumns, cores
+from cortex_dsl.console.command import Parser, TwoColumns, add_json, cores
 from cortex_dsl.console.request import (
     GENERATION_LIMIT,
     SEED_LIMIT,
+    CompileRequest,
     Mode,
     Request,
+    RunRequest,
+    SearchRequest,
     aggregate,
     assignment,
     param_names,
@@ -49,8 +53,8 @@ collision. All of the language is in docs/reference/language.md, Python in
 docs/reference/python.md; the reports are explained in README.md."""
 
 SEARCH_OPTIONS = ("generations", "population", "preset", "rollouts", "aggregate", "dask", "out")
-COMPILE_ONLY = ("seed", "engine", "jobs", "max_attempts", "time_step", "profile", "prune", "target")
-"""Options that say how to draw and run: of no meaning where a file is only compiled."""
+RUN_OPTIONS = ("seed", "engine", "jobs", "max_attempts", "time_step", "profile", "prune", "target")
+"""Options of drawing and running: they mean nothing where a file is only compiled."""
 BUDGET_LIMIT = 100_000_000
 
 
@@ -184,7 +188,7 @@ def _add_search_options(parser: Parser) -> None:
 
 def _add_output_options(parser: Parser) -> None:
     group = parser.add_argument_group("output")
-    group.add_argument("--json", action="store_true", help="one JSON document on stdout, and nothing else there")
+    add_json(group)
     group.add_argument(
         "--format",
         choices=("text", "json", "github"),
@@ -207,28 +211,28 @@ def to_request(options: argparse.Namespace, arguments: Sequence[str]) -> Request
         raise UsageError("no file given", "try `cortexc examples/left_turn.scn`; `cortexc --help` shows more")
     mode, methods = _mode(options), _methods(options)
     _reject_idle_options(options, mode, methods)
-    given = {name: value for name in (*SEARCH_OPTIONS, *COMPILE_ONLY) if (value := getattr(options, name)) is not None}
-    request = Request(
+    compiling = CompileRequest(
         file=options.file,
-        mode=mode,
-        methods=methods,
-        samples=options.sample or 0,
-        stage=options.emit or "",
         overrides=_overrides(options.param or ()),
         freeze=options.freeze,
         scenario=options.scenario,
         json=options.json,
-        colour=False if options.no_colour else None,
         diagnostics_format="json" if options.json else options.format,
-        command_line=tuple(arguments),
-        **{"jobs": cores(), **given},
+        hints=mode is Mode.CHECK,
     )
-    if request.generations * request.population * request.rollouts > BUDGET_LIMIT:
+    run = RunRequest(**{"jobs": cores(), **_given(options, RUN_OPTIONS)})
+    search = SearchRequest(methods=methods, command_line=tuple(arguments), **_given(options, SEARCH_OPTIONS))
+    if search.generations * search.population * search.rollouts > BUDGET_LIMIT:
         raise UsageError(
             f"--generations x --population x --rollouts is more than {BUDGET_LIMIT:,} simulations",
             "lower one of them, or make several runs with different seeds",
         )
-    return request
+    return Request(mode, compiling, run, search, options.sample or 0, options.emit or "")
+
+
+def _given(options: argparse.Namespace, names: Sequence[str]) -> dict[str, Any]:
+    """The options that were given; for the others the request, or the file, has a value."""
+    return {name: value for name in names if (value := getattr(options, name)) is not None}
 
 
 def _methods(options: argparse.Namespace) -> tuple[str, ...]:
@@ -265,7 +269,7 @@ def _reject_idle_options(options: argparse.Namespace, mode: Mode, methods: Seque
         Mode.RUN: (*SEARCH_OPTIONS, "jobs"),
         Mode.SAMPLE: (*SEARCH_OPTIONS, "engine", "profile"),
     }
-    for name in idle.get(mode, (*SEARCH_OPTIONS, *COMPILE_ONLY)):
+    for name in idle.get(mode, (*SEARCH_OPTIONS, *RUN_OPTIONS)):
         if getattr(options, name) is not None:
             flag = "--" + name.replace("_", "-")
             cure = "add --ga, --random or --method NAME to search" if name in SEARCH_OPTIONS else f"leave {flag} out"

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from cortex_dsl.console.command import Parser
+from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import is_folder, read_bytes, write_bytes
 from cortex_dsl.diagnostics import CompileError
@@ -33,35 +33,12 @@ class _Text:
         return self.before != self.after
 
 
-def main(arguments: Sequence[str], terminal: Terminal) -> int:
-    options = _parser().parse_args(arguments)
-    if options.help:
-        terminal.write(_parser().format_help())
-        return Exit.FINE
-    if not options.files:
-        raise UsageError("no files to format", "name files or folders, `.` for all below this one, or `-` for stdin")
+def _fmt(options: argparse.Namespace, terminal: Terminal) -> Exit:
     if STDIN in options.files:
         if len(options.files) > 1:
             raise UsageError("`-` stands alone", "format the other files in a command of their own")
         return _stdin(options, terminal)
     return _files(options, terminal)
-
-
-def _parser() -> Parser:
-    parser = Parser(
-        prog="cortexc fmt",
-        usage="cortexc fmt FILES [--check] [--diff]",
-        description="Writes scenario files in the one layout. Comments stay, and so does the meaning.",
-        epilog="exit codes: 0 fine, 1 a file has errors (or, with --check, would change), 2 a path cannot be used",
-        allow_abbrev=False,
-        add_help=False,
-    )
-    parser.add_argument("files", metavar="FILES", nargs="*", help="files, folders (all *.scn below), or `-` for stdin")
-    parser.add_argument("--check", action="store_true", help="write nothing; name the files that would change")
-    parser.add_argument("--diff", action="store_true", help="write nothing; show what would change")
-    parser.add_argument("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
-    parser.add_argument("-h", "--help", action="store_true", help="this page")
-    return parser
 
 
 # -- stdin and files ---------------------------------------------------------------------------------------------------
@@ -173,3 +150,25 @@ def _show(error: CompileError, terminal: Terminal) -> None:
 
     print_diagnostics(error.source, error.diagnostics, terminal.err)
     sys.stderr.flush()
+
+
+# -- the command -------------------------------------------------------------------------------------------------------
+
+
+def _options(parser: Parser) -> None:
+    parser.add_argument("files", metavar="FILES", nargs="*", help="files, folders (all *.scn below), or `-` for stdin")
+    parser.add_argument("--check", action="store_true", help="write nothing; name the files that would change")
+    parser.add_argument("--diff", action="store_true", help="write nothing; show what would change")
+
+
+FMT = Command(
+    name="fmt",
+    usage="FILES [--check] [--diff]",
+    description="Writes scenario files in the one layout. Comments stay, and so does the meaning.",
+    options=_options,
+    function=_fmt,
+    epilog="exit codes: 0 fine, 1 a file has errors (or, with --check, would change), 2 a path cannot be used",
+    needs=("files", "no files to format", "name files or folders, `.` for all below this one, or `-` for stdin"),
+    json=False,
+    wrapped=True,
+)

@@ -1,18 +1,13 @@
 """`cortexc lsp`: a language server on standard input and output, for editors."""
 
 import argparse
-from collections.abc import Sequence
 
-from cortex_dsl.console.command import Parser
+from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from engine.extras import installing
 
 
-def main(arguments: Sequence[str], terminal: Terminal) -> int:
-    options = _parser().parse_args(arguments)
-    if options.help:
-        terminal.write(_parser().format_help())
-        return Exit.FINE
+def _serve(_options: argparse.Namespace, _terminal: Terminal) -> Exit:
     try:
         from cortex_dsl.editor.server import serve
     except ModuleNotFoundError as missing:
@@ -28,16 +23,17 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
     return Exit.FINE
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog="cortexc lsp",
-        usage="cortexc lsp",
-        description="A language server for .scn files, on standard input and output, for editors to start: see "
-        "docs/how-to/editors.md.",
-        allow_abbrev=False,
-        add_help=False,
-    )
+def _options(parser: Parser) -> None:
     parser.add_argument("--stdio", action="store_true", help="the only way; editors like to say it")
-    parser.add_argument("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
-    parser.add_argument("-h", "--help", action="store_true", help="this page")
-    return parser
+
+
+LSP = Command(
+    name="lsp",
+    usage="",
+    description="A language server for .scn files, on standard input and output, for editors to start: see "
+    "docs/how-to/editors.md.",
+    options=_options,
+    function=_serve,
+    json=False,
+    wrapped=True,
+)

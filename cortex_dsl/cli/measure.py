@@ -1,14 +1,18 @@
-"""`cortexc measure FILE`: how bad a recorded case was, whoever drove: a table of trajectories, or an `.xosc`."""
+"""`cortexc measure FILE`: how bad a recorded case was, whoever drove: a table of trajectories, or an `.xosc`.
+
+`cortexc import FILE.xosc` is its sister: a case of somebody else's read back, with its road, and scored.
+"""
 
 import argparse
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from shlex import join
 from typing import TYPE_CHECKING
 
 from cortex_dsl.cli.export import OSC_VERSIONS, as_word
-from cortex_dsl.console.command import Parser
+from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.request import seconds
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import place_files, reason
@@ -20,138 +24,47 @@ if TYPE_CHECKING:
     from engine.interchange.contract import Export, InterchangeError
     from engine.interchange.openscenario.read import Imported
 
-# -- `--to`: a recording in other formats, beside the file that it was read from or in a folder of its own -------------
-
-CONVERTIBLE = tuple(name for name, entry in FORMATS.items() if not entry.needs)
-"""What a recording from elsewhere can be turned into."""
-
-
-def formats(text: str) -> tuple[str, ...]:
-    """Names with commas between them, each once."""
-    names = tuple(dict.fromkeys(word.strip().removeprefix(".").lower() for word in text.split(",")))
-    for name in names:
-        if name in FORMATS and name not in CONVERTIBLE:
-            needs = f"{name} needs {FORMATS[name].needs}"
-            raise argparse.ArgumentTypeError(f"{needs}; a recording can become {', '.join(CONVERTIBLE)}")
-        if name not in FORMATS:
-            match = nearest(name, CONVERTIBLE)
-            meant = f"did you mean `{match}`?" if match else f"there are {', '.join(CONVERTIBLE)}"
-            raise argparse.ArgumentTypeError(f"cannot be `{name}`: {meant}")
-    return names
-
-
-def written(report: "MeasuredReport", options: argparse.Namespace) -> "MeasuredReport":
-    """The recording in other formats, beside the file or in `--out`.
-
-    Raises:
-        UsageError: something else stands there, or the files cannot be written.
-        InterchangeError: the format cannot carry it, or a package is missing.
-    """
-    from dataclasses import replace
-
-    folder = options.out or options.file.parent
-    exports = list(_exports(report, options))
-    files = {
-        name: content if isinstance(content, bytes) else content.encode()
-        for export in exports
-        for name, content in export.files.items()
-    }
-    place_files(folder, files, force=options.force)
-    told = dict.fromkeys((*report.remarks, *(remark for export in exports for remark in export.remarks)))
-    return replace(report, remarks=tuple(told), written=tuple(str(folder / name) for name in files))
-
-
-def _exports(report: "MeasuredReport", options: argparse.Namespace) -> "Iterator[Export]":
-    from cortex_dsl.interchange.formats import recording_writer_of
-
-    for name in options.to:
-        if FORMATS[name].of_recording:
-            yield recording_writer_of(name)(report.recording, options.file.stem)
-        else:
-            yield _openscenario(report, options.file.stem, options.osc)
-
-
-def _openscenario(report: "MeasuredReport", stem: str, osc: str | None) -> "Export":
-    """The `.xosc`, and beside it a copy of the road that was read."""
-    from engine.interchange.contract import Export, ExportOptions
-    from engine.interchange.openscenario import write_trajectories
-
-    road = None if report.road is None else Path(report.road.path)
-    how = ExportOptions() if osc is None else ExportOptions(osc)
-    export = write_trajectories(report.recording, stem, how, None if road is None else road.name)
-    copy = {} if road is None else {road.name: road.read_bytes()}
-    return Export({**export.files, **copy}, export.remarks)
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-
 TABLES = (".csv", ".parquet")
 SCENARIO = ".xosc"
 
 
 @dataclass(frozen=True)
-class Command:
-    """`measure`, or its sister `import`."""
+class Reader:
+    """Which recordings `measure`, or its sister `import`, reads."""
 
     name: str
     suffixes: tuple[str, ...]
-    description: str
     example: str
 
 
-MEASURE = Command(
-    "measure",
-    (*TABLES, SCENARIO),
-    "Judge a recorded case by the metrics and the risk of cortexc: a table of\n"
-    "trajectories, or an OpenSCENARIO file whose actors follow timed polylines.",
-    "cortexc measure trajectories.csv",
-)
-EPILOG = """\
-tables: one row for each actor and time, as CSV or Parquet; positions are
-centres of outlines. Either omega-prime's columns (total_nanos, idx, x, y, …,
-yaw, type, role, subtype), or
-  needed         time [s], id, x [m], y [m]
-  where missing  heading [rad] and speed [m/s] are taken from motion,
-                 length [m], width [m], type and role are usual ones
-  other names and units are understood: t, track_id, yaw_deg, speed [km/h],
-  timestamp_ms …"""
+MEASURED = Reader("measure", (*TABLES, SCENARIO), "cortexc measure trajectories.csv")
+IMPORTED = Reader("import", (SCENARIO,), "cortexc import case.xosc")
 
 
-def measure_file(arguments: Sequence[str], terminal: Terminal) -> int:
-    return perform(MEASURE, arguments, terminal)
-
-
-def perform(command: Command, arguments: Sequence[str], terminal: Terminal) -> int:
-    """Read, measure, tell."""
+def _perform(reader: Reader, options: argparse.Namespace, terminal: Terminal) -> int:
+    """Read, measure, show."""
     from engine.interchange.contract import InterchangeError
 
-    parser = _parser(command)
-    options = parser.parse_args(arguments)
-    if options.help:
-        terminal.write(parser.format_help())
-        return Exit.FINE
-    _check(command, options)
+    _check(reader, options)
     try:
-        report = _report(command, options, terminal)
-        report = written(report, options) if options.to else report
+        report = _report(reader, options, terminal)
+        report = _converted(report, options) if options.to else report
     except InterchangeError as error:
         return _refused(error, options, terminal)
     _show(report, options, terminal)
     return Exit.FINE
 
 
-def _check(command: Command, options: argparse.Namespace) -> None:
+def _check(reader: Reader, options: argparse.Namespace) -> None:
     """Raises UsageError where the file cannot be meant."""
     path = options.file
-    if path is None:
-        raise UsageError(f"{command.name} what? name a recording", command.example)
-    if path.suffix.lower() not in command.suffixes:
-        raise UsageError(f"`{path}` is no recording that `cortexc {command.name}` reads", _instead(path, command))
+    if path.suffix.lower() not in reader.suffixes:
+        raise UsageError(f"`{path}` is no recording that `cortexc {reader.name}` reads", _instead(path, reader))
     try:
         if path.is_dir():
-            raise UsageError(f"`{path}` is a folder", f"name a file in it: {', '.join(command.suffixes)}")
+            raise UsageError(f"`{path}` is a folder", f"name a file in it: {', '.join(reader.suffixes)}")
         if not path.exists():
-            raise UsageError(f"there is no file `{path}`", _similar(path, command))
+            raise UsageError(f"there is no file `{path}`", _similar(path, reader))
     except OSError as error:
         raise UsageError(f"cannot read `{path}`: {reason(error)}") from None
     except ValueError:
@@ -163,7 +76,7 @@ def _check(command: Command, options: argparse.Namespace) -> None:
         raise UsageError("--osc has no effect without --to xosc", "leave --osc out, or add xosc to --to")
 
 
-def _instead(path: Path, command: Command) -> str:
+def _instead(path: Path, reader: Reader) -> str:
     """What reads this kind of file."""
     suffix = path.suffix.lower()
     if suffix == ".scn":
@@ -172,19 +85,19 @@ def _instead(path: Path, command: Command) -> str:
         return "a road has no traffic: name the .xosc that plays on it"
     if suffix in TABLES:
         return f"`cortexc measure {path}` reads tables"
-    return f"name a file that ends in {', '.join(command.suffixes)}"
+    return f"name a file that ends in {', '.join(reader.suffixes)}"
 
 
-def _similar(path: Path, command: Command) -> str:
+def _similar(path: Path, reader: Reader) -> str:
     try:
-        names = [each.name for each in path.parent.iterdir() if each.suffix.lower() in command.suffixes]
+        names = [each.name for each in path.parent.iterdir() if each.suffix.lower() in reader.suffixes]
     except OSError:
         return f"there is no folder `{path.parent}` either"
     match = nearest(path.name, names)
     return f"did you mean `{path.parent / match}`?" if match else ""
 
 
-def _report(command: Command, options: argparse.Namespace, terminal: Terminal) -> "MeasuredReport":
+def _report(reader: Reader, options: argparse.Namespace, terminal: Terminal) -> "MeasuredReport":
     from cortex_dsl.console.simulating import announce_compilation
     from cortex_dsl.report.findings.interchange_report import MeasuredReport, road_outline
     from engine.interchange.measuring import measure
@@ -202,7 +115,7 @@ def _report(command: Command, options: argparse.Namespace, terminal: Terminal) -
         remarks=read.remarks,
         road=read.road,
         lines=road_outline(read.road) if own is None else outline(build_network(own)),
-        again=_again(command, options),
+        again=_again(reader, options),
     )
 
 
@@ -216,8 +129,8 @@ def _read(options: argparse.Namespace) -> "Imported":
     return read_table(options.file, ego=options.ego, step=options.step)
 
 
-def _again(command: Command, options: argparse.Namespace) -> str:
-    words = ["cortexc", command.name, as_word(options.file)]
+def _again(reader: Reader, options: argparse.Namespace) -> str:
+    words = ["cortexc", reader.name, as_word(options.file)]
     words += [] if options.ego is None else ["--ego", options.ego]
     words += [] if options.step is None else ["--step", f"{options.step!r}"]
     words += [] if options.profile == "paper" else ["--profile", options.profile]
@@ -259,17 +172,8 @@ def _profile(text: str) -> str:
     return text
 
 
-def _parser(command: Command) -> Parser:
-    parser = Parser(
-        prog=f"cortexc {command.name}",
-        usage=f"cortexc {command.name} FILE [--ego NAME] [--step S] [--to FORMATS] [options]",
-        description=command.description,
-        epilog=EPILOG if ".csv" in command.suffixes else None,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-        add_help=False,
-    )
-    endings = ", ".join(f"*{suffix}" for suffix in command.suffixes)
+def _options(reader: Reader, parser: Parser) -> None:
+    endings = ", ".join(f"*{suffix}" for suffix in reader.suffixes)
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE", help=f"a recording: {endings}")
     parser.add_argument("--ego", metavar="NAME", help="who is judged (who is called ego, or else the first)")
     parser.add_argument(
@@ -278,29 +182,110 @@ def _parser(command: Command) -> Parser:
     parser.add_argument(
         "--profile", type=_profile, default="paper", metavar="NAME", help="thresholds of the risk (paper)"
     )
-    parser.add_argument("--to", type=formats, metavar="FORMATS", help=f"also write it as: {', '.join(CONVERTIBLE)}")
+    parser.add_argument("--to", type=_formats, metavar="FORMATS", help=f"also write it as: {', '.join(CONVERTIBLE)}")
     parser.add_argument(
         "--osc", choices=OSC_VERSIONS, metavar="V", help=f"of an xosc, the version: {', '.join(OSC_VERSIONS)} (1.2)"
     )
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder for that (where the file is)")
     parser.add_argument("--force", action="store_true", help="write over files that hold something else")
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout, and nothing else there")
-    parser.add_argument("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
-    parser.add_argument("-h", "--help", action="store_true", help="this page")
-    return parser
 
 
-# -- `cortexc import FILE.xosc`: a case of somebody else's read back, with its road, and scored ------------------------
+# -- `--to`: a recording in other formats, beside the file that it was read from or in a folder of its own -------------
 
-IMPORT = Command(
-    "import",
-    (SCENARIO,),
+CONVERTIBLE = tuple(name for name, entry in FORMATS.items() if not entry.needs)
+"""What a recording from elsewhere can be turned into."""
+
+
+def _formats(text: str) -> tuple[str, ...]:
+    """Names with commas between them, each once."""
+    names = tuple(dict.fromkeys(word.strip().removeprefix(".").lower() for word in text.split(",")))
+    for name in names:
+        if name in FORMATS and name not in CONVERTIBLE:
+            needs = f"{name} needs {FORMATS[name].needs}"
+            raise argparse.ArgumentTypeError(f"{needs}; a recording can become {', '.join(CONVERTIBLE)}")
+        if name not in FORMATS:
+            match = nearest(name, CONVERTIBLE)
+            meant = f"did you mean `{match}`?" if match else f"there are {', '.join(CONVERTIBLE)}"
+            raise argparse.ArgumentTypeError(f"cannot be `{name}`: {meant}")
+    return names
+
+
+def _converted(report: "MeasuredReport", options: argparse.Namespace) -> "MeasuredReport":
+    """The recording in other formats, beside the file or in `--out`.
+
+    Raises:
+        UsageError: something else stands there, or the files cannot be written.
+        InterchangeError: the format cannot carry it, or a package is missing.
+    """
+    folder = options.out or options.file.parent
+    exports = list(_exports(report, options))
+    files = {
+        name: content if isinstance(content, bytes) else content.encode()
+        for export in exports
+        for name, content in export.files.items()
+    }
+    place_files(folder, files, force=options.force)
+    remarks = dict.fromkeys((*report.remarks, *(remark for export in exports for remark in export.remarks)))
+    return replace(report, remarks=tuple(remarks), written=tuple(str(folder / name) for name in files))
+
+
+def _exports(report: "MeasuredReport", options: argparse.Namespace) -> "Iterator[Export]":
+    from cortex_dsl.interchange.formats import recording_writer_of
+
+    for name in options.to:
+        if FORMATS[name].of_recording:
+            yield recording_writer_of(name)(report.recording, options.file.stem)
+        else:
+            yield _openscenario(report, options.file.stem, options.osc)
+
+
+def _openscenario(report: "MeasuredReport", stem: str, osc: str | None) -> "Export":
+    """The `.xosc`, and beside it a copy of the road that was read."""
+    from engine.interchange.contract import Export, ExportOptions
+    from engine.interchange.openscenario import write_trajectories
+
+    road = None if report.road is None else Path(report.road.path)
+    how = ExportOptions() if osc is None else ExportOptions(osc)
+    export = write_trajectories(report.recording, stem, how, None if road is None else road.name)
+    copy = {} if road is None else {road.name: road.read_bytes()}
+    return Export({**export.files, **copy}, export.remarks)
+
+
+# -- the two commands --------------------------------------------------------------------------------------------------
+
+EPILOG = """\
+tables: one row for each actor and time, as CSV or Parquet; positions are
+centres of outlines. Either omega-prime's columns (total_nanos, idx, x, y, …,
+yaw, type, role, subtype), or
+  needed         time [s], id, x [m], y [m]
+  where missing  heading [rad] and speed [m/s] are taken from motion,
+                 length [m], width [m], type and role are usual ones
+  other names and units are understood: t, track_id, yaw_deg, speed [km/h],
+  timestamp_ms …"""
+USAGE = "FILE [--ego NAME] [--step S] [--to FORMATS] [options]"
+
+
+def _command(reader: Reader, description: str, epilog: str = "") -> Command:
+    return Command(
+        name=reader.name,
+        usage=USAGE,
+        description=description,
+        options=partial(_options, reader),
+        function=partial(_perform, reader),
+        epilog=epilog,
+        needs=("file", f"{reader.name} what? name a recording", reader.example),
+    )
+
+
+MEASURE = _command(
+    MEASURED,
+    "Judge a recorded case by the metrics and the risk of cortexc: a table of\n"
+    "trajectories, or an OpenSCENARIO file whose actors follow timed polylines.",
+    EPILOG,
+)
+IMPORT = _command(
+    IMPORTED,
     "Read an OpenSCENARIO file whose actors follow timed polylines, with the\n"
     "OpenDRIVE road beside it, and judge it by the metrics and the risk of cortexc.\n"
     "Nothing is fetched from elsewhere.",
-    "cortexc import case.xosc",
 )
-
-
-def import_file(arguments: Sequence[str], terminal: Terminal) -> int:
-    return perform(IMPORT, arguments, terminal)

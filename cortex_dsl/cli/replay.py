@@ -1,16 +1,14 @@
 """`cortexc replay RUN --case K` and `cortexc replay FILE.scn`: a case again, as a drawing, a page or a film."""
 
 import argparse
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.report import open_run, write
-from cortex_dsl.console.command import Parser
+from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser
 from cortex_dsl.console.request import SEED_LIMIT, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
-from engine.search.store import example_run
+from cortex_dsl.console.user_files import write_output
 
 if TYPE_CHECKING:
     from cortex_dsl.report.findings.case_replay import ToldCase
@@ -23,18 +21,12 @@ MOST_CASES = 10_000_000
 class Found:
     """A case, and of which run it is."""
 
-    told: "ToldCase"
+    shown: "ToldCase"
     case: "Case | None" = None
     folder: Path | None = None
 
 
-def main(arguments: Sequence[str], terminal: Terminal) -> int:
-    options = _parser().parse_args(arguments)
-    if options.help:
-        terminal.write(_parser().format_help())
-        return Exit.FINE
-    if options.what is None:
-        raise UsageError("replay what? name a run or a scenario", f"cortexc replay {example_run()} --case 1")
+def _replay(options: argparse.Namespace, terminal: Terminal) -> int:
     _check_target(options.to)
     if options.seed is not None and options.what.suffix != ".scn":
         raise UsageError("--seed draws a scenario's scene, and a run has its own", "name a case with --case K")
@@ -44,7 +36,7 @@ def main(arguments: Sequence[str], terminal: Terminal) -> int:
     if options.to is None:
         _play(found, options.speed, terminal)
     else:
-        write(options.to, _content(found, options.to, options.speed))
+        write_output(options.to, _content(found, options.to, options.speed))
         terminal.write(str(options.to))
     return Exit.FINE
 
@@ -57,15 +49,17 @@ def _check_target(path: Path | None) -> None:
 def _of_run(folder: Path, rank: int) -> Found:
     """Case `rank` of a run, 1 the worst."""
     from cortex_dsl.api.runs import every_case
+    from cortex_dsl.cli.search_output import opened_run, usage_errors
     from cortex_dsl.report.page.run_page import told_case
 
-    run = open_run(folder)
+    run = opened_run(folder)
     cases = every_case(run.record)
     if rank > len(cases):
         cure = f"name one of 1 to {len(cases):,}; 1 is the worst" if cases else "none of its simulations was valid"
         raise UsageError(f"`{folder}` has no case {rank:,}", cure)
     case = cases[rank - 1]
-    return Found(told_case(run, case), case, run.folder)
+    with usage_errors():
+        return Found(told_case(run, case), case, run.folder)
 
 
 def _of_file(options: argparse.Namespace, terminal: Terminal) -> Found | int:
@@ -79,14 +73,14 @@ def _of_file(options: argparse.Namespace, terminal: Terminal) -> Found | int:
     drawn = drawn_scene(words, terminal)
     if isinstance(drawn, Exit):
         return drawn
-    return Found(tell_case(drawn.scenario, drawn.scenes, drawn.request.profile, name=options.what.name))
+    return Found(tell_case(drawn.scenario, drawn.scenes, drawn.run.profile, name=options.what.name))
 
 
 def _play(found: Found, speed: float, terminal: Terminal) -> None:
     from cortex_dsl.report.terminal.replay_view import play
 
     try:
-        play(found.told, terminal.out, speed)
+        play(found.shown, terminal.out, speed)
     except KeyboardInterrupt:
         terminal.out.print()
 
@@ -97,11 +91,11 @@ def _content(found: Found, path: Path, speed: float) -> str | bytes:
     if path.suffix.lower() == ".html":
         from cortex_dsl.report.page.case_page import case_page
 
-        return case_page(found.told, found.case, found.folder)
+        return case_page(found.shown, found.case, found.folder)
     from cortex_dsl.report.page.film import gif
 
     try:
-        return gif(found.told, speed)
+        return gif(found.shown, speed)
     except MissingExtraError as error:
         raise UsageError(error.message, error.cure) from None
 
@@ -117,14 +111,7 @@ def _speed(text: str) -> float:
     return value
 
 
-def _parser() -> Parser:
-    parser = Parser(
-        prog="cortexc replay",
-        usage="cortexc replay RUN [--case K] | FILE.scn [--seed N] [--to FILE] [options]",
-        description="Run one case again and watch it: in the terminal, as a page, or as a film.",
-        allow_abbrev=False,
-        add_help=False,
-    )
+def _options(parser: Parser) -> None:
     parser.add_argument("what", nargs="?", type=Path, metavar="RUN|FILE.scn", help="folder of a run, or a scenario")
     parser.add_argument(
         "--case", type=whole_number(1, MOST_CASES), metavar="K", help="which of the run's cases; 1 is the worst (1)"
@@ -132,6 +119,14 @@ def _parser() -> Parser:
     parser.add_argument("--seed", type=whole_number(0, SEED_LIMIT), metavar="N", help="of a scenario's scene (0)")
     parser.add_argument("--speed", type=_speed, default=1.0, metavar="X", help="times as fast as it happens (1)")
     parser.add_argument("--to", type=Path, metavar="FILE", help="write a page (.html) or a film (.gif) instead")
-    parser.add_argument("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
-    parser.add_argument("-h", "--help", action="store_true", help="this page")
-    return parser
+
+
+REPLAY = Command(
+    name="replay",
+    usage="RUN [--case K] | FILE.scn [--seed N] [--to FILE] [options]",
+    description="Run one case again and watch it: in the terminal, as a page, or as a film.",
+    options=_options,
+    function=_replay,
+    needs=("what", "replay what? name a run or a scenario", f"cortexc replay {EXAMPLE_RUN} --case 1"),
+    json=False,
+)

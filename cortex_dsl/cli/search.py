@@ -1,53 +1,51 @@
-"""`cortexc FILE --method NAME,…` (`--ga`, `--random`): search, keep everything, and say what was found."""
+"""Searches: begun by `cortexc FILE --method NAME,…` (`--ga`, `--random`), gone on with by `cortexc resume RUN`."""
 
 import argparse
 import textwrap
-from collections.abc import Sequence
-from importlib.util import find_spec
 from pathlib import Path
 
 from cortex_dsl.api.run_folder import Found, search_and_keep
 from cortex_dsl.api.runs import OpenedRun, go_on, open_run
 from cortex_dsl.api.scenario import Scenario
-from cortex_dsl.cli.search_output import asked_workers, removed, tell, usage_errors, watched
-from cortex_dsl.cli.study import resume as go_on_with_study
-from cortex_dsl.cli.study import study_workers
-from cortex_dsl.console.command import Parser, add_common, add_dask, add_jobs, add_run, command_parser
+from cortex_dsl.cli.search_output import chosen_workers, removed, show_found, usage_errors, watched
+from cortex_dsl.cli.study import resume_study, study_workers
+from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, add_dask, add_jobs, add_run
 from cortex_dsl.console.compiling import compile_request
-from cortex_dsl.console.request import GENERATION_LIMIT, Mode, Request, whole_number
+from cortex_dsl.console.request import GENERATION_LIMIT, CompileRequest, RunRequest, SearchRequest, whole_number
 from cortex_dsl.console.simulating import compile_kernels, open_scenario
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.spelling import nearest
-from engine.extras import installing
+from engine.extras import installing, is_installed
 from engine.program import Program
 from engine.search.manifest import changed_versions
 from engine.search.protocol import Box
 from engine.search.searchers import SearcherEntry, UnknownMethodError, build_searcher, canonical, known_searchers
-from engine.search.store import example_run, new_directory, numbered_directory
+from engine.search.store import new_directory, numbered_directory
 from engine.study.database import is_study
 
 
-def search(request: Request, terminal: Terminal) -> int:
+def search(request: CompileRequest, run: RunRequest, asked: SearchRequest, terminal: Terminal) -> int:
+    """Search by every method that was asked for, and show what was found."""
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
     if not len(compiled.program.space):
         raise UsageError(f"`{request.file}` has no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
-    scenario = open_scenario(request, compiled)
+    scenario = open_scenario(request, run, compiled, asked)
     with usage_errors():
-        for method in request.methods:  # what is missing is said before anything is made
+        for method in asked.methods:  # what is missing is said before anything is made
             build_searcher(method, Box.of(scenario.program.space), scenario.config)
         compile_kernels(scenario, terminal)
-        found = _searches(request, scenario, terminal)
-    return tell(found, scenario, request, terminal)
+        found = _searches(scenario, run, asked, terminal)
+    return show_found(found, scenario, request, terminal)
 
 
-def _searches(request: Request, scenario: Scenario, terminal: Terminal) -> list[Found]:
+def _searches(scenario: Scenario, run: RunRequest, asked: SearchRequest, terminal: Terminal) -> list[Found]:
     """One search after the other; Ctrl-C ends the one that runs and leaves out those to come."""
     done: list[Found] = []
-    for method in request.methods:
+    for method in asked.methods:
         try:
-            done.append(_search(method, request, scenario, terminal))
+            done.append(_search(method, scenario, run, asked, terminal))
         except KeyboardInterrupt:
             if not done:
                 raise
@@ -57,29 +55,29 @@ def _searches(request: Request, scenario: Scenario, terminal: Terminal) -> list[
     return done
 
 
-def _search(method: str, request: Request, scenario: Scenario, terminal: Terminal) -> Found:
+def _search(method: str, scenario: Scenario, run: RunRequest, asked: SearchRequest, terminal: Terminal) -> Found:
     """One whole search with its run directory."""
-    folder = _folder(method, request, scenario.program)
-    with watched(terminal, method, request.generations) as on_generation:
+    folder = _folder(method, asked, scenario.program)
+    with watched(terminal, method, asked.generations) as on_generation:
         return search_and_keep(
             scenario,
             method,
             folder,
-            profile=request.profile,
-            command_line=request.command_line,
+            profile=run.profile,
+            command_line=asked.command_line,
             on_generation=on_generation,
             on_removed=removed(terminal),
-            workers=asked_workers(request, scenario.config.search.engine),
+            workers=chosen_workers(scenario.config.search.engine, run.jobs, asked.dask),
         )
 
 
-def _folder(method: str, request: Request, program: Program) -> Path:
-    if request.out is None:
+def _folder(method: str, asked: SearchRequest, program: Program) -> Path:
+    if asked.out is None:
         return numbered_directory(program.name, method)
-    return new_directory(request.out if len(request.methods) == 1 else request.out / method)
+    return new_directory(asked.out if len(asked.methods) == 1 else asked.out / method)
 
 
-# -- The names behind `--method`, and `cortexc --method list`: every way to search, in one line each -------------------
+# -- the names behind `--method`, and `cortexc --method list`: every way to search, in one line each -------------------
 
 WIDTH = 80
 
@@ -112,90 +110,70 @@ def method_list() -> str:
 
 
 def _missing(entry: SearcherEntry) -> list[str]:
-    if not entry.package or find_spec(entry.package) is not None:
+    if is_installed(entry.package):
         return []
     return ["not installed; to have it:", f"  {installing('search')}"]
 
 
 # -- `cortexc resume RUN`: go on with a search that was stopped or killed, as if nothing had happened ------------------
 
-EPILOG = """\
-The run goes on with the text and the settings that it was started with, and
-ends with the journal that an undisturbed one would have written. Where it was
-finished its report is shown again, unless --generations asks for more.
 
-example:
-  cortexc resume {run}"""
-
-
-def resume(arguments: Sequence[str], terminal: Terminal) -> int:
-    parser = _resume_parser()
-    options = parser.parse_args(arguments)
-    if options.help:
-        terminal.write(parser.format_help())
-        return Exit.FINE
-    if options.run is None:
-        raise UsageError("no run given", f"name the folder of one, such as `cortexc resume {example_run()}`")
+def _resume(options: argparse.Namespace, terminal: Terminal) -> int:
     if is_study(options.run):
         if options.generations is not None:
             raise UsageError("--generations has no effect on a study: it goes on as it was begun", "leave it out")
-        return go_on_with_study(options.run, terminal, study_workers(options), json=options.json)
+        return resume_study(options.run, terminal, study_workers(options), json=options.json)
     with usage_errors():
         run = open_run(options.run)
-        request = _resumed_request(run, options)
-        _say(run, request, terminal)
+        manifest, planned = run.record.manifest, run.scenario.config.search
+        generations = options.generations or planned.generations
+        _say(run, generations, terminal)
         compile_kernels(run.scenario, terminal)
-        manifest, search = run.record.manifest, run.scenario.config.search
-        with watched(terminal, manifest.method, request.generations, run.record) as on_generation:
+        with watched(terminal, manifest.method, generations, run.record) as on_generation:
             found = go_on(
                 run,
                 generations=options.generations,
                 on_generation=on_generation,
                 on_removed=removed(terminal),
-                workers=asked_workers(request, search.engine),
+                workers=chosen_workers(planned.engine, options.jobs, options.dask),
             )
-    return tell([found], run.scenario, request, terminal)
+    return show_found([found], run.scenario, CompileRequest(Path(manifest.file), json=options.json), terminal)
 
 
-def _resumed_request(run: OpenedRun, options: argparse.Namespace) -> Request:
-    """The command as the reports know one."""
-    manifest = run.record.manifest
-    return Request(
-        file=Path(manifest.file),
-        mode=Mode.SEARCH,
-        methods=(manifest.method,),
-        generations=options.generations or run.scenario.config.search.generations,
-        jobs=options.jobs,
-        dask=options.dask,
-        json=options.json,
-    )
-
-
-def _say(run: OpenedRun, request: Request, terminal: Terminal) -> None:
+def _say(run: OpenedRun, generations: int, terminal: Terminal) -> None:
     """What the user may not expect, on stderr."""
     done, manifest = len(run.record.generations), run.record.manifest
-    if run.record.status == "finished" and request.generations == run.scenario.config.search.generations:
+    if run.record.status == "finished" and generations == run.scenario.config.search.generations:
         terminal.err.print(f"finished already, all {done} generations; this is its report", style="quiet")
         return
-    terminal.err.print(f"going on after generation {done} of {request.generations}", style="quiet")
+    terminal.err.print(f"going on after generation {done} of {generations}", style="quiet")
     for name in run.edited:
         terminal.err.print(f"`{name}` was edited since; the run goes on with the text that it was started with")
     if changed := changed_versions(manifest):
         terminal.err.print(f"started with {', '.join(changed)}: what follows may differ from what it would have been")
 
 
-def _resume_parser() -> Parser:
-    parser = command_parser(
-        "resume",
-        "RUN [--generations N] [--jobs N] [--dask ADDRESS] [--json]",
-        "Go on with a search or a study that was stopped with Ctrl-C, or killed.",
-        EPILOG.format(run=example_run()),
-    )
+def _resume_options(parser: Parser) -> None:
     add_run(parser, "a run directory, or that of a study")
     parser.add_argument(
         "--generations", metavar="N", type=whole_number(1, GENERATION_LIMIT), help="as many in all (as it was planned)"
     )
     add_jobs(parser, "workers: threads of --engine batch, processes of --engine world")
     add_dask(parser, "search")
-    add_common(parser)
-    return parser
+
+
+RESUME = Command(
+    name="resume",
+    usage="RUN [--generations N] [--jobs N] [--dask ADDRESS] [--json]",
+    description="Go on with a search or a study that was stopped with Ctrl-C, or killed.",
+    options=_resume_options,
+    function=_resume,
+    epilog=f"""\
+The run goes on with the text and the settings that it was started with, and
+ends with the journal that an undisturbed one would have written. Where it was
+finished its report is shown again, unless --generations asks for more.
+
+example:
+  cortexc resume {EXAMPLE_RUN}""",
+    needs=("run", "no run given", f"name the folder of one, such as `cortexc resume {EXAMPLE_RUN}`"),
+)

@@ -1,4 +1,8 @@
-"""What `cortexc FILE --method …` and `cortexc resume` share: the progress, the report, the document, the exit code."""
+"""What the commands that search, or show a search, share.
+
+For those that search: who runs the simulations, the progress, the report, the document, the exit code. For those that
+show a run: its journal opened and checked, and what a user can mend said as a usage error.
+"""
 
 import shlex
 from collections.abc import Iterator, Sequence
@@ -11,7 +15,7 @@ from cortex_dsl.api.run_folder import Found, OnRemoved
 from cortex_dsl.api.runs import OpenedRun, check_journal, open_run
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.compiling import show
-from cortex_dsl.console.request import Request
+from cortex_dsl.console.request import CompileRequest
 from cortex_dsl.console.simulating import mistake_of
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.report.documents import document
@@ -34,11 +38,7 @@ def usage_errors() -> Iterator[None]:
     """Turn what a user can mend into a UsageError."""
     try:
         yield
-    except (StoreError, WorkersLostError) as error:
-        raise UsageError(error.message, error.cure) from error
-    except MissingExtraError as error:
-        raise UsageError(error.message, error.cure) from error
-    except PluginError as error:
+    except (StoreError, WorkersLostError, MissingExtraError, PluginError, UnknownMethodError) as error:
         raise UsageError(error.message, error.cure) from error
 
 
@@ -47,11 +47,9 @@ def removed(terminal: Terminal) -> OnRemoved:
     return lambda error: terminal.complain(error.message, "what follows is in memory alone; Ctrl-C shows it")
 
 
-def asked_workers(request: Request, engine: str) -> Workers:
-    """Who is to run the simulations."""
-    if request.dask is not None:
-        return Workers("dask", request.jobs, request.dask)
-    return workers_for(engine, request.jobs)
+def chosen_workers(engine: str, jobs: int, dask: str | None) -> Workers:
+    """Who is to run the simulations: threads or processes of this machine, or a cluster."""
+    return workers_for(engine, jobs) if dask is None else Workers("dask", jobs, dask)
 
 
 @contextmanager
@@ -67,7 +65,7 @@ def watched(terminal: Terminal, method: str, total: int, record: Record | None =
         yield on_generation
 
 
-def tell(found: Sequence[Found], scenario: Scenario, request: Request, terminal: Terminal) -> Exit:
+def show_found(found: Sequence[Found], scenario: Scenario, request: CompileRequest, terminal: Terminal) -> Exit:
     """Show what was found, and say how the command ends."""
     campaigns = [each.campaign for each in found]
     mistake = next((m for campaign in campaigns if (m := mistake_of(scenario, campaign)) is not None), None)
@@ -116,7 +114,7 @@ def _settings(found: Sequence[Found]) -> str:
     return ", ".join([*parts, f"profile {manifest.profile}", f"{search.engine} engine"])
 
 
-def _document(request: Request, found: Sequence[Found]) -> str:
+def _document(request: CompileRequest, found: Sequence[Found]) -> str:
     searches = [
         {
             "method": each.manifest.method,
@@ -140,11 +138,20 @@ def _exit_code(campaigns: Sequence[Campaign]) -> Exit:
     return Exit.FINE
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Runs that `report` and `analyse` tell about: opened, and held against the searcher that their journals name.
+# -- runs that commands show: opened, and held against the searcher that their journals name --------------------------
 
 
-def told_run(folder: Path, terminal: Terminal) -> OpenedRun:
+def opened_run(folder: Path) -> OpenedRun:
+    """A run.
+
+    Raises:
+        UsageError: there is no readable run.
+    """
+    with usage_errors():
+        return open_run(folder)
+
+
+def checked_run(folder: Path, terminal: Terminal) -> OpenedRun:
     """A run with a finished generation, whose individuals are those that its method proposes.
 
     What the simulations came to is not simulated again: a changed result shows only where it changes what the method
@@ -153,8 +160,7 @@ def told_run(folder: Path, terminal: Terminal) -> OpenedRun:
     Raises:
         UsageError: there is no readable run, or its journal does not follow from its own beginning.
     """
-    with usage_errors():
-        run = open_run(folder)
+    run = opened_run(folder)
     if not len(run.record.evaluations):
         raise UsageError(f"`{folder}` has no finished generation", "`cortexc resume` goes on with it")
     try:

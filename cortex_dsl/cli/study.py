@@ -1,4 +1,7 @@
-"""`cortexc study`: every scenario by every method, many times; kept whole, compared run by run, told in tables."""
+"""`cortexc study`: every scenario by every method, many times; kept whole, compared run by run, shown in tables.
+
+`cortexc paper-check` does the arithmetic of the paper again whose case study that is.
+"""
 
 import argparse
 from collections.abc import Iterator, Sequence
@@ -7,12 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cortex_dsl.cli.study_options import parse, study_plan
-from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.cli.study_options import DESCRIPTION, add_options, settle, study_plan
+from cortex_dsl.console.command import Command, Parser
+from cortex_dsl.console.terminal import Exit, Terminal
 
 if TYPE_CHECKING:
     from engine.search.workers import Workers
-    from engine.study.database import Study, StudyStore
+    from engine.study.database import StudyStore
     from engine.study.plan import Plan
     from engine.study.run_records import RunRecord
 
@@ -26,15 +30,12 @@ class Job:
     json: bool
 
 
-def main(arguments: Sequence[str], terminal: Terminal) -> int:
-    options = parse(arguments)
-    if options.help:
-        terminal.write(options.page)
-        return Exit.FINE
+def _study(options: argparse.Namespace, terminal: Terminal) -> int:
+    settle(options)
     if options.resume is not None:
-        return resume(options.resume, terminal, study_workers(options), json=options.json)
+        return resume_study(options.resume, terminal, study_workers(options), json=options.json)
     with _usage_errors():
-        return _begin(options, arguments, terminal)
+        return _begin(options, terminal)
 
 
 def study_workers(options: argparse.Namespace) -> "Workers":
@@ -48,34 +49,36 @@ def study_workers(options: argparse.Namespace) -> "Workers":
 
 @contextmanager
 def _usage_errors() -> Iterator[None]:
-    """What the store or the workers say, as a slip that the user can mend."""
+    """What the store or the workers say, as an error that the user can mend."""
     from cortex_dsl.cli.search_output import usage_errors
 
     with usage_errors():
         yield
 
 
-def _begin(options: argparse.Namespace, arguments: Sequence[str], terminal: Terminal) -> int:
+def _begin(options: argparse.Namespace, terminal: Terminal) -> int:
+    from cortex_dsl.api.studies import facts
     from engine.search.store import hold, new_directory, numbered_directory
     from engine.study.database import StudyStore
 
-    plan = study_plan(options, arguments, terminal)
+    plan = study_plan(options, terminal)
     if isinstance(plan, Exit):
         return plan
     size = f"{len(plan.subjects)}x{len(plan.methods)}x{plan.runs}"
     folder = new_directory(options.out) if options.out is not None else numbered_directory("study", size)
     with hold(folder):
-        with closing(StudyStore.create(folder, plan, _facts(plan, arguments))) as store:
+        with closing(StudyStore.create(folder, plan, facts(plan, options.words))) as store:
             stopped = _carry_out(plan, (), store, Job(folder, study_workers(options), options.json), terminal)
-        return tell(folder, terminal, json=options.json, stopped=stopped)
+        return show_study(folder, terminal, json=options.json, stopped=stopped)
 
 
-def resume(folder: Path, terminal: Terminal, workers: "Workers", *, json: bool = False) -> int:
-    """Go on with a study that was stopped or killed; tell one that is complete again.
+def resume_study(folder: Path, terminal: Terminal, workers: "Workers", *, json: bool = False) -> int:
+    """Go on with a study that was stopped or killed; show one that is complete again.
 
     Raises:
         UsageError: no readable study, another process is at it, or it was begun by another version.
     """
+    from cortex_dsl.api.studies import insist_on_same_engine
     from engine.search.store import hold
     from engine.study.database import StudyStore, read_study
 
@@ -84,20 +87,19 @@ def resume(folder: Path, terminal: Terminal, workers: "Workers", *, json: bool =
         for name in study.edited:
             terminal.err.print(f"`{name}` was edited since; the study goes on with what it said", style="warn")
         if study.complete:
-            return tell(folder, terminal, json=json)
-        _insist_on_same_engine(study)
+            return show_study(folder, terminal, json=json)
+        insist_on_same_engine(study)
         with hold(folder):
             study = read_study(folder)
             with closing(StudyStore.reopen(folder)) as store:
                 stopped = _carry_out(study.plan, study.records, store, Job(folder, workers, json), terminal)
-            return tell(folder, terminal, json=json, stopped=stopped)
+            return show_study(folder, terminal, json=json, stopped=stopped)
 
 
 def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore", job: Job, terminal: Terminal) -> bool:
     """Do what is left to do; whether Ctrl-C came first."""
+    from cortex_dsl.api.studies import carry_out
     from cortex_dsl.report.terminal.progress import StudyProgress
-    from engine.search.workers import open_workers
-    from engine.study.execution import perform_all
     from engine.study.run_records import Finished
 
     _compile_kernels(plan, terminal)
@@ -107,19 +109,10 @@ def _carry_out(plan: "Plan", earlier: "Sequence[RunRecord]", store: "StudyStore"
             store.write(finished)
             progress.run_done(finished.record)
 
-        try:
-            done = [record.address for record in earlier]
-            if job.workers.kind == "dask":
-                with open_workers(job.workers) as executor:
-                    perform_all(plan, on_run, job.workers.jobs, done, executor)
-            else:
-                perform_all(plan, on_run, job.workers.jobs, done)
-        except KeyboardInterrupt:
-            return True
-    return False
+        return carry_out(plan, earlier, on_run, job.workers)
 
 
-def tell(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool = False) -> int:
+def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped: bool = False) -> int:
     """Write the files beside the study, and show what it came to so far."""
     from cortex_dsl.report.terminal.study_view import study_view
     from engine.study.database import read_study
@@ -156,23 +149,41 @@ def _compile_kernels(plan: "Plan", terminal: Terminal) -> None:
         perform(replace(task, config=replace(task.config, search=search)))
 
 
-def _facts(plan: "Plan", arguments: Sequence[str]) -> dict[str, object]:
-    """What a reader may want to know of how a study came to be."""
-    from engine.kernels.jit import source_hash
+STUDY = Command(
+    name="study",
+    usage="[FILES] [--runs N] [--methods LIST] [options]",
+    description=DESCRIPTION,
+    options=add_options,
+    function=_study,
+)
 
-    versions: dict[str, str] = {}
-    for method in plan.methods:
-        versions |= plan.manifest(plan.subjects[0], method).versions
-    return {"command_line": list(arguments), "versions": versions, "engine": source_hash()}
+
+# -- the arithmetic of the CORTEX-AVD paper, done again ----------------------------------------------------------------
 
 
-def _insist_on_same_engine(study: "Study") -> None:
-    """Runs of two different engines must not be compared as if they were of one."""
-    from engine.kernels.jit import source_hash
+def _check_paper(options: argparse.Namespace, terminal: Terminal) -> Exit:
+    from cortex_dsl.report.terminal.study_view import paper_view
+    from engine.paper import claims
 
-    if study.manifest.get("engine") != source_hash():
-        wrote = study.manifest.get("versions", {}).get("cortexc", "unknown")
-        raise UsageError(
-            f"the study in `{study.folder}` was begun by another version of the engine",
-            f"use the version that began it, cortexc {wrote}, or begin a new study",
-        )
+    checked = claims()
+    if options.json:
+        from cortex_dsl.report.documents import document
+
+        terminal.write(document("paper-check", {"claims": checked}))
+    else:
+        terminal.out.print(paper_view(checked, options.all))
+    return Exit.FINE
+
+
+def _paper_options(parser: Parser) -> None:
+    parser.add_argument("--all", action="store_true", help="what holds, too")
+
+
+PAPER_CHECK = Command(
+    name="paper-check",
+    usage="[--all] [--json]",
+    description="Recompute what the paper prints from its own numbers, and show what does not hold.",
+    options=_paper_options,
+    function=_check_paper,
+    wrapped=True,
+)

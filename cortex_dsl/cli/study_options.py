@@ -5,11 +5,19 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import cortex_dsl
-from cortex_dsl.console.command import Parser, add_common, add_dask, add_jobs, command_parser
+from cortex_dsl.console.command import Parser, add_dask, add_jobs
 from cortex_dsl.console.compiling import compile_request
-from cortex_dsl.console.request import GENERATION_LIMIT, SEED_LIMIT, Mode, Request, aggregate, whole_number
+from cortex_dsl.console.request import (
+    GENERATION_LIMIT,
+    SEED_LIMIT,
+    CompileRequest,
+    RunRequest,
+    SearchRequest,
+    aggregate,
+    whole_number,
+)
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.resources import resource
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
@@ -24,7 +32,6 @@ compare the methods run by run.
   cortexc study a.scn b.scn --methods random,ga,niching --runs 30
   cortexc study --resume runs/study-6x2x30-001
                                   go on with one that was stopped or killed"""
-EXAMPLES = Path(cortex_dsl.__file__).parent.parent / "examples"
 METHODS = "random,ga"
 RUNS = 30
 DEFAULTS = {
@@ -38,19 +45,16 @@ DEFAULTS = {
     "rollouts": 1,
     "aggregate": "mean",
 }
-"""What a study is told unless it is told otherwise; a study that is gone on with has its own."""
+"""The options of a study where they are not given; a study that is gone on with has its own."""
 LIMIT = 1_000_000_000
 
 
-def parse(arguments: Sequence[str]) -> argparse.Namespace:
-    """The checked options; `page` is the help.
+def settle(options: argparse.Namespace) -> None:
+    """Give every option that was not given its default.
 
     Raises:
         UsageError: options that do not go together.
     """
-    parser = _parser()
-    options = parser.parse_args(arguments)
-    options.page = parser.format_help() if options.help else ""
     given = [name for name in (*DEFAULTS, "out") if getattr(options, name) is not None]
     if options.resume is not None and (options.files or given):
         what = f"--{given[0]}" if given else "a file"
@@ -58,11 +62,10 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     for name, value in DEFAULTS.items():
         if getattr(options, name) is None:
             setattr(options, name, value)
-    return options
 
 
-def _parser() -> Parser:
-    parser = command_parser("study", "[FILES] [--runs N] [--methods LIST] [options]", DESCRIPTION)
+def add_options(parser: Parser) -> None:
+    """All options of a study."""
     add = parser.add_argument
     add("files", metavar="FILES", nargs="*", type=Path, help="scenarios, or a folder of them (the paper's six)")
     add("--runs", metavar="N", type=whole_number(1, 65_536), help=f"runs of each method on each scenario ({RUNS})")
@@ -85,26 +88,25 @@ def _parser() -> Parser:
     add("--aggregate", metavar="HOW", type=aggregate, help="K scores to one: mean, max or a quantile as q90 (mean)")
     add("--out", metavar="DIR", type=Path, help="new folder for the study (one under runs/)")
     add("--resume", metavar="DIR", type=Path, help="go on with the study in this folder")
-    add_common(parser)
-    return parser
 
 
-def study_plan(options: argparse.Namespace, arguments: Sequence[str], terminal: Terminal) -> "Plan | Exit":
+def study_plan(options: argparse.Namespace, terminal: Terminal) -> "Plan | Exit":
     """The plan of a new study, or the exit code once a file's errors are shown.
 
     Raises:
         UsageError: a method that is unknown or cannot be used, a scenario without params, too much to do.
     """
-    from engine.errors import CortexError
+    from cortex_dsl.api.studies import short_names
+    from engine.errors import ArgumentError
     from engine.extras import MissingExtraError
-    from engine.search.searchers import PluginError
+    from engine.search.searchers import PluginError, UnknownMethodError
     from engine.study.plan import Plan, check, with_own_seeds
 
     methods = tuple(dict.fromkeys(_methods(options.methods)))
     files = _unfolded(options.files) or _the_six(terminal)
     subjects: list[Subject] = []
-    for file, name in zip(files, _names(files), strict=True):
-        subject = _subject(_request(file, methods, options, arguments), name, terminal)
+    for file, name in zip(files, short_names(files), strict=True):
+        subject = _subject(file, name, options, terminal)
         if isinstance(subject, Exit):
             return subject
         subjects.append(subject)
@@ -115,18 +117,18 @@ def study_plan(options: argparse.Namespace, arguments: Sequence[str], terminal: 
         check(plan)
     except MissingExtraError as error:
         raise UsageError(f"{error.message}: {error.cure}", "`cortexc study --help` lists every option") from error
-    except (ValueError, PluginError) as error:
-        message = error.message if isinstance(error, CortexError) else str(error)
-        raise UsageError(message, "`cortexc study --help` lists every option") from error
+    except (ArgumentError, UnknownMethodError, PluginError) as error:
+        raise UsageError(error.message, "`cortexc study --help` lists every option") from error
     return plan
 
 
 def _methods(text: str) -> list[str]:
     """The names of a list with commas."""
+    from engine.extras import is_installed
     from engine.search.searchers import UnknownMethodError, canonical, known_searchers
 
     if text.strip() == "all":
-        return [name for name, entry in known_searchers().items() if _installed(entry.package)]
+        return [name for name, entry in known_searchers().items() if is_installed(entry.package)]
     try:
         return [canonical(word) for word in text.split(",")]
     except UnknownMethodError as error:
@@ -136,12 +138,6 @@ def _methods(text: str) -> list[str]:
         raise UsageError(
             f"--methods: no method is called `{error.name.strip()}`{meant}", f"there are {', '.join(known)}"
         ) from error
-
-
-def _installed(package: str) -> bool:
-    from importlib.util import find_spec
-
-    return not package or find_spec(package) is not None
 
 
 def _unfolded(paths: Sequence[Path]) -> list[Path]:
@@ -163,7 +159,7 @@ def _the_six(terminal: Terminal) -> list[Path]:
     """The paper's scenarios, as they lie beside this program; say so."""
     from engine.paper import FILES
 
-    files = [EXAMPLES / f"{name}.scn" for name in FILES]
+    files = [Path(str(resource(f"examples/{name}.scn"))) for name in FILES]
     if not all(file.is_file() for file in files):
         raise UsageError("the six examples are not installed here", "name one or more scenario files")
     here = Path.cwd()
@@ -172,27 +168,17 @@ def _the_six(terminal: Terminal) -> list[Path]:
     return files
 
 
-def _names(files: Sequence[Path]) -> list[str]:
-    """Short names that tell the files apart."""
-    stems = [file.stem for file in files]
-    return [stem if stems.count(stem) == 1 else str(file) for file, stem in zip(files, stems, strict=True)]
-
-
-def _request(file: Path, methods: tuple[str, ...], options: argparse.Namespace, arguments: Sequence[str]) -> Request:
-    same = ("generations", "population", "seed", "preset", "rollouts", "aggregate", "profile", "json")
-    given = {name: getattr(options, name) for name in same}
-    return Request(file, Mode.SEARCH, methods, jobs=1, command_line=("study", *arguments), **given)
-
-
-def _subject(request: Request, name: str, terminal: Terminal) -> "Subject | Exit":
+def _subject(file: Path, name: str, options: argparse.Namespace, terminal: Terminal) -> "Subject | Exit":
+    request = CompileRequest(file, json=options.json)
     compiled = compile_request(request, terminal)
     if isinstance(compiled, Exit):
         return compiled
     if not len(compiled.program.space):
-        raise UsageError(f"`{request.file}` has no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
+        raise UsageError(f"`{file}` has no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
     from cortex_dsl.api.run_folder import origin_of
     from cortex_dsl.console.simulating import open_scenario
     from engine.study.plan import Subject
 
-    scenario = open_scenario(request, compiled)
-    return Subject(name, str(request.file), scenario.program, scenario.config, origin_of(scenario))
+    sizes = {each: getattr(options, each) for each in ("generations", "population", "preset", "rollouts", "aggregate")}
+    scenario = open_scenario(request, RunRequest(seed=options.seed), compiled, SearchRequest(**sizes))
+    return Subject(name, str(file), scenario.program, scenario.config, origin_of(scenario))

@@ -1,10 +1,9 @@
 """`cortexc explain [CODE]`: the page of a code, or all codes by family."""
 
 import argparse
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from cortex_dsl.console.command import Parser
+from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 
 if TYPE_CHECKING:
@@ -20,30 +19,12 @@ SHOWN_LINES = 20
 MARGIN = "    "
 
 
-def main(arguments: Sequence[str], terminal: Terminal) -> int:
-    options = _parser().parse_args(arguments)
-    if options.help:
-        terminal.write(_parser().format_help())
-    elif not options.code:
+def _explain(options: argparse.Namespace, terminal: Terminal) -> Exit:
+    if not options.code:
         _list(options.json, terminal)
     else:
-        _explain(_found(options.code[0]), options.json, terminal)
+        _show(_found(options.code[0]), options.json, terminal)
     return Exit.FINE
-
-
-def _parser() -> Parser:
-    parser = Parser(
-        prog="cortexc explain",
-        usage="cortexc explain [CODE] [--json]",
-        description="What a code means: why it is said, an example, and the example mended. Without CODE: all codes.",
-        allow_abbrev=False,
-        add_help=False,
-    )
-    parser.add_argument("code", metavar="CODE", nargs="*", help="such as SCN203, scn203 or 203")
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout, and nothing else there")
-    parser.add_argument("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
-    parser.add_argument("-h", "--help", action="store_true", help="this page")
-    return parser
 
 
 def _found(text: str) -> "Entry":
@@ -61,11 +42,11 @@ def _found(text: str) -> "Entry":
 # -- all codes --------------------------------------------------------------------------------------------------------
 
 
-def _list(as_json: bool, terminal: Terminal) -> None:
+def _list(json: bool, terminal: Terminal) -> None:
     from cortex_dsl.api import codes
 
     entries = codes.entries()
-    if as_json:
+    if json:
         from cortex_dsl.report.documents import document
 
         terminal.write(document("codes", {"codes": [_summary(entry) for entry in entries]}))
@@ -86,14 +67,14 @@ def _summary(entry: "Entry") -> dict[str, object]:
 # -- one code ---------------------------------------------------------------------------------------------------------
 
 
-def _explain(entry: "Entry", as_json: bool, terminal: Terminal) -> None:
+def _show(entry: "Entry", json: bool, terminal: Terminal) -> None:
     from cortex_dsl.diagnostics import Page
     from cortex_dsl.report.findings.snippet import as_json
     from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
 
     page = entry.page or Page("", "")
     source, said = _said(entry.code, page)
-    if as_json:
+    if json:
         from cortex_dsl.report.documents import document
 
         terminal.write(document("code", {**_summary(entry), **_content(page), "says": as_json(source, said)}))
@@ -142,3 +123,20 @@ def _said(code: str, page: "Page") -> tuple["Source", list["Diagnostic"]]:
         return Source("example.scn", page.wrong), []
     source, diagnostics = judged("example.scn", page.wrong, page.options[0])
     return source, [diagnostic for diagnostic in diagnostics if diagnostic.code == code][:1]
+
+
+# -- the command -------------------------------------------------------------------------------------------------------
+
+
+def _options(parser: Parser) -> None:
+    parser.add_argument("code", metavar="CODE", nargs="*", help="such as SCN203, scn203 or 203")
+
+
+EXPLAIN = Command(
+    name="explain",
+    usage="[CODE] [--json]",
+    description="What a code means: why it is said, an example, and the example mended. Without CODE: all codes.",
+    options=_options,
+    function=_explain,
+    wrapped=True,
+)

@@ -1,16 +1,22 @@
-"""How a command reads its words: messages, help and the options that most commands have, each said once, here."""
+"""A command as a row: its words, its help, and the function behind it.
+
+What all commands have is said once, here: --help, --json, --no-colour, how a slip on the command line is answered, and
+the options that several of them share.
+"""
 
 import argparse
 import os
 import re
 import shutil
 import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
 from cortex_dsl.console.request import whole_number
-from cortex_dsl.console.terminal import UsageError
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.spelling import nearest
+from engine.frozen import frozen
 
 
 class Parser(argparse.ArgumentParser):
@@ -69,25 +75,88 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-# -- the parser of a command, with the options that every command has, or most -----------------------------------------
+# -- a command ---------------------------------------------------------------------------------------------------------
+
+EXAMPLE_RUN = "{run}"
+"""Stands in a help or a cure for the run that is named as an example: the latest that is there."""
 
 
-def command_parser(name: str, usage: str, description: str, epilog: str | None = None) -> Parser:
-    """The parser of `cortexc NAME`, whose texts are printed as they are written."""
-    return Parser(
-        prog=f"cortexc {name}",
-        usage=f"cortexc {name} {usage}",
-        description=description,
-        epilog=epilog,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-        add_help=False,
-    )
+@frozen
+class Command:
+    """One `cortexc NAME ...`: its words, what its help says, and the function behind it.
+
+    --help, --no-colour, --json and the complaint about a missing first word are here for all commands.
+    """
+
+    name: str
+    usage: str
+    """What follows the name, in a line."""
+    description: str
+    options: Callable[["Parser"], None]
+    """Adds the options of this command alone."""
+    function: Callable[[argparse.Namespace, Terminal], int]
+    """What it does, from the options to an exit code; `options.words` is the command line as typed."""
+    epilog: str = ""
+    needs: tuple[str, str, str] | None = None
+    """An argument that it cannot do without, and the message and the cure where that is missing."""
+    json: bool = True
+    """Whether it can answer with one document."""
+    wrapped: bool = False
+    """Whether its texts are broken anew at the width of the terminal."""
+    no_colour: str = argparse.SUPPRESS
+    """What the help says of --no-colour."""
+
+    def parser(self) -> "Parser":
+        """The parser of `cortexc NAME`, whose options keep their order."""
+        parser = Parser(
+            prog=f"cortexc {self.name}",
+            usage="\n       ".join(f"cortexc {self.name} {line}".rstrip() for line in self.usage.split("\n")),
+            description=self.description,
+            epilog=with_example(self.epilog) or None,
+            formatter_class=argparse.HelpFormatter if self.wrapped else argparse.RawDescriptionHelpFormatter,
+            allow_abbrev=False,
+            add_help=False,
+        )
+        self.options(parser)
+        if self.json:
+            add_json(parser)
+        parser.add_argument("--no-colour", "--no-color", action="store_true", help=self.no_colour)
+        parser.add_argument("-h", "--help", action="store_true", help="this page")
+        return parser
+
+
+def run_command(command: Command, words: Sequence[str], terminal: Terminal) -> int:
+    """Run `cortexc NAME WORDS...` and return its exit code.
+
+    Raises:
+        UsageError: the words are not as the command needs them.
+    """
+    parser = command.parser()
+    options = parser.parse_args(words)
+    if options.help:
+        terminal.write(parser.format_help())
+        return Exit.FINE
+    if command.needs is not None and not getattr(options, command.needs[0]):
+        raise UsageError(command.needs[1], with_example(command.needs[2]))
+    options.words = tuple(words)
+    return command.function(options, terminal)
+
+
+def with_example(text: str) -> str:
+    """The text with an example of a run in its place."""
+    if EXAMPLE_RUN not in text:
+        return text
+    from engine.search.store import example_run
+
+    return text.replace(EXAMPLE_RUN, str(example_run()))
+
+
+# -- options that several commands have, each worded once --------------------------------------------------------------
 
 
 def add_run(parser: Parser, text: str = "a run directory") -> None:
     """RUN: where a search left what it found."""
-    parser.add_argument("run", metavar="RUN", nargs="?", type=Path, help=text)
+    parser.add_argument("run", metavar="RUN", nargs="?", type=Path, help=with_example(text))
 
 
 def add_jobs(parser: Parser, who: str = "threads") -> None:
@@ -108,9 +177,6 @@ def add_dask(parser: Parser, what: str) -> None:
     )
 
 
-def add_common(parser: Parser, *, json: bool = True) -> None:
-    """--json, --no-colour and --help, which come last."""
-    if json:
-        parser.add_argument("--json", action="store_true", help="one JSON document on stdout, and nothing else there")
-    parser.add_argument("--no-colour", "--no-color", action="store_true", help=argparse.SUPPRESS)
-    parser.add_argument("-h", "--help", action="store_true", help="this page")
+def add_json(parser: argparse._ActionsContainer) -> None:
+    """--json: for programs that read the answer."""
+    parser.add_argument("--json", action="store_true", help="one JSON document on stdout, and nothing else there")

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from cortex_dsl.console.request import Mode, Request
+from cortex_dsl.console.request import CompileRequest
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import read_source
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
@@ -22,7 +22,7 @@ MOST_CODES = 5
 """Further codes that a listing names at its end."""
 
 
-def compile_request(request: Request, terminal: Terminal) -> "Compiled | Exit":
+def compile_request(request: CompileRequest, terminal: Terminal) -> "Compiled | Exit":
     """The compiled file, or the exit code once its errors are shown."""
     from cortex_dsl.pipeline import compile_source
 
@@ -33,20 +33,15 @@ def compile_request(request: Request, terminal: Terminal) -> "Compiled | Exit":
         show(error.source, error.diagnostics, request, terminal, failed=True)
         return Exit.DIAGNOSTICS
     if not request.json:
-        show(compiled.source, _fitting(compiled.diagnostics, request), request, terminal)
+        shown = [d for d in compiled.diagnostics if request.hints or d.severity is not Severity.HINT]
+        show(compiled.source, shown, request, terminal)
     return compiled
-
-
-def _fitting(diagnostics: Sequence[Diagnostic], request: Request) -> list[Diagnostic]:
-    """What is worth saying now: hints belong to `--check`, not to every run."""
-    checking = request.mode is Mode.CHECK
-    return [diagnostic for diagnostic in diagnostics if checking or diagnostic.severity is not Severity.HINT]
 
 
 def show(
     source: Source,
     diagnostics: Sequence[Diagnostic],
-    request: Request,
+    request: CompileRequest,
     terminal: Terminal,
     *,
     failed: bool = False,
@@ -114,7 +109,7 @@ def _property(text: str) -> str:
 # -- `--freeze`: the params of the system under test are held fixed, so that no search wins by switching brakes off ----
 
 
-def freeze_params(request: Request) -> Request:
+def freeze_params(request: CompileRequest) -> CompileRequest:
     """The request with a value for each param to freeze that has none: the middle of its range, or its middle option.
 
     Raises:
@@ -133,7 +128,7 @@ def freeze_params(request: Request) -> Request:
     return replace(request, overrides={**request.overrides, **_middles(space, names, request.overrides)})
 
 
-def _of_system(space: "ParamSpace", request: Request) -> tuple[str, ...]:
+def _of_system(space: "ParamSpace", request: CompileRequest) -> tuple[str, ...]:
     if not space.system:
         raise UsageError(
             f"`{request.file}` does not say which params belong to the system under test",

@@ -1,4 +1,4 @@
-"""What a command line asks for: the request that its options make, and the types of their values."""
+"""What a command line asks for: the request that its options make, in parts, and the types of their values."""
 
 import math
 import re
@@ -22,46 +22,68 @@ class Mode(Enum):
 
 
 @frozen
-class Request:
-    """One `cortexc FILE ...`. An option that was not given is None, so that the file may decide before the default."""
+class CompileRequest:
+    """Which file is compiled, with which params held, and how what the compiler says is shown."""
 
     file: Path
-    mode: Mode
-    methods: tuple[str, ...] = ()
-    """Of a search: names of `engine.search.searchers`, each once."""
-    samples: int = 0
-    stage: str = ""
-    """Of `--emit`."""
     overrides: Mapping[str, str] = field(default_factory=dict)
     """The `-p NAME=VALUE` pairs; values are read by the rules of the language."""
     freeze: tuple[str, ...] | None = None
     """Params to hold fixed; (): those that the file calls the system's."""
     scenario: str | None = None
     """Which of several scenarios to run; None: the file's own choice."""
-    generations: int = 30
-    population: int = 100
+    json: bool = False
+    diagnostics_format: str = "text"
+    hints: bool = False
+    """Whether hints are shown: they belong to `--check`, not to every run."""
+
+
+@frozen
+class RunRequest:
+    """How scenes are drawn and simulated. An option that was not given is None, so that the file may decide."""
+
     seed: int | None = None
     """None: what a concrete file pins, else 0."""
-    preset: str = "cortex"
     engine: str | None = None
-    rollouts: int = 1
-    aggregate: str = "mean"
-    jobs: int = 1
-    dask: str | None = None
-    """Address of a scheduler, or `local`."""
-    out: Path | None = None
     max_attempts: int | None = None
     time_step: float | None = None
     profile: str = "paper"
     prune: bool = False
+    jobs: int = 1
     target: float | None = None
     """Of `--sample`: the acceptance that a requirement is to be relaxed for."""
-    json: bool = False
-    colour: bool | None = None
-    """False: never; None: the terminal decides."""
-    diagnostics_format: str = "text"
+
+
+@frozen
+class SearchRequest:
+    """What is searched, how long, and where the results go."""
+
+    methods: tuple[str, ...] = ()
+    """Names of `engine.search.searchers`, each once."""
+    generations: int = 30
+    population: int = 100
+    preset: str = "cortex"
+    rollouts: int = 1
+    aggregate: str = "mean"
+    dask: str | None = None
+    """Address of a scheduler, or `local`."""
+    out: Path | None = None
     command_line: tuple[str, ...] = ()
     """As typed, without the program's name; kept in the manifest of a search."""
+
+
+@frozen
+class Request:
+    """One `cortexc FILE ...`: what to do, and the parts of the command line, of which a mode gets those it reads."""
+
+    mode: Mode
+    compile: CompileRequest
+    run: RunRequest = field(default_factory=RunRequest)
+    search: SearchRequest = field(default_factory=SearchRequest)
+    samples: int = 0
+    """Of `--sample`."""
+    stage: str = ""
+    """Of `--emit`."""
 
 
 # -- types of arguments: each takes the text and gives a value, or says what would be right ----------------------------

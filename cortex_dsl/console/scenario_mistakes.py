@@ -17,7 +17,7 @@ from cortex_dsl.lowering.code_tables import group_variants
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.findings.readable import significant
 from cortex_dsl.semantics.errors.chance import INFEASIBLE, OFF_THE_ROAD, ON_TOP, STUCK, UNDEFINED
-from cortex_dsl.semantics.quantities.algebra import Numbers, closed_value, operands, parts
+from cortex_dsl.semantics.quantities.bounds import Numbers, closed_value, operands, parts
 from cortex_dsl.source import Source, Span
 from engine.feasibility import Feasibility, conflicts
 from engine.feasibility.distances import boundary_distance, region_edges
@@ -155,8 +155,8 @@ def never_acts(compiled: Compiled, budget: int, row: int, time: float) -> Diagno
 
 
 # -- a scene or run that holds a number which does not exist, such as a root of -1 -------------------------------------
-# What cannot be excluded when the file is compiled is told here, once it happened: with the genes and draws of the very
-# scene, the first operation on the way to the value that has no finite result.
+# What cannot be excluded when the file is compiled is shown once it happened: with the genes and draws of the scene,
+# the first operation on the way to the value that has no finite result.
 
 _WHY = {
     Op.DIV: "it divides by {1:.6g}",
@@ -179,7 +179,7 @@ class _Culprit:
 
 
 def undefined_value(compiled: Compiled, scenes: Scenes, row: int = 0) -> Diagnostic | None:
-    """What to tell of a row whose scene or run failed over a value that is no number; None if the file has no part."""
+    """Return the diagnostic for a row that failed over a value that is no number, or None if the file has no part."""
     variant = group_variants(compiled.scenario).variants[max(0, int(scenes.variant[row]))]
     space, source = compiled.program.space, compiled.source
     genes = dict(enumerate((scenes.genomes[row] * space.scale).tolist()))
@@ -252,6 +252,3 @@ def _diagnostic(what: str, culprit: _Culprit, drawn: str) -> Diagnostic:
 def _shortened(source: Source, span: Span, width: int = 40) -> str:
     text = " ".join(source.slice(span).split())
     return text if len(text) <= width else text[: width - 3] + "..."
-
-
-# -- What a search tells of runs that failed over the file itself, whichever command searched --------------------------

@@ -10,7 +10,7 @@ import numpy as np
 from cortex_dsl.api.arguments import held_params
 from cortex_dsl.api.scenario import Scenario, in_file
 from cortex_dsl.console.compiling import show
-from cortex_dsl.console.request import Request
+from cortex_dsl.console.request import CompileRequest, RunRequest, SearchRequest
 from cortex_dsl.console.scenario_mistakes import never_acts, undefined_value
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.diagnostics import Diagnostic
@@ -32,37 +32,40 @@ if TYPE_CHECKING:
     from engine.acceptance import Account
     from engine.metrics import Metric
     from engine.search.run import Campaign
-    from engine.world.impacts import Impact
+    from engine.world.aftermath import Impact
 
 
-def open_scenario(request: Request, compiled: Compiled) -> Scenario:
+def open_scenario(
+    request: CompileRequest, run: RunRequest, compiled: Compiled, search: SearchRequest | None = None
+) -> Scenario:
     """The compiled file with every setting that applies: defaults, overridden by the file, overridden by flags.
 
     Raises:
         UsageError: a run of more steps, or a scene of more attempts, than there may be.
     """
-    simulation = _simulation_config(request, compiled.program.settings)
+    search = search or SearchRequest()
+    simulation = _simulation_config(run, compiled.program.settings)
     _check_attempts(compiled.program, simulation.max_attempts)
-    search = SearchConfig(
-        generations=request.generations,
-        population=request.population,
-        seed=request.seed or 0,
-        rollouts=request.rollouts,
-        aggregate=request.aggregate,
-        jobs=request.jobs,
-        engine=request.engine or "batch",
+    searching = SearchConfig(
+        generations=search.generations,
+        population=search.population,
+        seed=run.seed or 0,
+        rollouts=search.rollouts,
+        aggregate=search.aggregate,
+        jobs=run.jobs,
+        engine=run.engine or "batch",
     )
-    ga = replace(GAConfig(), preset=request.preset)
-    config = Config(simulation=simulation, search=search, ga=ga)
+    ga = replace(GAConfig(), preset=search.preset)
+    config = Config(simulation=simulation, search=searching, ga=ga)
     return Scenario(compiled, config, request.overrides, request.scenario)
 
 
-def _simulation_config(request: Request, settings: Settings) -> SimulationConfig:
+def _simulation_config(run: RunRequest, settings: Settings) -> SimulationConfig:
     from engine.host import MAX_SAMPLES, samples_of
 
-    flags = {"time_step": request.time_step, "max_attempts": request.max_attempts}
+    flags = {"time_step": run.time_step, "max_attempts": run.max_attempts}
     config = in_file(SimulationConfig(), settings)
-    config = replace(config, **{name: value for name, value in flags.items() if value is not None}, prune=request.prune)
+    config = replace(config, **{name: value for name, value in flags.items() if value is not None}, prune=run.prune)
     if samples_of(config) > MAX_SAMPLES:
         raise UsageError(
             f"{config.max_time:g} s in steps of {config.time_step:g} s are more than {MAX_SAMPLES:,} steps",
@@ -93,19 +96,12 @@ def announce_compilation(terminal: Terminal) -> bool:
 
 
 def compile_kernels(scenario: Scenario, terminal: Terminal) -> None:
-    """Compile now what a search will need, so that its pace and the time it has left are told without that."""
+    """Compile now what a search will need, so that its pace and the time it has left are shown without that."""
     if announce_compilation(terminal):
         scenario.simulate(scenario.sample(), scenario.config.search.engine)
 
 
-def again(request: Request, *arguments: str) -> str:
-    """The command that does the same again."""
-    params = [word for name, value in request.overrides.items() for word in ("-p", f"{name}={value}")]
-    scenario = ["--scenario", request.scenario] if request.scenario else []
-    return shlex.join(["cortexc", str(request.file), *scenario, *params, *arguments])
-
-
-# -- `cortexc FILE`: draw one scene, run it, and tell what happened ----------------------------------------------------
+# -- `cortexc FILE`: draw one scene, run it, and show what happened ----------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -118,24 +114,29 @@ class Simulated:
     impacts: "Sequence[Impact]" = ()
 
 
-def perform(request: Request, scenario: Scenario, terminal: Terminal, reproduce: str = "") -> Exit:
-    """Draw, run and tell. `reproduce`: how to see the run again, where that is not the command line of the request."""
-    scenes, tally = draw(scenario, request)
+def perform_run(
+    request: CompileRequest, run: RunRequest, scenario: Scenario, terminal: Terminal, reproduce: str = ""
+) -> Exit:
+    """Draw a scene, run it, and show what happened.
+
+    `reproduce`: how to see the run again, where that is not the command line of the request.
+    """
+    scenes, tally = draw(scenario, run.seed)
     if not scenes.valid[0]:
-        return _no_scene(request, scenario, scenes, tally, terminal)
-    engine = request.engine or "world"
+        return _no_scene(request, run, scenario, scenes, tally, terminal)
+    engine = run.engine or "world"
     simulated = _simulate(scenario, scenes, engine)
     verdict = Verdict(int(simulated.outcomes.verdict[0]))
     if verdict == Verdict.ERROR:
         return _failed(request, scenario, scenes, simulated.outcomes, terminal)
-    report = _report(request, scenario, scenes, simulated, engine)
-    _show(replace(report, reproduce=reproduce or report.reproduce), request, terminal)
+    again = reproduce or _reproduce(request, run, scenario)
+    _show(_report(run, scenario, scenes, simulated, again), request, terminal)
     return Exit.NO_SCENE if verdict == Verdict.ABORTED else Exit.FINE
 
 
-def draw(scenario: Scenario, request: Request) -> tuple[Scenes, Tally]:
+def draw(scenario: Scenario, seed: int | None) -> tuple[Scenes, Tally]:
     """The first genome of the seed that allows a scene, or the last one tried; and the counts of all that were."""
-    tried, tally = list(scenario.attempts(request.seed)), Tally()
+    tried, tally = list(scenario.attempts(seed)), Tally()
     for scenes in tried:
         tally = tally.plus(scenes)
     return tried[-1], tally
@@ -144,18 +145,18 @@ def draw(scenario: Scenario, request: Request) -> tuple[Scenes, Tally]:
 def _simulate(scenario: Scenario, scenes: Scenes, engine: str) -> Simulated:
     if engine == "world":
         run = scenario.watch(scenes)
-        told = aftermath(scenario.program, run.impacts, run.trajectory)
-        return Simulated(run.outcomes, run.trajectory, told, run.impacts)
+        moments = aftermath(scenario.program, run.impacts, run.trajectory)
+        return Simulated(run.outcomes, run.trajectory, moments, run.impacts)
     from engine import batch
 
     outcomes = scenario.simulate(scenes)
     return Simulated(outcomes, batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation), ())
 
 
-def _report(request: Request, scenario: Scenario, scenes: Scenes, simulated: Simulated, engine: str) -> RunReport:
+def _report(run: RunRequest, scenario: Scenario, scenes: Scenes, simulated: Simulated, again: str) -> RunReport:
     from engine.road import build_network, outline
 
-    risk = scenario.assess(simulated.outcomes, request.profile)
+    risk = scenario.assess(simulated.outcomes, run.profile)
     return RunReport(
         program=scenario.program,
         scenes=scenes,
@@ -167,10 +168,10 @@ def _report(request: Request, scenario: Scenario, scenes: Scenes, simulated: Sim
         score=int(risk.score[0]),
         parts=risk.parts[0].tolist(),
         pair=max(0, int(risk.pair[0])),
-        profile=request.profile,
-        engine=engine,
+        profile=run.profile,
+        engine=run.engine or "world",
         road=outline(build_network(scenario.program.road_spec)),
-        reproduce=_reproduce(request, scenario),
+        reproduce=again,
         held=held_params(scenario.compiled.module, scenario.overrides),
     )
 
@@ -186,19 +187,21 @@ def _metrics(scenario: Scenario, scenes: Scenes, simulated: Simulated) -> "Seque
     return (*driven, *measure_impacts(simulated.impacts))
 
 
-def _reproduce(request: Request, scenario: Scenario) -> str:
+def _reproduce(request: CompileRequest, run: RunRequest, scenario: Scenario) -> str:
     """The command with everything that decides the run."""
-    pinned = scenario.program.settings.stream is not None and request.seed is None
-    words = [] if pinned else ["--seed", str(request.seed or 0)]
-    for flag, value in (("--max-attempts", request.max_attempts), ("--time-step", request.time_step)):
+    words = ["cortexc", str(request.file), *(["--scenario", request.scenario] if request.scenario else [])]
+    words += [word for name, value in request.overrides.items() for word in ("-p", f"{name}={value}")]
+    pinned = scenario.program.settings.stream is not None and run.seed is None
+    words += [] if pinned else ["--seed", str(run.seed or 0)]
+    for flag, value in (("--max-attempts", run.max_attempts), ("--time-step", run.time_step)):
         words += [] if value is None else [flag, f"{value!r}"]
-    words += ["--prune"] if request.prune else []
-    words += ["--engine", request.engine] if request.engine else []
-    words += ["--profile", request.profile] if request.profile != "paper" else []
-    return again(request, *words)
+    words += ["--prune"] if run.prune else []
+    words += ["--engine", run.engine] if run.engine else []
+    words += ["--profile", run.profile] if run.profile != "paper" else []
+    return shlex.join(words)
 
 
-def _show(report: RunReport, request: Request, terminal: Terminal) -> None:
+def _show(report: RunReport, request: CompileRequest, terminal: Terminal) -> None:
     if request.json:
         terminal.write(document("run", run_content(report, str(request.file))))
     else:
@@ -206,37 +209,39 @@ def _show(report: RunReport, request: Request, terminal: Terminal) -> None:
         console.print(run_view(report, console.width, ascii_only=console.options.ascii_only))
 
 
-def _no_scene(request: Request, scenario: Scenario, scenes: Scenes, tally: Tally, terminal: Terminal) -> Exit:
+def _no_scene(
+    request: CompileRequest, run: RunRequest, scenario: Scenario, scenes: Scenes, tally: Tally, terminal: Terminal
+) -> Exit:
     verdict = Verdict(int(scenes.verdict[0]))
     if verdict == Verdict.ERROR:
         return _undefined(request, scenario, scenes, terminal, "a scene held a value that is not a number")
     from engine.acceptance import account, weigh
 
     genome = scenes.genomes[0] if tally.scenes == 1 else None
-    told = account(weigh(scenario.program, seed=request.seed or 0, genome=genome), request.target)
+    blame = account(weigh(scenario.program, seed=run.seed or 0, genome=genome), run.target)
     if request.json:
         from cortex_dsl.report.findings.run_report import no_scene_content
         from cortex_dsl.report.findings.tally import blame_content
 
         content = no_scene_content(scenario.program, tally, verdict, str(request.file))
-        terminal.write(document("run", {**content, "blame": blame_content(told)}))
+        terminal.write(document("run", {**content, "blame": blame_content(blame)}))
     else:
-        terminal.err.print(exhausted_view(scenario.program, tally, verdict, scenes.genomes[0], told))
-        tell_misplaced(scenario.compiled, told, request, terminal)
+        terminal.err.print(exhausted_view(scenario.program, tally, verdict, scenes.genomes[0], blame))
+        show_misplaced(scenario.compiled, blame, request, terminal)
     return Exit.NO_SCENE
 
 
-def tell_misplaced(compiled: Compiled, told: "Account", request: Request, terminal: Terminal) -> None:
+def show_misplaced(compiled: Compiled, blame: "Account", request: CompileRequest, terminal: Terminal) -> None:
     """The objects whose places alone keep every scene away, where there are such."""
     from cortex_dsl.console.scenario_mistakes import misplaced
 
-    proved = told.conflict.requirements if told.conflict is not None and told.conflict.proved else ()
+    proved = blame.conflict.requirements if blame.conflict is not None and blame.conflict.proved else ()
     if mistakes := misplaced(compiled, proved):
         terminal.err.print()
         show(compiled.source, mistakes, request, terminal)
 
 
-def _undefined(request: Request, scenario: Scenario, scenes: Scenes, terminal: Terminal, otherwise: str) -> Exit:
+def _undefined(request: CompileRequest, scenario: Scenario, scenes: Scenes, terminal: Terminal, otherwise: str) -> Exit:
     """Arithmetic without a result is the file's mistake; anything else is ours."""
     diagnostic = undefined_value(scenario.compiled, scenes)
     if diagnostic is None:
@@ -245,7 +250,9 @@ def _undefined(request: Request, scenario: Scenario, scenes: Scenes, terminal: T
     return Exit.DIAGNOSTICS
 
 
-def _failed(request: Request, scenario: Scenario, scenes: Scenes, outcomes: Outcomes, terminal: Terminal) -> Exit:
+def _failed(
+    request: CompileRequest, scenario: Scenario, scenes: Scenes, outcomes: Outcomes, terminal: Terminal
+) -> Exit:
     """A behaviour that never acts is the file's mistake; anything else may be ours."""
     time = float(outcomes.end_time[0])
     if outcomes.end_reason[0] == EndReason.STUCK:
@@ -257,7 +264,7 @@ def _failed(request: Request, scenario: Scenario, scenes: Scenes, outcomes: Outc
     return _undefined(request, scenario, scenes, terminal, what)
 
 
-# -- what a search tells of runs that failed over the file itself, whichever command searched --------------------------
+# -- runs of a search that failed over the file itself -----------------------------------------------------------------
 
 
 def mistake_of(scenario: Scenario, campaign: "Campaign") -> Diagnostic | None:

@@ -13,7 +13,6 @@ from enum import IntEnum
 from functools import cached_property
 from typing import TYPE_CHECKING, TextIO
 
-from cortex_dsl.version import VERSION
 from engine.errors import CortexError
 
 if TYPE_CHECKING:
@@ -109,6 +108,8 @@ def report_bug(error: Exception, arguments: Sequence[str], terminal: Terminal) -
     import tempfile
     import traceback
 
+    from cortex_dsl.version import VERSION
+
     summary = f"{type(error).__name__}: {error}".splitlines()[0][:200]
     details = _details(error, arguments)
     try:
@@ -125,6 +126,8 @@ def _details(error: Exception, arguments: Sequence[str]) -> str:
     import platform
     import traceback
     from datetime import datetime
+
+    from cortex_dsl.version import VERSION
 
     head = (
         f"cortexc {VERSION}",

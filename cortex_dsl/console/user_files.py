@@ -1,9 +1,7 @@
 """Files that the user named: read with messages that help, written at once or not at all."""
 
-import contextlib
 import errno
 import os
-import stat
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -83,40 +81,26 @@ def write_bytes(path: Path, content: bytes) -> None:
     Raises:
         UsageError: it cannot be written.
     """
+    from engine.atomic import write_one
+
     try:
-        _replace(Path(os.path.realpath(path)), content)
+        write_one(path, content)
     except OSError as error:
         raise UsageError(f"cannot write `{path}`: {reason(error)}") from None
     except ValueError:
         raise UsageError(f"`{path}` cannot be the name of a file") from None
 
 
-def _replace(target: Path, content: bytes) -> None:
-    import tempfile
+def write_output(path: Path, content: str | bytes, cure: str = "") -> None:
+    """Write what a command makes to the place that the user named, which may be a pipe or a device.
 
-    old = target.stat() if target.exists() else None
-    if old is not None and not os.access(target, os.W_OK):
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-    number, name = tempfile.mkstemp(dir=target.parent, prefix=".cortexc-")
+    Raises:
+        UsageError: it cannot be written.
+    """
     try:
-        with os.fdopen(number, "wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(number)
-        Path(name).chmod(0o666 & ~_umask() if old is None else stat.S_IMODE(old.st_mode))
-        if old is not None:
-            with contextlib.suppress(OSError):  # only root gives files away
-                os.chown(name, old.st_uid, old.st_gid)
-        Path(name).replace(target)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
-
-
-def _umask() -> int:
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask
+        path.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
+    except OSError as error:
+        raise UsageError(f"cannot write `{path}`: {reason(error)}", cure) from None
 
 
 # -- files of an export: nothing in their folder is overwritten by something else unless it is forced ------------------

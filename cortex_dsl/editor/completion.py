@@ -70,7 +70,7 @@ def _values_before_dot(view: View, place: Place) -> Iterator[ObservedValues]:
 
 def _while_running(sighting: ObservedValue) -> ObservedValue:
     """Any object of the scene, at a moment of the run."""
-    actor = next(iter(sighting.evaluator.run.actors), None)
+    actor = next(iter(sighting.evaluator.run.built.actors), None)
     return ObservedValue(sighting.evaluator.at_moment(Moment(running=True, actor=actor)), actor)
 
 

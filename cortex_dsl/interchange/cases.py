@@ -93,7 +93,7 @@ def case_of_run(run: OpenedRun, case: Case) -> ExportCase:
         "search": join(["cortexc", *manifest.command_line]) if manifest.command_line else "",
         "command": join(["cortexc", "replay", str(run.folder), "--case", str(case.rank)]),
     }
-    told = _Told(run.scenario, run.scenario.scene(case), manifest.profile, manifest.file, again)
+    told = _Told(run.scenario, run.scene(case), manifest.profile, manifest.file, again)
     name = f"{road_name(run.scenario)}-case{case.rank:02d}"
     return replace(_export_case(told, name), run=run, rank=case.rank)
 

@@ -3,11 +3,10 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from engine.extras import installing
+from engine.extras import installing, is_installed
 
 if TYPE_CHECKING:
     from cortex_dsl.interchange.cases import ExportCase
@@ -197,6 +196,4 @@ def _function(place: str) -> Any:
 def missing_extra(name: str) -> str:
     """How to install what a format needs and is not there; "" where nothing is missing."""
     entry = FORMATS[name]
-    if not entry.package or find_spec(entry.package) is not None:
-        return ""
-    return installing(entry.extra)
+    return "" if is_installed(entry.package) else installing(entry.extra)

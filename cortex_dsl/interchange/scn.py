@@ -8,8 +8,7 @@ import numpy as np
 
 from cortex_dsl.api.scenario import load
 from cortex_dsl.interchange.cases import ExportCase
-from engine.interchange.contract import Export, ExportOptions, Finding
-from engine.interchange.measuring import OURS
+from engine.interchange.contract import OURS, Export, ExportOptions, Finding
 from engine.interchange.recording import Recording, recorded_run
 from engine.outcomes import Outcomes
 from engine.streams import parse_key

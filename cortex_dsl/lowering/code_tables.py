@@ -22,7 +22,7 @@ from cortex_dsl.lowering.templates import (
     merge,
 )
 from engine.frozen import frozen
-from engine.tables import CodeTables, Floats, Ints
+from engine.tables import CodeTables, Floats, Ints, Size
 from engine.vocabulary import GeneKind
 
 # -- Variants arranged by what the genes decide ------------------------------------------------------------------------
@@ -58,7 +58,7 @@ def _option_count(gene: ir.GeneInfo) -> int:
     return len(gene.options) if gene.kind == GeneKind.INDEX else int(gene.high - gene.low) + 1
 
 
-# -- Temporal requirements to the rows that `engine.kernels.temporal` reads --------------------------------------------
+# -- Temporal requirements to the rows that `engine.kernels.evaluate` reads --------------------------------------------
 
 FormulaRow = tuple[int, int, int]
 
@@ -234,14 +234,13 @@ def _rejection_numbers(grouping: Grouping, rejections: Sequence[tuple[int, str]]
 
 
 def _sizes(files: Files, templates: Sequence[VariantCode]) -> np.ndarray:
-    """`CodeTables.sizes`, in its order."""
-    return ints(
-        [
-            files.scene.temporaries + max(code.scene_temporaries for code in templates),
-            files.draws,
-            files.values,
-            files.step.temporaries + max(code.step_temporaries for code in templates),
-            files.step.locals,
-            max(code.blocks for code in templates),
-        ]
-    )
+    """`CodeTables.sizes`."""
+    sizes = {
+        Size.SCENE_REGISTERS: files.scene.temporaries + max(code.scene_temporaries for code in templates),
+        Size.DRAWS: files.draws,
+        Size.SCENE_VALUES: files.values,
+        Size.STEP_REGISTERS: files.step.temporaries + max(code.step_temporaries for code in templates),
+        Size.LOCALS: files.step.locals,
+        Size.BLOCKS: max(code.blocks for code in templates),
+    }
+    return ints([sizes[size] for size in Size])

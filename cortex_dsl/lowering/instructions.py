@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.quantities.algebra import changes, operands
+from cortex_dsl.semantics.quantities.bounds import changes, operands
 from engine.frozen import frozen
 from engine.vocabulary import Op
 

@@ -8,6 +8,7 @@ printed bare; jumps name rows.
 from collections.abc import Callable, Iterator, Sequence
 
 from engine.program import Program
+from engine.tables import Size
 from engine.vocabulary import ActorKind, Column, Command, GeneKind, Op, State, TemporalOp
 
 Namer = Callable[[int], str]
@@ -109,7 +110,7 @@ def _variants(program: Program) -> Iterator[str]:
 
 def _scene_code(program: Program) -> Iterator[str]:
     code = program.code
-    genes, draws = len(program.space), int(code.sizes[1])
+    genes, draws = len(program.space), int(code.sizes[Size.DRAWS])
     name = _namer(program, [("g", genes), ("d", draws), ("t", -1)])
     for template in range(len(code.output_segment)):
         yield ""
@@ -133,7 +134,7 @@ def _outputs(program: Program, template: int, name: Namer) -> Iterator[str]:
 
 def _step_code(program: Program) -> Iterator[str]:
     code = program.code
-    name = _namer(program, [("s", int(code.sizes[2])), ("r", -1)])
+    name = _namer(program, [("s", int(code.sizes[Size.SCENE_VALUES])), ("r", -1)])
     for template in range(len(code.output_segment)):
         yield ""
         yield f"template {template}: step"

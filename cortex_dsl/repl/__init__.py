@@ -1,4 +1,45 @@
 """`cortexc repl`: a scenario written entry by entry, each checked and weighed as soon as it is there.
 
-reading -> entering (splitting, placing, checking) -> weighing, or a command of the table in `commands`.
+chunks -> entering (draft, what the compiler says of it, weighing), or a command of the table in `commands`; `state`
+holds what both work on.
 """
+
+import argparse
+from pathlib import Path
+
+from cortex_dsl.console.command import Command, Parser
+from cortex_dsl.console.terminal import Terminal
+
+
+def _start(options: argparse.Namespace, terminal: Terminal) -> int:
+    from cortex_dsl.repl.loop import start
+
+    return start(Path(options.file) if options.file else None, terminal)
+
+
+def _options(parser: Parser) -> None:
+    parser.add_argument("file", metavar="FILE", nargs="?", help="a scenario to begin with")
+
+
+REPL = Command(
+    name="repl",
+    usage="[FILE]",
+    description="""\
+Write a scenario entry by entry: each is checked at once, each `require` is
+weighed on 10,000 draws. Commands sample, draw, plot, run and search; `:help`
+lists them. From a pipe (`cortexc repl < script`) entries are done one by one.""",
+    options=_options,
+    function=_start,
+    epilog="""\
+exit codes of a script on standard input:
+  0    every entry was fine
+  1    some entries or commands were refused; the rest was done
+  2    a wrong command line, or FILE cannot be read
+  3    the last :sample, :scene, :run, :ga or :random found no valid scene
+  70   a bug in cortexc
+  130  interrupted
+At a terminal it is 0.
+""",
+    json=False,
+    no_colour="plain output",
+)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 
-from cortex_dsl.repl.state import Desk
+from cortex_dsl.repl.state import State
 
 BARE_COMMANDS = ("help", "quit", "exit")
 """Commands that are understood without their colon."""
@@ -133,7 +133,7 @@ def _only_comments(lines: list[str]) -> bool:
     return all(not line.strip() or line.lstrip().startswith("#") for line in lines)
 
 
-# -- Input without editing: from a pipe, or from a terminal that can do nothing ----------------------------------------
+# -- input without editing: from a pipe, or from a terminal that can do nothing ----------------------------------------
 
 PROMPT, MORE = "scn> ", "...  "
 
@@ -142,10 +142,10 @@ PROMPT, MORE = "scn> ", "...  "
 class PlainInput:
     """Chunks from standard input; prompts only where somebody sits there."""
 
-    desk: Desk
+    state: State
 
     def __post_init__(self) -> None:
-        self._reader = ChunkReader(sys.stdin.readline, self._prompt, blank_ends=self.desk.interactive)
+        self._reader = ChunkReader(sys.stdin.readline, self._prompt, blank_ends=self.state.interactive)
 
     def read(self) -> str | None:
         self._show_proposal()
@@ -160,15 +160,15 @@ class PlainInput:
 
     def _show_proposal(self) -> None:
         """There is no putting of text into a line here: it is shown, and the next chunk replaces it."""
-        proposal, self.desk.proposal = self.desk.proposal, ""
-        if proposal and self.desk.interactive:
-            self.desk.terminal.out.print(proposal, soft_wrap=True)
-            self.desk.terminal.out.print("what you enter next replaces it", style="quiet")
+        proposal, self.state.proposal = self.state.proposal, ""
+        if proposal and self.state.interactive:
+            self.state.terminal.out.print(proposal, soft_wrap=True)
+            self.state.terminal.out.print("what you enter next replaces it", style="quiet")
 
     def _prompt(self, more: bool) -> None:
         self._say(MORE if more else PROMPT)
 
     def _say(self, text: str) -> None:
-        if self.desk.interactive:
+        if self.state.interactive:
             sys.stdout.write(text)
         sys.stdout.flush()

@@ -1,4 +1,4 @@
-"""The table of commands. A new one is a function `(desk, argument) -> None` and a row here."""
+"""The table of commands. A new one is a function `(state, argument) -> None` and a row here."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from importlib import import_module
 
 from cortex_dsl.console.terminal import UsageError
 from cortex_dsl.repl.chunks import BARE_COMMANDS
-from cortex_dsl.repl.state import Desk
+from cortex_dsl.repl.state import State
 from cortex_dsl.spelling import nearest
 
 
@@ -55,7 +55,7 @@ COMMANDS: dict[str, Command] = {row.name: row for row in _ROWS}
 SAME = {"exit": "quit", "q": "quit", "h": "help", "?": "help", "ls": "list", "l": "list"}
 
 
-def obey(desk: Desk, chunk: str) -> None:
+def execute(state: State, chunk: str) -> None:
     """Carry out a command.
 
     Raises:
@@ -66,11 +66,11 @@ def obey(desk: Desk, chunk: str) -> None:
     name = SAME.get(name, name)
     if name not in COMMANDS or (loud and name != "save"):
         raise UsageError(f"there is no command `:{word}`", _instead(name))
-    command, desk.editing = COMMANDS[name], None
+    command, state.editing = COMMANDS[name], None
     if argument.strip() and not command.argument:
         raise UsageError(f"`:{name}` takes no argument", "")
-    act: Callable[[Desk, str], None] = getattr(import_module(f"cortex_dsl.repl.{command.module}"), f"do_{name}")
-    act(desk, f"! {argument.strip()}" if loud else argument.strip())
+    act: Callable[[State, str], None] = getattr(import_module(f"cortex_dsl.repl.{command.module}"), f"do_{name}")
+    act(state, f"! {argument.strip()}" if loud else argument.strip())
 
 
 def _instead(word: str) -> str:

@@ -1,4 +1,4 @@
-"""Commands that look at the draft and change it."""
+"""Commands on the draft: list it, undo, redo, edit and delete entries, load a file and save one."""
 
 import contextlib
 from pathlib import Path
@@ -13,16 +13,16 @@ from cortex_dsl.repl.colours import coloured
 from cortex_dsl.repl.commands import whole_number
 from cortex_dsl.repl.draft import Draft, History, comments_above, split
 from cortex_dsl.repl.entering import refuse
-from cortex_dsl.repl.state import Desk, check, new_errors
+from cortex_dsl.repl.state import State, check, new_errors
 from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.formatting import format_source
 
 
-def do_list(desk: Desk, _argument: str) -> None:
+def do_list(state: State, _argument: str) -> None:
     """The text with line numbers, and before the first line of each entry its own number."""
-    draft, out = desk.draft, desk.terminal.out
+    draft, out = state.draft, state.terminal.out
     if not draft.entries:
         out.print("nothing has been entered yet", style="quiet")
         return
@@ -42,22 +42,22 @@ def _skipped(draft: Draft, index: int) -> int:
     return 0 if above.strip() == draft.entries[index].strip() else above.count("\n")
 
 
-def do_undo(desk: Desk, _argument: str) -> None:
-    _go(desk, desk.history.undone(), "undo")
+def do_undo(state: State, _argument: str) -> None:
+    _go(state, state.history.undone(), "undo")
 
 
-def do_redo(desk: Desk, _argument: str) -> None:
-    _go(desk, desk.history.redone(), "redo")
+def do_redo(state: State, _argument: str) -> None:
+    _go(state, state.history.redone(), "redo")
 
 
-def _go(desk: Desk, history: History | None, word: str) -> None:
+def _go(state: State, history: History | None, word: str) -> None:
     if history is None:
         raise UsageError(f"there is nothing to {word}")
-    old, new = desk.draft, history.present
-    desk.adopt(history)
+    old, new = state.draft, history.present
+    state.adopt(history)
     gone, come = (_first_line(a, b) for a, b in ((old, new), (new, old)))
     words = " and ".join(filter(None, (gone and f"without `{gone}`", come and f"with `{come}`")))
-    desk.terminal.out.print(words or "as before", style="quiet", soft_wrap=True)
+    state.terminal.out.print(words or "as before", style="quiet", soft_wrap=True)
 
 
 def _first_line(some: Draft, others: Draft) -> str:
@@ -67,43 +67,43 @@ def _first_line(some: Draft, others: Draft) -> str:
     return code[0] + (" …" if len(code) > 1 else "")
 
 
-def do_edit(desk: Desk, argument: str) -> None:
-    index = _entry(desk, argument)
-    desk.editing, desk.proposal = index, desk.draft.entries[index].lstrip("\n")
+def do_edit(state: State, argument: str) -> None:
+    index = _entry(state, argument)
+    state.editing, state.proposal = index, state.draft.entries[index].lstrip("\n")
 
 
-def do_delete(desk: Desk, argument: str) -> None:
-    before = desk.checked
-    draft = desk.draft.without(_entry(desk, argument))
-    checked = check(draft, desk.name, desk.overrides)
+def do_delete(state: State, argument: str) -> None:
+    before = state.checked
+    draft = state.draft.without(_entry(state, argument))
+    checked = check(draft, state.name, state.overrides)
     if wrong := new_errors(before, checked):
-        refuse(desk, checked.source, wrong)
+        refuse(state, checked.source, wrong)
         return
-    desk.adopt(desk.history.step(draft), checked)
-    entering.tell_change(desk, before, checked)
+    state.adopt(state.history.step(draft), checked)
+    entering.show_change(state, before, checked)
 
 
-def _entry(desk: Desk, argument: str) -> int:
-    count = len(desk.draft.entries)
+def _entry(state: State, argument: str) -> int:
+    count = len(state.draft.entries)
     if not argument or not count:
         raise UsageError("which entry?" if count else "there are no entries yet", "`:list` numbers them")
     return whole_number(argument.strip("[]"), 1, "the number of an entry", count) - 1
 
 
-# -- Commands that read and write files --------------------------------------------------------------------------------
+# -- files -------------------------------------------------------------------------------------------------------------
 
 SUFFIX = ".scn"
 
 
-def do_load(desk: Desk, argument: str) -> None:
+def do_load(state: State, argument: str) -> None:
     if not argument:
         raise UsageError("which file?", "as in `:load left_turn.scn`")
-    if desk.interactive and desk.unsaved and not _agreed("What was entered is not saved. Drop it?"):
+    if state.interactive and state.unsaved and not _agreed("What was entered is not saved. Drop it?"):
         return
-    load(desk, _path(argument))
+    load(state, _path(argument))
 
 
-def load(desk: Desk, path: Path) -> None:
+def load(state: State, path: Path) -> None:
     """Begin anew with a file; one with mistakes is loaded too, as long as it can be read as statements.
 
     Raises:
@@ -113,16 +113,16 @@ def load(desk: Desk, path: Path) -> None:
         source = read_source(path)
         draft = Draft(split(source, parse(source)))
     except CompileError as error:
-        refuse(desk, error.source, error.diagnostics)
+        refuse(state, error.source, error.diagnostics)
         return
     checked = check(draft, str(path), {})
-    desk.file, desk.on_disk, desk.saved, desk.overrides = path, source.text, draft, {}
-    desk.adopt(History(draft), checked)
+    state.file, state.on_disk, state.saved, state.overrides = path, source.text, draft, {}
+    state.adopt(History(draft), checked)
     if checked.errors:
-        refuse(desk, checked.source, checked.errors)
-    if desk.interactive:
+        refuse(state, checked.source, checked.errors)
+    if state.interactive:
         what = f"{path}: {counted(len(draft.entries), 'entry', 'entries')}"
-        desk.terminal.out.print(what, style="quiet", soft_wrap=True)
+        state.terminal.out.print(what, style="quiet", soft_wrap=True)
 
 
 def _path(name: str) -> Path:
@@ -139,46 +139,46 @@ def _path(name: str) -> Path:
         raise UsageError(f"there is no home folder `{name.split('/')[0]}`", "write the whole path") from None
 
 
-def do_save(desk: Desk, argument: str) -> None:
+def do_save(state: State, argument: str) -> None:
     loud, name = argument.startswith("!"), argument.removeprefix("!").strip()
-    if not desk.draft.entries:
+    if not state.draft.entries:
         raise UsageError("there is nothing to save yet")
-    if not name and desk.file is None:
+    if not name and state.file is None:
         raise UsageError("under which name?", "as in `:save crossing.scn`")
-    path = _path(name) if name else desk.file
+    path = _path(name) if name else state.file
     assert path is not None
     if is_folder(path):
         raise UsageError(f"`{path}` is a folder", f"name a file in it, as in `:save {path / 'crossing.scn'}`")
     path = path if path.suffix else path.with_name(path.name + SUFFIX)
-    if not loud and not _may_write(desk, path):
+    if not loud and not _may_write(state, path):
         return
-    text = _formatted(desk)
+    text = _formatted(state)
     write_bytes(path, text.encode("utf-8", errors="replace"))
-    _adopt_file(desk, path, text)
-    desk.terminal.out.print(f"saved {path}", style="quiet", soft_wrap=True)
-    if desk.overrides:
-        held = ", ".join(desk.overrides)
-        desk.terminal.out.print(f"what `:set` holds is not part of the file: {held}", style="quiet", soft_wrap=True)
+    _adopt_file(state, path, text)
+    state.terminal.out.print(f"saved {path}", style="quiet", soft_wrap=True)
+    if state.overrides:
+        held = ", ".join(state.overrides)
+        state.terminal.out.print(f"what `:set` holds is not part of the file: {held}", style="quiet", soft_wrap=True)
 
 
-def _formatted(desk: Desk) -> str:
+def _formatted(state: State) -> str:
     """The text in the one layout; where that cannot be had, as it is."""
     try:
-        return format_source(Source(desk.name, desk.draft.text))
+        return format_source(Source(state.name, state.draft.text))
     except CompileError:
-        return desk.draft.text
+        return state.draft.text
 
 
-def _adopt_file(desk: Desk, path: Path, text: str) -> None:
+def _adopt_file(state: State, path: Path, text: str) -> None:
     """The draft is what is in the file now, layout included."""
     source = Source(str(path), text)
     with contextlib.suppress(CompileError):
         draft = Draft(split(source, parse(source)))
-        desk.adopt(desk.history.step(draft), None)
-    desk.file, desk.on_disk, desk.saved = path, text, desk.draft
+        state.adopt(state.history.step(draft), None)
+    state.file, state.on_disk, state.saved = path, text, state.draft
 
 
-def _may_write(desk: Desk, path: Path) -> bool:
+def _may_write(state: State, path: Path) -> bool:
     """Whether the file is the session's own as it left it, a new one, or the user says so.
 
     Raises:
@@ -190,11 +190,11 @@ def _may_write(desk: Desk, path: Path) -> bool:
         return True
     except OSError as error:
         raise UsageError(f"cannot write `{path}`: {reason(error)}") from None
-    own = desk.file is not None and path.resolve() == desk.file.resolve()
-    if own and there.decode("utf-8-sig", errors="replace") == desk.on_disk:
+    own = state.file is not None and path.resolve() == state.file.resolve()
+    if own and there.decode("utf-8-sig", errors="replace") == state.on_disk:
         return True
     what = "has been changed since it was read" if own else "is another file"
-    if not desk.interactive:
+    if not state.interactive:
         raise UsageError(f"`{path}` {what}", f"`:save! {path}` writes over it")
     return _agreed(f"`{path}` {what}. Write over it?")
 

@@ -1,4 +1,4 @@
-"""Commands that tell: help, what a name or a code means, what the compiler thinks; and the small settings."""
+"""Commands that inform: help, what a name or a code means, what the compiler says; and the small settings."""
 
 from collections.abc import Iterator
 
@@ -7,7 +7,7 @@ from rich.text import Text
 from cortex_dsl.console.request import assignment
 from cortex_dsl.console.terminal import UsageError
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.repl.state import LIKE, Desk, check, new_errors
+from cortex_dsl.repl.state import LIKE, State, check, new_errors
 from cortex_dsl.report.findings.readable import counted
 from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
 from cortex_dsl.report.terminal.theme import columns, left
@@ -20,10 +20,10 @@ it is. After a colon, a comma or an open bracket a line goes on; a blank line
 ends a block, Escape and Enter end anything."""
 
 
-def do_help(desk: Desk, argument: str) -> None:
+def do_help(state: State, argument: str) -> None:
     from cortex_dsl.repl.commands import COMMANDS
 
-    out, name = desk.terminal.out, argument.removeprefix(":")
+    out, name = state.terminal.out, argument.removeprefix(":")
     if name and name not in COMMANDS:
         raise UsageError(f"there is no command `:{name}`", did_you_mean(name, COMMANDS) or "`:help` lists them all")
     rows = [
@@ -36,21 +36,22 @@ def do_help(desk: Desk, argument: str) -> None:
     out.print(columns(left(), left(), left(wrap=True), rows=rows))
 
 
-def do_explain(desk: Desk, argument: str) -> None:
-    from cortex_dsl.console.code_pages import main
+def do_explain(state: State, argument: str) -> None:
+    from cortex_dsl.console.code_pages import EXPLAIN
+    from cortex_dsl.console.command import run_command
 
-    main([argument] if argument else [], desk.terminal)
+    run_command(EXPLAIN, [argument] if argument else [], state.terminal)
 
 
-def do_check(desk: Desk, _argument: str) -> None:
+def do_check(state: State, _argument: str) -> None:
     """Everything that is known without drawing."""
-    checked, out = desk.checked, desk.terminal.out
+    checked, out = state.checked, state.terminal.out
     if checked.errors:
-        desk.mistakes += 1
-    told = (*checked.errors, *(r for r in checked.remarks if checked.compiled is not None))
-    if told:
+        state.mistakes += 1
+    found = (*checked.errors, *(r for r in checked.remarks if checked.compiled is not None))
+    if found:
         out.file.flush()
-        print_diagnostics(checked.source, told, desk.terminal.err)
+        print_diagnostics(checked.source, found, state.terminal.err)
     if checked.missing:
         out.print(Text.assemble(("still to come: ", "warn"), f"an ego, {LIKE}"))
     if checked.compiled is None:
@@ -74,29 +75,29 @@ def do_check(desk: Desk, _argument: str) -> None:
 # -- names ------------------------------------------------------------------------------------------------------------
 
 
-def do_show(desk: Desk, argument: str) -> None:
+def do_show(state: State, argument: str) -> None:
     if not argument:
         raise UsageError("what shall be shown?", "a name, a unit or a construct, as in `:show require`")
-    text = next((text for text in _texts(desk, argument) if text), "")
+    text = next((text for text in _texts(state, argument) if text), "")
     if not text:
-        raise UsageError(f"nothing is called `{argument}`", did_you_mean(argument, known(desk)))
+        raise UsageError(f"nothing is called `{argument}`", did_you_mean(argument, known(state)))
     code = False
     for line in text.split("\n"):
         if line.startswith("```"):
             code = not code
         elif line or not code:
-            desk.terminal.out.print(line, style="title" if code else "", soft_wrap=not line.count(" "))
+            state.terminal.out.print(line, style="title" if code else "", soft_wrap=not line.count(" "))
 
 
-def _texts(desk: Desk, word: str) -> Iterator[str]:
+def _texts(state: State, word: str) -> Iterator[str]:
     """What is known of a word, the nearest meaning first."""
     from cortex_dsl.editor import hover
     from cortex_dsl.editor.analysis import View, analyse
     from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES
     from cortex_dsl.semantics.quantities.units import UNITS
 
-    view = View(desk.name, desk.draft.text, analyse(desk.name, desk.draft.text))
-    symbol = view.known(len(desk.draft.text)).get(word)
+    view = View(state.name, state.draft.text, analyse(state.name, state.draft.text))
+    symbol = view.known(len(state.draft.text)).get(word)
     if symbol is not None:
         yield hover.symbol_text(view, symbol)
     if word in BUILTINS:
@@ -111,63 +112,63 @@ def _texts(desk: Desk, word: str) -> Iterator[str]:
         yield hover.joined(hover.code(word), doc)
 
 
-def known(desk: Desk) -> list[str]:
+def known(state: State) -> list[str]:
     from cortex_dsl.editor.analysis import analyse
     from cortex_dsl.semantics.names.builtins import BUILTINS, PROPERTIES, SPECIAL_NAMES
     from cortex_dsl.semantics.quantities.units import UNITS
 
-    own = (symbol.name for symbol in analyse(desk.name, desk.draft.text).symbols)
+    own = (symbol.name for symbol in analyse(state.name, state.draft.text).symbols)
     return [*own, *BUILTINS, *SPECIAL_NAMES, *UNITS, *PROPERTIES]
 
 
 # -- settings ---------------------------------------------------------------------------------------------------------
 
 
-def do_seed(desk: Desk, argument: str) -> None:
+def do_seed(state: State, argument: str) -> None:
     from cortex_dsl.repl.commands_scenes import seed_of
 
     if argument:
-        desk.seed = seed_of(argument, desk.seed)
-        desk.scenes_tried = desk.scenes_shown = 0
-        desk.forget_weighings()
+        state.seed = seed_of(argument, state.seed)
+        state.scenes_tried = state.scenes_shown = 0
+        state.forget_weighings()
     else:
-        desk.terminal.out.print(f"seed {desk.seed}")
+        state.terminal.out.print(f"seed {state.seed}")
 
 
-def do_set(desk: Desk, argument: str) -> None:
+def do_set(state: State, argument: str) -> None:
     """Hold a param, let it go, or list what is held."""
     from argparse import ArgumentTypeError
 
     if not argument:
-        held = ", ".join(f"{name} = {value}" for name, value in desk.overrides.items())
-        desk.terminal.out.print(held or "no param is held; `:set NAME=VALUE` holds one", style="" if held else "quiet")
+        held = ", ".join(f"{name} = {value}" for name, value in state.overrides.items())
+        state.terminal.out.print(held or "no param is held; `:set NAME=VALUE` holds one", style="" if held else "quiet")
         return
     if "=" not in argument:
-        if argument not in desk.overrides:
-            raise UsageError(f"`{argument}` is not held", did_you_mean(argument, desk.overrides))
-        _hold(desk, {name: value for name, value in desk.overrides.items() if name != argument})
+        if argument not in state.overrides:
+            raise UsageError(f"`{argument}` is not held", did_you_mean(argument, state.overrides))
+        _hold(state, {name: value for name, value in state.overrides.items() if name != argument})
         return
     try:
         name, value = assignment(argument)
     except ArgumentTypeError as error:
         raise UsageError(f"the setting {error}") from None
-    _hold(desk, {**desk.overrides, name: value})
+    _hold(state, {**state.overrides, name: value})
 
 
-def _hold(desk: Desk, overrides: dict[str, str]) -> None:
-    from cortex_dsl.repl.entering import tell_change
+def _hold(state: State, overrides: dict[str, str]) -> None:
+    from cortex_dsl.repl.entering import show_change
 
-    before = desk.checked
-    checked = check(desk.draft, desk.name, overrides)
+    before = state.checked
+    checked = check(state.draft, state.name, overrides)
     wrong: tuple[Diagnostic, ...] = new_errors(before, checked)
     if wrong:
-        desk.mistakes += 1
-        print_diagnostics(checked.source, wrong, desk.terminal.err)
-        desk.terminal.err.print("refused: nothing was changed", style="quiet")
+        state.mistakes += 1
+        print_diagnostics(checked.source, wrong, state.terminal.err)
+        state.terminal.err.print("refused: nothing was changed", style="quiet")
         return
-    desk.hold(overrides, checked)
-    tell_change(desk, before, checked)
+    state.hold(overrides, checked)
+    show_change(state, before, checked)
 
 
-def do_quit(desk: Desk, _argument: str) -> None:
-    desk.leaving = True
+def do_quit(state: State, _argument: str) -> None:
+    state.leaving = True

@@ -1,4 +1,4 @@
-"""Commands that draw scenes without running them."""
+"""Commands on scenes: draw and count them, show one, plot a param, say what to relax; run one, or search many."""
 
 import time
 from collections.abc import Sequence
@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cortex_dsl.api.scenario import Scenario
-from cortex_dsl.console.request import SEED_LIMIT, Mode, Request, share
+from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, share
 from cortex_dsl.console.scenario_mistakes import undefined_value
 from cortex_dsl.console.simulating import mistake_of
 from cortex_dsl.console.terminal import Exit, UsageError
 from cortex_dsl.repl.commands import whole_number
 from cortex_dsl.repl.entering import refuse
-from cortex_dsl.repl.state import Desk
+from cortex_dsl.repl.state import State
 from cortex_dsl.report.findings.tally import Tally
 from cortex_dsl.spelling import did_you_mean
 from engine.search.run import Campaign, Progress
@@ -37,32 +37,32 @@ ENOUGH = 4_000
 MOST_DRAWS = 400_000
 
 
-def do_sample(desk: Desk, argument: str) -> None:
+def do_sample(state: State, argument: str) -> None:
     count = whole_number(argument, SCENES, "the number of scenes", MOST_SCENES)
-    scenario = desk.scenario()
+    scenario = state.scenario()
     start, tally, interrupted = time.perf_counter(), Tally(), False
     try:
         for first in range(0, count, CHUNK):
-            scenes = _draw(scenario, desk.seed, np.arange(first, min(first + CHUNK, count)))
-            if _is_undefined(desk, scenario, scenes):
+            scenes = _draw(scenario, state.seed, np.arange(first, min(first + CHUNK, count)))
+            if _is_undefined(state, scenario, scenes):
                 return
             tally = tally.plus(scenes)
     except KeyboardInterrupt:
         interrupted = True
-    desk.no_scene = bool(tally.scenes) and not tally.valid
+    state.no_scene = bool(tally.scenes) and not tally.valid
     if tally.scenes:
-        _show_tally(desk, scenario, tally, time.perf_counter() - start, count if interrupted else 0)
+        _show_tally(state, scenario, tally, time.perf_counter() - start, count if interrupted else 0)
 
 
-def _show_tally(desk: Desk, scenario: "Scenario", tally: Tally, seconds: float, interrupted_before: int) -> None:
+def _show_tally(state: State, scenario: "Scenario", tally: Tally, seconds: float, interrupted_before: int) -> None:
     from cortex_dsl.report.terminal.sample_view import sample_view
     from engine.acceptance import account
 
-    told = None if tally.always else account(desk.weighing(scenario.program))
-    note = f"seed {desk.seed}"
+    blame = None if tally.always else account(state.weighing(scenario.program))
+    note = f"seed {state.seed}"
     if interrupted_before:
         note += f", interrupted before {interrupted_before:,}"
-    desk.terminal.out.print(sample_view(scenario.program, tally, seconds, note, told))
+    state.terminal.out.print(sample_view(scenario.program, tally, seconds, note, blame))
 
 
 def _draw(scenario: "Scenario", seed: int, indices: "np.ndarray") -> "Scenes":
@@ -74,67 +74,67 @@ def _draw(scenario: "Scenario", seed: int, indices: "np.ndarray") -> "Scenes":
     return sample(scenario.program, draw_genomes(scenario.program.space, keys), keys, scenario.config.simulation)
 
 
-def _is_undefined(desk: Desk, scenario: "Scenario", scenes: "Scenes") -> bool:
-    """Whether some scene holds a number that does not exist; that is told."""
+def _is_undefined(state: State, scenario: "Scenario", scenes: "Scenes") -> bool:
+    """Whether some scene holds a number that does not exist; show it if so."""
     errors = np.flatnonzero(scenes.verdict == Verdict.ERROR)
     if not len(errors):
         return False
     diagnostic = undefined_value(scenario.compiled, scenes, int(errors[0]))
     if diagnostic is None:
         raise RuntimeError("a scene held a value that is not a number")
-    refuse(desk, scenario.compiled.source, [diagnostic])
+    refuse(state, scenario.compiled.source, [diagnostic])
     return True
 
 
-def do_scene(desk: Desk, _argument: str) -> None:
-    scenario = desk.scenario()
-    scenes = _next_scene(desk, scenario)
+def do_scene(state: State, _argument: str) -> None:
+    scenario = state.scenario()
+    scenes = _next_scene(state, scenario)
     if scenes is None:
         return
     from cortex_dsl.report.terminal.sample_view import still_view
     from engine import batch
     from engine.road import build_network, outline
 
-    console = desk.terminal.out
+    console = state.terminal.out
     road = outline(build_network(scenario.program.road_spec))
     ways = batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation)
-    desk.scenes_shown += 1
-    note = f"scene {desk.scenes_shown} of seed {desk.seed}"
-    if desk.scenes_tried > desk.scenes_shown:
-        note += f", of {desk.scenes_tried} draws"
+    state.scenes_shown += 1
+    note = f"scene {state.scenes_shown} of seed {state.seed}"
+    if state.scenes_tried > state.scenes_shown:
+        note += f", of {state.scenes_tried} draws"
     view = still_view(scenario.program, scenes, road, ways, note, console.width, ascii_only=console.options.ascii_only)
     console.print(view)
 
 
-def _next_scene(desk: Desk, scenario: "Scenario") -> "Scenes | None":
+def _next_scene(state: State, scenario: "Scenario") -> "Scenes | None":
     """The next accepted scene of the seed; where there is none, why."""
     tally = Tally()
     for _ in range(TRIES):
-        scenes = _draw(scenario, desk.seed, np.array([desk.scenes_tried]))
-        desk.scenes_tried += 1
-        if _is_undefined(desk, scenario, scenes):
+        scenes = _draw(scenario, state.seed, np.array([state.scenes_tried]))
+        state.scenes_tried += 1
+        if _is_undefined(state, scenario, scenes):
             return None
         tally = tally.plus(scenes)
         if scenes.valid[0]:
-            desk.no_scene = False
+            state.no_scene = False
             return scenes
-    desk.no_scene = True
-    _show_tally(desk, scenario, tally, 0.0, 0)
+    state.no_scene = True
+    _show_tally(state, scenario, tally, 0.0, 0)
     return None
 
 
-def do_plot(desk: Desk, argument: str) -> None:
-    program = desk.checked.weighable
+def do_plot(state: State, argument: str) -> None:
+    program = state.checked.weighable
     if program is None:
-        raise desk.not_ready()
+        raise state.not_ready()
     names = program.space.names
     if argument not in names:
         raise _unknown_param(argument, names)
-    desk.kernels.wait(desk.terminal)
+    state.kernels.wait(state.terminal)
     from cortex_dsl.report.terminal.sample_view import distribution_view
 
-    weighing = _plenty(desk, desk.weighing(program))
-    console = desk.terminal.out
+    weighing = _plenty(state, state.weighing(program))
+    console = state.terminal.out
     view = distribution_view(weighing, names.index(argument), console.width, ascii_only=console.options.ascii_only)
     console.print(view)
 
@@ -148,7 +148,7 @@ def _unknown_param(argument: str, names: Sequence[str]) -> UsageError:
     return UsageError(what, did_you_mean(argument, names) if names else "the scenario has none yet")
 
 
-def _plenty(desk: Desk, weighing: "Weighing") -> "Weighing":
+def _plenty(state: State, weighing: "Weighing") -> "Weighing":
     """More draws where few of them are accepted."""
     accepted = int(weighing.accepted.sum())
     if accepted >= ENOUGH:
@@ -156,32 +156,32 @@ def _plenty(desk: Desk, weighing: "Weighing") -> "Weighing":
     from engine.acceptance import weigh
 
     wanted = len(weighing) * ENOUGH // max(accepted, 1)
-    return weigh(weighing.program, min(MOST_DRAWS, wanted), desk.seed)
+    return weigh(weighing.program, min(MOST_DRAWS, wanted), state.seed)
 
 
-def do_relax(desk: Desk, argument: str) -> None:
+def do_relax(state: State, argument: str) -> None:
     from argparse import ArgumentTypeError
 
-    program = desk.checked.weighable
+    program = state.checked.weighable
     if program is None:
-        raise desk.not_ready()
+        raise state.not_ready()
     try:
         target = share(argument) if argument else None
     except ArgumentTypeError as error:
         raise UsageError(f"the share {error}", "as in `:relax 50%`") from None
-    desk.kernels.wait(desk.terminal)
+    state.kernels.wait(state.terminal)
     from cortex_dsl.report.findings.tally import blame_note
     from cortex_dsl.report.terminal.requirements_view import blame_view
     from cortex_dsl.report.terminal.theme import section
     from engine.acceptance import account
 
-    told = account(desk.weighing(program), target)
-    desk.terminal.out.print(section("Who is to blame", blame_view(told), blame_note(told)))
-    if target is not None and told.weighing.acceptance >= target:
-        desk.terminal.out.print("  nothing needs to be relaxed for that", style="good")
+    blame = account(state.weighing(program), target)
+    state.terminal.out.print(section("Who is to blame", blame_view(blame), blame_note(blame)))
+    if target is not None and blame.weighing.acceptance >= target:
+        state.terminal.out.print("  nothing needs to be relaxed for that", style="good")
 
 
-# -- Commands that run scenes: one, or a search through many -----------------------------------------------------------
+# -- running scenes: one, or a search through many ---------------------------------------------------------------------
 
 GENERATIONS = 10
 MOST_GENERATIONS = 10_000
@@ -200,52 +200,52 @@ def seed_of(text: str, default: int) -> int:
     return int(text)
 
 
-def do_run(desk: Desk, argument: str) -> None:
-    from cortex_dsl.console.simulating import perform
+def do_run(state: State, argument: str) -> None:
+    from cortex_dsl.console.simulating import perform_run
 
-    seed = seed_of(argument, desk.seed)
-    scenario = desk.scenario()
-    request = Request(Path(desk.name), Mode.RUN, seed=seed, overrides=desk.overrides)
-    code = perform(request, scenario, desk.terminal, reproduce=f":run {seed}")
-    desk.no_scene = code == Exit.NO_SCENE
-    desk.mistakes += code == Exit.DIAGNOSTICS
-
-
-def do_ga(desk: Desk, argument: str) -> None:
-    _search(desk, "ga", argument)
+    seed = seed_of(argument, state.seed)
+    scenario = state.scenario()
+    request = CompileRequest(Path(state.name), overrides=state.overrides)
+    code = perform_run(request, RunRequest(seed=seed), scenario, state.terminal, reproduce=f":run {seed}")
+    state.no_scene = code == Exit.NO_SCENE
+    state.mistakes += code == Exit.DIAGNOSTICS
 
 
-def do_random(desk: Desk, argument: str) -> None:
-    _search(desk, "random", argument)
+def do_ga(state: State, argument: str) -> None:
+    _search(state, "ga", argument)
 
 
-def _search(desk: Desk, method: str, argument: str) -> None:
+def do_random(state: State, argument: str) -> None:
+    _search(state, "random", argument)
+
+
+def _search(state: State, method: str, argument: str) -> None:
     generations = whole_number(argument, GENERATIONS, "the number of generations", MOST_GENERATIONS)
-    scenario = desk.scenario()
+    scenario = state.scenario()
     if not len(scenario.program.space):
         raise UsageError("there is no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
-    campaign = _campaign(desk, scenario, method, generations)
+    campaign = _campaign(state, scenario, method, generations)
     mistake = mistake_of(scenario, campaign)
     if mistake is not None:
-        refuse(desk, scenario.compiled.source, [mistake])
+        refuse(state, scenario.compiled.source, [mistake])
         return
-    desk.no_scene = not campaign.by_individual.valid
+    state.no_scene = not campaign.by_individual.valid
     from cortex_dsl.report.findings.search_report import SearchReport
     from cortex_dsl.report.terminal.search_view import search_view
 
-    console, population = desk.terminal.out, scenario.config.search.population
-    settings = f"{generations} x {population}, seed {desk.seed}"
+    console, population = state.terminal.out, scenario.config.search.population
+    settings = f"{generations} x {population}, seed {state.seed}"
     console.print(search_view(scenario.program, SearchReport(campaign, None), settings, console.width))
 
 
-def _campaign(desk: Desk, scenario: Scenario, method: str, generations: int) -> Campaign:
+def _campaign(state: State, scenario: Scenario, method: str, generations: int) -> Campaign:
     """The search; Ctrl-C ends it, and what was found until then stays."""
     from cortex_dsl.report.terminal.progress import SearchProgress
 
-    with SearchProgress(desk.terminal.err, method, generations) as progress:
+    with SearchProgress(state.terminal.err, method, generations) as progress:
 
         def on_generation(done: Progress) -> None:
             best = done.best.score if done.best else float("nan")
             progress.generation_done(done.figures.by_individual, done.simulations, best)
 
-        return scenario.search(method, generations=generations, seed=desk.seed, on_generation=on_generation)
+        return scenario.search(method, generations=generations, seed=state.seed, on_generation=on_generation)

@@ -1,4 +1,8 @@
-"""The scenario as far as it has been entered, and what it was before."""
+"""The scenario as far as it has been entered, and what it was before.
+
+It is a sequence of entries, one for each statement of the top level with the comments above it. A new entry takes the
+place of what it defines anew, else it goes to the end.
+"""
 
 import re
 from collections.abc import Iterator
@@ -62,7 +66,7 @@ class History:
         return replace(self, present=self.future[0], past=(*self.past, self.present), future=self.future[1:])
 
 
-# -- A text as entries: one for each statement of its top level, with the comments above it ----------------------------
+# -- a text as entries -------------------------------------------------------------------------------------------------
 
 Key = tuple[str, str]
 MOST_ENTRIES = 1 << 15
@@ -156,7 +160,7 @@ def called(key: Key) -> str:
     return f"`{name}`" if name else words.get(kind, f"the {kind}")
 
 
-# -- Where an entry goes: into the place of what it defines anew, else to the end --------------------------------------
+# -- where an entry goes -----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

@@ -1,15 +1,20 @@
 """From one chunk to the next; whatever happens to one of them, the session goes on."""
 
 import os
+import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Protocol
 
-from cortex_dsl.console.terminal import Exit, UsageError, report_bug
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError, report_bug
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.repl.chunks import is_command
-from cortex_dsl.repl.commands import obey
+from cortex_dsl.repl.commands import execute
 from cortex_dsl.repl.entering import enter, refuse
-from cortex_dsl.repl.state import Desk
+from cortex_dsl.repl.state import State
+
+NO_TERMINALS = ("dumb", "unknown", "")
+"""Values of TERM that say that nothing can be edited there."""
 
 
 class Input(Protocol):
@@ -24,69 +29,102 @@ class Input(Protocol):
         ...
 
 
-def run(desk: Desk, chunks: Input) -> int:
+def start(file: Path | None, terminal: Terminal) -> int:
+    """Begin a session, with a file if there is one; return its exit code."""
+    state = State(terminal, interactive=sys.stdin is not None and sys.stdin.isatty())
+    if state.interactive:
+        _greet(terminal)
+    chunks = _input(state)
+    if state.interactive:
+        state.kernels.start()
+    if file is not None:
+        from cortex_dsl.repl.commands_draft import load
+
+        load(state, file)
+    return run(state, chunks)
+
+
+def _input(state: State) -> Input:
+    able = sys.stdout.isatty() and os.environ.get("TERM", "") not in NO_TERMINALS
+    if state.interactive and able:
+        from cortex_dsl.repl.prompt import EditedInput
+
+        return EditedInput(state)
+    from cortex_dsl.repl.chunks import PlainInput
+
+    return PlainInput(state)
+
+
+def _greet(terminal: Terminal) -> None:
+    from cortex_dsl.version import VERSION
+
+    terminal.out.print(f"cortexc {VERSION}", style="title", end="")
+    terminal.out.print("  :help lists the commands, Tab completes, Ctrl-D leaves", style="quiet")
+
+
+def run(state: State, chunks: Input) -> int:
     """Read and do until the end; the exit code."""
     asked = False
-    while not desk.leaving:
+    while not state.leaving:
         try:
             chunk = chunks.read()
         except KeyboardInterrupt:
-            if not desk.interactive:
+            if not state.interactive:
                 raise
-            desk.editing, asked = None, False
+            state.editing, asked = None, False
             continue
         if chunk is not None and not chunk.strip():
             continue
         if chunk is None:
-            desk.leaving = True
+            state.leaving = True
         else:
-            do(desk, chunk)
-        if desk.leaving and desk.interactive and desk.unsaved and not asked:
-            desk.leaving, asked = False, True
-            desk.terminal.out.print("not saved: `:save FILE` keeps it, leaving again drops it", style="warn")
+            do(state, chunk)
+        if state.leaving and state.interactive and state.unsaved and not asked:
+            state.leaving, asked = False, True
+            state.terminal.out.print("not saved: `:save FILE` keeps it, leaving again drops it", style="warn")
         elif chunk is not None:
             asked = False
-    return exit_code(desk)
+    return exit_code(state)
 
 
-def do(desk: Desk, chunk: str) -> None:
-    """One chunk. What goes wrong in it is told here."""
-    act: Callable[[Desk, str], None] = obey if is_command(chunk) else enter
+def do(state: State, chunk: str) -> None:
+    """Carry out one chunk, and show what goes wrong in it."""
+    act: Callable[[State, str], None] = execute if is_command(chunk) else enter
     try:
-        act(desk, chunk)
+        act(state, chunk)
     except UsageError as error:
-        desk.mistakes += 1
-        complain(desk, error.message, error.cure)
+        state.mistakes += 1
+        complain(state, error.message, error.cure)
     except CompileError as error:
-        refuse(desk, error.source, error.diagnostics)
+        refuse(state, error.source, error.diagnostics)
     except KeyboardInterrupt:
-        if not desk.interactive:
+        if not state.interactive:
             raise
-        desk.terminal.err.print("interrupted", style="warn")
+        state.terminal.err.print("interrupted", style="warn")
     except (BrokenPipeError, SystemExit):
         raise
     except Exception as error:
         if os.environ.get("CORTEXC_DEBUG") == "1":
             raise
-        desk.bugs += 1
-        report_bug(error, ("repl", chunk), desk.terminal)
+        state.bugs += 1
+        report_bug(error, ("repl", chunk), state.terminal)
 
 
-def complain(desk: Desk, message: str, cure: str) -> None:
-    """A slip, with its cure."""
-    desk.terminal.out.file.flush()
-    err = desk.terminal.err
+def complain(state: State, message: str, cure: str) -> None:
+    """Show what the user can mend, with its cure."""
+    state.terminal.out.file.flush()
+    err = state.terminal.err
     err.print(message, style="bad", soft_wrap=True)
     if cure:
         err.print(f"  help: {cure}", soft_wrap=True)
 
 
-def exit_code(desk: Desk) -> Exit:
+def exit_code(state: State) -> Exit:
     """Of a script: whether all of it was fine. Whoever sits at a terminal has seen what was not."""
-    if desk.interactive:
+    if state.interactive:
         return Exit.FINE
-    if desk.bugs:
+    if state.bugs:
         return Exit.BUG
-    if desk.mistakes:
+    if state.mistakes:
         return Exit.DIAGNOSTICS
-    return Exit.NO_SCENE if desk.no_scene else Exit.FINE
+    return Exit.NO_SCENE if state.no_scene else Exit.FINE

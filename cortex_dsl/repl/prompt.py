@@ -28,10 +28,10 @@ from cortex_dsl.editor.lexer import ScnLexer, word_before
 from cortex_dsl.repl.chunks import MORE, PROMPT, is_command, is_whole
 from cortex_dsl.repl.colours import for_prompt
 from cortex_dsl.repl.commands import COMMANDS
-from cortex_dsl.repl.state import Desk
+from cortex_dsl.repl.state import State
 from cortex_dsl.report.findings.readable import counted, percent
 
-# -- What was typed in earlier sessions, in the user's state folder; nothing fails where there is none -----------------
+# -- what was typed in earlier sessions, in the user's state folder; nothing fails where there is none -----------------
 
 
 class TolerantHistory(FileHistory):
@@ -65,14 +65,14 @@ def _state_folder() -> Path:
     return (Path(base) if base else Path.home() / ".local" / "state") / "cortexc"
 
 
-# -- What Tab offers: the language's completion over the whole draft, and the arguments of commands --------------------
+# -- what Tab offers: the language's completion over the whole draft, and the arguments of commands --------------------
 
 
-class DeskCompleter(Completer):
-    """Completes against what the desk holds now."""
+class DraftCompleter(Completer):
+    """Completes against what the state holds now."""
 
-    def __init__(self, desk: Desk) -> None:
-        self._desk = desk
+    def __init__(self, state: State) -> None:
+        self._state = state
         self._paths = PathCompleter(expanduser=True, file_filter=_is_scenario)
         self._analysed: tuple[str, Analysis] | None = None
 
@@ -85,8 +85,8 @@ class DeskCompleter(Completer):
     # -- the language ------------------------------------------------------------------------------------------------
 
     def _of_language(self, document: Document) -> Iterator[Completion]:
-        draft = self._desk.draft.text
-        view = View(self._desk.name, draft + document.text, self._analysis(draft))
+        draft = self._state.draft.text
+        view = View(self._state.name, draft + document.text, self._analysis(draft))
         offset = len(draft) + document.cursor_position
         word = word_before(document.text, document.cursor_position)
         fitting = [c for c in complete(view, offset) if c.label.lower().startswith(word.lower())]
@@ -95,7 +95,7 @@ class DeskCompleter(Completer):
 
     def _analysis(self, text: str) -> Analysis:
         if self._analysed is None or self._analysed[0] != text:
-            self._analysed = text, analyse(self._desk.name, text)
+            self._analysed = text, analyse(self._state.name, text)
         return self._analysed[1]
 
     # -- commands ----------------------------------------------------------------------------------------------------
@@ -118,7 +118,7 @@ class DeskCompleter(Completer):
 
     def _arguments(self, kind: str) -> Iterator[tuple[str, str]]:
         if kind == "param":
-            program = self._desk.checked.weighable
+            program = self._state.checked.weighable
             names = () if program is None else program.space.names
             yield from ((name, "param") for name in names)
         elif kind == "code":
@@ -130,7 +130,7 @@ class DeskCompleter(Completer):
         elif kind == "name":
             from cortex_dsl.repl.commands_info import known
 
-            yield from ((name, "") for name in dict.fromkeys(known(self._desk)))
+            yield from ((name, "") for name in dict.fromkeys(known(self._state)))
 
 
 def _is_scenario(name: str) -> bool:
@@ -138,7 +138,7 @@ def _is_scenario(name: str) -> bool:
     return path.suffix in (".scn", ".scenic") or is_folder(path)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the prompt --------------------------------------------------------------------------------------------------------
 
 NO_TEXT = re.compile("[\ud800-\udfff]")
 """What a terminal makes of bytes that are not UTF-8."""
@@ -150,13 +150,13 @@ REFRESH = 0.5
 class EditedInput:
     """Chunks that are edited before they are entered."""
 
-    def __init__(self, desk: Desk) -> None:
-        self._desk = desk
-        plain = desk.terminal.out.color_system is None
+    def __init__(self, state: State) -> None:
+        self._state = state
+        plain = state.terminal.out.color_system is None
         self._session: PromptSession[str] = PromptSession(
             multiline=True,
             history=past_entries(),
-            completer=DeskCompleter(desk),
+            completer=DraftCompleter(state),
             complete_while_typing=False,
             auto_suggest=AutoSuggestFromHistory(),
             lexer=DynamicLexer(self._lexer),
@@ -174,7 +174,7 @@ class EditedInput:
         self._order = SimpleLexer("class:order")
 
     def read(self) -> str | None:
-        proposal, self._desk.proposal = self._desk.proposal, ""
+        proposal, self._state.proposal = self._state.proposal, ""
         try:
             text = self._session.prompt([("class:prompt", PROMPT)], default=proposal)
         except EOFError:
@@ -186,17 +186,17 @@ class EditedInput:
 
     def _toolbar(self) -> StyleAndTextTuples:
         try:
-            return [("class:state", f" {state_of(self._desk)} ")]
-        except Exception:  # the command that needs what failed here tells it; a line at the bottom ends no session
+            return [("class:state", f" {state_of(self._state)} ")]
+        except Exception:  # the command that needs what failed here shows it; a line at the bottom ends no session
             return []
 
 
-def state_of(desk: Desk) -> str:
+def state_of(state: State) -> str:
     """How things stand, in one line."""
-    checked, program = desk.checked, desk.checked.weighable
-    parts = [f"{desk.name}{' *' if desk.unsaved else ''}"]
-    if desk.editing is not None:
-        parts.insert(0, f"editing entry {desk.editing + 1}")
+    checked, program = state.checked, state.checked.weighable
+    parts = [f"{state.name}{' *' if state.unsaved else ''}"]
+    if state.editing is not None:
+        parts.insert(0, f"editing entry {state.editing + 1}")
     if checked.errors:
         parts.append(counted(len(checked.errors), "error"))
     elif checked.missing:
@@ -204,9 +204,9 @@ def state_of(desk: Desk) -> str:
     if program is not None:
         parts += [counted(len(program.space), "param")]
         parts += [] if checked.missing else [counted(len(program.actors), "actor")]
-        parts.append(_accepted(desk.acceptance))
-    if desk.overrides:
-        parts.append(f"{len(desk.overrides)} held")
+        parts.append(_accepted(state.acceptance))
+    if state.overrides:
+        parts.append(f"{len(state.overrides)} held")
     return " · ".join(parts)
 
 

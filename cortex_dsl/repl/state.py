@@ -1,4 +1,7 @@
-"""The state of a session: the one mutable object that entries and commands work on."""
+"""The state of a session: the one mutable object that entries and commands work on.
+
+It knows the draft and what the compiler says of it, and the kernels, which are compiled while the user types.
+"""
 
 import threading
 from collections.abc import Mapping
@@ -24,7 +27,7 @@ if TYPE_CHECKING:
     from cortex_dsl.api.scenario import Scenario
     from engine.acceptance import Weighing
 
-# -- A draft, compiled: what is wrong with it, and what is merely still to come ----------------------------------------
+# -- a draft, compiled: what is wrong with it, and what is merely still to come ----------------------------------------
 
 STILL_TO_COME = (NO_EGO.code, EMPTY_FILE.code)
 OF_THE_WHOLE = (
@@ -102,7 +105,7 @@ def remarks_on(checked: Checked, index: int) -> list[Diagnostic]:
     return [d for d in fitting if first <= checked.source.row(d.label.span.start) < last]
 
 
-# -- Compiling kernels while the user types, since the very first time takes half a minute -----------------------------
+# -- kernels, compiled while the user types, since the very first time takes half a minute -----------------------------
 
 TINY = """map intersection(ways=4)
 param V = Range(1, 9) m/s
@@ -159,7 +162,7 @@ class Kernels:
 
             self.cold = not kernels_are_cached()
             warm_up()
-        except BaseException as error:  # whoever needs a kernel meets the same error and tells it
+        except BaseException as error:  # whoever needs a kernel meets the same error and shows it
             self.failed.append(error)
 
 
@@ -175,7 +178,7 @@ def warm_up() -> None:
     scenario.watch(scenes)
 
 
-# ----------------------------------------------------------------------------------------------------------------------
+# -- the state ---------------------------------------------------------------------------------------------------------
 
 UNNAMED = "session"
 """What messages call a scenario that is in no file."""
@@ -183,7 +186,7 @@ LIKE = "such as `ego = new Car on road`"
 
 
 @dataclass
-class Desk:
+class State:
     """Everything that a session knows."""
 
     terminal: Terminal

@@ -29,8 +29,8 @@ def elaborate(
     observe: "Observer | None" = None,
 ) -> tuple[ir.Scenario, tuple[Diagnostic, ...]]:
     """The checked scenario, and the warnings and notes about it. `overrides` are the `-p NAME=VALUE` of the command,
-    `imports` the file behind each import statement, `scenario` the one to run; `observe` is told every value as it is
-    worked out.
+    `imports` the file behind each import statement, `scenario` the one to run; `observe` is called with every value
+    as it is worked out.
 
     Raises:
         CompileError: with every error found.

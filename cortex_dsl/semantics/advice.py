@@ -20,8 +20,7 @@ from cortex_dsl.semantics.idioms import bare_numbers, contacts, windows
 from cortex_dsl.semantics.model.state import FileContext
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.names.tree import everything_in, param_entries
-from cortex_dsl.semantics.quantities.algebra import folded
-from cortex_dsl.semantics.quantities.bounds import Interval, part_interval
+from cortex_dsl.semantics.quantities.bounds import Interval, folded, part_interval
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.vocabulary import Op
@@ -52,7 +51,7 @@ class _Walk:
     locals: set[int] = field(default_factory=set)
     assigned: dict[int, list[ir.Expr]] = field(default_factory=dict)
     """Values of locals that nothing is known to read yet."""
-    seen: set[int] = field(default_factory=set)
+    seen: set[ir.Expr] = field(default_factory=set)
 
     def over(self, variant: ir.Variant) -> set[int]:
         for root in (variant.actors, [r.condition for r in variant.requirements], variant.rules, variant.monitors):
@@ -103,9 +102,9 @@ class _Walk:
     # -- expressions -------------------------------------------------------------------------------------------------
 
     def _expression(self, expression: ir.Expr) -> None:
-        if id(expression) in self.seen:
+        if expression in self.seen:
             return
-        self.seen.add(id(expression))
+        self.seen.add(expression)
         for leaf in self._worth(expression)[1]:
             if isinstance(leaf, ir.Gene):
                 self.genes.add(leaf.index)
@@ -149,7 +148,7 @@ def _breaks(node: object) -> bool:
 # -- names and definitions that nothing reads --------------------------------------------------------------------------
 
 MEANT = frozenset({"intersection", "road", "network"})
-"""Built-in names that a file is told to choose anew: `intersection = Uniform(*network.intersections)`."""
+"""Built-in names that a message asks a file to choose anew: `intersection = Uniform(*network.intersections)`."""
 Binding = tuple[str, str, Span]
 """What it is, its name, its place."""
 
@@ -232,7 +231,7 @@ MOST_USES = 3
 """Places of use that a dead param shows."""
 
 
-def advised(
+def with_advice(
     module: nodes.Module, file: FileContext, scenario: ir.Scenario
 ) -> tuple[ir.Scenario, tuple[Diagnostic, ...]]:
     """The scenario with everything that is said about it. What `-p` or a concrete copy pins is nobody's slip."""
@@ -255,7 +254,7 @@ def _advice(module: nodes.Module, file: FileContext, scenario: ir.Scenario) -> I
 
 
 def _dead(module: nodes.Module, file: FileContext, scenario: ir.Scenario) -> Iterator[Diagnostic]:
-    """Params that are used, but in no place that matters; of a `require` that always holds is told anyway."""
+    """Params that are used, but in no place that matters; a `require` that always holds is reported anyway."""
     live = live_genes(scenario, file.gene_bounds())
     decided = [span for span, weight in file.weights.items() if weight.certain]
     for gene in (gene for index, gene in enumerate(scenario.genes) if index not in live):

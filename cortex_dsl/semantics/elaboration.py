@@ -11,15 +11,21 @@ from pathlib import PurePath
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import CompileError, Diagnostic
-from cortex_dsl.semantics.acting.rules import judged
-from cortex_dsl.semantics.advice import advised
+from cortex_dsl.semantics.acting.rules import temporal_requirements
+from cortex_dsl.semantics.advice import with_advice
 from cortex_dsl.semantics.composition import setting_up
 from cortex_dsl.semantics.errors.chance import NO_OPTIONS, TOO_MANY_VARIANTS
 from cortex_dsl.semantics.errors.problems import Findings, NeedsExpansion
 from cortex_dsl.semantics.errors.roads import DEFAULT_MAP
 from cortex_dsl.semantics.errors.statements import ALWAYS_FALSE, DIFFERENT_OBJECTS, EMPTY_FILE
 from cortex_dsl.semantics.errors.values import NEVER_EQUAL
-from cortex_dsl.semantics.evaluation.roads import default_road, map_with_lights, reasons, spelled
+from cortex_dsl.semantics.evaluation.roads import (
+    beyond_any_road,
+    default_road,
+    map_line,
+    map_with_lights,
+    reasons_for_road,
+)
 from cortex_dsl.semantics.model.choices import VARIANT_LIMIT, TooManyVariants, enumerate_variants
 from cortex_dsl.semantics.model.context import Observer
 from cortex_dsl.semantics.model.state import FileContext
@@ -70,7 +76,7 @@ def elaborate(
         from_scenic=any(isinstance(statement, nodes.Model) for statement in whole.statements),
     )
     file, drafts = _drafted(module, fresh, findings, observe)
-    return advised(module, file, replace(_scenario(module, file, drafts), system=system))
+    return with_advice(module, file, replace(_scenario(module, file, drafts), system=system))
 
 
 def _drafted(
@@ -101,9 +107,13 @@ def _default_road(module: nodes.Module, findings: Findings) -> RoadSpec:
     """The road of a file without `map`."""
     road = default_road(module)
     has_map = any(isinstance(statement, nodes.Map) for statement in module.statements)
+    for finding in () if has_map else beyond_any_road(module):
+        findings.add(finding)
     if not has_map and "map" not in param_entries(module):
         lanes = "one lane" if road.lanes == 1 else f"{road.lanes} lanes"
-        findings.add(DEFAULT_MAP.at(Span(0, 0), ways=road.ways, lanes=lanes, reason=reasons(road), road=spelled(road)))
+        findings.add(
+            DEFAULT_MAP.at(Span(0, 0), ways=road.ways, lanes=lanes, reason=reasons_for_road(road), road=map_line(road))
+        )
     return road
 
 
@@ -140,7 +150,9 @@ def _scenario(module: nodes.Module, file: FileContext, drafts: Sequence[Draft]) 
     temporals: tuple[ir.Temporal, ...] = ()
     if not file.findings.has_errors:
         _check_together(file, drafts, possible)
-        temporals = judged(file, [draft.conditions for draft in possible], has_end=_has_end(module, file))
+        temporals = temporal_requirements(
+            file, [draft.conditions for draft in possible], has_end=_has_end(module, file)
+        )
     if file.findings.has_errors:
         raise CompileError(file.source, file.findings)
     (network,) = file.networks.values()

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from cortex_dsl import ir
-from cortex_dsl.semantics.quantities.algebra import operands
+from cortex_dsl.semantics.quantities.bounds import operands
 from engine.vocabulary import Column, Distribution, GeneKind, Op, RuleKind, State, TemporalOp
 
 # -- expressions and acts ----------------------------------------------------------------------------------------------
@@ -21,13 +21,13 @@ INDENT = "  "
 class Printer:
     """Writes expressions; those with several users are written once, under a name."""
 
-    uses: Counter[int]
-    names: dict[int, str] = field(default_factory=dict)
+    uses: Counter[ir.Expr]
+    names: dict[ir.Expr, str] = field(default_factory=dict)
     lines: list[str] = field(default_factory=list)
 
     @classmethod
     def of(cls, roots: Iterable[ir.Expr]) -> "Printer":
-        uses: Counter[int] = Counter()
+        uses: Counter[ir.Expr] = Counter()
         for root in roots:
             _count(root, uses)
         return cls(uses)
@@ -36,13 +36,13 @@ class Printer:
         return [f"{INDENT}{line}" for line in self.lines]
 
     def text(self, expression: ir.Expr) -> str:
-        if self.uses[id(expression)] < 2 or not operands(expression):
+        if self.uses[expression] < 2 or not operands(expression):
             return self._written(expression)
-        if id(expression) not in self.names:
+        if expression not in self.names:
             text = self._written(expression)
-            self.names[id(expression)] = f"e{len(self.names)}"
-            self.lines.append(f"{self.names[id(expression)]} = {text}")
-        return self.names[id(expression)]
+            self.names[expression] = f"e{len(self.names)}"
+            self.lines.append(f"{self.names[expression]} = {text}")
+        return self.names[expression]
 
     def _written(self, expression: ir.Expr) -> str:
         match expression:
@@ -146,9 +146,9 @@ def expressions_of(code: object) -> Iterator[ir.Expr]:
             yield from expressions_of(item)
 
 
-def _count(expression: ir.Expr, uses: Counter[int]) -> None:
-    uses[id(expression)] += 1
-    if uses[id(expression)] == 1:
+def _count(expression: ir.Expr, uses: Counter[ir.Expr]) -> None:
+    uses[expression] += 1
+    if uses[expression] == 1:
         for operand in operands(expression):
             _count(operand, uses)
 

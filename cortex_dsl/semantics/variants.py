@@ -18,11 +18,12 @@ from cortex_dsl.semantics.errors.problems import Mistake, Rejection
 from cortex_dsl.semantics.errors.scenarios import WHICH_SCENARIO
 from cortex_dsl.semantics.evaluation import calls, geometry, objects, operators
 from cortex_dsl.semantics.evaluation.roads import network_of
-from cortex_dsl.semantics.model.choices import Oracle
+from cortex_dsl.semantics.model.choices import Decisions, Oracle
 from cortex_dsl.semantics.model.context import Evaluator, Handler, Moment, Observer
 from cortex_dsl.semantics.model.state import FileContext, RuleKey, Variant
 from cortex_dsl.semantics.model.values import POISON, Actor, Value
 from cortex_dsl.semantics.names.builtins import OFF_ROAD, PROPERTIES
+from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
@@ -70,7 +71,7 @@ class Draft:
     """A variant before the rules of all variants are known."""
 
     variant: ir.Variant
-    conditions: Mapping[RuleKey, ir.Expr]
+    conditions: Mapping[RuleKey, Term]
     span: Span
     """Where it was rejected, or its first object."""
 
@@ -79,7 +80,7 @@ def elaborate_variant(
     module: nodes.Module, file: FileContext, oracle: Oracle, observe: Observer | None = None
 ) -> Draft | None:
     """One variant; None when it has errors. `observe` is called with every value."""
-    run = Variant(file, oracle)
+    run = Variant(file, Decisions(oracle))
     ev = Evaluator(run, HANDLERS, observe=observe)
     try:
         run_module(ev, module.statements)
@@ -95,25 +96,25 @@ def elaborate_variant(
     network_of(ev)
     variant = ir.Variant(
         probability=oracle.probability,
-        choices=tuple(run.choices),
+        choices=tuple(run.decisions.choices),
         gene_options=oracle.gene_options,
         rejection=None,
         actors=tuple(_ir_actor(a, b) for a, b in zip(actors, behaviours, strict=True)),
-        requirements=tuple(run.requirements),
-        draw_count=run.draw_count,
-        local_count=run.local_count,
-        draw_sites=tuple(run.draw_sites),
-        monitors=tuple(monitor for monitor in run.monitors if monitor is not None),
-        lights=None if run.signals is None else run.signals.as_ir(),
+        requirements=tuple(run.built.requirements),
+        draw_count=run.decisions.draw_count,
+        local_count=run.built.local_count,
+        draw_sites=tuple(run.decisions.draw_sites),
+        monitors=tuple(monitor for monitor in run.built.monitors if monitor is not None),
+        lights=None if run.built.signals is None else run.built.signals.as_ir(),
     )
-    return Draft(variant, run.rule_conditions, actors[0].span)
+    return Draft(variant, run.built.rule_conditions, actors[0].span)
 
 
 def _rejected(run: Variant, rejection: Rejection) -> ir.Variant:
     return ir.Variant(
-        probability=run.oracle.probability,
-        choices=tuple(run.choices),
-        gene_options=run.oracle.gene_options,
+        probability=run.decisions.oracle.probability,
+        choices=tuple(run.decisions.choices),
+        gene_options=run.decisions.oracle.gene_options,
         rejection=rejection.reason,
         rejection_line=run.file.line(rejection.span),
     )
@@ -131,15 +132,18 @@ def _finished_actors(ev: Evaluator) -> list[Actor]:
     if (ego is None or ego.index != 0) and not taken and not undecided:
         end = len(ev.file.source.text.rstrip())
         ev.report(NO_EGO.at(Span(end, end), label="the file ends without one"))
-    return sorted(ev.run.actors, key=lambda actor: actor.index)
+    return sorted(ev.run.built.actors, key=lambda actor: actor.index)
 
 
 def _compose(ev: Evaluator, composer: Composer | None) -> None:
     """Work out the coroutine of the scenario that the run is, and the monitors that are required, which come first."""
     run = ev.run
-    run.monitors[:] = [None] * len(run.required_monitors)
+    run.built.monitors[:] = [None] * len(run.built.required_monitors)
     if composer is not None:
-        run_by(composer)
+        try:
+            run_by(composer)
+        except Mistake as mistake:
+            ev.report(mistake)
 
 
 def _rules(ev: Evaluator, statements: Sequence[nodes.Statement], composer: Composer | None) -> None:
@@ -152,7 +156,7 @@ def _rules(ev: Evaluator, statements: Sequence[nodes.Statement], composer: Compo
         places.append((composer.ev.at_moment(Moment(running=True, scenario=root)), root.rules))
     rules_of_run(places)
     required = list(started_monitors(ev))
-    ev.run.monitors[: len(required)] = required
+    ev.run.built.monitors[: len(required)] = required
 
 
 def _imported(ev: Evaluator) -> Iterator[tuple[dict[str, Value], Sequence[nodes.Statement]]]:

@@ -19,7 +19,7 @@ def build(folder: Path, *, gallery: bool = True) -> int:
     staged = folder.with_name(folder.name + "-pages")
     stage(staged, with_gallery=gallery)
     (staged / "zensical.toml").write_text(
-        CONFIG.read_text(encoding="utf-8").replace("nav = []", f"nav = {_toml(navigation(with_gallery=gallery))}"),
+        CONFIG.read_text(encoding="utf-8").replace("nav = []", f"nav = {_toml(navigation())}"),
         encoding="utf-8",
     )
     done = subprocess.run([sys.executable, "-m", "zensical", "build", "--clean", "--strict"], cwd=staged, check=False)
@@ -42,17 +42,16 @@ def stage(folder: Path, *, with_gallery: bool = True) -> None:
     for place, text in program.diagnostics().items():
         _write(target / place, text)
     shutil.copytree(ROOT / "docs" / "assets", target / "assets")
-    if with_gallery:
-        films = gallery.films()
-        _write(target / "gallery/index.md", gallery.page(films))
-        for film in films:
-            _write(target / f"gallery/{film.name}.html", film.page)
-            _write(target / f"gallery/{film.name}.svg", film.picture)
-            if film.name == gallery.HERO:
-                _write(target / "gallery/hero.html", film.loop)
+    films = gallery.films() if with_gallery else []
+    _write(target / "gallery/index.md", gallery.page(films))
+    for film in films:
+        _write(target / f"gallery/{film.name}.html", film.page)
+        _write(target / f"gallery/{film.name}.svg", film.picture)
+        if film.name == gallery.HERO:
+            _write(target / "gallery/hero.html", film.loop)
 
 
-def navigation(*, with_gallery: bool = True) -> list[dict[str, Any]]:
+def navigation() -> list[dict[str, Any]]:
     """Title and place of every page, section by section."""
     codes = [
         {family.capitalize(): [{f"{code['code']} {code['title']}": program.place(code["code"])} for code in found]}
@@ -61,7 +60,7 @@ def navigation(*, with_gallery: bool = True) -> list[dict[str, Any]]:
     return [
         {"Home": "index.md"},
         {"Tutorial": _section("tutorial", "tutorial/first-collision.md")},
-        *([{"Gallery": ["gallery/index.md"]}] if with_gallery else []),
+        {"Gallery": ["gallery/index.md"]},
         {"How to": _section("how-to", "how-to/search.md")},
         {"Reference": [*REFERENCE, {"Diagnostics": ["reference/diagnostics/index.md", *codes]}]},
         {"Explanation": _section("explanation", "explanation/risk.md", "explanation/search-against-chance.md")},

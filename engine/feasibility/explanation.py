@@ -5,20 +5,21 @@ function of the program's digest and of the code that makes it, so both name the
 """
 
 import json
-import os
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
 
+from engine.atomic import write_one
 from engine.feasibility.contraction import ALIVE
 from engine.feasibility.narrowing import narrow
 from engine.feasibility.slices import MOST, Bench, Sliced, bit, slice_template
 from engine.frozen import frozen
 from engine.program import Program
-from engine.tables import Floats, Ints
+from engine.tables import Floats, Ints, Size
 from engine.user_cache import cached_file
 from engine.vocabulary import GeneKind
 
@@ -74,7 +75,7 @@ def slices_of(program: Program, limit: int = WORK_LIMIT, count: int = SLICES) ->
 def _work(program: Program, count: int) -> int:
     """Values that slicing computes: instructions by slices, a geometric one as many as the region has edges."""
     code = program.code
-    variables = len(program.space) + int(code.sizes[1])
+    variables = len(program.space) + int(code.sizes[Size.DRAWS])
     geometry = int((code.scene_code[:, 0] >= 40).sum()) + 5 * len(program.actors)
     templates = max(1, len(code.output_segment))
     edges = len(program.road.edges) // max(1, len(program.road.region_start) - 1)
@@ -248,9 +249,5 @@ def _read(entry: Path) -> Feasibility | None:
 def _write(entry: Path, found: Feasibility) -> None:
     """Whole or not at all; a cache that cannot be written is none."""
     kept = asdict(found) | {name: getattr(found, name).tolist() for name in ("impossible", "low", "high")}
-    unborn = entry.with_name(f"{entry.stem}-{os.getpid()}.json")
-    try:
-        unborn.write_text(json.dumps(kept, default=lambda value: value.item()), encoding="utf-8")
-        unborn.replace(entry)
-    except OSError:
-        unborn.unlink(missing_ok=True)
+    with suppress(OSError):
+        write_one(entry, json.dumps(kept, default=lambda value: value.item()).encode())

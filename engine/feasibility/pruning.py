@@ -20,7 +20,7 @@ from engine.feasibility.narrowing import narrow
 from engine.feasibility.slices import Sliced
 from engine.frozen import frozen
 from engine.program import Program
-from engine.tables import Floats, Ints
+from engine.tables import Floats, Ints, Size
 
 WORK_LIMIT = 100_000_000
 """Values that slicing a program may compute before many scenes are drawn: seconds."""
@@ -82,7 +82,7 @@ def groups_of(program: Program, genomes: Floats) -> Ints:
 
 
 def _bounds(program: Program, sliced: Sequence[Sliced], genomes: Floats, groups: Ints) -> Bounds:
-    code, draws = program.code, int(program.code.sizes[1])
+    code, draws = program.code, int(program.code.sizes[Size.DRAWS])
     starts, sizes = code.group_start[groups], np.diff(code.group_start)[groups]
     options = int(np.diff(code.group_start).max(initial=1))
     shape = len(genomes), options
@@ -119,7 +119,7 @@ def _batches(variants: Ints, chosen: np.ndarray) -> Iterator[tuple[Ints, Ints]]:
 def _boxes(part: Sliced, variants: Ints, genomes: Floats) -> tuple[Ints, Floats, Floats]:
     """One box a genome and variant: genes are known, draws are free."""
     genes = genomes * part.program.space.scale
-    draws = int(part.program.code.sizes[1])
+    draws = int(part.program.code.sizes[Size.DRAWS])
     low = np.hstack([genes, np.zeros((len(genes), draws))])
     return np.searchsorted(part.variants, variants), low, np.hstack([genes, np.ones((len(genes), draws))])
 

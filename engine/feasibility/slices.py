@@ -15,7 +15,7 @@ from engine.feasibility.contraction import ALIVE, Boxes, empty_boxes
 from engine.feasibility.tape import Instruction, Tape, record, variant_leaves
 from engine.frozen import frozen
 from engine.program import Program
-from engine.tables import ROAD_REGION, Floats, Ints
+from engine.tables import ROAD_REGION, Floats, Ints, Size
 from engine.vocabulary import GeneKind, Op
 
 EVERY = -1
@@ -89,7 +89,7 @@ class Bench:
         space, code = self.program.space, self.program.code
         ends = [np.minimum(space.low * space.scale, space.high * space.scale),
                 np.maximum(space.low * space.scale, space.high * space.scale)]  # fmt: skip
-        draws = int(code.sizes[1])
+        draws = int(code.sizes[Size.DRAWS])
         low, high = (np.tile(np.concatenate([end, np.full(draws, fill)]), (len(self.variants), 1))
                      for end, fill in zip(ends, (0.0, 1.0), strict=True))  # fmt: skip
         for position, variant in enumerate(self.variants):

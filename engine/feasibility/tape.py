@@ -13,7 +13,7 @@ from engine.feasibility.bounds import OPERANDS, RESULTS
 from engine.feasibility.forward import FORWARD
 from engine.frozen import frozen
 from engine.program import Program
-from engine.tables import CodeTables
+from engine.tables import CodeTables, Size
 from engine.vocabulary import Column, Op
 
 THREE = frozenset({Op.SELECT})
@@ -128,7 +128,7 @@ def leaves_of(program: Program) -> Leaves:
     variant_values = len(code.literals)
     genes = variant_values + code.variant_values.shape[1]
     draws = genes + len(program.space)
-    return Leaves(variant_values, genes, draws, draws + int(code.sizes[1]))
+    return Leaves(variant_values, genes, draws, draws + int(code.sizes[Size.DRAWS]))
 
 
 def record(program: Program, template: int) -> Tape:

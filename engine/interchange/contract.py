@@ -93,3 +93,7 @@ class Finding:
     """File, and element or line: `case.xosc, Private of ego`."""
     reason: str
     cure: str = ""
+
+
+OURS = "this is a bug in cortexc: please report it"
+"""The cure of what is wrong with a file that we have just written."""

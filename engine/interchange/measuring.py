@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from engine.host import MAX_SAMPLES, pair_arrays
-from engine.interchange.contract import Finding, InterchangeError
+from engine.interchange.contract import OURS, Finding, InterchangeError
 from engine.interchange.recording import OF_STEPS, SAME_INSTANT, RecordedCase, Recording, states_at
 from engine.kernels.approach import Touch, search_contact
 from engine.kernels.pair import measure_pair
 from engine.metrics import Metric, measure_trajectory
-from engine.outcomes import PAIRS, Outcomes
+from engine.outcomes import PAIRS, Outcomes, blank_outcomes
 from engine.risk import PROFILES, Risk, assess
 from engine.scenes import Trajectory
 from engine.tables import ROAD_REGION, Floats
@@ -148,11 +148,12 @@ def _outcomes(recording: Recording, judged: Floats, outlines: Floats, end: _End)
     pairs: list[Sequence[float]] = [
         measure_pair(judged, samples, recording.step, other, outlines, other == touched, end.part) for other in others
     ]
-    return Outcomes(
+    return blank_outcomes(
+        1,
+        len(recording.actors),
         verdict=_row(int(Verdict.VALID)),
         collided=np.array([end.touch.one == 0]),
         end_reason=_row(int(_reason(end))),
-        end_rule=_row(-1),
         end_time=np.array([end.time]),
         steps=_row(end.last + (1 if end.part > 0.0 else 0)),
         **pair_arrays(np.array(pairs, dtype=np.float64).reshape(1, len(others), len(PAIRS)) + 0.0),  # -0.0 is 0
@@ -195,13 +196,7 @@ NEAR = 1e-3
 """A place that is read back may be so far off [m]; a heading [rad], a speed [m/s]."""
 SAME = 1e-6
 """A metric may be so far off, of its size."""
-METRICS = {
-    "MD": "min_distance",
-    "MS": "max_closing_speed",
-    "D_MS": "distance_at_ms",
-    "TTC_MS": "ttc_at_ms",
-}
-OURS = "this is a bug in cortexc: please report it"
+METRICS = {row.symbol: row.name for row in PAIRS if row.of_risk}
 
 
 def same_run(case: RecordedCase, read: Recording, name: str) -> Iterator[Finding]:

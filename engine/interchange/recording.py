@@ -112,9 +112,9 @@ class Provenance:
     author: str = "cortexc"
     date: str = "1970-01-01T00:00:00"
     """ISO 8601, of the run or the search; the same case gives the same file."""
-    facts: Mapping[str, str] = field(default_factory=dict)
+    facts: Mapping[str, str] = field(default_factory=dict[str, str])
     """By name, in an order for people: scenario, seed, stream, digest, risk, version, command …"""
-    genome: Mapping[str, str] = field(default_factory=dict)
+    genome: Mapping[str, str] = field(default_factory=dict[str, str])
     """Value of each param as written in the file, with its unit: `EGO_SPEED` -> `41.5 km/h`."""
 
 
@@ -163,7 +163,7 @@ class Recording:
             raise InterchangeError(f"the times of `{self.name}` do not ascend", "record each instant once, in order")
         broken = np.argwhere(self.there & ~np.isfinite(self.states).all(axis=2))
         if len(broken):
-            sample, actor = broken[0].tolist()
+            sample, actor = (int(index) for index in broken[0])
             who, when = self.actors[actor].name, self.time[sample]
             raise InterchangeError(f"the state of `{who}` at {when:g} s is no number", "take a run that did not break")
 

@@ -27,8 +27,7 @@ from engine.kernels.geometry import (
     nearest_points,
     shortest_turn,
 )
-from engine.kernels.inline import inlined
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inlined, kernel
 from engine.tables import Floats
 from engine.vocabulary import State
 

@@ -11,9 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.kernels.evaluate import execute, run_segment
-from engine.kernels.inline import inlined
-from engine.kernels.jit import kernel
-from engine.kernels.philox import ATTEMPT_CHANNEL, JUMP_CHANNEL, open_stream, uniform, uniform_pair
+from engine.kernels.jit import inlined, kernel
+from engine.kernels.random_numbers import ATTEMPT_CHANNEL, JUMP_CHANNEL, open_stream, uniform, uniform_pair
 from engine.kernels.recipe import (
     Confinement,
     Draws,
@@ -30,7 +29,7 @@ from engine.kernels.recipe import (
     pick_variant,
     toss_coins,
 )
-from engine.tables import Floats, Ints
+from engine.tables import Floats, Ints, Segment
 from engine.vocabulary import Purpose, Verdict
 
 EPSILON = 2.0**-53
@@ -141,11 +140,11 @@ def _attempt(
         if scratch.enforced[requirement] == 0:
             continue
         known = make_draws(layout, draws, known, recipe.draws_needed[template, requirement], registers)
-        start = code.requirement_segment[template, requirement, 0]
-        end = code.requirement_segment[template, requirement, 1]
+        start = code.requirement_segment[template, requirement, Segment.START]
+        end = code.requirement_segment[template, requirement, Segment.END]
         execute(code.scene_code, start, end, registers, code.pool, recipe.road)
         out.tested[row, requirement] += 1
-        holds = registers[code.requirement_segment[template, requirement, 2]]
+        holds = registers[code.requirement_segment[template, requirement, Segment.RESULT]]
         if holds == 0.0 or math.isnan(holds):
             out.failed[row, requirement] += 1
             if recipe.by_genes[requirement] != 0:
@@ -175,8 +174,8 @@ def _finish(recipe: Recipe, template: int, row: int, registers: Floats, out: Led
     code, layout, values = recipe.code, recipe.layout, out.values[row]
     run_segment(
         code.scene_code,
-        code.output_segment[template, 0],
-        code.output_segment[template, 1],
+        code.output_segment[template, Segment.START],
+        code.output_segment[template, Segment.END],
         registers,
         code.pool,
         recipe.road,
@@ -254,22 +253,23 @@ def _weigh_attempt(recipe: Recipe, request: Request, row: int, scratch: Scratch,
         holds = _run(recipe, code.requirement_segment[template, requirement], registers)
         failed = holds == 0.0 or math.isnan(holds)
         out.holds[row, requirement] = 0 if failed and scratch.enforced[requirement] != 0 else 1
-        if code.margin_segment[template, requirement, 0] >= 0:
+        if code.margin_segment[template, requirement, Segment.START] >= 0:
             out.margins[row, requirement] = _run(recipe, code.margin_segment[template, requirement], registers)
     _weigh_scene(recipe, template, row, registers, out)
 
 
 @kernel
 def _run(recipe: Recipe, segment: Ints, registers: Floats) -> float:
-    run_segment(recipe.code.scene_code, segment[0], segment[1], registers, recipe.code.pool, recipe.road)
-    return float(registers[segment[2]])
+    start, end = segment[Segment.START], segment[Segment.END]
+    run_segment(recipe.code.scene_code, start, end, registers, recipe.code.pool, recipe.road)
+    return float(registers[segment[Segment.RESULT]])
 
 
 @kernel
 def _weigh_scene(recipe: Recipe, template: int, row: int, registers: Floats, out: Weighed) -> None:
     """The scene values, and the built-in requirements where they are all numbers."""
     code, values = recipe.code, out.values[row]
-    start, end = code.output_segment[template, 0], code.output_segment[template, 1]
+    start, end = code.output_segment[template, Segment.START], code.output_segment[template, Segment.END]
     run_segment(code.scene_code, start, end, registers, code.pool, recipe.road)
     for value in range(len(values)):
         values[value] = registers[code.output_register[template, value]]

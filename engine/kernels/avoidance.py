@@ -18,8 +18,7 @@ from typing import NamedTuple
 
 from engine.kernels.approach import first_contact
 from engine.kernels.geometry import Box, shortest_turn
-from engine.kernels.inline import inlined
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inlined, kernel
 from engine.kernels.rollout import advance, begin
 from engine.kernels.stage import RUNNING, Plan, Run, Slot, Status
 from engine.tables import Floats, Ints

@@ -16,11 +16,10 @@ from typing import NamedTuple
 from engine.kernels.conflict import Snapshot, shadow, time_to_collision
 from engine.kernels.evaluate import evaluate
 from engine.kernels.geometry import Box, View, sees
-from engine.kernels.inline import inlined
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inlined, kernel
 from engine.kernels.pair import Rate, center_velocity
 from engine.kernels.path import path_distance, path_pose, path_project, path_project_near
-from engine.kernels.philox import ATTEMPT_CHANNEL, open_stream, uniform
+from engine.kernels.random_numbers import ATTEMPT_CHANNEL, open_stream, uniform
 from engine.kernels.stage import Plan, Run, Slot, Status, column_of, outline_of, place
 from engine.kernels.steering import pedals_towards, planned_speed, steer_along, turn_along
 from engine.vocabulary import ActorKind, Column, Command, Op, Purpose, State

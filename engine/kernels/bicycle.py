@@ -17,7 +17,7 @@ at v = 0 and never reverses. What tyres cannot hold is not driven, see `within_g
 import math
 from typing import NamedTuple
 
-from engine.kernels.inline import inlined
+from engine.kernels.jit import inlined
 
 GRAVITY = 9.81
 """[m/s^2]"""

@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 from engine.kernels.approach import closest_in_step
 from engine.kernels.geometry import Box, shortest_turn
-from engine.kernels.inline import inlined
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inlined, kernel
 from engine.kernels.pair import NOISE_FLOOR, Rate, center_velocity
 from engine.tables import Floats
 from engine.vocabulary import State

@@ -3,8 +3,7 @@
 import math
 from typing import NamedTuple
 
-from engine.kernels.inline import inlined
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inlined, kernel
 
 CORNERS, SIDE_OF_A, SIDE_OF_B = 0, 1, 2
 

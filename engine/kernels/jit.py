@@ -1,33 +1,47 @@
-"""`@kernel`: the one decorator of all compiled functions, and the cache that makes them start at once.
+"""`@kernel` and `@inlined`, the two decorators of all compiled functions, and the cache that makes them start at once.
 
-numba's own cache notices an edit only in the file of the function itself. A kernel that calls, or takes an enum value
-from, another file would go on with old physics. So the cache folder is named by a hash of every source that a kernel
-may depend on: any edit leads to another folder, and folders long out of use are removed.
+A `@kernel` is compiled on its first call and kept on disk. An `@inlined` function is always copied into its caller and
+counts no references: numba passes each array as seven or more words and counts references to it with atomic
+instructions, so a call that hands on a `RoadTables` costs tens of nanoseconds, and reading a field of a nested tuple of
+arrays hundreds. Inner loops are therefore `@inlined` functions under one `@kernel` entry. Such a function may neither
+make arrays nor return them (numba refuses the former): it reads and writes what its caller owns.
+
+The cache is named by contents: one compilation for a user, however many clones and environments there are. Any edit of
+a kernel, or of an enum value that is a constant in it, leads to another folder; folders long out of use are removed.
+
+What inlines fast and caches by content touches private parts of numba and is in `numba_internals`. With a numba whose
+parts nobody has tried (`KNOWN`), functions are inlined and cached by what numba offers to everybody: that compiles for
+longer, and once for each installation, and is as right.
 """
 
-import contextlib
 import hashlib
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+import llvmlite
 import numba
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
+import numpy as np
 
 from engine.user_cache import cache_roots, is_writable, remove_old
 
-try:
-    import fcntl
-except ImportError:  # Windows has no advisory locks of this kind
-    fcntl = None
-
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False, "no_cfunc_wrapper": True}
+KNOWN = ("0.68",)
+"""Versions of numba that `numba_internals` was tried with."""
+KERNELS = Path(__file__).parent
+BESIDE = ("outcomes.py", "tables.py", "vocabulary.py")
+"""What kernels read beside one another: names, columns and enum values are constants of the machine code."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def is_known(version: str) -> bool:
+    """Whether the private parts of this numba are as we take them to be."""
+    return version.rpartition(".")[0] in KNOWN
 
 
 def kernel(function: Function) -> Function:
@@ -35,21 +49,41 @@ def kernel(function: Function) -> Function:
 
     With NUMBA_DISABLE_JIT=1 in the environment it stays plain Python.
     """
-    dispatcher = cast("Any", numba.njit(**OPTIONS)(function))
-    if hasattr(dispatcher, "enable_caching"):
-        dispatcher._cache = _KernelCache(function)
+    dispatcher: Any = numba.njit(**OPTIONS)(function)
+    if dispatcher is function:
+        return function
+    if is_known(numba.__version__):
+        from engine.kernels.numba_internals import cache_by_content
+
+        cache_by_content(dispatcher, function, cache_folder(), KERNELS)
+    else:
+        _cache_by_place(dispatcher)
     return cast("Function", dispatcher)
+
+
+def inlined(function: Function) -> Function:
+    """Compile like `@kernel`, but into the caller's machine code; cached as a part of the caller."""
+    options = OPTIONS | {"forceinline": True}
+    if not is_known(numba.__version__):
+        return cast("Function", numba.njit(**options)(function))
+    from engine.kernels.numba_internals import DRAFT_OPTIONS, Inlined
+
+    draft: Any = numba.njit(**options | DRAFT_OPTIONS)(function)
+    return function if draft is function else cast("Function", Inlined(function, draft, kernel))
+
+
+# -- where compiled kernels lie ----------------------------------------------------------------------------------------
 
 
 def kernels_are_cached() -> bool:
     """Whether an earlier process compiled kernels of exactly this version: if not, the first calls take seconds."""
-    return any(cache_folder().glob("*/*.nbi"))
+    return any(cache_folder().glob("*/*.nbc"))
 
 
 @cache
 def cache_folder() -> Path:
     """The folder for compiled kernels of this version: existing, writable, ours."""
-    name = f"numba-{source_hash()}"
+    name = f"numba-{content_key()}"
     for root in (*cache_roots(), _temporary_root()):
         folder = root / name
         if is_writable(folder) and (root != _temporary_root() or _is_ours(root)):
@@ -59,14 +93,17 @@ def cache_folder() -> Path:
 
 
 @cache
+def content_key() -> str:
+    """Hash of all that machine code depends on, but for the processor: numba adds its name and features to each key."""
+    versions = numba.__version__, llvmlite.__version__, np.__version__, str(sys.implementation.cache_tag), sys.version
+    return hashlib.sha256("\0".join([source_hash(), *versions]).encode()).hexdigest()[:16]
+
+
+@cache
 def source_hash() -> str:
     """Hash of all sources that a compiled kernel may depend on."""
-    here = Path(__file__).parent
     digest = hashlib.sha256()
-    for path in (
-        *sorted(here.glob("*.py")),
-        *(here.parent / f"{name}.py" for name in ("outcomes", "tables", "vocabulary")),
-    ):
+    for path in (*sorted(KERNELS.glob("*.py")), *(KERNELS.parent / name for name in BESIDE)):
         digest.update(path.name.encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
@@ -83,58 +120,11 @@ def _is_ours(folder: Path) -> bool:
     return not hasattr(os, "getuid") or (status.st_uid == os.getuid() and not status.st_mode & 0o022)
 
 
-@contextlib.contextmanager
-def _exclusive(folder: Path) -> Iterator[None]:
-    """Let one process at a time write: numba's index and data files are two files and not written as one."""
-    if fcntl is None:
-        yield
-        return
-    with (folder / "lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        yield
-
-
-class _Locator(UserProvidedCacheLocator):
-    """Places a kernel's files in `cache_folder()`, one subfolder per source folder (checkouts of equal text differ)."""
-
-    def __init__(self, py_func: Callable[..., Any], py_file: str) -> None:
-        self._py_file = py_file
-        self._lineno = py_func.__code__.co_firstlineno
-        self._cache_path = str(cache_folder() / self.get_suitable_cache_subpath(py_file))
-
-    @classmethod
-    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> "_Locator":
-        return cls(py_func, py_file)
-
-
-class _CacheImplementation(CompileResultCacheImpl):
-    _locator_classes = [_Locator]  # noqa: RUF012 (numba's own attribute)
-
-
-class _KernelCache(FunctionCache):
-    """numba's cache, for which a full disk, a vanished folder or a broken file is a miss and not an error."""
-
-    _impl_class = _CacheImplementation
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        # A truncated pickle raises nearly any exception; what it costs is one compilation, never a wrong kernel.
-        try:
-            return super().load_overload(sig, target_context)
-        except Exception as error:
-            _log(f"kernel cache not read: {error!r}")
-            with contextlib.suppress(OSError):
-                self.flush()
-            return None
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        try:
-            Path(self.cache_path).mkdir(parents=True, exist_ok=True)
-            with _exclusive(Path(self.cache_path)):
-                super().save_overload(sig, data)
-        except OSError as error:
-            _log(f"kernel cache not written: {error!r}")
-
-
-def _log(message: str) -> None:
-    if os.environ.get("NUMBA_DEBUG_CACHE"):
-        print(message, file=sys.stderr)  # noqa: T201
+def _cache_by_place(dispatcher: Any) -> None:
+    """Numba's own cache, in our folder: an entry is of use to one installation only."""
+    config: Any = numba.config
+    before, config.CACHE_DIR = config.CACHE_DIR, str(cache_folder())
+    try:
+        dispatcher.enable_caching()
+    finally:
+        config.CACHE_DIR = before

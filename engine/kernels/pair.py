@@ -20,8 +20,7 @@ from typing import Any, NamedTuple
 
 from engine.kernels.approach import centers_apart, closest_in_step
 from engine.kernels.geometry import Box, box_distance, half_diagonal, shortest_turn
-from engine.kernels.inline import inlined
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inlined, kernel
 from engine.outcomes import PAIRS
 from engine.tables import Floats
 from engine.vocabulary import Side, State

@@ -8,8 +8,7 @@ to hand on, so the public functions are copied into their callers and pass only 
 import math
 from typing import NamedTuple
 
-from engine.kernels.inline import inlined
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inlined, kernel
 from engine.tables import Floats, RoadTables
 
 S0, X, Y, HEADING, CURVATURE, LENGTH, COS, SIN = range(8)

@@ -11,9 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.kernels.geometry import Box, box_distance
-from engine.kernels.inline import inlined
-from engine.kernels.jit import kernel
-from engine.kernels.philox import COIN_CHANNEL, Stream, open_stream, uniform, uniform_pair
+from engine.kernels.jit import inlined, kernel
+from engine.kernels.random_numbers import COIN_CHANNEL, Stream, open_stream, uniform, uniform_pair
 from engine.kernels.region import region_contains_box
 from engine.tables import ROAD_REGION, CodeTables, Floats, Ints, RoadTables
 from engine.vocabulary import Column, Purpose

@@ -10,8 +10,7 @@ import math
 from typing import NamedTuple
 
 from engine.kernels.geometry import Box
-from engine.kernels.inline import inlined
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inlined, kernel
 from engine.kernels.path import X, Y, _pose, _project
 from engine.tables import Floats, RoadTables
 

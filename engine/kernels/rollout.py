@@ -27,12 +27,11 @@ import math
 from engine.kernels.approach import circles_apart, first_contact
 from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, Turn, interpret
 from engine.kernels.bicycle import Demand, Motion, clip, drive, stand, walk
-from engine.kernels.inline import inlined
-from engine.kernels.jit import kernel
+from engine.kernels.evaluate import find_broken
+from engine.kernels.jit import inlined, kernel
 from engine.kernels.region import region_contains
 from engine.kernels.stage import NO_SPEED, RUNNING, Plan, Run, Slot, Status, column_of, outline_of, place, vehicle_of
-from engine.kernels.temporal import find_broken
-from engine.tables import ROAD_REGION, Floats, Ints
+from engine.tables import ROAD_REGION, Floats, Ints, Segment
 from engine.vocabulary import ActorKind, Column, EndReason, RuleKind, State
 
 
@@ -119,7 +118,7 @@ def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
         if turn >= rules and scored and run.status[Status.END] != RUNNING:
             return
         if turn < rules:
-            row = int(plan.rules[template, turn, 0])
+            row = int(plan.rules[template, turn, Segment.START])
         elif turn < actors:
             row = int(run.resume[plan.monitor_blocks[template, turn - rules]])
         else:
@@ -149,7 +148,7 @@ def _first_row(plan: Plan, run: Run, sample: int, template: int, actor: int) -> 
 @inlined
 def _look(plan: Plan, run: Run, sample: int, template: int, rule: int, result: Turn) -> None:
     """Keep the value of a rule, or let it end the run unless an earlier one has."""
-    value = run.registers[plan.rules[template, rule, 2]]
+    value = run.registers[plan.rules[template, rule, Segment.RESULT]]
     if plan.rule_kinds[rule] == RuleKind.WATCH:
         run.watched[sample, rule] = value
     if run.status[Status.END] != RUNNING:

@@ -8,17 +8,13 @@ import math
 from enum import IntEnum
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from engine.kernels.bicycle import GRAVITY, Vehicle, clip
 from engine.kernels.geometry import Box
-from engine.kernels.inline import inlined
-from engine.tables import Floats, Ints, RoadTables
+from engine.kernels.jit import inlined
+from engine.tables import Bools, Floats, Ints, RoadTables
 from engine.vocabulary import Column, State
 
 COLUMNS = len(Column)
-Flags = NDArray[np.bool_]
 
 
 class Layout(NamedTuple):
@@ -149,7 +145,7 @@ class Run(NamedTuple):
     watched: Floats
     """(samples, rules): at each sample up to the end of the scored run the value of every rule of kind WATCH; other
     columns are undefined. Without such rules there is no memory at all."""
-    truth: Flags
+    truth: Bools
     """(2, formula rows): working memory for `temporal.find_broken` …"""
     decided: Ints
     """… (temporals,) int64, too."""

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 from engine.kernels.bicycle import clip
 from engine.kernels.evaluate import wrap_angle
-from engine.kernels.inline import inlined
+from engine.kernels.jit import inlined
 from engine.kernels.path import PathPoint, path_curvature, speed_limit_ahead
 from engine.tables import RoadTables
 

@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from engine.errors import ArgumentError
 from engine.outcomes import Assessment
 from engine.search.assessment import map_arrays
 from engine.search.protocol import MEASURES, Birth, Proposal, Result, Status
@@ -43,7 +44,9 @@ def quantile_level(how: str) -> float | None:
         return None
     match = re.fullmatch(r"q(\d+(?:\.\d+)?)", how)
     if match is None or not 0.0 <= float(match[1]) <= 100.0:
-        raise ValueError(f"aggregate: expected mean, max or a quantile such as q90, got `{how}`")
+        raise ArgumentError(
+            f"aggregate: expected mean, max or a quantile such as q90, got `{how}`", "name one of these"
+        )
     return float(match[1]) / 100.0
 
 

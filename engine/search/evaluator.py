@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.config import Config
+from engine.errors import ArgumentError
 from engine.feasibility import pruner
 from engine.outcomes import MEASURED, Assessment, Kept, Outcomes, Result
 from engine.program import Program
@@ -47,7 +48,7 @@ def make_host(program: Program, config: Config) -> Simulate:
         from engine import world
 
         return lambda scenes: world.simulate(program, scenes, config, jobs=jobs)
-    raise ValueError(f"engine: expected batch or world, got `{config.search.engine}`")
+    raise ArgumentError(f"engine: expected batch or world, got `{config.search.engine}`", "name one of these")
 
 
 def assessment(scenes: Scenes, outcomes: Outcomes, risk: Risk) -> Assessment:

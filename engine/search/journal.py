@@ -19,9 +19,9 @@ blobs (float64; int32, tested then failed); NaN is NULL.
 
 import json
 import sqlite3
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable
 from contextlib import closing, contextmanager, suppress
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -168,11 +168,11 @@ def _open(path: Path) -> sqlite3.Connection:
 
 
 def _manifest_rows(manifest: Manifest) -> list[tuple[str, str]]:
-    return [(field.name, _to_json(getattr(manifest, field.name))) for field in fields(manifest)]
+    return [(name, _to_json(value)) for name, value in manifest.stored().items()]
 
 
 @contextmanager
-def _transaction(connection: sqlite3.Connection) -> Iterator[sqlite3.Connection]:
+def _transaction(connection: sqlite3.Connection) -> Generator[sqlite3.Connection]:
     """Commit at the end of the block, roll back if it raises."""
     connection.execute("BEGIN IMMEDIATE")
     try:

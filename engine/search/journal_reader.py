@@ -3,7 +3,7 @@
 import json
 import sqlite3
 from contextlib import closing
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +13,7 @@ from engine.outcomes import Assessment
 from engine.search.assessment import SCALARS, from_columns, map_arrays, take
 from engine.search.evaluations import Evaluations, Figures, GenerationFigures, aggregate, generation_figures
 from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION
-from engine.search.manifest import Link, Manifest, Origin, Parameter, Text
-from engine.search.searchers import method_of
+from engine.search.manifest import Manifest, ManifestError, read_manifest
 from engine.search.store import StoreError, example_run, store_errors
 from engine.tables import Ints
 
@@ -51,11 +50,15 @@ def read_journal(path: Path) -> Record:
         _check(path, connection)
         try:
             return _consistent(_record(connection))
-        except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
-            raise StoreError(
-                f"`{path}` is damaged: what it holds does not fit together ({type(error).__name__})",
-                "restore it from a copy, or repeat the run",
-            ) from error
+        except ManifestError as error:
+            raise damaged(path, error) from error
+        except (ValueError, KeyError, TypeError, IndexError, AttributeError, OverflowError) as error:
+            raise damaged(path, f"what it holds does not fit together ({type(error).__name__})") from error
+
+
+def damaged(path: Path, why: object) -> StoreError:
+    """What to raise of a journal that somebody has changed."""
+    return StoreError(f"`{path}` is damaged: {why}", "restore it from a copy, or repeat the run")
 
 
 def _opened(path: Path) -> sqlite3.Connection:
@@ -121,21 +124,21 @@ def _check(path: Path, connection: sqlite3.Connection) -> None:
             f"`{path}` has version {found} of the journal, this program reads {SCHEMA_VERSION}",
             "use the version of cortexc that wrote it",
         )
+    kept = [row[1] for row in connection.execute("PRAGMA table_info(simulation)")][3:-1]
+    if tuple(kept) != SCALARS:
+        raise StoreError(f"`{path}` keeps other results than this program", "use the version of cortexc that wrote it")
 
 
 def _manifest(connection: sqlite3.Connection) -> Manifest:
-    values = {field: json.loads(value) for field, value in connection.execute("SELECT field, value FROM manifest")}
-    for name in ("command_line", "requirements", "rules", "actors"):
-        values[name] = tuple(values[name])
-    values["parameters"] = tuple(Parameter(**{**row, "options": tuple(row["options"])}) for row in values["parameters"])
-    values["origin"] = _origin(values["origin"])
-    return Manifest(**{field.name: values[field.name] for field in fields(Manifest)})
+    rows = connection.execute("SELECT field, value FROM manifest")
+    return read_manifest({field: _json(field, value) for field, value in rows})
 
 
-def _origin(value: dict[str, Any]) -> Origin:
-    imports = tuple(Text(**row) for row in value["imports"])
-    links = tuple(Link(**row) for row in value["links"])
-    return Origin(imports, links, value["overrides"], value["scenario"])
+def _json(field: str, value: str) -> Any:
+    try:
+        return json.loads(value)
+    except (ValueError, TypeError, RecursionError):
+        raise ManifestError(f"`{field}` of its manifest must be JSON") from None
 
 
 def _figures(generation: int, text: str) -> GenerationFigures:
@@ -186,7 +189,7 @@ def _simulations(connection: sqlite3.Connection, requirements: int) -> tuple[dic
 def _keys(births: Ints, rollouts: int, manifest: Manifest) -> Ints:
     """(n, k, 6) stream keys."""
     keys = np.empty((len(births), rollouts, 6), dtype=np.int64)
-    keys[:] = (manifest.seed, int(method_of(manifest.method)), manifest.run, 0, 0, 0)
+    keys[:] = (manifest.seed, manifest.method_number, manifest.run, 0, 0, 0)
     keys[:, :, 3:5] = births[:, np.newaxis]
     keys[:, :, 5] = np.arange(rollouts)
     return keys

@@ -4,20 +4,64 @@ belong.
 
 import platform
 import sys
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, asdict, dataclass, field, fields, is_dataclass
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
+from types import MappingProxyType, UnionType
+from typing import Any, get_args, get_origin, get_type_hints
 
 from engine.config import Config, ContactConfig, GAConfig, SearchConfig, SimulationConfig
+from engine.errors import Signal
+from engine.host import MAX_SAMPLES, samples_of
 from engine.program import Program
+from engine.risk import PROFILES
+from engine.sampling import attempt_limit
 from engine.search.methods.table import SEARCHERS
 from engine.search.searchers import distribution_of
+from engine.streams import method_number, old_number
 
 DISTRIBUTIONS = ("cortexc", "numpy", "numba", "pymunk")
 """Whose versions may decide a result."""
 PYTHON = ".".join(map(str, sys.version_info[:3]))
+LARGEST = MappingProxyType({int: 2**63 - 1, float: sys.float_info.max})
+ALWAYS_THERE = ("generations", "population", "seed", "aggregate")
+"""Settings of a search that every manifest has; those that are newer than it have their defaults."""
+LIMITS: Mapping[str, Mapping[str, tuple[float, float]]] = MappingProxyType(
+    {
+        "simulation": {
+            "time_step": (1e-6, 1e3),
+            "max_time": (1e-6, 1e6),
+            "max_attempts": (1, 10**9),
+            "instruction_budget": (1, 2**31 - 1),
+        },
+        "contact": {
+            "restitution": (0.0, 1.0),
+            "friction": (0.0, 1e3),
+            "substep": (1e-5, 1e3),
+            "aftermath": (0.0, 60.0),
+            "collision_slop": (0.0, 1e3),
+            "collision_persistence": (0, 10**6),
+        },
+        "search": {
+            "generations": (1, 2**16 - 1),
+            "population": (1, 10**6),
+            "seed": (0, 2**63 - 1),
+            "rollouts": (1, 10**4),
+            "jobs": (1, 10**6),
+            "run": (0, 2**31 - 1),
+            "probes": (0, 10**6),
+        },
+        "ga": {
+            "selection_rate": (0.0, 1.0),
+            "crossover_rate": (0.0, 1.0),
+            "mutation_rate": (0.0, 1.0),
+            "tournament": (1, 10**6),
+            "max_redraws": (0, 10**6),
+        },
+    }
+)
+"""What no run is outside of; a manifest that says otherwise was changed by somebody."""
 
 
 @dataclass(frozen=True)
@@ -97,6 +141,19 @@ class Manifest:
     rules: tuple[str, ...]
     actors: tuple[str, ...]
     origin: Origin = NO_ORIGIN
+    number: int | None = None
+    """Of the method in every stream key, where its name makes it (see `engine.streams`); None for a method of
+    `Method`, and in a manifest from before names made numbers."""
+
+    @property
+    def method_number(self) -> int:
+        """Of the method in every stream key."""
+        return old_number(self.method) if self.number is None else self.number
+
+    def stored(self) -> dict[str, Any]:
+        """What is stored of it; a number that there is none of is left out."""
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        return {name: value for name, value in values.items() if name != "number" or value is not None}
 
     @property
     def config(self) -> Config:
@@ -139,6 +196,7 @@ def make_manifest(
         rules=tuple(rule.name for rule in program.rules),
         actors=program.actors,
         origin=origin,
+        number=method_number(method) if method_number(method) != old_number(method) else None,
     )
 
 
@@ -164,3 +222,105 @@ def changed_versions(manifest: Manifest) -> list[str]:
     """What a run was started with and is installed differently now, such as `numba 0.68.1`."""
     now = {"python": PYTHON, **_versions(manifest.method)}
     return [f"{name} {then}" for name, then in manifest.versions.items() if now.get(name) != then]
+
+
+# -- read back ---------------------------------------------------------------------------------------------------------
+
+
+class ManifestError(Signal, ValueError):
+    """Somebody has changed the manifest: what it holds is not what `make_manifest` writes."""
+
+
+def read_manifest(values: Mapping[str, Any]) -> Manifest:
+    """The manifest whose fields, as JSON reads them, are `values`.
+
+    Raises:
+        ManifestError: one of them is missing, of another type, or a setting that no run can have.
+    """
+    fitting = {each.name: values[each.name] for each in fields(Manifest) if each.name in values}
+    manifest: Manifest = _typed(Manifest, fitting, "")
+    settings = _typed(Config, manifest.settings, "settings")
+    for place in (*((table,) for table in LIMITS), *(("search", name) for name in ALWAYS_THERE)):
+        if place[0] not in manifest.settings or not set(place[1:]) <= manifest.settings[place[0]].keys():
+            raise ManifestError(f"its manifest has no `{'.'.join(('settings', *place))}`")
+    for table, limits in LIMITS.items():
+        for name, (low, high) in limits.items():
+            if not low <= getattr(getattr(settings, table), name) <= high:
+                raise ManifestError(f"`settings.{table}.{name}` of its manifest must be from {low:,} to {high:,}")
+    _check_words(manifest, settings)
+    return manifest
+
+
+def check_program(manifest: Manifest, program: Program) -> None:
+    """Hold a manifest against the program that its text compiles to.
+
+    Raises:
+        ManifestError: it speaks of other params, or of more attempts than the program's random numbers last for.
+    """
+    if manifest.parameters != _parameters(program):
+        raise ManifestError("`parameters` of its manifest are not those of its scenario")
+    if manifest.config.simulation.max_attempts > (limit := attempt_limit(program)):
+        raise ManifestError(f"`settings.simulation.max_attempts` of its manifest must be at most {limit:,}")
+
+
+def _check_words(manifest: Manifest, config: Config) -> None:
+    """What is chosen among a few words, or said twice."""
+    search, simulation = config.search, config.simulation
+    for place, word, words in (
+        ("profile", manifest.profile, tuple(PROFILES)),
+        ("settings.search.engine", search.engine, ("batch", "world")),
+        ("settings.ga.preset", config.ga.preset, ("cortex", "cortex-literal")),
+    ):
+        if word not in words:
+            raise ManifestError(f"`{place}` of its manifest must be one of {', '.join(words)}")
+    if (manifest.seed, manifest.run) != (search.seed, search.run):
+        raise ManifestError("`seed` and `run` of its manifest must be those of `settings.search`")
+    if manifest.number not in (None, method_number(manifest.method)):
+        raise ManifestError("`number` of its manifest must be that of its method")
+    if samples_of(simulation) > MAX_SAMPLES:
+        raise ManifestError(f"`settings.simulation` of its manifest has more than {MAX_SAMPLES:,} steps")
+
+
+def _typed(kind: Any, value: Any, place: str) -> Any:
+    """A value that JSON has read, as what the type of a field says that it is."""
+    origin, arguments = get_origin(kind), get_args(kind)
+    if is_dataclass(kind):
+        return _table(kind, _of(dict, "a table", value, place), place)
+    if origin is tuple:
+        rows = _of(list, "a list", value, place)
+        return tuple(_typed(arguments[0], each, f"{place}[{i}]") for i, each in enumerate(rows))
+    if origin is dict:
+        table = _of(dict, "a table", value, place)
+        return {name: _typed(arguments[1], each, f"{place}.{name}") for name, each in table.items()}
+    if origin is UnionType:
+        return None if value is None else _typed(arguments[0], value, place)
+    if kind is Any:
+        return value
+    return _scalar(kind, value, place)
+
+
+def _table(kind: Any, value: dict[str, Any], place: str) -> Any:
+    prefix = f"{place}." if place else ""
+    needed = {each.name for each in fields(kind) if each.default is MISSING and each.default_factory is MISSING}
+    hints = get_type_hints(kind)
+    for name in sorted(needed - value.keys()):
+        raise ManifestError(f"its manifest has no `{prefix}{name}`")
+    for name in sorted(value.keys() - hints.keys()):
+        raise ManifestError(f"its manifest has `{prefix}{name}`, which there is not")
+    return kind(**{name: _typed(hints[name], each, f"{prefix}{name}") for name, each in value.items()})
+
+
+def _scalar(kind: type, value: Any, place: str) -> Any:
+    """A text, a truth or a finite number of at most 64 bits; a whole number stands for any number, too."""
+    if kind is str or kind is bool:
+        return _of(kind, "a text" if kind is str else "true or false", value, place)
+    kinds = int if kind is int else (int, float)
+    if isinstance(value, bool) or not isinstance(value, kinds) or not abs(value) <= LARGEST[kind]:
+        raise ManifestError(f"`{place}` of its manifest must be a {'whole ' if kind is int else ''}number")
+    return value
+
+
+def _of(kind: type, what: str, value: Any, place: str) -> Any:
+    if not isinstance(value, kind):
+        raise ManifestError(f"`{place}` of its manifest must be {what}")
+    return value

@@ -1,4 +1,5 @@
 """What a searcher and a campaign say to one another: it asks with proposals and is told results. It never sees more.
+`GenerationSearcher` is what ours have in common.
 
 An *individual* is one place in a generation. Its `Birth` is the place where its genome was first simulated: an elite
 keeps the birth of the individual that it repeats, and with it the stream of its scenes.
@@ -137,3 +138,30 @@ def check_answer(proposals: Sequence[Proposal], results: Sequence[Result]) -> No
     """Raise ValueError unless there is one result for each proposal."""
     if len(results) != len(proposals):
         raise ValueError(f"results: expected one for each of the {len(proposals)} proposals, got {len(results)}")
+
+
+class GenerationSearcher:
+    """Proposes one generation after the other, and is told of the last one; each kind has its own `_proposals` and, if
+    it learns anything, its own `_learn`.
+    """
+
+    def __init__(self, population: int, streams: StreamAt) -> None:
+        self._population = population
+        self._streams = streams
+        self._generation = -1
+        self._asked: list[Proposal] = []
+
+    def ask(self) -> list[Proposal]:
+        self._generation += 1
+        self._asked = self._proposals()
+        return self._asked
+
+    def tell(self, results: Sequence[Result]) -> None:
+        check_answer(self._asked, results)
+        self._learn(results)
+
+    def _proposals(self) -> list[Proposal]:
+        raise NotImplementedError
+
+    def _learn(self, results: Sequence[Result]) -> None:
+        """Take in what became of `_asked`."""

@@ -142,7 +142,7 @@ def write_exports(directory: Path, campaign: Campaign, manifest: Manifest, criti
 
 def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
     """What a person wants to know first; numbers that do not exist are NaN."""
-    head = asdict(manifest)
+    head = finite(manifest.stored())
     del head["file_text"]
     del head["origin"]["imports"]
     return {

@@ -5,15 +5,16 @@ simulator: `evaluate` is handed in (`engine.search.evaluator` makes the real one
 birth and rollout, so a result depends on no other individual and on no thread count.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
 
 from engine.config import Config, SearchConfig
-from engine.errors import CortexError
+from engine.display import facts_table
+from engine.errors import ArgumentError, CortexError
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
 from engine.search.assessment import Evaluate, concatenate, map_arrays, take
@@ -29,14 +30,13 @@ from engine.search.evaluations import (
     quantile_level,
     results,
 )
-from engine.search.insight.genes import GeneEffect, gene_effects, probe_genes
+from engine.search.insight.gene_effects import GeneEffect, gene_effects, probe_genes
 from engine.search.protocol import Box, Proposal, Searcher
 from engine.search.ranking import Case, worst_cases
 from engine.search.searchers import build_searcher, canonical, find_searcher
 from engine.search.workers import Workers, open_workers, spread
-from engine.streams import key_rows
+from engine.streams import key_rows, method_number
 from engine.tables import Floats, Ints
-from engine.vocabulary import Method
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,8 @@ class ForeignPastError(CortexError):
 class Campaign:
     """A search from its first generation to the last that was finished."""
 
-    method: Method
+    method: str
+    """Its name."""
     preset: str
     """Of the genetic algorithm; "" for other methods."""
     space: ParamSpace
@@ -108,8 +109,23 @@ class Campaign:
     def __repr__(self) -> str:
         """One line, for notebooks: the whole would be every evaluation."""
         found = self.by_individual
-        method = f"{self.method.name.lower()} {self.preset}".strip()
+        method = f"{self.method} {self.preset}".strip()
         return f"Campaign({method}: {found.nc} collisions among {found.individuals} individuals, {found.nis} invalid)"
+
+    def facts(self) -> Iterator[tuple[str, str]]:
+        """What was found, in a few rows."""
+        found, simulated = self.by_individual, self.by_simulation
+        yield "method", f"{self.method} {self.preset}".strip()
+        yield "individuals, distinct simulations", f"{found.individuals:,}, {simulated.runs:,}"
+        yield "different collisions", f"{self.distinct_collisions:,}"
+        yield "mean risk, mean least distance", f"{found.rl:.2f}, {found.mdg:.2f} m"
+        yield "invalid", f"{found.nis:,}"
+        for case in self.worst[:3]:
+            genome = zip(self.space.names, case.genome, strict=True)
+            yield f"worst case {case.rank}", f"risk {case.score}: " + ", ".join(f"{n} {v:.4g}" for n, v in genome)
+
+    def _repr_html_(self) -> str:
+        return facts_table(self.facts())
 
     def last(self, count: int, by_simulation: bool = False) -> Figures:
         """Figures of the generations among the configured last `count` ones that were run."""
@@ -122,18 +138,19 @@ def run_campaign(
     searcher: Searcher,
     evaluate: Evaluate,
     config: SearchConfig,
-    method: Method,
+    method: str,
     preset: str = "",
     on_generation: OnGeneration | None = None,
     should_stop: Callable[[], bool] = lambda: False,
     past: Sequence[Evaluations] = (),
     spent: float = 0.0,
+    number: int | None = None,
 ) -> Campaign:
     """Run all generations, or as many as there is time for.
 
     `past` holds the first generations of the same campaign, from a journal: the searcher is told their results again
     instead of simulating them, and goes on where it was. `on_generation` hears of what is new. `spent` is the time that
-    the past took [s].
+    the past took [s]. `number` is that of the method in the stream keys (None: the one that its name has).
 
     Ctrl-C, or `should_stop` after a generation, ends the campaign with what is finished; Ctrl-C before the end of the
     first generation is passed on. What `on_generation` raises is passed on too.
@@ -142,6 +159,7 @@ def run_campaign(
         ForeignPastError: the searcher would not have proposed what `past` holds.
     """
     quantile_level(config.aggregate)
+    number = method_number(method) if number is None else number
     start = perf_counter() - spent
     done: list[tuple[Evaluations, GenerationFigures]] = []
     best: Case | None = None
@@ -152,7 +170,7 @@ def run_campaign(
             if generation < len(past):
                 evaluations = _told_again(proposals, past[generation], generation)
             else:
-                evaluations = _evaluate(proposals, [block for block, _ in done], evaluate, config, method)
+                evaluations = _evaluate(proposals, [block for block, _ in done], evaluate, config, number)
             searcher.tell(results(evaluations))
             done.append((evaluations, generation_figures(evaluations, generation)))
             best = _worse(best, evaluations, sum(len(block) for block, _ in done[:-1]))
@@ -201,7 +219,7 @@ def _evaluate(
     blocks: Sequence[Evaluations],
     evaluate: Evaluate,
     config: SearchConfig,
-    method: Method,
+    number: int,
 ) -> Evaluations:
     """One generation: what is new is simulated, what is reused is looked up at its birth."""
     generation, count = len(blocks), len(proposals)
@@ -210,11 +228,11 @@ def _evaluate(
     reused = np.array([proposal.reused is not None for proposal in proposals])
     fresh = np.flatnonzero(~reused)
     tables: list[tuple[Ints, Assessment]] = [
-        (blocks[born].keys[index, np.newaxis], take(blocks[born].rollouts, slice(index, index + 1)))
+        (blocks[int(born)].keys[index, np.newaxis], take(blocks[int(born)].rollouts, slice(index, index + 1)))
         for born, index in births[reused].tolist()
     ]
     if len(fresh):
-        tables.insert(0, _simulate(genomes[fresh], births[fresh], generation, evaluate, config, method))
+        tables.insert(0, _simulate(genomes[fresh], births[fresh], generation, evaluate, config, number))
     order = np.argsort(np.concatenate([fresh, np.flatnonzero(reused)]))
     rollouts = take(concatenate([runs for _, runs in tables]), order)
     verdict, fitness = judge(rollouts, config.aggregate)
@@ -233,14 +251,14 @@ def _evaluate(
 
 
 def _simulate(
-    genomes: Floats, births: Ints, generation: int, evaluate: Evaluate, config: SearchConfig, method: Method
+    genomes: Floats, births: Ints, generation: int, evaluate: Evaluate, config: SearchConfig, number: int
 ) -> tuple[Ints, Assessment]:
     """Keys (m, k, 6) and results (m, k, …) of m new genomes."""
     if (births[:, 0] != generation).any():
         raise ValueError(f"a proposal without a stored result must be born in generation {generation}")
     keys = np.stack(
         [
-            key_rows(config.seed, int(method), config.run, generation, births[:, 1], rollout)
+            key_rows(config.seed, number, config.run, generation, births[:, 1], rollout)
             for rollout in range(config.rollouts)
         ],
         axis=1,
@@ -254,7 +272,7 @@ def _worse(best: Case | None, evaluations: Evaluations, first_row: int) -> Case 
     """The worst case so far, after a generation whose first individual has this row."""
     for case in worst_cases(evaluations, 1):
         if best is None or (case.score, case.continuous) > (best.score, best.continuous):
-            return Case(**{**vars(case), "row": case.row + first_row})
+            return replace(case, row=case.row + first_row)
     return best
 
 
@@ -262,7 +280,7 @@ def _finish(
     space: ParamSpace,
     evaluate: Evaluate | None,
     config: SearchConfig,
-    method: Method,
+    method: str,
     preset: str,
     done: Sequence[tuple[Evaluations, GenerationFigures]],
     start: float,
@@ -305,6 +323,7 @@ def search(
     past: Sequence[Evaluations] = (),
     spent: float = 0.0,
     workers: Workers | None = None,
+    number: int | None = None,
 ) -> Campaign:
     """Search a program's box by a method of `searchers.known_searchers`, judged by a risk profile; see `run_campaign`.
 
@@ -317,12 +336,12 @@ def search(
         WorkersLostError: nobody is there to run simulations, or no longer.
     """
     method = canonical(method)
-    searcher = build_searcher(method, Box.of(program.space), config)
+    searcher = build_searcher(method, Box.of(program.space), config, number)
     from engine.risk import PROFILES
     from engine.search.evaluator import make_evaluator
 
     if profile not in PROFILES:
-        raise ValueError(f"profile: `{profile}` is none of {', '.join(PROFILES)}")
+        raise ArgumentError(f"profile: `{profile}` is none of {', '.join(PROFILES)}", "name one of these")
     entry = find_searcher(method)
     workers = workers or Workers("threads", config.search.jobs)
     with open_workers(workers) as executor:
@@ -332,10 +351,11 @@ def search(
             searcher,
             spread(executor, workers, program, config, profile) if executor else here,
             config.search,
-            entry.method,
+            method,
             preset=entry.preset(config),
             on_generation=on_generation,
             should_stop=should_stop,
             past=past,
             spent=spent,
+            number=number,
         )

@@ -23,11 +23,10 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any, TypeVar
 
 from engine.config import Config
-from engine.errors import CortexError
+from engine.errors import ArgumentError, CortexError
 from engine.search.methods.table import SEARCHERS, SearcherEntry
 from engine.search.protocol import Birth, Box, Proposal, Result, Searcher, StreamAt
 from engine.streams import FIELD_BITS, operator_generator
-from engine.vocabulary import Method
 
 __all__ = [
     "SEARCHERS",
@@ -36,7 +35,6 @@ __all__ = [
     "canonical",
     "find_searcher",
     "known_searchers",
-    "method_of",
 ]
 
 # -- searchers of other packages ---------------------------------------------------------------------------------------
@@ -76,7 +74,7 @@ def _entry(point: EntryPoint) -> SearcherEntry:
         searcher = _called(point.name, "cannot be made", lambda: make(box, config, streams))
         return Watched(point.name, searcher, box, config.search.population)
 
-    return SearcherEntry(Method.CUSTOM, f"of the package {package}", build)
+    return SearcherEntry(point.name, f"of the package {package}", build)
 
 
 @dataclass
@@ -99,7 +97,7 @@ class Watched:
     def tell(self, results: Sequence[Result]) -> None:
         _called(self.name, "failed in `tell`", lambda: self.searcher.tell(results))
 
-    def _problem(self, proposals: Sequence[Proposal]) -> str | None:
+    def _problem(self, proposals: Sequence[Any]) -> str | None:
         if len(proposals) != self.population:
             return f"must propose {self.population} individuals in each generation, not {len(proposals)}"
         for place, proposal in enumerate(proposals):
@@ -164,14 +162,9 @@ def find_searcher(name: str) -> SearcherEntry:
     return known_searchers()[canonical(name)]
 
 
-def method_of(name: str) -> Method:
-    """The part of every stream key that a method's name stands for, be its package installed or not."""
-    entry = SEARCHERS.get(name)
-    return Method.CUSTOM if entry is None else entry.method
-
-
-def build_searcher(name: str, box: Box, config: Config) -> Searcher:
-    """The searcher of a row, its operators drawing from the streams of this seed, method and run.
+def build_searcher(name: str, box: Box, config: Config, number: int | None = None) -> Searcher:
+    """The searcher of a row, its operators drawing from the streams of this seed, method and run. `number` is that of
+    the method in a run's manifest, where it is not its own (None) any more.
 
     Raises:
         UnknownMethodError: there is none of this name.
@@ -181,8 +174,11 @@ def build_searcher(name: str, box: Box, config: Config) -> Searcher:
     entry = find_searcher(name)
     search = config.search
     if search.generations < 1 or search.population < 1 or search.rollouts < 1:
-        raise ValueError("generations, population and rollouts must be at least 1")
+        raise ArgumentError("generations, population and rollouts must be at least 1", "take larger ones")
     if search.generations > 1 << FIELD_BITS.generation:
         limit = 1 << FIELD_BITS.generation
-        raise ValueError(f"generations is {search.generations}; the random streams of a run tell {limit} apart")
-    return entry.build(box, config, partial(operator_generator, search.seed, int(entry.method), search.run))
+        raise ArgumentError(
+            f"generations is {search.generations}; the random streams of a run tell {limit} apart", "take fewer"
+        )
+    method = entry.number if number is None else number
+    return entry.build(box, config, partial(operator_generator, search.seed, method, search.run))

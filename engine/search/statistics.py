@@ -53,14 +53,6 @@ def a12(first: ArrayLike, second: ArrayLike) -> float:
     return float((rank_sum / len(a) - (len(a) + 1) / 2.0) / len(b))
 
 
-def cliffs_delta(first: ArrayLike, second: ArrayLike) -> float:
-    """P(X > Y) - P(X < Y) in [-1, 1].
-
-    Cliff (1993), "Dominance statistics: ordinal analyses to answer ordinal questions". Equals 2 A12 - 1.
-    """
-    return 2.0 * a12(first, second) - 1.0
-
-
 def holm(p_values: Sequence[float]) -> tuple[float, ...]:
     """Adjusted p values of one family, in the order given; they control the family-wise error rate. NaN stays NaN.
 
@@ -94,34 +86,14 @@ def mann_whitney(first: ArrayLike, second: ArrayLike) -> float:
     return float(mannwhitneyu(ranks[: len(a)], ranks[len(a) :], alternative="two-sided", method=method).pvalue)
 
 
-def bootstrap_interval(
-    first: ArrayLike,
-    second: ArrayLike,
-    statistic: Callable[[Floats, Floats], float] = a12,
-    level: float = 0.95,
-    resamples: int = 2000,
-    seed: int = 0,
-) -> Interval:
-    """Percentile bootstrap interval of a statistic of two independent samples, each resampled on its own.
-
-    Efron (1979), "Bootstrap methods: another look at the jackknife".
-    """
-    a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
-    if not (len(a) and len(b)):
-        return Interval(float("nan"), float("nan"))
-    stream = Generator(Philox(seed))
-    rows_a = stream.integers(len(a), size=(resamples, len(a)))
-    rows_b = stream.integers(len(b), size=(resamples, len(b)))
-    values = [statistic(a[i], b[j]) for i, j in zip(rows_a, rows_b, strict=True)]
-    tail = (1.0 - level) / 2.0
-    low, high = np.quantile(values, [tail, 1.0 - tail])
-    return Interval(float(low), float(high))
-
-
 def a12_interval(
     first: ArrayLike, second: ArrayLike, level: float = 0.95, resamples: int = 2000, seed: int = 0
 ) -> Interval:
-    """`bootstrap_interval` of A12, all resamples at once: each is a bilinear form of how often it took which value."""
+    """Percentile bootstrap interval of A12 of two independent samples, each resampled on its own.
+
+    Efron (1979), "Bootstrap methods: another look at the jackknife". All resamples are taken at once: each is a
+    bilinear form of how often it took which value.
+    """
     a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     if not (len(a) and len(b)):
         return Interval(float("nan"), float("nan"))

@@ -3,7 +3,7 @@
 import errno
 import re
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -84,7 +84,7 @@ def insist_on(path: Path, inode: int) -> None:
 
 
 @contextmanager
-def hold(directory: Path) -> Iterator[None]:
+def hold(directory: Path) -> Generator[None]:
     """Keep other processes from writing the same run for as long as the block runs.
 
     Raises:
@@ -115,7 +115,7 @@ def _portable(name: str) -> str:
 
 
 @contextmanager
-def store_errors(path: Path) -> Iterator[None]:
+def store_errors(path: Path) -> Generator[None]:
     """Turn what the file system or SQLite says about `path` into a StoreError with a cure."""
     try:
         yield

@@ -11,7 +11,7 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, contextmanager
@@ -41,7 +41,7 @@ def serve_parent() -> None:
 
 
 @contextmanager
-def unheard_by_children() -> Iterator[None]:
+def unheard_by_children() -> Generator[None]:
     """Hold Ctrl-C back for a moment: processes that are started meanwhile never hear it, this one does afterwards.
 
     The helper of multiprocessing that comes with the first process is started before: it would let Ctrl-C in again.
@@ -94,7 +94,7 @@ def workers_for(engine: str, jobs: int) -> Workers:
 
 
 @contextmanager
-def open_workers(workers: Workers) -> Iterator[Executor | None]:
+def open_workers(workers: Workers) -> Generator[Executor | None]:
     """An executor for as long as the block runs; None where threads of the evaluator do.
 
     Raises:
@@ -112,7 +112,7 @@ def open_workers(workers: Workers) -> Iterator[Executor | None]:
 
 
 @contextmanager
-def process_pool(jobs: int) -> Iterator[Executor]:
+def process_pool(jobs: int) -> Generator[Executor]:
     """Processes of our own. They are started afresh: a fork would inherit the locks of running threads."""
     pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), serve_parent)
     try:
@@ -122,8 +122,8 @@ def process_pool(jobs: int) -> Iterator[Executor]:
 
 
 @contextmanager
-def _dask(workers: Workers) -> Iterator[Executor]:
-    distributed = needed("distributed", "--dask", extra="dist")
+def _dask(workers: Workers) -> Generator[Executor]:
+    distributed = needed("distributed", "`--dask` needs", "dist")
     with ExitStack() as stack:
         try:
             place: Any = workers.address

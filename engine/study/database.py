@@ -17,9 +17,9 @@ the plan, in whatever order they ended; what they took (`pace`) lies in a table 
 
 import json
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import closing, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -30,13 +30,15 @@ from engine.errors import CortexError
 from engine.program import ArchiveError, load_program, save_program
 from engine.search.evaluations import Evaluations
 from engine.search.journal import finite
-from engine.search.searchers import method_of
 from engine.search.store import StoreError, insist_on, store_errors
+from engine.streams import method_number, old_number
 from engine.study.plan import Address, Plan, Subject
 from engine.study.run_records import FIELDS, DamagedBlock, Finished, RunRecord, flat, unflat, unpack
 
 STUDY = "study.sqlite"
 PROGRAMS = "programs"
+STREAMS = "streams"
+"""Fact about a study: numbers of those methods in the stream keys that are numbered by their name."""
 APPLICATION_ID = 0x43525354
 """Marks the file as ours ("CRST")."""
 SCHEMA_VERSION = 1
@@ -89,10 +91,12 @@ class StudyStore:
         """Go on with a study that `reading.read_study` has read.
 
         Raises:
-            StoreError: it cannot be written.
+            StoreError: it cannot be written, or another method would go on with it.
         """
         with store_errors(folder / STUDY):
-            return cls(folder / STUDY, opened(folder / STUDY, "rw"))
+            connection = opened(folder / STUDY, "rw")
+            _check_streams(folder, connection)
+            return cls(folder / STUDY, connection)
 
     def write(self, finished: Finished) -> None:
         """Add one run: all of it or, if anything goes wrong, nothing.
@@ -128,7 +132,26 @@ def opened(path: Path, mode: str) -> sqlite3.Connection:
 
 
 def _document(plan: Plan) -> dict[str, Any]:
-    return {"methods": plan.methods, "runs": plan.runs, "profile": plan.profile, "fields": FIELDS}
+    document = {"methods": plan.methods, "runs": plan.runs, "profile": plan.profile, "fields": FIELDS}
+    numbers = {method: method_number(method) for method in _numbered_by_name(plan.methods)}
+    return {**document, STREAMS: numbers} if numbers else document
+
+
+def _numbered_by_name(methods: Iterable[str]) -> list[str]:
+    """Methods whose streams are numbered by their name."""
+    return [method for method in methods if method_number(method) != old_number(method)]
+
+
+def _check_streams(folder: Path, connection: sqlite3.Connection) -> None:
+    """Whether each method would draw from the streams that the finished runs drew from."""
+    facts = {field: json.loads(value) for field, value in connection.execute("SELECT * FROM manifest")}
+    for method in _numbered_by_name(facts["methods"]):
+        if facts.get(STREAMS, {}).get(method) != method_number(method):
+            raise StoreError(
+                f"the study in `{folder}` was begun when all searchers of other packages, `{method}` among them, drew "
+                "the same random numbers",
+                "report it as it is, or begin it anew",
+            )
 
 
 def _save_programs(folder: Path, plan: Plan) -> None:
@@ -149,7 +172,7 @@ def _scenario_rows(plan: Plan) -> Sequence[tuple[Any, ...]]:
 
 
 def _manifest_json(plan: Plan, subject: Subject) -> str:
-    return json.dumps(finite(asdict(plan.manifest(subject, plan.methods[0]))))
+    return json.dumps(finite(plan.manifest(subject, plan.methods[0]).stored()))
 
 
 # -- reading -----------------------------------------------------------------------------------------------------------
@@ -212,9 +235,14 @@ def read_evaluations(study: Study, address: Address) -> Evaluations:
         )
     search = study.plan.subjects[address.scenario].config.search
     try:
-        return unpack(row[0], search.seed, int(method_of(address.method)), address.run, search.aggregate)
+        return unpack(row[0], search.seed, _number(study, address.method), address.run, search.aggregate)
     except DamagedBlock as error:
         raise _damaged(study.folder, str(error)) from error
+
+
+def _number(study: Study, method: str) -> int:
+    """Of the method in the stream keys of the study."""
+    return study.manifest.get(STREAMS, {}).get(method, old_number(method))
 
 
 def _check(path: Path, connection: sqlite3.Connection) -> None:
@@ -254,7 +282,7 @@ def _subject(folder: Path, number: int, name: str, file: str, manifest: str, dig
 
 def _records(connection: sqlite3.Connection) -> dict[Address, RunRecord]:
     query = "SELECT scenario, method, run, figures, course, seconds FROM run JOIN pace USING (scenario, method, run)"
-    records = {}
+    records: dict[Address, RunRecord] = {}
     for scenario, method, run, figures, course, seconds in connection.execute(query):
         address = Address(scenario, method, run)
         values = np.frombuffer(course, dtype="<f8").astype(np.float64).reshape(2, len(FIELDS), -1)

@@ -5,7 +5,7 @@ stops after the generation in flight when it is told to, and ends when the proce
 """
 
 import multiprocessing
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Generator, Iterable
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -106,7 +106,7 @@ def _drain(
 
 
 @contextmanager
-def workers(jobs: int) -> Iterator[Executor]:
+def workers(jobs: int) -> Generator[Executor]:
     """Processes of our own. They are started afresh, not forked: a fork would inherit locks of running threads."""
     context = multiprocessing.get_context("spawn")
     stop = context.Event()

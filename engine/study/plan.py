@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from engine.config import Config
+from engine.errors import ArgumentError
 from engine.program import Program
 from engine.search.manifest import NO_ORIGIN, Manifest, Origin, make_manifest
 from engine.search.protocol import Box
@@ -125,17 +126,17 @@ def check(plan: Plan) -> None:
     """Build each searcher once, so that nothing is wrong with them later.
 
     Raises:
-        ValueError: nothing to do, an unknown or repeated method, two scenarios of one name, too many runs.
+        ArgumentError: nothing to do, an unknown or repeated method, two scenarios of one name, too many runs.
         MissingExtraError, PluginError: a method cannot be used.
     """
     if not plan.subjects or not plan.methods:
-        raise ValueError("a study needs a scenario and a method")
+        raise ArgumentError("a study needs a scenario and a method", "name one or more of each")
     for what, names in (("method", plan.methods), ("scenario", [subject.name for subject in plan.subjects])):
         for name in names:
             if list(names).count(name) > 1:
-                raise ValueError(f"{what}: `{name}` is named twice")
+                raise ArgumentError(f"{what}: `{name}` is named twice", "name it once")
     if not 1 <= plan.runs <= MOST_RUNS:
-        raise ValueError(f"runs: expected 1 to {MOST_RUNS}, got {plan.runs}")
+        raise ArgumentError(f"runs: expected 1 to {MOST_RUNS}, got {plan.runs}", "take a number between these")
     for subject in plan.subjects:
         for method in plan.methods:
             build_searcher(method, Box.of(subject.program.space), subject.config)

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from engine.errors import Signal
+from engine.errors import ArgumentError, Signal
 from engine.outcomes import Assessment
 from engine.search.assessment import map_arrays, take
 from engine.search.evaluations import Evaluations, Figures, GenerationFigures, flat_rollouts, judge
@@ -84,7 +84,7 @@ def _read(blob: bytes) -> dict[str, np.ndarray]:
     data = zlib.decompress(blob)
     length = int(np.frombuffer(data, "<u4", 1)[0])
     offset = 4 + length
-    arrays = {}
+    arrays: dict[str, np.ndarray] = {}
     for name, (kind, shape) in json.loads(data[4:offset]).items():
         dtype = np.dtype(kind)
         count = prod(shape)
@@ -287,7 +287,7 @@ def curve_of(
         ValueError: no such field.
     """
     if field not in FIELDS:
-        raise ValueError(f"field: `{field}` is none of {', '.join(FIELDS)}")
+        raise ArgumentError(f"field: `{field}` is none of {', '.join(FIELDS)}", "name one of these")
     chosen = [record.course for record in records if record.address[:2] == (scenario, method)]
     generations = plan.subjects[scenario].config.search.generations
     row = FIELDS.index(field)

@@ -128,7 +128,7 @@ def own_row(plan: Plan, records: Sequence[RunRecord]) -> StudyRow:
 
 def _shares(plan: Plan, records: Sequence[RunRecord], field: str, *, counted: bool) -> str:
     """`GA 3,249 (18.1 %), random 2,482 (13.8 %)`, or the shares alone."""
-    parts = []
+    parts: list[str] = []
     for method in sorted(plan.methods, key=lambda name: name != METHODS[0]):  # the paper names its own first, too
         runs = [record.figures.individuals for record in records if record.address.method == method]
         total, of = sum(getattr(figures, field) for figures in runs), sum(figures.individuals for figures in runs)

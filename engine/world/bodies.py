@@ -114,11 +114,6 @@ def solid(space: pymunk.Space, actor: Physique, config: ContactConfig) -> pymunk
     return body
 
 
-def kinetic_energy(body: pymunk.Body) -> float:
-    """Of a moving body [J]; `Body.kinetic_energy` is twice this."""
-    return 0.5 * (body.mass * body.velocity.dot(body.velocity) + body.moment * body.angular_velocity**2)
-
-
 # -- before contact ----------------------------------------------------------------------------------------------------
 
 POSE = [State.X, State.Y, State.HEADING]

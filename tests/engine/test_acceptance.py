@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from cortex_dsl.api.scenario import compile_text, load
+from cortex_dsl import compile_text, load
 from engine.acceptance import account, blames, relaxations, smallest_conflict, weigh
 from engine.config import SimulationConfig
 from engine.program import Program

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.api.scenario import Scenario, compile_text, load
+from cortex_dsl import Scenario, compile_text, load
 from engine.avoidability import AFTERWARDS, GRAVITY, R157, Avoidability, Avoidance, avoidability
 from engine.avoidability import _outlines as outlines_of
 from engine.host import memory, plan, requested, samples_of

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.metrics import Metric, measure_trajectory, pedal_oscillation, steering_oscillation
-from engine.outcomes import Outcomes
+from engine.outcomes import Outcomes, blank_outcomes
 from engine.scenes import Trajectory
 from engine.tables import Floats
 from engine.vocabulary import EndReason, State
@@ -35,26 +35,15 @@ def trajectory(*actors: Floats, contact_sample: int = -1) -> Trajectory:
 
 def outcomes(distance: float, time: float, collided: bool = False) -> Outcomes:
     """One row of one pair; what these tests do not read is NaN or -1."""
-    unknown, none = np.full((1, 1), np.nan), np.full(1, -1, np.int32)
-    return Outcomes(
+    return blank_outcomes(
+        1,
+        2,
         verdict=np.zeros(1, np.int32),
         collided=np.array([collided]),
         end_reason=np.array([EndReason.COLLISION if collided else EndReason.TIMEOUT], np.int32),
-        end_rule=none,
         end_time=np.array([time]),
-        steps=none,
         min_distance=np.array([[distance]]),
         min_distance_time=np.array([[time]]),
-        max_closing_speed=unknown,
-        max_closing_time=unknown,
-        distance_at_ms=unknown,
-        ttc_at_ms=unknown,
-        ego_speed=unknown,
-        other_speed=unknown,
-        approach_angle=unknown,
-        closing_speed=unknown,
-        side=np.full((1, 1), -1, np.int32),
-        left_road_time=np.full((1, 2), np.nan),
         contact_actors=np.array([[0, 1] if collided else [-1, -1]], np.int32),
     )
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.api.scenario import compile_text, load
+from cortex_dsl import compile_text, load
 from engine import batch
 from engine.program import ArchiveError, Program, load_program, save_program
 from engine.sampling import draw_genomes, sample

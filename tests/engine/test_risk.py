@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.outcomes import Outcomes
+from engine.outcomes import Outcomes, blank_outcomes
 from engine.risk import (
     HIGHEST_RISK,
     LITERATURE,
@@ -17,7 +17,6 @@ from engine.risk import (
     RiskProfile,
     assess,
     band_score,
-    calibrated,
     continuous_score,
 )
 from engine.vocabulary import EndReason, Verdict
@@ -40,26 +39,17 @@ def outcomes(*runs: tuple[Pair, ...], contact: dict[int, tuple[int, int]] | None
         touching[row] = actors
         if actors[0] == 0:
             values[row, actors[1] - 1, 0] = 0.0
-    nothing = np.full((n, pairs), np.nan)
-    return Outcomes(
+    return blank_outcomes(
+        n,
+        pairs + 1,
         verdict=np.zeros(n, np.int32),
         collided=touching[:, 0] == 0,
         end_reason=np.full(n, EndReason.TIMEOUT, np.int32),
-        end_rule=np.full(n, -1, np.int32),
         end_time=np.full(n, 20.0),
         steps=np.full(n, 400, np.int32),
         min_distance=values[..., 0],
-        min_distance_time=nothing,
-        max_closing_speed=nothing,
-        max_closing_time=nothing,
         distance_at_ms=values[..., 1],
         ttc_at_ms=values[..., 2],
-        ego_speed=nothing,
-        other_speed=nothing,
-        approach_angle=nothing,
-        closing_speed=nothing,
-        side=np.full((n, pairs), -1, np.int32),
-        left_road_time=np.full((n, pairs + 1), np.nan),
         contact_actors=touching.astype(np.int32),
     )
 
@@ -162,21 +152,10 @@ def test_an_ego_alone_has_no_risk() -> None:
     assert (risk.score.tolist(), risk.pair.tolist(), risk.parts.tolist()) == ([0], [-1], [[0, 0, 0, 0]])
 
 
-def test_calibrated_edges_run_from_the_quartile_to_the_ninetieth_hundredth() -> None:
-    """In three equal steps, of each metric's finite values in valid runs."""
-    runs = outcomes(*(((float(i), float(2 * i), np.inf if i % 2 else float(i)),) for i in range(101)))
-    profile = calibrated(runs)
-    assert profile.min_distance == pytest.approx((25.0, 25 + 65 / 3, 25 + 130 / 3, 90.0))
-    assert profile.distance_at_ms == pytest.approx((50.0, 50 + 130 / 3, 50 + 260 / 3, 180.0))
-    assert profile.ttc_at_ms[0] == pytest.approx(25.0)
-
-
 def test_a_profile_needs_ascending_thresholds() -> None:
     """Anything else names the metric."""
     with pytest.raises(ValueError, match="D_MS: expected 4 positive thresholds"):
         replace(PAPER, distance_at_ms=(4.0, 3.0, 2.0, 1.0))
-    with pytest.raises(ValueError, match="calibrated only from valid runs"):
-        calibrated(outcomes(((np.inf, np.inf, np.inf),)))
 
 
 def test_literature_leaves_one_band_empty() -> None:

@@ -26,31 +26,37 @@ TABLES = ("generation", "individual", "simulation")
 """What a journal holds of a search; its manifest and its pace are told apart."""
 DURATIONS = re.compile(
     r"in [\d.,]+ m?s, [\d.,]+ a second|[\d.,]+ simulations a second +[\d.,]+ m?s left|[\d.,]+ m?s of work"
+    r"|(?<=It took )[\d.,]+ m?s"
     r"|\"(seconds|simulations_per_second|runs_per_second)\": ?[\d.e+-]+"
 )
+
+COMPILING = "compiling kernels (once, about half a minute) …\n"
+"""Said by whoever comes first, or finds that the cache of kernels was tidied."""
 
 Subjects = Iterator[tuple[str, str]]
 
 
 def command(*words: str, at: Path = ROOT) -> str:
-    """Exit code, stdout and stderr of a command, 80 columns wide, without its durations."""
+    """Exit code, stdout and stderr of a command, 80 columns wide and 24 lines high, without its durations."""
     out, err = io.StringIO(), io.StringIO()
     with _standing(at), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         code = main([*words])
-    return DURATIONS.sub("DURATION", f"exit {code}\n{out.getvalue()}\n-- stderr --\n{err.getvalue()}")
+    said = err.getvalue().replace(COMPILING, "")
+    return DURATIONS.sub("DURATION", f"exit {code}\n{out.getvalue()}\n-- stderr --\n{said}")
 
 
 @contextlib.contextmanager
 def _standing(at: Path) -> Iterator[None]:
-    before, columns, date = Path.cwd(), os.environ.get("COLUMNS"), os.environ.get("SOURCE_DATE_EPOCH")
-    os.environ["COLUMNS"] = "80"
-    os.environ.pop("SOURCE_DATE_EPOCH", None)
+    """In a folder, before a terminal of one size, at no date of its own."""
+    before, names = Path.cwd(), ("COLUMNS", "LINES", "SOURCE_DATE_EPOCH")
+    values = {name: os.environ.pop(name, None) for name in names}
+    os.environ.update(COLUMNS="80", LINES="24")
     os.chdir(at)
     try:
         yield
     finally:
         os.chdir(before)
-        for name, value in (("COLUMNS", columns), ("SOURCE_DATE_EPOCH", date)):
+        for name, value in values.items():
             os.environ.pop(name, None) if value is None else os.environ.update({name: value})
 
 

@@ -1,7 +1,7 @@
 """A case in OpenSCENARIO's maneuver mode: the scenario, the values of a search's worst cases, and the ranges of the
 params.
 
-numbers (what depends on params) -> triggers, driving (one actor) -> planning (all of them) -> the files, here
+formulas (what depends on params) -> triggers, intentions (one actor) -> planning (all of them) -> the files, here
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -10,13 +10,13 @@ import numpy as np
 
 from cortex_dsl import ir
 from cortex_dsl.api.scenario import Scenario
-from cortex_dsl.interchange.maneuvers.driving import Drive, Reader
-from cortex_dsl.interchange.maneuvers.numbers import Case, UnsayableError, formula_of, settled, varied_params
+from cortex_dsl.interchange.maneuvers.formulas import Case, UnsayableError, formula_of, settled, varied_params
+from cortex_dsl.interchange.maneuvers.intentions import Drive, Reader
 from cortex_dsl.interchange.maneuvers.triggers import trigger_of
 from engine.interchange.openscenario.document import unique_names
 from engine.interchange.openscenario.maneuvers import formula
 from engine.interchange.openscenario.maneuvers.formula import Formula
-from engine.interchange.openscenario.maneuvers.plan import (
+from engine.interchange.openscenario.maneuvers.maneuver_plan import (
     ActorPlan,
     Bend,
     Change,

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from cortex_dsl import ir
-from cortex_dsl.interchange.maneuvers.numbers import Case, UnsayableError, formula_of, settled
+from cortex_dsl.interchange.maneuvers.formulas import Case, UnsayableError, formula_of, settled
 from engine.interchange.openscenario.maneuvers import formula
-from engine.interchange.openscenario.maneuvers.plan import (
+from engine.interchange.openscenario.maneuvers.maneuver_plan import (
     ALWAYS,
     NEVER,
     Condition,

@@ -1,8 +1,8 @@
 """Scenic source: the scenario with every value fixed, in the words that Scenic 3 shares with this language.
 
-`write.py` puts a file together and looks at it again, `statements.py` and `expressions.py` say how each construct is
-written there, `words.py` what is called otherwise or is not there, and how Scenic finds a lane of ours in the exported
-road.
+`write.py` puts a file together and looks at it again, `write_statements.py` and `write_expressions.py` say how each
+construct is written there, `scenic_names.py` what is called otherwise or is not there, and how Scenic finds a lane of
+ours in the exported road.
 
 Source: Scenic 3.1, language reference and driving library (https://docs.scenic-lang.org).
 """

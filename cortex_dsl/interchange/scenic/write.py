@@ -9,9 +9,9 @@ from pathlib import Path
 
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.interchange.cases import ExportCase
-from cortex_dsl.interchange.scenic.expressions import Expressions
-from cortex_dsl.interchange.scenic.statements import Statements, made
-from cortex_dsl.interchange.scenic.words import STAND_INS, Sheet
+from cortex_dsl.interchange.scenic.scenic_names import STAND_INS, Sheet
+from cortex_dsl.interchange.scenic.write_expressions import Expressions
+from cortex_dsl.interchange.scenic.write_statements import Statements, made
 from cortex_dsl.pipeline import Compiled, compile_source
 from cortex_dsl.semantics.model.context import ValueRecorder
 from cortex_dsl.semantics.names.tree import everything_in

@@ -11,6 +11,7 @@ import numpy as np
 from cortex_dsl.report.findings.story import END_TEXTS, end_text
 from engine.program import Program
 from engine.search.evaluations import NOBODY, Evaluations, Partners, partner_of, partners
+from engine.search.methods.table import PLUGIN_STYLE, SEARCHERS
 from engine.search.run import Campaign
 from engine.vocabulary import EndReason, Verdict
 
@@ -29,7 +30,7 @@ class SearchReport:
 
     @property
     def method(self) -> str:
-        return self.name or self.campaign.method.name.lower()
+        return self.name or self.campaign.method
 
 
 METRICS: Sequence[tuple[str, str, str, int, str]] = (
@@ -42,25 +43,14 @@ METRICS: Sequence[tuple[str, str, str, int, str]] = (
 """Name, meaning, field of `Figures`, decimals, unit."""
 
 
-METHOD_NAMES = {
-    "ga": "genetic algorithm",
-    "niching": "niching genetic algorithm",
-    "sobol": "Sobol points",
-    "halton": "Halton points",
-    "lhs": "Latin hypercubes",
-    "cross_entropy": "cross-entropy method",
-    "annealing": "simulated annealing",
-    "differential_evolution": "differential evolution",
-    "cmaes": "CMA-ES",
-    "nsga2": "NSGA-II",
-    "map_elites": "MAP-Elites",
-    "cma_me": "CMA-ME",
-}
-
-
 def method_name(method: str) -> str:
     """A method as a person calls it."""
-    return METHOD_NAMES.get(method, method)
+    return (SEARCHERS[method].title if method in SEARCHERS else "") or method
+
+
+def method_style(method: str) -> str:
+    """The colour of a method in a terminal, from its row; those of other packages share one."""
+    return SEARCHERS[method].style if method in SEARCHERS else PLUGIN_STYLE
 
 
 # -- how the runs of a search ended, and with whom the ego collided; a repeated elite counts once ----------------------

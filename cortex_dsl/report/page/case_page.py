@@ -17,6 +17,7 @@ from cortex_dsl.report.page.analysis_sections import avoidance_badge
 from cortex_dsl.report.page.markup import Element, Node, element, figure, page, prose
 from cortex_dsl.report.page.player import player, player_data
 from engine.avoidability import Avoidability
+from engine.outcomes import PAIRS, Result
 from engine.risk import HIGHEST_RISK
 from engine.scenes import StreamKey
 from engine.search.ranking import Case
@@ -49,17 +50,32 @@ def risk_table(told: ToldCase) -> Element:
 
 
 def _measured(told: ToldCase, name: str) -> str:
-    outcomes, pair = told.outcomes, told.pair
+    outcomes = told.outcomes
     if name == "C":
         return "yes" if bool(outcomes.collided[0]) else "no"
     if not outcomes.min_distance.shape[1]:
         return "–"
-    array, unit = {
-        "MD": (outcomes.min_distance, "m"),
-        "D_MS": (outcomes.distance_at_ms, "m"),
-        "TTC_MS": (outcomes.ttc_at_ms, "s"),
-    }[name]
-    return f"{fixed(float(array[0, pair]), 2)} {unit}"
+    (row,) = (each for each in PAIRS if each.symbol == name)
+    return _amount(told, row)
+
+
+def _amount(told: ToldCase, row: Result) -> str:
+    return f"{fixed(float(getattr(told.outcomes, row.name)[0, told.pair]), 2)} {row.unit}"
+
+
+def measures_table(told: ToldCase) -> Node:
+    """The metrics of the deciding pair that the score does not come from; nothing where there are none."""
+    rows = [
+        element(
+            "tr",
+            element("th", row.symbol, scope="row"),
+            element("td", row.meaning),
+            element("td", _amount(told, row), class_="number"),
+        )
+        for row in PAIRS
+        if row.symbol and not row.of_risk and told.outcomes.min_distance.shape[1]
+    ]
+    return [element("h4", "Measures"), element("table", element("tbody", rows), class_="params")] if rows else None
 
 
 def pairs_table(told: ToldCase) -> Node:
@@ -147,6 +163,7 @@ def card(told: ToldCase, place: Place, number: int) -> Element:
                 element("h4", "Risk"),
                 risk_table(told),
                 pairs_table(told),
+                measures_table(told),
                 element("h4", "Params"),
                 params_table(told),
             ),

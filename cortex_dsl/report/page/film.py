@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cortex_dsl.report.findings.case_replay import Frame, ToldCase, colour, outline_corners
-from cortex_dsl.report.page.extras import needed
+from engine.extras import needed
 from engine.tables import Floats
 from engine.vocabulary import State
 
@@ -41,7 +41,7 @@ def gif(told: ToldCase, speed: float = 1.0) -> bytes:
     Raises:
         MissingExtraError: Pillow is not installed.
     """
-    image = needed("PIL.Image", "pillow", "GIFs")
+    image = needed("PIL.Image", "GIFs need", "report", "pillow")
     lens = Lens(told.frame, FINE * WIDTH / told.frame.width)
     ground = _ground(told, lens, image)
     frames, durations = [], []
@@ -67,7 +67,7 @@ def _shown(told: ToldCase, speed: float) -> Iterator[tuple[int, float]]:
 
 def _ground(told: ToldCase, lens: Lens, image: Any) -> Any:
     """The road and the ways, which do not move."""
-    draw_module = needed("PIL.ImageDraw", "pillow", "GIFs")
+    draw_module = needed("PIL.ImageDraw", "GIFs need", "report", "pillow")
     ground = image.new("RGB", (FINE * WIDTH, round(lens.frame.height * lens.scale)), GROUND)
     draw, road = draw_module.Draw(ground), told.road
     lane = round((told.program.road_spec.lane_width + 0.1) * lens.scale)
@@ -88,7 +88,7 @@ def _ground(told: ToldCase, lens: Lens, image: Any) -> Any:
 
 
 def _frame(told: ToldCase, lens: Lens, ground: Any, sample: int) -> Any:
-    draw_module = needed("PIL.ImageDraw", "pillow", "GIFs")
+    draw_module = needed("PIL.ImageDraw", "GIFs need", "report", "pillow")
     fine = ground.copy()
     draw = draw_module.Draw(fine)
     after = told.collided and sample > told.trajectory.contact_sample
@@ -132,7 +132,7 @@ def _disc(draw: Any, point: tuple[float, float], size: float, tint: str) -> None
 
 
 def _caption(draw: Any, told: ToldCase, sample: int, after: bool) -> None:
-    font = needed("PIL.ImageFont", "pillow", "GIFs").load_default(15)
+    font = needed("PIL.ImageFont", "GIFs need", "report", "pillow").load_default(15)
     draw.text((14, 12), f"{told.trajectory.time[sample]:.2f} s", fill=INK, font=font)
     for actor, shape in enumerate(told.shapes):
         now = float(told.speeds[sample, actor])

@@ -9,7 +9,6 @@
 What comes back is displayed by notebooks, and its `save` writes it to a file.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -129,23 +128,11 @@ def _start(program: Program, scenes: Scenes, row: int) -> tuple[Floats, Floats]:
 
 def campaign_table(campaign: Campaign) -> Element:
     """What a search found, in a few rows."""
-    return element("table", element("tbody", [_row(*row) for row in _facts(campaign)]))
+    return element("table", element("tbody", [_row(*row) for row in campaign.facts()]))
 
 
 def _row(name: str, value: str) -> Element:
     return element("tr", element("th", name, style="text-align:left"), element("td", value))
-
-
-def _facts(campaign: Campaign) -> Iterator[tuple[str, str]]:
-    found, simulated = campaign.by_individual, campaign.by_simulation
-    yield "method", f"{campaign.method.name.lower()} {campaign.preset}".strip()
-    yield "individuals, distinct simulations", f"{found.individuals:,}, {simulated.runs:,}"
-    yield "different collisions", f"{campaign.distinct_collisions:,}"
-    yield "mean risk, mean least distance", f"{found.rl:.2f}, {found.mdg:.2f} m"
-    yield "invalid", f"{found.nis:,}"
-    for case in campaign.worst[:3]:
-        genome = zip(campaign.space.names, case.genome, strict=True)
-        yield f"worst case {case.rank}", f"risk {case.score}: " + ", ".join(f"{n} {v:.4g}" for n, v in genome)
 
 
 def scenario_table(scenario: Runnable) -> Element:

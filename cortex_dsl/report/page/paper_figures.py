@@ -14,11 +14,11 @@ from cortex_dsl.api.runs import OpenedRun, first_cases
 from cortex_dsl.report.findings.analysis_report import HeatMap, heat_maps
 from cortex_dsl.report.findings.case_replay import ToldCase, colour, outline_corners
 from cortex_dsl.report.findings.study_report import BOXED, measure_called
-from cortex_dsl.report.page.extras import needed
 from cortex_dsl.report.page.film import ACTORS, ASPHALT, HOT, KERB
 from cortex_dsl.report.page.run_charts import METRICS, PaperMetric
 from cortex_dsl.report.page.run_page import told_case
 from cortex_dsl.report.page.summary import method_name
+from engine.extras import needed
 from engine.search.journal_reader import Record
 from engine.study.comparisons import Comparison, Measure, compare_all, sample
 from engine.study.database import Study
@@ -52,8 +52,8 @@ def write_figures(run: OpenedRun, folder: Path) -> list[Path]:
 
 def save_all(figures: Iterable[tuple[str, Any]], folder: Path) -> list[Path]:
     """Save each figure by its name, in all formats and in our style, as they come; their paths."""
-    matplotlib = needed("matplotlib", "matplotlib", "figures")
-    needed("matplotlib.backends.backend_agg", "matplotlib", "figures")
+    matplotlib = needed("matplotlib", "figures need", "report")
+    needed("matplotlib.backends.backend_agg", "figures need", "report")
     with matplotlib.rc_context(STYLE):
         return [path for name, figure in figures for path in _save(figure, folder, name)]
 
@@ -68,7 +68,7 @@ def _save(figure: Any, folder: Path, name: str) -> Iterator[Path]:
 
 def new_figure(width: float, height: float) -> Any:
     """A figure without pyplot, whose windows would stay open [inches]."""
-    return needed("matplotlib.figure", "matplotlib", "figures").Figure(figsize=(width, height), layout="constrained")
+    return needed("matplotlib.figure", "figures need", "report").Figure(figsize=(width, height), layout="constrained")
 
 
 def _run_figures(run: OpenedRun) -> Iterator[tuple[str, Any]]:

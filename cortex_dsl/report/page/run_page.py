@@ -61,7 +61,7 @@ def told_case(run: OpenedRun, case: Case) -> ToldCase:
     """One case of a run, run again."""
     manifest = run.record.manifest
     remark = f"case {case.rank} of a search in {manifest.file}: risk {case.score}"
-    scenes = run.scenario.scene(case)
+    scenes = run.scene(case)
     return tell_case(run.scenario, scenes, manifest.profile, remark, f"{case.rank:02d}.scn")
 
 

@@ -4,8 +4,9 @@ from collections.abc import Iterator, Sequence
 from math import isfinite
 from typing import Any
 
+from cortex_dsl.report.findings import search_report
 from cortex_dsl.report.findings.readable import counted, duration, fixed, percent, ratio
-from cortex_dsl.report.findings.search_report import METHOD_NAMES, partners_text
+from cortex_dsl.report.findings.search_report import partners_text
 from cortex_dsl.report.page.markup import Node, element, figure, prose
 from engine.risk import HIGHEST_RISK
 from engine.search.evaluations import Figures, distinct_collisions, figures, partners
@@ -20,7 +21,8 @@ RANDOM = "random"
 
 def method_name(method: str) -> str:
     """As people call it."""
-    return METHOD_NAMES.get(method, method.replace("_", " "))
+    name = search_report.method_name(method)
+    return method.replace("_", " ") if name == method else name
 
 
 def whole_run(record: Record) -> tuple[Figures, Figures]:

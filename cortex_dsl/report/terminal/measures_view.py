@@ -1,6 +1,6 @@
 """The measured side of a run: the risk with its parts, its metrics, other measures, further pairs, and records."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,12 +11,12 @@ from cortex_dsl.report.findings.readable import ABSENT, KM_H, M_S, SpeedUnit, fi
 from cortex_dsl.report.findings.run_report import HIGHEST, PARTS
 from cortex_dsl.report.terminal.theme import actor_style, columns, left, quantity, right, section, sparkline
 from engine.metrics import Metric, Recorded
-from engine.outcomes import Outcomes
+from engine.outcomes import PAIRS, Outcomes
 from engine.risk import BANDS, Edges, RiskProfile
 
 # -- measures that do not enter the risk, and what the actors did with wheel and pedals --------------------------------
 
-IN_RISK = frozenset({"MD", "MS", "D_MS", "TTC_MS"})
+IN_RISK = frozenset(row.symbol for row in PAIRS if row.of_risk)
 
 
 def measures_view(
@@ -98,20 +98,27 @@ def _band(edges: Edges, points: int, unit: str) -> str:
     return f"{edges[BANDS - points - 1]:g} to {edges[BANDS - points]:g} {unit}"
 
 
+MEANINGS: Mapping[str, str] = {
+    "MD": "least distance between outlines",
+    "MS": "fastest closing speed",
+    "D_MS": "distance between outlines then",
+    "TTC_MS": "time to collision then: D_MS / MS",
+}
+"""Of the metrics that the score comes from."""
+
+
 def metrics_view(outcomes: Outcomes, row: int, pair: int, unit: SpeedUnit = KM_H) -> RenderableType:
     """The metrics of one pair with units, and when they were taken; `unit`: that of speeds."""
 
-    def value(array: object) -> float:
-        return float(array[row, pair])  # type: ignore[index]
+    def value(name: str) -> float:
+        return float(getattr(outcomes, name)[row, pair])
 
-    at_closest, at_fastest = value(outcomes.min_distance_time), value(outcomes.max_closing_time)
-    fastest = unit.number(value(outcomes.max_closing_speed), 2)
-    rows = [
-        _metric("MD", fixed(value(outcomes.min_distance), 2), "m", "least distance between outlines", at_closest),
-        _metric("MS", fastest, unit.name, "fastest closing speed", at_fastest),
-        _metric("D_MS", fixed(value(outcomes.distance_at_ms), 2), "m", "distance between outlines then", at_fastest),
-        _metric("TTC_MS", fixed(value(outcomes.ttc_at_ms), 2), "s", "time to collision then: D_MS / MS", at_fastest),
-    ]
+    rows = []
+    for metric in (each for each in PAIRS if each.of_risk):
+        is_speed = metric.unit == M_S.name
+        number = unit.number(value(metric.name), 2) if is_speed else fixed(value(metric.name), 2)
+        shown_unit = unit.name if is_speed else metric.unit
+        rows.append(_metric(metric.symbol, number, shown_unit, MEANINGS[metric.symbol], value(metric.when)))
     return columns(left(), right(), left(wrap=True), right(), rows=rows)
 
 

@@ -14,7 +14,8 @@ from rich.text import Text
 
 from cortex_dsl.report.findings.readable import duration, fixed, whole
 from cortex_dsl.report.findings.run_report import HIGHEST
-from cortex_dsl.report.terminal.theme import columns, left, method_style, right, sparkline
+from cortex_dsl.report.findings.search_report import method_style
+from cortex_dsl.report.terminal.theme import columns, left, right, sparkline
 from engine.search.evaluations import Figures
 from engine.study.plan import Plan
 from engine.study.run_records import RunRecord
@@ -200,4 +201,4 @@ class StudyProgress:
         found = self.found[place]
         filled = width * len(found) // self.plan.runs
         number = whole(float(np.median(found))) if found else ""
-        return Text.assemble(("━" * filled, f"method.{place[1]}"), ("─" * (width - filled), "quiet"), f" {number:>5}")
+        return Text.assemble(("━" * filled, method_style(place[1])), ("─" * (width - filled), "quiet"), f" {number:>5}")

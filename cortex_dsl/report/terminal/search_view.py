@@ -10,11 +10,19 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from cortex_dsl.report.findings.readable import counted, duration, fixed, percent, ratio, whole
-from cortex_dsl.report.findings.search_report import METRICS, End, SearchReport, ends_of, method_name, partners_text
+from cortex_dsl.report.findings.search_report import (
+    METRICS,
+    End,
+    SearchReport,
+    ends_of,
+    method_name,
+    method_style,
+    partners_text,
+)
 from cortex_dsl.report.findings.story import end_text
 from cortex_dsl.report.findings.tally import Tally
 from cortex_dsl.report.terminal.requirements_view import requirements_view
-from cortex_dsl.report.terminal.theme import bar, columns, left, method_style, right, section, sparkline, title_of
+from cortex_dsl.report.terminal.theme import bar, columns, left, right, section, sparkline, title_of
 from cortex_dsl.report.terminal.worst_view import common_line, effect_note, genes_view, worst_files, worst_table
 from engine.program import Program
 from engine.search.evaluations import Figures, partners

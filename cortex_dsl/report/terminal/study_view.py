@@ -7,6 +7,7 @@ from rich.table import Column
 from rich.text import Text
 
 from cortex_dsl.report.findings.readable import counted, duration, fixed, percent, ratio
+from cortex_dsl.report.findings.search_report import method_style
 from cortex_dsl.report.findings.study_report import differences, missing_lines, p_text, quartiles, told
 from cortex_dsl.report.terminal.theme import MARGIN, columns, heading, indented, left, right, section
 from engine.paper import Claim, by_assumption, said
@@ -37,8 +38,8 @@ def _beside_table(rows: Sequence[Beside], width: int) -> RenderableType:
     head = (
         left(),
         left(),
-        right("ga", "method.ga"),
-        right("random", "method.random"),
+        right("ga", method_style("ga")),
+        right("random", method_style("random")),
         right("ga / random"),
         right("paper: ga"),
         right("random"),
@@ -219,7 +220,7 @@ def _pair(plan: Plan, rows: Sequence[Comparison]) -> RenderableType:
     (contender,) = plan.contenders
     head = [left()]
     for method in (plan.baseline, contender):
-        head += [right(method, f"method.{method}"), left("[IQR]", "quiet")]
+        head += [right(method, method_style(method)), left("[IQR]", "quiet")]
     head += [right("p, Holm"), left(), right("A12"), left("95 %", "quiet")]
     body = [
         (_name(row), *_spread(row.baseline_spread, row), *_spread(row.spread, row), *_test(row))
@@ -263,7 +264,7 @@ def _of(rows: Sequence[Comparison], name: str) -> list[Comparison]:
 
 
 def _method(name: str) -> Text:
-    return Text(name, f"method.{name}")
+    return Text(name, method_style(name))
 
 
 def _name(row: Comparison) -> Text:

@@ -30,20 +30,6 @@ THEME = Theme(
         "part.MD": "yellow",
         "part.D_MS": "magenta",
         "part.TTC_MS": "blue",
-        "method.ga": "cyan",
-        "method.random": "yellow",
-        "method.niching": "green",
-        "method.sobol": "bright_yellow",
-        "method.halton": "bright_yellow",
-        "method.lhs": "bright_yellow",
-        "method.cross_entropy": "magenta",
-        "method.annealing": "red",
-        "method.differential_evolution": "bright_cyan",
-        "method.cmaes": "bright_magenta",
-        "method.nsga2": "blue",
-        "method.map_elites": "bright_green",
-        "method.cma_me": "bright_green",
-        "method.custom": "bright_blue",
         "actor.0": "bold cyan",
         "actor.1": "bold magenta",
         "actor.2": "bold yellow",
@@ -63,12 +49,6 @@ ACTOR_STYLES = 6
 def actor_style(actor: int) -> str:
     """The style of an actor: the ego is always the same, many actors share the rest."""
     return f"actor.{actor if actor == 0 else 1 + (actor - 1) % (ACTOR_STYLES - 1)}"
-
-
-def method_style(name: str) -> str:
-    """The style of a method; those of other packages share one."""
-    style = f"method.{name}"
-    return style if style in THEME.styles else "method.custom"
 
 
 # -- layout: quiet headings, columns without boxes, two spaces of margin -----------------------------------------------

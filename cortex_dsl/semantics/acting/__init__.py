@@ -1,1 +1,1 @@
-"""Behaviours as acts of the IR, those of the library among them."""
+"""Statements as what they do: those of the top level, behaviours as acts of the IR, and what is looked at in a run."""

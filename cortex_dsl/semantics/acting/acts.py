@@ -24,14 +24,15 @@ from cortex_dsl.semantics.model.values import ActionCall, BuiltinValue, Effect, 
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import Kind, names_of
 from cortex_dsl.semantics.names.placement import TOP_LEVEL
-from cortex_dsl.semantics.quantities.algebra import closed_value
+from cortex_dsl.semantics.quantities.algebra import Term
+from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import PURE, TIME
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
 from engine.frozen import frozen
-from engine.vocabulary import Command, Op
+from engine.vocabulary import Command
 
 # -- `do choose` and `do shuffle` --------------------------------------------------------------------------------------
 
@@ -44,7 +45,7 @@ class Candidate:
 
     value: Value
     node: nodes.Expression
-    weight: ir.Expr
+    weight: Term
 
 
 def pick(body: Body, node: nodes.Do) -> ir.Block:
@@ -99,7 +100,7 @@ def _named(body: Body, value: Value, node: nodes.Expression) -> Iterator[Candida
         yield Candidate(option, node, _weight(body, weight, node))
 
 
-def _weight(body: Body, value: Value, node: nodes.Expression) -> ir.Expr:
+def _weight(body: Body, value: Value, node: nodes.Expression) -> Term:
     expr = numbers.adopt(body.ev, value, PURE, node.span, WHAT)
     return numbers.in_range(body.ev, expr, 0.0, float("inf"), PURE, node.span, WHAT)
 
@@ -154,10 +155,10 @@ def _do(body: Body, node: nodes.Do) -> ir.Block:
         return _run(body, node)
     ev = body.ev
     start = ev.run.new_local()
-    elapsed = ev.algebra.sub(ev.algebra.apply(Op.TIME), ev.algebra.local(start))
-    over = ev.algebra.apply(Op.LE, _duration(body, node, node.duration), elapsed)
+    elapsed = ev.algebra.time() - ev.algebra.local(start)
+    over = _duration(body, node, node.duration) <= elapsed
     return (
-        ir.SetLocal(node.span, start, ev.algebra.apply(Op.TIME)),
+        ir.SetLocal(node.span, start, ev.algebra.time()),
         *_until(body, node, lambda: over),
     )
 
@@ -169,7 +170,7 @@ def _run(body: Body, node: nodes.Do) -> ir.Block:
     return body.inliner.together(body, node.invocations) if others else body.invocation(first).block(node.span)
 
 
-def _until(body: Body, node: nodes.Do, condition: Callable[[], ir.Expr]) -> ir.Block:
+def _until(body: Body, node: nodes.Do, condition: Callable[[], Term]) -> ir.Block:
     """The condition may speak of the scenario that is started."""
     mark, span = body.inliner.mark(), node.span
     block = _run(body, node)
@@ -177,22 +178,22 @@ def _until(body: Body, node: nodes.Do, condition: Callable[[], ir.Expr]) -> ir.B
     return (ir.TryInterrupt(span, block, ((condition(), left),)),)
 
 
-def _duration(body: Body, node: nodes.Do, duration: nodes.Expression) -> ir.Expr:
+def _duration(body: Body, node: nodes.Do, duration: nodes.Expression) -> Term:
     """[s], a little less than asked for: sums of steps are not exact."""
     ev = body.ev
     value = ev.evaluate(duration)
     if node.in_steps:
         steps = numbers.quantity(value, duration.span, "a number of steps")
         step = ev.file.settings.time_step or SimulationConfig().time_step
-        seconds = ev.algebra.mul(steps.expr, ev.algebra.literal(step))
+        seconds = steps.expr * step
     else:
         seconds = numbers.adopt(ev, value, TIME, duration.span, "the duration after `for`")
         numbers.in_range(ev, seconds, 0.0, float("inf"), TIME, duration.span, "the duration after `for`")
-    return ev.algebra.sub(seconds, ev.algebra.literal(CLOCK_TOLERANCE))
+    return seconds - CLOCK_TOLERANCE
 
 
 def _take(body: Body, node: nodes.Take) -> ir.Block:
-    commands: list[tuple[Command, ir.Expr]] = []
+    commands: list[tuple[Command, Term]] = []
     for action in node.actions:
         value = body.ev.evaluate(action)
         commands += [_action(each, action) for each in (value if isinstance(value, tuple) else (value,))]
@@ -203,7 +204,7 @@ def _take(body: Body, node: nodes.Take) -> ir.Block:
     return (ir.Take(node.span, tuple(commands)),)
 
 
-def _action(value: Value, node: nodes.Expression) -> tuple[Command, ir.Expr]:
+def _action(value: Value, node: nodes.Expression) -> tuple[Command, Term]:
     if isinstance(value, ActionCall):
         return value.command, value.value
     if isinstance(value, BuiltinValue) and value.name in names_of(Kind.ACTION):
@@ -259,7 +260,7 @@ def _branches(
         return body.block(statements) if condition.value else _branches(body, rest, node)
     then = body.nested(statements)
     body.depth += 1
-    with body.ev.run.nested(test.span, otherwise=True):
+    with body.ev.run.depth.nested(test.span, otherwise=True):
         otherwise = _branches(body, rest, node)
     body.depth -= 1
     return (ir.Branch(test.span, condition, then, otherwise),)

@@ -34,7 +34,6 @@ from cortex_dsl.semantics.names.builtins import Kind, names_of
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
-from engine.vocabulary import Op
 
 # -- the library -------------------------------------------------------------------------------------------------------
 
@@ -74,7 +73,7 @@ def _overridden(inliner: "Inliner", block: ir.Block, actor: Actor) -> ir.Block:
     for monitor, call in actor.overrides:
         acts = inliner.invoke(call, replace(inliner.ev.moment, repeated=True)).block(call.span) if call else ()
         running = ev.algebra.running(monitor)
-        over = ev.algebra.apply(Op.NOT, running)
+        over = ~running
         handlers.append((running, (ir.TryInterrupt(span, (*acts, forever), ((over, (ir.Abort(span),)),)),)))
     return (ir.TryInterrupt(span, (*block, forever), tuple(handlers)),)
 
@@ -204,7 +203,7 @@ def monitor_body(ev: Evaluator, call: MonitorCall, moment: Moment) -> ir.Block:
 
 def started_monitors(ev: Evaluator) -> Iterator[ir.Monitor]:
     """The monitors that the file requires, in its order."""
-    for name, call, span in ev.run.required_monitors:
+    for name, call, span in ev.run.built.required_monitors:
         try:
             block = monitor_body(ev, call, Moment(running=True))
         except Mistake as mistake:

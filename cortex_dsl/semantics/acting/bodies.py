@@ -34,26 +34,31 @@ from cortex_dsl.semantics.model.values import (
 )
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.tree import assigned_names
-from cortex_dsl.semantics.quantities.algebra import closed_value, is_dynamic
+from cortex_dsl.semantics.quantities.algebra import Term
+from cortex_dsl.semantics.quantities.bounds import closed_value, is_dynamic
 from cortex_dsl.semantics.quantities.units import dimension_name
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
-from engine.vocabulary import Op, RuleKind
+from engine.vocabulary import RuleKind
 
 # -- guards ------------------------------------------------------------------------------------------------------------
 
-Condition = Callable[[nodes.Expression], ir.Expr]
+Condition = Callable[[nodes.Expression], Term]
 """The truth of a condition at every later moment."""
 
 
 def tested_guards(
     ev: Evaluator, guards: Iterable[nodes.Guard], kind: str, name: str, condition: Condition, call: Span
-) -> tuple[tuple[ir.Expr, int], ...]:
-    """The conditions of guards and the rules that abort the run where they are false."""
+) -> tuple[tuple[Term, int], ...]:
+    """The conditions of guards and the rules that abort the run where they are false; reports those that are none."""
     found = []
     for guard in guards:
-        holds = condition(guard.condition)
+        try:
+            holds = condition(guard.condition)
+        except Mistake as mistake:
+            ev.report(mistake)
+            continue
         rule = abort_rule(ev, guard.condition.span, f"{kind} of {name}: {source_of(ev, guard.condition)}")
         if closed_value(holds) == 0.0:
             where = (Label(call, "started here"),)
@@ -71,11 +76,11 @@ def source_of(ev: Evaluator, node: nodes.Node) -> str:
     return " ".join(ev.file.source.slice(node.span).split())
 
 
-def demand(ev: Evaluator, node: nodes.Require, holds: ir.Expr, probability: float, owner: str) -> ir.Block:
+def demand(ev: Evaluator, node: nodes.Require, holds: Term, probability: float, owner: str) -> ir.Block:
     """`require` in a behaviour or a monitor; the coin of a soft one is tossed each time."""
     if probability < 1.0:
-        spared = ev.algebra.apply(Op.LE, ev.algebra.literal(probability), ev.algebra.random())
-        holds = ev.algebra.apply(Op.OR, spared, holds)
+        spared = probability <= ev.algebra.random()
+        holds = spared | holds
     if isinstance(holds, ir.Literal) and holds.value:
         return ()
     name = node.name or f"require in {owner}: {source_of(ev, node.condition)}"
@@ -88,7 +93,7 @@ def demand(ev: Evaluator, node: nodes.Require, holds: ir.Expr, probability: floa
 def snapshot(ev: Evaluator, value: Value, span: Span, acts: list[ir.Act]) -> Value:
     """The value with everything that changes during the run copied into fresh locals."""
 
-    def kept(expr: ir.Expr) -> ir.Expr:
+    def kept(expr: Term) -> Term:
         if not is_dynamic(expr):
             return expr
         local = ev.run.new_local()
@@ -117,7 +122,7 @@ def snapshot(ev: Evaluator, value: Value, span: Span, acts: list[ir.Act]) -> Val
 
 Defined = nodes.BehaviorDefinition | nodes.MonitorDefinition
 
-Guards = tuple[tuple[ir.Expr, int], ...]
+Guards = tuple[tuple[Term, int], ...]
 """Conditions, and the rules that abort the run where they are false."""
 
 
@@ -136,11 +141,11 @@ class Invocation:
         demands = (ir.Demand(span, holds, rule) for holds, rule in self.preconditions)
         return (*self.prologue, *demands, *self.acts)
 
-    def allowed(self, ev: Evaluator) -> ir.Expr:
+    def allowed(self, ev: Evaluator) -> Term:
         """Whether it could start now, its arguments being worked out."""
-        result: ir.Expr = ev.algebra.truth(True)
+        result: Term = ev.algebra.truth(True)
         for holds, _ in (*self.preconditions, *self.invariants):
-            result = ev.algebra.apply(Op.AND, result, holds)
+            result = result & holds
         return result
 
 
@@ -232,7 +237,7 @@ class Body:
 
         return tested(node.preconditions, "precondition"), tested(node.invariants, "invariant")
 
-    def _later(self, node: nodes.Expression) -> ir.Expr:
+    def _later(self, node: nodes.Expression) -> Term:
         return self.condition(node, repeated=True)
 
     def _bind(
@@ -260,7 +265,7 @@ class Body:
         if not statements:
             return ()
         acts: list[ir.Act] = []
-        with self.ev.run.nested(statements[0].span):
+        with self.ev.run.depth.nested(statements[0].span):
             for statement in statements:
                 acts += self._acts(statement)
         return tuple(acts)
@@ -289,7 +294,7 @@ class Body:
         self.moment, self.depth = before, self.depth - 1
         return acts
 
-    def condition(self, node: nodes.Expression, *, repeated: bool = False) -> ir.Expr:
+    def condition(self, node: nodes.Expression, *, repeated: bool = False) -> Term:
         ev = self.ev.at_moment(replace(self.moment, repeated=self.moment.repeated or repeated))
         return numbers.truth(ev, ev.evaluate(node), node.span)
 

@@ -46,10 +46,11 @@ from cortex_dsl.semantics.evaluation.lanes import Trajectory, index_of, lane_at,
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.quantities.algebra import Term, box_distance, cos, hypot, maximum, path_project, sin
 from engine.road.linking import Window, windows
 from engine.road.network import LaneRole, Maneuver
 from engine.road.sections import maneuver_of
-from engine.vocabulary import Command, ManeuverType, Op, State
+from engine.vocabulary import Command, ManeuverType, State
 
 REFERENCE_DECELERATION = 6.0
 REFERENCE_DELAY = 0.35
@@ -74,80 +75,66 @@ def emergency_brake(job: Job) -> ir.Block:
             span, what="`behavior`", expected="a behavior", actual=actual, cure="as in `FollowLaneBehavior(10 m/s)`"
         )
     close = _collision_is_close(job)
-    on = job.ev.algebra.apply(Op.OR, _on_collision_course(job), _blocked(job))
+    on = _on_collision_course(job) | _blocked(job)
     return (ir.TryInterrupt(job.call.span, job.inline(call), ((close, (_full_brake(job, on),)),)),)
 
 
-def _on_collision_course(job: Job) -> ir.Expr:
-    algebra = job.ev.algebra
-    least = algebra.apply(Op.TTC, immediates=(job.actor.index, -1))
-    return algebra.apply(Op.AND, _moves(job), algebra.apply(Op.LT, least, algebra.literal(CLEAR)))
+def _on_collision_course(job: Job) -> Term:
+    return _moves(job) & (job.ev.algebra.time_to_contact(job.actor.index) < CLEAR)
 
 
-def _blocked(job: Job) -> ir.Expr:
+def _blocked(job: Job) -> Term:
     """Whether the actor stands close behind somebody."""
-    algebra = job.ev.algebra
-    stands = algebra.apply(Op.NOT, _moves(job))
-    return algebra.apply(
-        Op.AND, stands, job.ev.algebra.any_of([_close_ahead(job, each) for each in others(job.ev, job.actor)])
-    )
+    close = job.ev.algebra.any_of([_close_ahead(job, each) for each in others(job.ev, job.actor)])
+    return ~_moves(job) & close
 
 
-def _close_ahead(job: Job, other: Actor) -> ir.Expr:
-    ev, algebra = job.ev, job.ev.algebra
-    gap = algebra.apply(Op.BOX_DISTANCE, outline_of(ev, job.actor), outline_of(ev, other))
-    near = algebra.apply(Op.LT, gap, algebra.literal(HOLD_GAP))
+def _close_ahead(job: Job, other: Actor) -> Term:
+    ev = job.ev
+    near = box_distance(outline_of(ev, job.actor), outline_of(ev, other)) < HOLD_GAP
     here, there = current_pose(ev, job.actor), current_pose(ev, other)
     return ev.algebra.all_of((is_present(ev, other), near, sees(ev, job.actor, other), together(ev, here, there)))
 
 
-def _moves(job: Job) -> ir.Expr:
-    return job.ev.algebra.apply(Op.LT, job.ev.algebra.literal(STANDSTILL), job.speed())
+def _moves(job: Job) -> Term:
+    return job.speed() > STANDSTILL
 
 
-def _full_brake(job: Job, while_: ir.Expr) -> ir.Act:
+def _full_brake(job: Job, while_: Term) -> ir.Act:
     pedal = job.number("brake", 1.0)
     return ir.Loop(job.call.span, while_, (ir.Take(job.call.span, ((Command.BRAKE, pedal),)),))
 
 
-def _collision_is_close(job: Job) -> ir.Expr:
-    algebra = job.ev.algebra
+def _collision_is_close(job: Job) -> Term:
     if job.given("threshold") is not None:
-        least = algebra.apply(Op.TTC, immediates=(job.actor.index, -1))
-        close = algebra.apply(Op.LT, least, job.number("threshold"))
+        close = job.ev.algebra.time_to_contact(job.actor.index) < job.number("threshold")
     else:
         close = job.ev.algebra.any_of([_within_reference(job, other) for other in others(job.ev, job.actor)])
-    return algebra.apply(Op.AND, _moves(job), close)
+    return _moves(job) & close
 
 
-def _within_reference(job: Job, other: Actor) -> ir.Expr:
-    algebra = job.ev.algebra
-    braking = algebra.mul(algebra.literal(2.0), job.number("reference_deceleration", REFERENCE_DECELERATION))
-    needed = algebra.apply(Op.DIV, _relative_speed(job, other), braking)
-    threshold = algebra.add(needed, job.number("delay", REFERENCE_DELAY))
-    time = algebra.apply(Op.TTC, immediates=(job.actor.index, other.index))
-    return algebra.apply(Op.AND, is_present(job.ev, other), algebra.apply(Op.LT, time, threshold))
+def _within_reference(job: Job, other: Actor) -> Term:
+    """TTC < v_rel / (2 b) + delay."""
+    braking = 2.0 * job.number("reference_deceleration", REFERENCE_DECELERATION)
+    threshold = _relative_speed(job, other) / braking + job.number("delay", REFERENCE_DELAY)
+    return is_present(job.ev, other) & (job.ev.algebra.time_to_contact(job.actor.index, other.index) < threshold)
 
 
-def _relative_speed(job: Job, other: Actor) -> ir.Expr:
+def _relative_speed(job: Job, other: Actor) -> Term:
     (x, y), (other_x, other_y) = _velocity(job, job.actor), _velocity(job, other)
-    algebra = job.ev.algebra
-    return algebra.apply(Op.HYPOT, algebra.sub(other_x, x), algebra.sub(other_y, y))
+    return hypot(other_x - x, other_y - y)
 
 
-def _velocity(job: Job, actor: Actor) -> tuple[ir.Expr, ir.Expr]:
-    algebra, heading, speed = job.ev.algebra, current_pose(job.ev, actor).heading, state(job.ev, actor, State.SPEED)
-    return algebra.mul(speed, algebra.apply(Op.COS, heading)), algebra.mul(speed, algebra.apply(Op.SIN, heading))
+def _velocity(job: Job, actor: Actor) -> tuple[Term, Term]:
+    heading, speed = current_pose(job.ev, actor).heading, state(job.ev, actor, State.SPEED)
+    return speed * cos(heading), speed * sin(heading)
 
 
 def drive_avoiding(job: Job) -> ir.Block:
     """Follow the lane; full brakes while another vehicle is near."""
-    algebra = job.ev.algebra
     vehicles = [each for each in others(job.ev, job.actor) if each.kind not in NOT_VEHICLES]
-    near = algebra.apply(
-        Op.LE, closest(job.ev, job.actor, vehicles), job.number("avoidance_threshold", AVOIDANCE_THRESHOLD)
-    )
-    brake = ir.Take(job.call.span, ((Command.BRAKE, algebra.literal(1.0)),))
+    near = closest(job.ev, job.actor, vehicles) <= job.number("avoidance_threshold", AVOIDANCE_THRESHOLD)
+    brake = ir.Take(job.call.span, ((Command.BRAKE, job.ev.algebra.literal(1.0)),))
     return (ir.TryInterrupt(job.call.span, follow_lane(job), ((near, (brake,)),)),)
 
 
@@ -178,27 +165,25 @@ def _entries(way: Trajectory) -> list[tuple[float, Maneuver]]:
     return [(start, maneuver_of(lane)) for start, lane in pairs if lane.role is LaneRole.CONNECTING and start > 0.0]
 
 
-def _room(job: Job, path: ir.Expr, entry: float) -> ir.Expr:
+def _room(job: Job, path: Term, entry: float) -> Term:
     """From the front of the actor to a stop line [m]."""
-    algebra, pose = job.ev.algebra, current_pose(job.ev, job.actor)
-    front = algebra.add(algebra.apply(Op.PATH_PROJECT, path, pose.x, pose.y), _half_length(job, job.actor))
-    return algebra.sub(algebra.literal(entry), front)
+    pose = current_pose(job.ev, job.actor)
+    return entry - (path_project(path, pose.x, pose.y) + _half_length(job.actor))
 
 
-def _half_length(job: Job, actor: Actor) -> ir.Expr:
-    return job.ev.algebra.mul(size_of(actor, "length"), job.ev.algebra.literal(0.5))
+def _half_length(actor: Actor) -> Term:
+    return size_of(actor, "length") * 0.5
 
 
-def _must_wait(job: Job, maneuver: Maneuver, room: ir.Expr) -> ir.Expr:
+def _must_wait(job: Job, maneuver: Maneuver, room: Term) -> Term:
     """Whether somebody is to be waited for; not by who could no longer stop."""
-    algebra, speed = job.ev.algebra, job.speed()
-    energy = algebra.mul(algebra.literal(0.5), algebra.mul(speed, speed))
-    can_stop = algebra.apply(Op.LE, energy, algebra.mul(size_of(job.actor, "maxBraking"), room))
+    speed = job.speed()
+    energy = 0.5 * (speed * speed)
+    can_stop = energy <= size_of(job.actor, "maxBraking") * room
     places, gap = windows(maneuver), job.number("critical_gap", _base_gap(maneuver))
     vehicles = [each for each in others(job.ev, job.actor) if each.kind not in NOT_VEHICLES]
-    return job.ev.algebra.all_of(
-        (can_stop, job.ev.algebra.any_of([_in_the_way(job, each, places, gap) for each in vehicles]))
-    )
+    somebody = job.ev.algebra.any_of([_in_the_way(job, each, places, gap) for each in vehicles])
+    return can_stop & somebody
 
 
 def _base_gap(maneuver: Maneuver) -> float:
@@ -209,18 +194,18 @@ def _base_gap(maneuver: Maneuver) -> float:
     return NEAR_TURN_GAP if maneuver.type is near else FAR_TURN_GAP
 
 
-def _in_the_way(job: Job, other: Actor, places: tuple[Window, ...], gap: ir.Expr) -> ir.Expr:
-    ev, algebra = job.ev, job.ev.algebra
-    pose, half = current_pose(ev, other), _half_length(job, other)
+def _in_the_way(job: Job, other: Actor, places: tuple[Window, ...], gap: Term) -> Term:
+    ev = job.ev
+    pose, half = current_pose(ev, other), _half_length(other)
     lane = index_of(ev, lane_at(ev, pose))
     assert lane is not None
     path = looked_up(ev, lane, [each.path for each in network_of(ev).lanes], missing=0.0)
-    s = algebra.apply(Op.PATH_PROJECT, path, pose.x, pose.y)
+    s = path_project(path, pose.x, pose.y)
     enter = looked_up(ev, lane, [place.enter for place in places], missing=math.inf)
     leave = looked_up(ev, lane, [place.leave for place in places], missing=-math.inf)
-    to_go = algebra.sub(enter, algebra.add(s, half))
-    soon = algebra.apply(Op.LT, to_go, algebra.mul(gap, state(ev, other, State.SPEED)))
-    not_past = algebra.apply(Op.LT, algebra.sub(s, half), leave)
+    to_go = enter - (s + half)
+    soon = to_go < gap * state(ev, other, State.SPEED)
+    not_past = s - half < leave
     return ev.algebra.all_of((is_present(ev, other), soon, not_past))
 
 
@@ -244,14 +229,14 @@ def cross(job: Job) -> ir.Block:
     takes |x| v / y, at least `min_speed`.
     """
     other = actor_of(Given(job.given("reference_actor"), job.call.spans["reference_actor"]), "`reference_actor`")
-    algebra, least = job.ev.algebra, job.number("min_speed", CROSSING_SPEED)
+    least = job.number("min_speed", CROSSING_SPEED)
     last = least if job.given("final_speed") is None else job.number("final_speed")
-    apart = between(job.ev, current_pose(job.ev, job.actor), current_pose(job.ev, other))
+    apart = between(current_pose(job.ev, job.actor), current_pose(job.ev, other))
     ahead, across = _seen_from(job, other)
-    ratio = algebra.apply(Op.DIV, state(job.ev, other, State.SPEED), ahead)
-    speed = algebra.apply(Op.MAX, least, algebra.mul(algebra.apply(Op.ABS, across), ratio))
-    far = algebra.apply(Op.LT, job.number("threshold", CROSSING_THRESHOLD), apart)
-    coming = algebra.apply(Op.LT, algebra.literal(0.0), ahead)
+    ratio = state(job.ev, other, State.SPEED) / ahead
+    speed = maximum(least, abs(across) * ratio)
+    far = job.number("threshold", CROSSING_THRESHOLD) < apart
+    coming = ahead > 0.0
     return (
         ir.Loop(job.call.span, far, (ir.Wait(job.call.span),)),
         ir.Loop(job.call.span, coming, (ir.Take(job.call.span, ((Command.SPEED, speed),)),)),
@@ -259,10 +244,9 @@ def cross(job: Job) -> ir.Block:
     )
 
 
-def _seen_from(job: Job, other: Actor) -> tuple[ir.Expr, ir.Expr]:
+def _seen_from(job: Job, other: Actor) -> tuple[Term, Term]:
     """How far ahead of the other, and to its left, the actor is [m]."""
-    algebra, here, there = job.ev.algebra, current_pose(job.ev, job.actor), current_pose(job.ev, other)
-    dx, dy = algebra.sub(here.x, there.x), algebra.sub(here.y, there.y)
-    cos, sin = algebra.apply(Op.COS, there.heading), algebra.apply(Op.SIN, there.heading)
-    ahead = algebra.add(algebra.mul(dx, cos), algebra.mul(dy, sin))
-    return ahead, algebra.sub(algebra.mul(dy, cos), algebra.mul(dx, sin))
+    here, there = current_pose(job.ev, job.actor), current_pose(job.ev, other)
+    dx, dy = here.x - there.x, here.y - there.y
+    c, s = cos(there.heading), sin(there.heading)
+    return dx * c + dy * s, dy * c - dx * s

@@ -26,6 +26,20 @@ from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of
 from cortex_dsl.semantics.evaluation.lanes import lane_at, looked_up, some_lane, trajectory
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.model.values import LaneNow, Value
+from cortex_dsl.semantics.quantities.algebra import (
+    Term,
+    atan,
+    cos,
+    lead_on,
+    maximum,
+    minimum,
+    path_length,
+    path_pose,
+    path_project,
+    sin,
+    sqrt,
+    wrapped,
+)
 from engine.frozen import frozen
 from engine.road.network import Lane
 from engine.road.sections import LaneSection
@@ -58,7 +72,7 @@ def _warn_walker(job: Job) -> None:
         job.ev.report(WALKS_IN_LANE.at(job.call.span, behaviour=job.call.name))
 
 
-def lane_route(job: Job, argument: str, *, against: bool = False) -> tuple[ir.Block, ir.Expr]:
+def lane_route(job: Job, argument: str, *, against: bool = False) -> tuple[ir.Block, Term]:
     """Path of a driver who follows a lane; `against` its direction, back to where it begins."""
     lane = job.given(argument)
     if lane is None:
@@ -68,10 +82,10 @@ def lane_route(job: Job, argument: str, *, against: bool = False) -> tuple[ir.Bl
     return settled_path(job, index, against=against)
 
 
-def settled_path(job: Job, index: ir.Expr, *, against: bool) -> tuple[ir.Block, ir.Expr]:
+def settled_path(job: Job, index: Term, *, against: bool) -> tuple[ir.Block, Term]:
     """The path of a lane, remembered where only the run knows the lane."""
     network = network_of(job.ev)
-    is_there = job.ev.algebra.apply(Op.LE, job.ev.algebra.literal(0.0), index)
+    is_there = index >= 0.0
     surely = isinstance(index, ir.Apply) and index.op is Op.LANE_NEAREST
     demand = () if surely else job.abort_unless(is_there, f"{job.call.name} has a lane to go to")
     routes = [network.paths.reverse(lane.path) if against else lane.default_route for lane in network.lanes]
@@ -93,41 +107,34 @@ def _is_lane_now(value: Value) -> bool:
     return isinstance(value, LaneNow | LaneSection)
 
 
-def _path_of(job: Job, way: Value) -> ir.Expr:
+def _path_of(job: Job, way: Value) -> Term:
     if isinstance(way, Lane):
         return job.ev.algebra.literal(float(way.default_route))
     return job.ev.algebra.literal(float(trajectory(way, job.call.spans["trajectory"]).path))
 
 
-def _idm_target(job: Job, path: ir.Expr) -> ir.Expr:
+def _idm_target(job: Job, path: Term) -> Term:
     """The target speed by which the speed controller gives the model's acceleration."""
-    algebra = job.ev.algebra
-    by = algebra.apply(Op.DIV, idm_acceleration(job, path), algebra.literal(SPEED_GAIN))
-    return algebra.add(job.speed(), by)
+    return job.speed() + idm_acceleration(job, path) / SPEED_GAIN
 
 
-def idm_acceleration(job: Job, path: ir.Expr) -> ir.Expr:
-    """dv/dt of the model for who drives along `path` [m/s^2]."""
-    algebra, speed, one = job.ev.algebra, job.speed(), job.ev.algebra.literal(1.0)
-    a = job.number("max_acceleration", MAX_ACCELERATION)
-    gap, lead = algebra.items(algebra.apply(Op.LEAD, path, immediates=(job.actor.index,), width=2), 2)
+def idm_acceleration(job: Job, path: Term) -> Term:
+    """dv/dt = a (1 - (v / v0)^delta - (s* / s)^2) for who drives along `path` [m/s^2]."""
+    speed, a = job.speed(), job.number("max_acceleration", MAX_ACCELERATION)
+    gap, lead = lead_on(path, job.actor.index)
     wanted = _wanted_gap(job, a, lead)
     # A target speed of 0 wants standstill: the quotient is then infinite, or undefined at rest, so it is held above.
-    desired = algebra.apply(Op.MAX, job.target_speed(), algebra.literal(0.1))
-    free = algebra.apply(Op.POW, algebra.apply(Op.DIV, speed, desired), job.number("exponent", EXPONENT))
-    share = algebra.apply(Op.DIV, wanted, algebra.apply(Op.MAX, gap, algebra.literal(LEAST_GAP)))
-    return algebra.mul(a, algebra.sub(algebra.sub(one, free), algebra.mul(share, share)))
+    desired = maximum(job.target_speed(), 0.1)
+    free = (speed / desired) ** job.number("exponent", EXPONENT)
+    share = wanted / maximum(gap, LEAST_GAP)
+    return a * (1.0 - free - share * share)
 
 
-def _wanted_gap(job: Job, a: ir.Expr, lead: ir.Expr) -> ir.Expr:
-    """s* [m]"""
-    algebra, speed = job.ev.algebra, job.speed()
-    b = job.number("comfortable_deceleration", COMFORTABLE_DECELERATION)
-    root = algebra.apply(Op.SQRT, algebra.mul(a, b))
-    approach = algebra.mul(speed, algebra.sub(speed, lead))
-    closing = algebra.apply(Op.DIV, approach, algebra.mul(algebra.literal(2.0), root))
-    moving = algebra.add(algebra.mul(speed, job.number("time_headway", TIME_HEADWAY)), closing)
-    return algebra.add(job.number("min_gap", MIN_GAP), algebra.apply(Op.MAX, algebra.literal(0.0), moving))
+def _wanted_gap(job: Job, a: Term, lead: Term) -> Term:
+    """s* = s0 + max(0, v T + v (v - v_lead) / (2 sqrt(a b))) [m]."""
+    speed, b = job.speed(), job.number("comfortable_deceleration", COMFORTABLE_DECELERATION)
+    closing = speed * (speed - lead) / (2.0 * sqrt(a * b))
+    return job.number("min_gap", MIN_GAP) + maximum(0.0, speed * job.number("time_headway", TIME_HEADWAY) + closing)
 
 
 # -- changing lanes ----------------------------------------------------------------------------------------------------
@@ -159,12 +166,12 @@ def change_lane(job: Job) -> ir.Block:
     acts, path = settled_path(job, lane, against=job.flag("is_oppositeTraffic"))
     place = _Place.of(job, path)
     shift = _Shift.begun(job, place)
-    over = job.ev.algebra.apply(Op.LE, job.ev.algebra.literal(1.0), shift.progress)
-    at_end = job.ev.algebra.apply(Op.LE, job.ev.algebra.apply(Op.PATH_LENGTH, path), place.ahead(job))
-    settled = place.settled(job)
+    over = shift.progress >= 1.0
+    at_end = path_length(path) <= place.ahead(job)
+    settled = place.settled()
     moving = ir.Loop(span, job.ev.algebra.truth(True), (*shift.advance(job), _steer(job, place, shift)))
     follow = ir.Follow(span, path, job.target_speed(), job.max_lateral(), job.ev.run.new_local())
-    stop = job.ev.algebra.apply(Op.OR, over, job.ev.algebra.apply(Op.OR, at_end, settled))
+    stop = over | (at_end | settled)
     return (*acts, *shift.beginning, job.until((moving,), stop), job.until((follow,), settled))
 
 
@@ -172,48 +179,44 @@ def change_lane(job: Job) -> ir.Block:
 class _Place:
     """Where the rear axle is beside the path of the new lane."""
 
-    path: ir.Expr
-    s: ir.Expr
-    offset: ir.Expr
+    path: Term
+    s: Term
+    offset: Term
     """To the left of the path [m]."""
-    direction: ir.Expr
+    direction: Term
     """Heading of the actor against that of the path [rad]."""
 
     @staticmethod
-    def of(job: Job, path: ir.Expr) -> "_Place":
-        algebra, pose = job.ev.algebra, current_pose(job.ev, job.actor)
-        back = size_of(job.actor, "rearToCenter")
-        x = algebra.sub(pose.x, algebra.mul(back, algebra.apply(Op.COS, pose.heading)))
-        y = algebra.sub(pose.y, algebra.mul(back, algebra.apply(Op.SIN, pose.heading)))
-        s = algebra.apply(Op.PATH_PROJECT, path, x, y)
-        foot_x, foot_y, heading = algebra.items(algebra.apply(Op.PATH_POSE, path, s, width=3), 3)
-        left = algebra.mul(algebra.sub(y, foot_y), algebra.apply(Op.COS, heading))
-        right = algebra.mul(algebra.sub(x, foot_x), algebra.apply(Op.SIN, heading))
-        turned = algebra.apply(Op.WRAP, algebra.sub(pose.heading, heading))
-        return _Place(path, s, algebra.sub(left, right), turned)
+    def of(job: Job, path: Term) -> "_Place":
+        pose, back = current_pose(job.ev, job.actor), size_of(job.actor, "rearToCenter")
+        x = pose.x - back * cos(pose.heading)
+        y = pose.y - back * sin(pose.heading)
+        s = path_project(path, x, y)
+        foot_x, foot_y, heading = path_pose(path, s)
+        left = (y - foot_y) * cos(heading)
+        right = (x - foot_x) * sin(heading)
+        turned = wrapped(pose.heading - heading)
+        return _Place(path, s, left - right, turned)
 
-    def ahead(self, job: Job) -> ir.Expr:
+    def ahead(self, job: Job) -> Term:
         """Arc length at the middle of the outline."""
-        return job.ev.algebra.add(self.s, size_of(job.actor, "rearToCenter"))
+        return self.s + size_of(job.actor, "rearToCenter")
 
-    def settled(self, job: Job) -> ir.Expr:
-        algebra = job.ev.algebra
-        near = algebra.apply(Op.LT, algebra.apply(Op.ABS, self.offset), algebra.literal(SETTLED_OFFSET))
-        along = algebra.apply(Op.LT, algebra.apply(Op.ABS, self.direction), algebra.literal(SETTLED_ANGLE))
-        return algebra.apply(Op.AND, near, along)
+    def settled(self) -> Term:
+        return (abs(self.offset) < SETTLED_OFFSET) & (abs(self.direction) < SETTLED_ANGLE)
 
 
 @frozen
 class _Shift:
     """How far the change has come: locals, and the acts that set them."""
 
-    offset: ir.Expr
+    offset: Term
     """At the beginning [m]."""
-    progress: ir.Expr
+    progress: Term
     """u, from 0 to 1."""
-    way: ir.Expr
+    way: Term
     """Way of the whole change at the speed of the moment [m]."""
-    clock: ir.Expr
+    clock: Term
     """When progress was made last [s]."""
     locals: tuple[int, int]
     beginning: ir.Block
@@ -224,63 +227,57 @@ class _Shift:
         keep, offset = job.kept(place.offset)
         numbers = (job.ev.run.new_local(), job.ev.run.new_local())
         progress, clock = (algebra.local(number) for number in numbers)
-        least = algebra.mul(algebra.literal(LEAST_WAY), algebra.apply(Op.ABS, offset))
         # A metre keeps the quotient finite for who is in the lane already.
-        least = algebra.apply(Op.MAX, least, algebra.literal(1.0))
-        way = algebra.apply(Op.MAX, least, algebra.mul(job.speed(), job.number("duration", DURATION)))
+        least = maximum(LEAST_WAY * abs(offset), 1.0)
+        way = maximum(least, job.speed() * job.number("duration", DURATION))
         beginning = (
             keep,
             ir.SetLocal(span, numbers[0], algebra.literal(0.0)),
-            ir.SetLocal(span, numbers[1], algebra.apply(Op.TIME)),
+            ir.SetLocal(span, numbers[1], algebra.time()),
         )
         return _Shift(offset, progress, way, clock, numbers, beginning)
 
     def advance(self, job: Job) -> ir.Block:
         """What the step since the last turn has brought."""
-        algebra, now = job.ev.algebra, job.ev.algebra.apply(Op.TIME)
-        driven = algebra.mul(job.speed(), algebra.sub(now, self.clock))
-        further = algebra.add(self.progress, algebra.apply(Op.DIV, driven, self.way))
+        now = job.ev.algebra.time()
+        driven = job.speed() * (now - self.clock)
+        further = self.progress + driven / self.way
         return (
             ir.SetLocal(job.call.span, self.locals[0], further),
             ir.SetLocal(job.call.span, self.locals[1], now),
         )
 
-    def curve(self, job: Job, u: ir.Expr) -> tuple[ir.Expr, ir.Expr, ir.Expr]:
-        """Offset [m], slope and curvature [1/m] of the curve at `u`."""
-        algebra, number = job.ev.algebra, job.ev.algebra.literal
-        one = number(1.0)
-        u = algebra.apply(Op.MIN, one, u)
-        rest, square = algebra.sub(one, u), algebra.mul(u, u)
-        quintic = algebra.add(number(10.0), algebra.mul(u, algebra.sub(algebra.mul(number(6.0), u), number(15.0))))
-        offset = algebra.mul(self.offset, algebra.sub(one, algebra.mul(algebra.mul(square, u), quintic)))
-        slope = algebra.mul(number(-30.0), algebra.mul(square, algebra.mul(rest, rest)))
-        bend = algebra.mul(number(-60.0), algebra.mul(algebra.mul(u, rest), algebra.sub(rest, u)))
-        per_metre = algebra.apply(Op.DIV, self.offset, self.way)
-        return offset, algebra.mul(slope, per_metre), algebra.mul(bend, algebra.apply(Op.DIV, per_metre, self.way))
+    def curve(self, u: Term) -> tuple[Term, Term, Term]:
+        """Offset [m], slope and curvature [1/m] of the curve at `u`: e, e' and e'' of
+
+        e(u) = e0 (1 - u^3 (10 - 15 u + 6 u^2)), e'(u) = -30 e0 u^2 (1 - u)^2, e''(u) = -60 e0 u (1 - u) (1 - 2 u).
+        """
+        u = minimum(1.0, u)
+        rest, square = 1.0 - u, u * u
+        quintic = 10.0 + u * (6.0 * u - 15.0)
+        offset = self.offset * (1.0 - square * u * quintic)
+        slope = -30.0 * (square * (rest * rest))
+        bend = -60.0 * (u * rest * (rest - u))
+        per_metre = self.offset / self.way
+        return offset, slope * per_metre, bend * (per_metre / self.way)
 
 
 def _steer(job: Job, place: _Place, shift: _Shift) -> ir.Act:
     """One step along the curve, at the target speed."""
-    algebra, number = job.ev.algebra, job.ev.algebra.literal
-    look_ahead = algebra.apply(Op.MAX, number(MIN_LOOK_AHEAD), algebra.mul(number(LOOK_AHEAD), job.speed()))
-    offset, slope, _ = shift.curve(job, shift.progress)
-    preview = algebra.apply(Op.DIV, algebra.mul(number(PREVIEW), job.speed()), shift.way)
-    _, _, bend = shift.curve(job, algebra.add(shift.progress, preview))
-    turn = algebra.apply(Op.SIN, algebra.sub(algebra.apply(Op.ATAN, slope), place.direction))
-    most = algebra.mul(number(OFFSET_SHARE), look_ahead)
-    off = _clipped(job, algebra.sub(place.offset, offset), most)
-    back = algebra.apply(Op.DIV, off, algebra.mul(look_ahead, look_ahead))
-    heading = algebra.apply(Op.DIV, algebra.mul(number(2.0), turn), look_ahead)
-    curvature = algebra.sub(algebra.add(bend, heading), back)
-    angle = algebra.apply(Op.ATAN, algebra.mul(size_of(job.actor, "wheelbase"), curvature))
-    wanted = algebra.mul(number(SPEED_GAIN), algebra.sub(job.target_speed(), job.speed()))
-    braking = algebra.apply(Op.MAX, wanted, number(-BRAKING_LIMIT))
+    look_ahead = maximum(MIN_LOOK_AHEAD, LOOK_AHEAD * job.speed())
+    offset, slope, _ = shift.curve(shift.progress)
+    preview = PREVIEW * job.speed() / shift.way
+    _, _, bend = shift.curve(shift.progress + preview)
+    turn = sin(atan(slope) - place.direction)
+    most = OFFSET_SHARE * look_ahead
+    off = minimum(most, maximum(-most, place.offset - offset))
+    back = off / (look_ahead * look_ahead)
+    heading = 2.0 * turn / look_ahead
+    curvature = bend + heading - back
+    angle = atan(size_of(job.actor, "wheelbase") * curvature)
+    wanted = SPEED_GAIN * (job.target_speed() - job.speed())
+    braking = maximum(wanted, -BRAKING_LIMIT)
     return ir.Take(job.call.span, ((Command.STEER, angle), *job.pedals(braking)))
-
-
-def _clipped(job: Job, value: ir.Expr, most: ir.Expr) -> ir.Expr:
-    algebra = job.ev.algebra
-    return algebra.apply(Op.MIN, most, algebra.apply(Op.MAX, algebra.apply(Op.NEG, most), value))
 
 
 # -- looking at nothing ------------------------------------------------------------------------------------------------

@@ -13,8 +13,9 @@ from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, BehaviourCall, BuiltinValue, Value
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import BUILTINS
+from cortex_dsl.semantics.quantities.algebra import Term, maximum, minimum, sqrt, where
 from engine.frozen import frozen
-from engine.vocabulary import ActorKind, Command, Op, RuleKind, State
+from engine.vocabulary import ActorKind, Command, RuleKind, State
 
 DEFAULT_SPEED = 10.0
 """Target speed of the library's drivers, as in Scenic [m/s]."""
@@ -50,7 +51,7 @@ class Job:
         """An argument; None without it."""
         return self.call.arguments.get(name)
 
-    def number(self, name: str, default: float | None = None) -> ir.Expr:
+    def number(self, name: str, default: float | None = None) -> Term:
         if self.given(name) is None and default is not None:
             return self.ev.algebra.literal(default)
         assert isinstance(self.call.behaviour, BuiltinValue)
@@ -64,13 +65,13 @@ class Job:
             return False
         return known_truth(self.ev, self.call.arguments[name], self.call.spans[name], f"`{name}`")
 
-    def max_lateral(self) -> ir.Expr:
+    def max_lateral(self) -> Term:
         """`none` switches the planning of speed off."""
         if "max_lateral" in self.call.arguments and self.call.arguments["max_lateral"] is None:
             return self.ev.algebra.literal(math.inf)
         return self.number("max_lateral", DEFAULT_LATERAL)
 
-    def target_speed(self) -> ir.Expr:
+    def target_speed(self) -> Term:
         return self.number("target_speed", DEFAULT_SPEED)
 
     def must_steer(self) -> None:
@@ -81,57 +82,51 @@ class Job:
 
     # -- the actor now -----------------------------------------------------------------------------------------------
 
-    def speed(self) -> ir.Expr:
+    def speed(self) -> Term:
         return state(self.ev, self.actor, State.SPEED)
 
-    def kept(self, value: ir.Expr) -> tuple[ir.Act, ir.Expr]:
+    def kept(self, value: Term) -> tuple[ir.Act, Term]:
         """An act that remembers a value of the moment, and what was remembered."""
         local = self.ev.run.new_local()
         return ir.SetLocal(self.call.span, local, value), self.ev.algebra.local(local)
 
     # -- acts --------------------------------------------------------------------------------------------------------
 
-    def follow(self, path: ir.Expr, speed: ir.Expr) -> ir.Act:
+    def follow(self, path: Term, speed: Term) -> ir.Act:
         """Follow a path to its end; for the lights too, if the call says so."""
         if self.flag("obey_signals"):
             stop, room = signals.must_stop(self.ev, self.actor, self.call.spans["obey_signals"])
             speed = self.stopping(speed, stop, room)
         return ir.Follow(self.call.span, path, speed, self.max_lateral(), self.ev.run.new_local())
 
-    def stopping(self, speed: ir.Expr, stop: ir.Expr, room: ir.Expr) -> ir.Expr:
+    def stopping(self, speed: Term, stop: Term, room: Term) -> Term:
         """The target speed, lowered while `stop` holds so that the front halts `room` metres from here.
 
         v = sqrt(2 b d), the speed from which a deceleration of b comes to rest within d.
         """
-        algebra = self.ev.algebra
-        preview = algebra.mul(algebra.literal(STOP_PREVIEW), self.speed())
-        left = algebra.sub(room, algebra.add(preview, algebra.literal(STOP_MARGIN)))
-        way = algebra.apply(Op.MAX, left, algebra.literal(0.0))
-        allowed = algebra.apply(Op.SQRT, algebra.mul(algebra.literal(2.0 * STOPPING), way))
-        return algebra.apply(Op.SELECT, stop, algebra.apply(Op.MIN, speed, allowed), speed)
+        left = room - (STOP_PREVIEW * self.speed() + STOP_MARGIN)
+        allowed = sqrt(2.0 * STOPPING * maximum(left, 0.0))
+        return where(stop, minimum(speed, allowed), speed)
 
     def forever(self, act: ir.Act) -> ir.Act:
         return ir.Loop(self.call.span, self.ev.algebra.truth(True), (act,))
 
-    def until(self, body: ir.Block, condition: ir.Expr) -> ir.Act:
+    def until(self, body: ir.Block, condition: Term) -> ir.Act:
         """Run acts until a condition holds."""
         return ir.TryInterrupt(self.call.span, body, ((condition, (ir.Abort(self.call.span),)),))
 
-    def pedals(self, acceleration: ir.Expr) -> tuple[tuple[Command, ir.Expr], ...]:
+    def pedals(self, acceleration: Term) -> tuple[tuple[Command, Term], ...]:
         """Throttle and brake that give an acceleration; the vehicle's own limits hold."""
-        algebra, zero = self.ev.algebra, self.ev.algebra.literal(0.0)
-        one = algebra.literal(1.0)
 
-        def pedal(wanted: ir.Expr, most: str) -> ir.Expr:
-            share = algebra.apply(Op.DIV, wanted, size_of(self.actor, most))
-            return algebra.apply(Op.MIN, one, algebra.apply(Op.MAX, zero, share))
+        def pedal(wanted: Term, most: str) -> Term:
+            return minimum(1.0, maximum(0.0, wanted / size_of(self.actor, most)))
 
         return (
             (Command.THROTTLE, pedal(acceleration, "maxAcceleration")),
-            (Command.BRAKE, pedal(algebra.apply(Op.NEG, acceleration), "maxBraking")),
+            (Command.BRAKE, pedal(-acceleration, "maxBraking")),
         )
 
-    def abort_unless(self, condition: ir.Expr, name: str) -> ir.Block:
+    def abort_unless(self, condition: Term, name: str) -> ir.Block:
         """Make the run invalid where a condition fails; nothing to do where it is known to hold."""
         if isinstance(condition, ir.Literal) and condition.value:
             return ()

@@ -32,17 +32,17 @@ from cortex_dsl.semantics.model.state import FileContext, RuleKey
 from cortex_dsl.semantics.model.values import Actor, Pose, Quantity, Truth, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.tree import always_condition, atoms, everything_in, is_timed, speaks_of_run, subformulas
-from cortex_dsl.semantics.quantities.algebra import is_dynamic
-from cortex_dsl.semantics.quantities.bounds import interval
+from cortex_dsl.semantics.quantities.algebra import Term
+from cortex_dsl.semantics.quantities.bounds import interval, is_dynamic
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, dimension_name
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
-from engine.vocabulary import Op, RuleKind, TemporalOp
+from engine.vocabulary import RuleKind, TemporalOp
 
 # -- records -----------------------------------------------------------------------------------------------------------
 
-Column = tuple[str, ir.Expr, ir.Dimension]
+Column = tuple[str, Term, ir.Dimension]
 """What follows the record's name, the number, and its dimension."""
 
 
@@ -53,7 +53,7 @@ def keep_record(ev: Evaluator, node: nodes.Record) -> None:
         # Rules are known by their places: each column of one value gets a place of its own.
         place = Span(node.value.span.start, node.value.span.start + i)
         watch = ev.file.rule(place, name + suffix, RuleKind.WATCH)
-        ev.run.rule_conditions[place, RuleKind.WATCH] = value
+        ev.run.built.rule_conditions[place, RuleKind.WATCH] = value
         made = ir.Record(name + suffix, node.when or "series", watch, dimension, ev.file.line(node.span))
         _keep_column(ev, node, made)
 
@@ -110,12 +110,12 @@ def require_over_run(ev: Evaluator, node: nodes.Require) -> None:
     """A temporal requirement, at a running moment: the conditions of its atoms."""
     if node.probability is not None:
         raise SOFT_TEMPORAL.mistake(node.probability.span)
-    conditions = ev.run.rule_conditions
+    conditions = ev.run.built.rule_conditions
     for atom in atoms(node.condition):
         conditions[atom.span, RuleKind.WATCH] = numbers.truth(ev, ev.evaluate(atom), atom.span)
     ev.file.temporals[node.span] = node
     if (condition := always_condition(node.condition)) is not None:
-        broken = ev.algebra.apply(Op.NOT, conditions.pop((condition.span, RuleKind.WATCH)))
+        broken = ~conditions.pop((condition.span, RuleKind.WATCH))
         conditions[node.span, RuleKind.ABORT] = broken
         ev.file.rule(node.span, name_of(ev.file, node), RuleKind.ABORT)
 
@@ -126,11 +126,11 @@ def name_of(file: FileContext, node: nodes.Require) -> str:
 
 # -- all variants together --------------------------------------------------------------------------------------------
 
-Conditions = Sequence[Mapping[RuleKey, ir.Expr]]
+Conditions = Sequence[Mapping[RuleKey, Term]]
 """Of the rules of each variant."""
 
 
-def judged(file: FileContext, conditions: Conditions, *, has_end: bool) -> tuple[ir.Temporal, ...]:
+def temporal_requirements(file: FileContext, conditions: Conditions, *, has_end: bool) -> tuple[ir.Temporal, ...]:
     """The temporal requirements that are judged when the run is over; reports those that decide nothing.
 
     `has_end` says that the file limits the time of a run.
@@ -165,7 +165,7 @@ def _report(
         file.findings.add(NO_END.at(waiting.span, limit=SimulationConfig().max_time))
 
 
-def _seen(node: nodes.Require, conditions: Conditions) -> Iterator[ir.Expr]:
+def _seen(node: nodes.Require, conditions: Conditions) -> Iterator[Term]:
     """Everything that a requirement looks at, in all variants."""
     keys = [(node.span, RuleKind.ABORT), *((atom.span, RuleKind.WATCH) for atom in atoms(node.condition))]
     return (each[key] for each in conditions for key in keys if key in each)

@@ -23,7 +23,7 @@ from cortex_dsl.semantics.evaluation.calls import monitor_call
 from cortex_dsl.semantics.evaluation.functions import whole_number
 from cortex_dsl.semantics.evaluation.genes import param_value
 from cortex_dsl.semantics.evaluation.operators import combine, unpack
-from cortex_dsl.semantics.evaluation.roads import reasons, spelled
+from cortex_dsl.semantics.evaluation.roads import map_line, reasons_for_road
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     Actor,
@@ -38,12 +38,12 @@ from cortex_dsl.semantics.model.values import (
 )
 from cortex_dsl.semantics.model.wording import kind_name, spoken_unit
 from cortex_dsl.semantics.names.tree import SYSTEM, is_timed
-from cortex_dsl.semantics.quantities.algebra import closed_value
-from cortex_dsl.semantics.quantities.bounds import margin_of, weigh
+from cortex_dsl.semantics.quantities.bounds import closed_value, margin_of, weight_of
 from cortex_dsl.semantics.quantities.units import PURE, TIME, Dimension
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
+from engine.errors import ArgumentError
 from engine.streams import parse_key
 from engine.vocabulary import RuleKind
 
@@ -113,7 +113,7 @@ def _param(ev: Evaluator, node: nodes.Param) -> None:
 def _note_idle_param(ev: Evaluator, entry: nodes.ParamEntry) -> None:
     if entry.name == "map":
         road = ev.file.default_road
-        ev.report(SCENIC_MAP.at(entry.span, reason=reasons(road), road=spelled(road)))
+        ev.report(SCENIC_MAP.at(entry.span, reason=reasons_for_road(road), road=map_line(road)))
     elif entry.name in MAP_PARAMS and "map" in ev.run.params:
         return  # said of the map itself
     elif entry.name in MAP_PARAMS or entry.name in IDLE_PARAMS:
@@ -178,9 +178,9 @@ def _stream(text: str, span: Span) -> str:
     """A stream key, as concrete scenarios have one."""
     try:
         parse_key(text)
-    except ValueError as error:
+    except ArgumentError as error:
         raise BAD_SETTING.mistake(
-            span, name="stream", expected="a stream key", actual=f"`{text[:40]}`", reason=str(error)
+            span, name="stream", expected="a stream key", actual=f"`{text[:40]}`", reason=error.message
         ) from None
     return text
 
@@ -199,10 +199,12 @@ def _require(ev: Evaluator, node: nodes.Require) -> None:
     probability = soft_probability(ev, node.probability)
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
     name = node.name or " ".join(ev.file.source.slice(node.condition.span).split())
-    margin = margin_of(ev.algebra, condition, ev.run.compared)
+    margin = margin_of(condition, ev.run.compared)
     unit = spoken_unit(node.condition, condition, margin[1], ev.file.genes)
-    ev.run.requirements.append(ir.Requirement(condition, probability, name, ev.file.line(node.span), *margin, unit))
-    weight = weigh(condition, ev.interval(condition), certain=probability == 1.0)
+    ev.run.built.requirements.append(
+        ir.Requirement(condition, probability, name, ev.file.line(node.span), *margin, unit)
+    )
+    weight = weight_of(condition, ev.interval(condition), certain=probability == 1.0)
     ev.file.weights[node.condition.span] = weight.joined(ev.file.weights.get(node.condition.span))
 
 
@@ -231,7 +233,7 @@ def _terminate_after(ev: Evaluator, node: nodes.TerminateAfter) -> None:
 def terminate_when(ev: Evaluator, node: nodes.TerminateWhen) -> None:
     """A condition over the running simulation; evaluated with everything that the file defines."""
     condition = numbers.truth(ev, ev.evaluate(node.condition), node.condition.span)
-    ev.run.rule_conditions[node.span, RuleKind.TERMINATE] = condition
+    ev.run.built.rule_conditions[node.span, RuleKind.TERMINATE] = condition
     ev.file.rule(node.span, node.name or " ".join(ev.file.source.slice(node.condition.span).split()))
     if closed_value(condition) not in (None, 0.0):
         ev.report(NEVER_RUNS.at(node.condition.span))
@@ -268,7 +270,7 @@ def _instead_of_monitor(ev: Evaluator, value: Value, node: nodes.Expression) -> 
 
 
 def require_monitor(ev: Evaluator, node: nodes.RequireMonitor) -> None:
-    ev.run.required_monitors.append((node.name, required_monitor(ev, node), node.span))
+    ev.run.built.required_monitors.append((node.name, required_monitor(ev, node), node.span))
 
 
 def _nothing(_ev: Evaluator, _node: nodes.Statement) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.behaviours import MAY_NOT_ACT, NEVER_ACTS
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.quantities.algebra import leaves
+from cortex_dsl.semantics.quantities.bounds import leaves
 from cortex_dsl.source import Span
 from engine.vocabulary import Op
 

@@ -31,13 +31,13 @@ from cortex_dsl.semantics.model.context import Evaluator, Moment
 from cortex_dsl.semantics.model.values import Actor, Instance, ScenarioCall, ScenarioValue, Value
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.tree import always_condition, assigned_names
+from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.semantics.quantities.units import TIME
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
 from engine.frozen import frozen
-from engine.vocabulary import Op
 
 # -- the coroutine of a scenario that another one starts ---------------------------------------------------------------
 
@@ -80,7 +80,7 @@ class Coroutine:
     def _rules(self, kind: type) -> Iterator[nodes.Statement]:
         return (statement for statement in self.composer.instance.rules if isinstance(statement, kind))
 
-    def _always(self, body: Body) -> Iterator[tuple[ir.Expr, int]]:
+    def _always(self, body: Body) -> Iterator[tuple[Term, int]]:
         """`require always c` holds while the scenario runs; no other formula can be judged over a part of a run."""
         for statement in self._rules(nodes.Require):
             assert isinstance(statement, nodes.Require)
@@ -112,11 +112,11 @@ class Coroutine:
             except Mistake as mistake:
                 body.ev.report(mistake)
                 continue
-            self.composer.instance.watchers.append(len(run.monitors))
-            run.monitors.append(ir.Monitor(statement.name or call.name, block, False, statement.span))
-            yield len(run.monitors) - 1
+            self.composer.instance.watchers.append(len(run.built.monitors))
+            run.built.monitors.append(ir.Monitor(statement.name or call.name, block, False, statement.span))
+            yield len(run.built.monitors) - 1
 
-    def _ends(self, body: Body, during: Guards) -> tuple[ir.Block, tuple[tuple[ir.Expr, ir.Block], ...]]:
+    def _ends(self, body: Body, during: Guards) -> tuple[ir.Block, tuple[tuple[Term, ir.Block], ...]]:
         """What `terminate when` and `terminate after` of the setup do: acts at the start, and handlers. What must hold
         while the scenario runs must hold at its last sample too.
         """
@@ -142,7 +142,7 @@ class Coroutine:
         name = node.name or bodies.source_of(body.ev, node.condition)
         return ir.Terminate(node.span, body.ev.file.rule(node.span, name))
 
-    def _elapsed(self, body: Body, node: nodes.TerminateAfter, clock: list[ir.Act]) -> ir.Expr:
+    def _elapsed(self, body: Body, node: nodes.TerminateAfter, clock: list[ir.Act]) -> Term:
         algebra, scene = body.ev.algebra, place(body.ev, self.composer.instance)
         amount = Given(scene.evaluate(node.amount), node.amount.span)
         if node.in_steps:
@@ -151,9 +151,9 @@ class Coroutine:
         else:
             seconds = known_number(scene, amount, TIME, "the time of `terminate after`", 1e-4, 1e5)
         start = body.ev.run.new_local()
-        clock.append(ir.SetLocal(node.span, start, algebra.apply(Op.TIME)))
-        passed = algebra.sub(algebra.apply(Op.TIME), algebra.local(start))
-        return algebra.apply(Op.LE, algebra.literal(seconds - CLOCK_TOLERANCE), passed)
+        clock.append(ir.SetLocal(node.span, start, algebra.time()))
+        passed = algebra.time() - algebra.local(start)
+        return seconds - CLOCK_TOLERANCE <= passed
 
 
 def place(ev: Evaluator, instance: Instance) -> Evaluator:
@@ -193,7 +193,7 @@ class Composer(Inliner):
     def guarded(self, body: Body, call: Span) -> tuple[Guards, Guards]:
         """Preconditions and invariants, `require always` of the setup among the latter."""
 
-        def condition(node: nodes.Expression) -> ir.Expr:
+        def condition(node: nodes.Expression) -> Term:
             return body.condition(node, repeated=True)
 
         node = self.node
@@ -223,9 +223,9 @@ class Composer(Inliner):
     def _awaited(self, children: Sequence[Instance], span: Span) -> ir.Block:
         """Start scenarios, and wait until all have ended."""
         algebra = self.ev.algebra
-        going: ir.Expr = algebra.truth(False)
+        going: Term = algebra.truth(False)
         for child in children:
-            going = algebra.apply(Op.OR, going, algebra.running(child.monitor))
+            going = going | algebra.running(child.monitor)
         starts = tuple(ir.Start(span, child.monitor) for child in children)
         return (*starts, ir.Loop(span, going, (ir.Wait(span),)))
 
@@ -246,17 +246,17 @@ class Composer(Inliner):
         if call.instance is not None:
             raise STARTED_TWICE.mistake(node.span, name=call.name)
         call.instance = self._instance(call, node, moment)
-        before = len(self.ev.run.actors)
+        before = len(self.ev.run.built.actors)
         set_up(self.ev, call.scenario, call.instance, dict(call.arguments))
         child = self._written(call, call.instance)
-        made = self.ev.run.actors[before:]
+        made = self.ev.run.built.actors[before:]
         return self._once(child, made, call, moment) if made and moment.repeated else child
 
     def _instance(self, call: ScenarioCall, node: nodes.Expression, moment: Moment) -> Instance:
         surely = self.instance.present and node.span in self.first and not moment.repeated
-        number = len(self.ev.run.monitors)
+        number = len(self.ev.run.built.monitors)
         instance = Instance(call.name, parent=self.instance, present=surely, monitor=number, span=node.span)
-        self.ev.run.monitors.append(None)
+        self.ev.run.built.monitors.append(None)
         self.instance.children.append(instance)
         return instance
 
@@ -265,7 +265,7 @@ class Composer(Inliner):
         if moment.looping:
             here = Label(made[0].span, "made here")
             raise MADE_AGAIN.mistake(call.span, name=call.name, secondary=(here,))
-        fresh = self.ev.algebra.apply(Op.NOT, is_present(self.ev, made[0]))
+        fresh = ~is_present(self.ev, made[0])
         rule = bodies.abort_rule(self.ev, call.span, f"{call.name} starts a second time")
         return replace(child, preconditions=((fresh, rule), *child.preconditions))
 
@@ -273,7 +273,7 @@ class Composer(Inliner):
         """Work out the coroutine of a scenario that this one starts."""
         composer = composer_of(self, call.scenario, instance)
         written = Coroutine(composer, call.span).written()
-        self.ev.run.monitors[instance.monitor] = ir.Monitor(call.name, written.block, False, call.span)
+        self.ev.run.built.monitors[instance.monitor] = ir.Monitor(call.name, written.block, False, call.span)
         return Child(instance, written.preconditions, written.invariants, call.span)
 
     def _check_started(self, call: ScenarioCall, span: Span) -> None:
@@ -329,8 +329,8 @@ def run_by(composer: Composer) -> None:
     if not (node.compose or node.preconditions or node.invariants):
         return
     span = node.name_span
-    composer.instance.monitor = len(run.monitors)
-    run.monitors.append(None)
+    composer.instance.monitor = len(run.built.monitors)
+    run.built.monitors.append(None)
     body = composer.body()
     before, during = composer.guarded(body, span)
     demands = (ir.Demand(span, holds, rule) for holds, rule in before)
@@ -339,4 +339,4 @@ def run_by(composer: Composer) -> None:
     if node.compose:
         end = (ir.Terminate(span, composer.ev.file.rule(span, f"the end of {node.name}")),)
     block = (*demands, ir.Scope(span, node.name, body.scope, acts, during), *end)
-    run.monitors[composer.instance.monitor] = ir.Monitor(node.name, block, True, span)
+    run.built.monitors[composer.instance.monitor] = ir.Monitor(node.name, block, True, span)

@@ -276,13 +276,13 @@ def set_up(ev: Evaluator, scenario: ScenarioValue, instance: Instance, arguments
         elif (default := parameter.default) is not None:
             instance.names[parameter.name] = here.tolerate(lambda default=default: here.evaluate(default))
     objects.announce(here, node.setup)
-    before = len(ev.run.actors)
+    before = len(ev.run.built.actors)
     with ev.naming(""):
         for statement in node.setup:
             _set_up_by(here, statement, instance)
-    instance.actors = ev.run.actors[before:]
+    instance.actors = ev.run.built.actors[before:]
     if ev.run.ego is None:
-        ev.run.first_ego = instance.ego
+        ev.run.built.first_ego = instance.ego
     number(ev.run)
 
 
@@ -301,11 +301,11 @@ def _set_up_by(ev: Evaluator, statement: nodes.Statement, instance: Instance) ->
 
 def number(run: Variant) -> None:
     """Number the objects made so far: the ego is 0, once there is one."""
-    for actor in run.actors:
+    for actor in run.built.actors:
         if actor.index < 0 and actor is run.ego:
             actor.index = 0
         elif actor.index < 0:
-            actor.index, run.numbered = run.numbered, run.numbered + 1
+            actor.index, run.built.numbered = run.built.numbered, run.built.numbered + 1
 
 
 def surely_first(statements: Sequence[nodes.Statement]) -> frozenset[Span]:

@@ -1,1 +1,1 @@
-"""What expressions are worth: a module for each family, and one table that leads to them."""
+"""What expressions are worth: a module for each family."""

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 
-from cortex_dsl import ir
 from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.values import TOO_FEW_ARGUMENTS, TOO_MANY_ARGUMENTS, WRONG_KIND
@@ -11,6 +10,7 @@ from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import POISON, Value
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import Builtin, Parameter
+from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -116,7 +116,7 @@ def bind_builtin(row: Builtin, given: Sequence[Given], span: Span) -> dict[str, 
     return bind(row.name, row.signature, slots, given, span)
 
 
-def number_for(ev: Evaluator, parameter: Parameter, argument: Given) -> ir.Expr:
+def number_for(ev: Evaluator, parameter: Parameter, argument: Given) -> Term:
     """The number that a parameter with a dimension takes, inside its legal range."""
     assert parameter.dimension is not None
     what = f"`{parameter.name}`"

@@ -37,6 +37,7 @@ from cortex_dsl.semantics.model.values import (
 )
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import PROPERTIES
+from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -269,7 +270,7 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
 
 def property_value(value: Value, name: str) -> Value:
     """A stored property as the language sees it."""
-    if isinstance(value, ir.Expr):
+    if isinstance(value, Term):
         return Quantity(value, PROPERTIES[name].dimension)
     return value
 

@@ -1,16 +1,21 @@
 """Calls: of functions, distributions, lambdas, actions and behaviours."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from cortex_dsl import ir
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.scenarios import MONITOR_USED, SCENARIO_USED, SETTLED_ARGUMENT
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.errors.values import NOT_CALLABLE
-from cortex_dsl.semantics.evaluation import driving as _driving  # noqa: F401 - fills the table of functions
-from cortex_dsl.semantics.evaluation import numbers, random_values
-from cortex_dsl.semantics.evaluation.arguments import Given, Slot, bind, bind_builtin, evaluate_arguments, number_for
-from cortex_dsl.semantics.evaluation.functions import FUNCTIONS
+from cortex_dsl.semantics.evaluation import driving, functions, numbers, random_values
+from cortex_dsl.semantics.evaluation.arguments import (
+    Given,
+    Slot,
+    bind,
+    bind_builtin,
+    evaluate_arguments,
+    no_names,
+    number_for,
+)
 from cortex_dsl.semantics.evaluation.geometry import size_of
 from cortex_dsl.semantics.evaluation.random_values import Site
 from cortex_dsl.semantics.model.context import Evaluator, Moment
@@ -30,23 +35,24 @@ from cortex_dsl.semantics.model.values import (
 )
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import BUILTINS, Builtin, Kind
-from cortex_dsl.semantics.quantities.algebra import is_dynamic
+from cortex_dsl.semantics.quantities.algebra import Term
+from cortex_dsl.semantics.quantities.bounds import is_dynamic
 from cortex_dsl.semantics.quantities.units import ANGLE, PURE
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
-from engine.vocabulary import Command, Op
+from engine.vocabulary import Command
 
 # -- steering as Scenic's scripts give it: a share of the full angle, positive to the right ----------------------------
 
 
-def scenic_steering(ev: Evaluator, steer: Given) -> ir.Expr:
+def scenic_steering(ev: Evaluator, steer: Given) -> Term:
     """The steering angle, positive to the left [rad]; what has a unit of angle is one already."""
     given = numbers.quantity(steer.value, steer.span, "`steer`")
     if given.dimension == ANGLE or ev.moment.actor is None:
         return numbers.adopt(ev, given, ANGLE, steer.span, "`steer`")
     share = numbers.adopt(ev, given, PURE, steer.span, "`steer`")
     share = numbers.in_range(ev, share, -1.0, 1.0, PURE, steer.span, "`steer`")
-    return ev.algebra.apply(Op.NEG, ev.algebra.mul(share, size_of(ev.moment.actor, "maxSteer")))
+    return -(share * size_of(ev.moment.actor, "maxSteer"))
 
 
 # -- calls -------------------------------------------------------------------------------------------------------------
@@ -79,7 +85,7 @@ def call(ev: Evaluator, node: nodes.Call) -> Value:
 def _builtin(ev: Evaluator, row: Builtin, given: Sequence[Given], node: nodes.Call) -> Value:
     match row.kind:
         case Kind.FUNCTION:
-            return FUNCTIONS[row.name](ev, given, node.span)
+            return _function(ev, row, given, node.span)
         case Kind.DISTRIBUTION:
             return random_values.DISTRIBUTIONS[row.name](ev, row.name, given, Site(node.span))
         case Kind.ACTION:
@@ -90,6 +96,19 @@ def _builtin(ev: Evaluator, row: Builtin, given: Sequence[Given], node: nodes.Ca
     raise NOT_SUPPORTED.mistake(
         node.span, what=f"`{row.name}` cannot be called", reason="", cure=f"objects are made with `new {row.name} ...`"
     )
+
+
+def _function(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -> Value:
+    """A function gets its arguments in order, or, if it takes any number of them, as a list."""
+    meaning = FUNCTIONS[row.name]
+    if row.variadic:
+        no_names(row.name, given)
+        return meaning(ev, list(given), span)
+    bound = bind_builtin(row, given, span)
+    return meaning(ev, *(bound.get(p.name) for p in row.parameters), span)
+
+
+FUNCTIONS: Mapping[str, functions.Meaning] = {**functions.MEANINGS, **driving.MEANINGS}
 
 
 def _action(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -> Value:
@@ -133,7 +152,7 @@ def as_scenario(value: Value, span: Span) -> ScenarioCall | None:
 def bind_parameters(node: Definition, given: Sequence[Given], span: Span) -> dict[str, Given]:
     """Arguments by the parameters of a definition in the file."""
     if any(p.name == "self" for p in node.parameters):
-        raise Mistake  # that has been told, and nobody can give it
+        raise Mistake  # reported already, and nobody can give it
     slots = [Slot(p.name, p.default is not None) for p in node.parameters]
     shown = [p.name if p.default is None else f"{p.name}=..." for p in node.parameters]
     return bind(node.name, f"{node.name}({', '.join(shown)})", slots, given, span)

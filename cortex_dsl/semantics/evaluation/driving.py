@@ -5,13 +5,14 @@ Names and meaning are those of Scenic's driving domain: distances are from centr
 """
 
 import math
+from collections.abc import Mapping
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import signals
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for
-from cortex_dsl.semantics.evaluation.functions import function
+from cortex_dsl.semantics.evaluation.functions import Meaning
 from cortex_dsl.semantics.evaluation.geometry import between, current_pose, is_present, others, sees, size_of
 from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, looked_up
 from cortex_dsl.semantics.evaluation.roads import network_of
@@ -29,10 +30,11 @@ from cortex_dsl.semantics.model.state import COLOURS, RED, YELLOW, SignalPlan
 from cortex_dsl.semantics.model.values import Actor, BuiltinValue, Colour, Effect, Pose, Quantity, Signal, Truth, Value
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import ACTOR_KINDS, BUILTINS
+from cortex_dsl.semantics.quantities.algebra import Term, cos, equal, region_contains, sin, where
 from cortex_dsl.semantics.quantities.units import LENGTH, TIME
 from cortex_dsl.source import Span
 from engine.road.network import Intersection
-from engine.vocabulary import ActorKind, Op
+from engine.vocabulary import ActorKind
 
 NOT_VEHICLES = frozenset({ActorKind.PEDESTRIAN, ActorKind.OBSTACLE})
 
@@ -49,11 +51,11 @@ def while_running(ev: Evaluator, span: Span, name: str) -> None:
         raise ONLY_WHILE_RUNNING.mistake(span, what=f"`{name}`")
 
 
-def _near(ev: Evaluator, one: Pose, other: Pose, limit: ir.Expr) -> ir.Expr:
-    return ev.algebra.apply(Op.LT, between(ev, one, other), limit)
+def _near(one: Pose, other: Pose, limit: Term) -> Term:
+    return between(one, other) < limit
 
 
-def _limit(ev: Evaluator, name: str, distance: Given) -> ir.Expr:
+def _limit(ev: Evaluator, name: str, distance: Given) -> Term:
     return number_for(ev, BUILTINS[name].parameters[1], distance)
 
 
@@ -65,7 +67,7 @@ def any_cars(ev: Evaluator, car: Given, distance: Given, span: Span) -> Value:
     return Truth(
         ev.algebra.any_of(
             [
-                ev.algebra.all_of((is_present(ev, each), _near(ev, here, current_pose(ev, each), limit)))
+                ev.algebra.all_of((is_present(ev, each), _near(here, current_pose(ev, each), limit)))
                 for each in others(ev, actor)
                 if each.kind not in NOT_VEHICLES
             ],
@@ -82,7 +84,7 @@ def any_pedestrians(ev: Evaluator, vehicle: Given, distance: Given, span: Span) 
         ev.algebra.any_of(
             [
                 ev.algebra.all_of(
-                    (is_present(ev, each), _near(ev, front, current_pose(ev, each), limit), sees(ev, actor, each))
+                    (is_present(ev, each), _near(front, current_pose(ev, each), limit), sees(ev, actor, each))
                 )
                 for each in others(ev, actor)
                 if each.kind is ActorKind.PEDESTRIAN
@@ -93,10 +95,10 @@ def any_pedestrians(ev: Evaluator, vehicle: Given, distance: Given, span: Span) 
 
 def _front(ev: Evaluator, actor: Actor) -> Pose:
     """The middle of the front of the outline."""
-    algebra, pose = ev.algebra, current_pose(ev, actor)
-    half = algebra.mul(size_of(actor, "length"), algebra.literal(0.5))
-    x = algebra.add(pose.x, algebra.mul(half, algebra.apply(Op.COS, pose.heading)))
-    y = algebra.add(pose.y, algebra.mul(half, algebra.apply(Op.SIN, pose.heading)))
+    pose = current_pose(ev, actor)
+    half = size_of(actor, "length") * 0.5
+    x = pose.x + half * cos(pose.heading)
+    y = pose.y + half * sin(pose.heading)
     return Pose(x, y, pose.heading)
 
 
@@ -108,15 +110,15 @@ def objects_in_lane(ev: Evaluator, vehicle: Given, distance: Given, span: Span) 
     return Truth(ev.algebra.any_of([_in_lane(ev, actor, here, each, limit) for each in others(ev, actor)]))
 
 
-def _in_lane(ev: Evaluator, actor: Actor, here: Pose, other: Actor, limit: ir.Expr) -> ir.Expr:
+def _in_lane(ev: Evaluator, actor: Actor, here: Pose, other: Actor, limit: Term) -> Term:
     there = current_pose(ev, other)
-    near = _near(ev, here, there, limit)
+    near = _near(here, there, limit)
     return ev.algebra.all_of((is_present(ev, other), near, sees(ev, actor, other), together(ev, here, there)))
 
 
-def together(ev: Evaluator, here: Pose, there: Pose) -> ir.Expr:
+def together(ev: Evaluator, here: Pose, there: Pose) -> Term:
     """Whether two places lie in one intersection, or in one lane outside of it."""
-    network, algebra = network_of(ev), ev.algebra
+    network = network_of(ev)
     lane = index_of(ev, lane_at(ev, here))
     assert lane is not None
     areas = [
@@ -124,7 +126,7 @@ def together(ev: Evaluator, here: Pose, there: Pose) -> ir.Expr:
         for each in network.lanes
     ]
     region = looked_up(ev, lane, areas, missing=0.0)
-    return algebra.apply(Op.REGION_CONTAINS, region, there.x, there.y)
+    return region_contains(region, there.x, there.y)
 
 
 def distance_to_closest(ev: Evaluator, actor: Actor, kind: Value, span: Span) -> Value:
@@ -138,14 +140,11 @@ def distance_to_closest(ev: Evaluator, actor: Actor, kind: Value, span: Span) ->
     return Quantity(closest(ev, actor, [each for each in others(ev, actor) if each.kind is wanted]), LENGTH)
 
 
-def closest(ev: Evaluator, actor: Actor, candidates: list[Actor]) -> ir.Expr:
+def closest(ev: Evaluator, actor: Actor, candidates: list[Actor]) -> Term:
     """Least distance to one of several objects that take part [m]; infinite without one."""
-    algebra, here, far = ev.algebra, current_pose(ev, actor), ev.algebra.literal(math.inf)
-    distances = [
-        algebra.apply(Op.SELECT, is_present(ev, each), between(ev, here, current_pose(ev, each)), far)
-        for each in candidates
-    ]
-    return ev.algebra.gathered(Op.MIN, distances, math.inf)
+    here = current_pose(ev, actor)
+    distances = [where(is_present(ev, each), between(here, current_pose(ev, each)), math.inf) for each in candidates]
+    return ev.algebra.least(distances)
 
 
 def time_to_collision(ev: Evaluator, first: Given, second: Given | None, span: Span) -> Value:
@@ -153,7 +152,7 @@ def time_to_collision(ev: Evaluator, first: Given, second: Given | None, span: S
     while_running(ev, span, "timeToCollision")
     actor = actor_of(first, "`object`")
     other = -1 if second is None or second.value is None else actor_of(second, "`other`").index
-    return Quantity(ev.algebra.apply(Op.TTC, immediates=(actor.index, other)), TIME)
+    return Quantity(ev.algebra.time_to_contact(actor.index, other), TIME)
 
 
 # -- changing the lights: acts -----------------------------------------------------------------------------------------
@@ -175,16 +174,16 @@ def set_light(ev: Evaluator, plan: SignalPlan, light: Signal, colour: float, spa
     )
 
 
-def set_light_ahead(ev: Evaluator, actor: Actor, colour: float, reach: ir.Expr, span: Span) -> Effect:
+def set_light_ahead(ev: Evaluator, actor: Actor, colour: float, reach: Term, span: Span) -> Effect:
     """Set the light that an object comes to, if it is within reach."""
     plan = needed(ev, span, "`setClosestTrafficLightStatus`")
     ahead = ahead_of(ev, actor)
-    within = ahead.within(ev, reach)
+    within = ahead.within(reach)
     acts: list[ir.Act] = []
     for intersection in network_of(ev).intersections:
         for light in (Signal(intersection, i) for i in range(len(intersection.legs))):
-            this = ev.algebra.apply(Op.EQ, ahead.light, ev.algebra.literal(float(number_of(light))))
-            condition = ev.algebra.apply(Op.AND, within, this)
+            this = equal(ahead.light, float(number_of(light)))
+            condition = within & this
             acts.append(ir.Branch(span, condition, set_light(ev, plan, light, colour, span), ()))
     return Effect(tuple(acts))
 
@@ -206,10 +205,10 @@ def unfreeze(ev: Evaluator, span: Span) -> Effect:
     plan, algebra = needed(ev, span, "`unfreezeTrafficLights`"), ev.algebra
     assert plan.controls is not None
     frozen, lost = algebra.local(plan.controls.frozen), algebra.local(plan.controls.lost)
-    stood = algebra.sub(algebra.apply(Op.TIME), algebra.local(plan.controls.frozen_at))
+    stood = algebra.time() - algebra.local(plan.controls.frozen_at)
     return Effect(
         (
-            ir.SetLocal(span, plan.controls.lost, algebra.apply(Op.SELECT, frozen, stood, lost)),
+            ir.SetLocal(span, plan.controls.lost, where(frozen, stood, lost)),
             ir.SetLocal(span, plan.controls.frozen, algebra.truth(False)),
         )
     )
@@ -220,16 +219,8 @@ def unfreeze(ev: Evaluator, span: Span) -> Effect:
 REACH = 100.0
 """How far lights are looked for unless a call says otherwise; Scenic's default [m]."""
 
-for _name, _meaning in {
-    "withinDistanceToAnyCars": any_cars,
-    "withinDistanceToAnyPedestrians": any_pedestrians,
-    "withinDistanceToObjsInLane": objects_in_lane,
-    "timeToCollision": time_to_collision,
-}.items():
-    function(_name)(_meaning)
 
-
-def _reach(ev: Evaluator, name: str, distance: Given | None) -> ir.Expr:
+def _reach(ev: Evaluator, name: str, distance: Given | None) -> Term:
     parameter = next(p for p in BUILTINS[name].parameters if "istance" in p.name)
     return ev.algebra.literal(REACH) if distance is None else number_for(ev, parameter, distance)
 
@@ -237,33 +228,28 @@ def _reach(ev: Evaluator, name: str, distance: Given | None) -> ir.Expr:
 # -- looking at lights ------------------------------------------------------------------------------------------------
 
 
-def _shown_ahead(ev: Evaluator, name: str, vehicle: Given, distance: Given | None, span: Span) -> ir.Expr:
+def _shown_ahead(ev: Evaluator, name: str, vehicle: Given, distance: Given | None, span: Span) -> Term:
     while_running(ev, span, name)
     plan = signals.needed(ev, span, f"`{name}`")
     return signals.colour_ahead(ev, actor_of(vehicle, "`vehicle`"), _reach(ev, name, distance), plan)
 
 
-@function("getClosestTrafficLightStatus")
 def _closest_status(ev: Evaluator, vehicle: Given, distance: Given | None, span: Span) -> Value:
     return Colour(_shown_ahead(ev, "getClosestTrafficLightStatus", vehicle, distance, span))
 
 
-@function("withinDistanceToTrafficLight")
 def _within_light(ev: Evaluator, vehicle: Given, distance: Given, span: Span) -> Value:
     while_running(ev, span, "withinDistanceToTrafficLight")
     signals.needed(ev, span, "`withinDistanceToTrafficLight`")
     ahead = signals.ahead_of(ev, actor_of(vehicle, "`vehicle`"))
-    return Truth(ahead.within(ev, _reach(ev, "withinDistanceToTrafficLight", distance)))
+    return Truth(ahead.within(_reach(ev, "withinDistanceToTrafficLight", distance)))
 
 
-@function("withinDistanceToRedYellowTrafficLight")
 def _within_red_yellow(ev: Evaluator, vehicle: Given, distance: Given, span: Span) -> Value:
     shown = _shown_ahead(ev, "withinDistanceToRedYellowTrafficLight", vehicle, distance, span)
-    is_colour = [ev.algebra.apply(Op.EQ, shown, ev.algebra.literal(float(each))) for each in (RED, YELLOW)]
-    return Truth(ev.algebra.apply(Op.OR, *is_colour))
+    return Truth(equal(shown, float(RED)) | equal(shown, float(YELLOW)))
 
 
-@function("getTrafficLightStatus")
 def _status(ev: Evaluator, light: Given, span: Span) -> Value:
     while_running(ev, span, "getTrafficLightStatus")
     plan = signals.needed(ev, span, "`getTrafficLightStatus`")
@@ -281,7 +267,6 @@ def _light(given: Given) -> Signal:
 # -- changing them ----------------------------------------------------------------------------------------------------
 
 
-@function("setClosestTrafficLightStatus")
 def _set_closest(ev: Evaluator, vehicle: Given, color: Given, distance: Given | None, span: Span) -> Value:
     while_running(ev, span, "setClosestTrafficLightStatus")
     actor = actor_of(vehicle, "`vehicle`")
@@ -289,14 +274,12 @@ def _set_closest(ev: Evaluator, vehicle: Given, color: Given, distance: Given | 
     return set_light_ahead(ev, actor, colour, _reach(ev, "setClosestTrafficLightStatus", distance), span)
 
 
-@function("setTrafficLightStatus")
 def _set(ev: Evaluator, light: Given, color: Given, span: Span) -> Value:
     while_running(ev, span, "setTrafficLightStatus")
     plan = signals.needed(ev, span, "`setTrafficLightStatus`")
     return Effect(set_light(ev, plan, _light(light), named_colour(color.value, color.span), span))
 
 
-@function("setAllIntersectionTrafficLightsStatus")
 def _set_all(ev: Evaluator, intersection: Given, color: Given, span: Span) -> Value:
     while_running(ev, span, "setAllIntersectionTrafficLightsStatus")
     plan = signals.needed(ev, span, "`setAllIntersectionTrafficLightsStatus`")
@@ -310,13 +293,28 @@ def _set_all(ev: Evaluator, intersection: Given, color: Given, span: Span) -> Va
     return Effect(tuple(act for light in lights for act in set_light(ev, plan, light, colour, span)))
 
 
-@function("freezeTrafficLights")
 def _freeze(ev: Evaluator, span: Span) -> Value:
     while_running(ev, span, "freezeTrafficLights")
     return freeze(ev, span)
 
 
-@function("unfreezeTrafficLights")
 def _unfreeze(ev: Evaluator, span: Span) -> Value:
     while_running(ev, span, "unfreezeTrafficLights")
     return unfreeze(ev, span)
+
+
+MEANINGS: Mapping[str, Meaning] = {
+    "withinDistanceToAnyCars": any_cars,
+    "withinDistanceToAnyPedestrians": any_pedestrians,
+    "withinDistanceToObjsInLane": objects_in_lane,
+    "timeToCollision": time_to_collision,
+    "getClosestTrafficLightStatus": _closest_status,
+    "withinDistanceToTrafficLight": _within_light,
+    "withinDistanceToRedYellowTrafficLight": _within_red_yellow,
+    "getTrafficLightStatus": _status,
+    "setClosestTrafficLightStatus": _set_closest,
+    "setTrafficLightStatus": _set,
+    "setAllIntersectionTrafficLightsStatus": _set_all,
+    "freezeTrafficLights": _freeze,
+    "unfreezeTrafficLights": _unfreeze,
+}

@@ -14,16 +14,18 @@ from cortex_dsl.semantics.evaluation import random_values as finite
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
 from cortex_dsl.semantics.evaluation.functions import whole_number
 from cortex_dsl.semantics.evaluation.random_values import Option, Site
+from cortex_dsl.semantics.model.choices import check_count
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Quantity, Value
 from cortex_dsl.semantics.model.wording import option_name
 from cortex_dsl.semantics.names.tree import unit_word
-from cortex_dsl.semantics.quantities.algebra import closed_value
+from cortex_dsl.semantics.quantities.algebra import table
+from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import UNITS, Unit, si_word
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
-from engine.vocabulary import Distribution, GeneKind, Op
+from engine.vocabulary import Distribution, GeneKind
 
 
 def param_value(ev: Evaluator, entry: nodes.ParamEntry) -> Value:
@@ -97,7 +99,7 @@ class _Request:
         gene = self._info(GeneKind.INTEGER, unit, float(low), float(high), Distribution.UNIFORM)
         if self.site.span not in self.ev.file.expanded:
             return self._value(gene, unit)
-        finite.check_count(high - low + 1, self.site)
+        check_count(high - low + 1, self.site.span)
         dimension = None if self.site.unit is None else self.site.unit.dimension
         options = [
             Option(Quantity(self.ev.algebra.literal(n * gene.scale), dimension), 1.0, f"{n} {unit}".rstrip())
@@ -127,7 +129,7 @@ class _Request:
         values, dimension = finite.option_numbers(options, self.site.span)
         known = [value.expr.value for value in values if isinstance(value.expr, ir.Literal)]
         offset = self.ev.file.pool.offset(known)
-        return Quantity(self.ev.algebra.apply(Op.TABLE, self.ev.algebra.gene(index), immediates=(offset,)), dimension)
+        return Quantity(table(self.ev.algebra.gene(index), offset), dimension)
 
     def _info(self, kind: GeneKind, unit: str, low: float, high: float, distribution: Distribution) -> ir.GeneInfo:
         return ir.GeneInfo(
@@ -157,7 +159,7 @@ class _Request:
 
     def _written(self, arguments: Sequence[Given]) -> tuple[str, list[float]]:
         """The unit of the file for this gene, and the numbers in it."""
-        exprs = [random_values.scaled(self.ev, argument, self.site.unit) for argument in arguments]
+        exprs = [random_values.scaled(argument, self.site.unit) for argument in arguments]
         dimension = None
         for number in exprs:
             dimension = numbers.common(dimension, number.dimension, self.site.span, "bounds of one distribution")
@@ -200,7 +202,7 @@ def _overridden(ev: Evaluator, entry: nodes.ParamEntry, node: nodes.Expression) 
     unit = UNITS.get(unit_word(entry.value) or "")
     if isinstance(value, Quantity) and unit is not None:
         if value.dimension is None:
-            value = Quantity(ev.algebra.mul(value.expr, ev.algebra.literal(unit.factor)), unit.dimension)
+            value = Quantity(value.expr * unit.factor, unit.dimension)
         else:
             numbers.adopt(ev, value, unit.dimension, entry.value.span, f"`-p {entry.name}`")
     if isinstance(value, Quantity):
@@ -221,7 +223,7 @@ def _warn_if_outside(ev: Evaluator, entry: nodes.ParamEntry, value: Quantity) ->
         call.function.id, evaluate_arguments(ev, call.arguments), entry.value.span
     )
     low, high = (
-        closed_value(random_values.scaled(ev, argument, unit_behind(entry.value)).expr) for argument in arguments[-2:]
+        closed_value(random_values.scaled(argument, unit_behind(entry.value)).expr) for argument in arguments[-2:]
     )
     known = closed_value(value.expr)
     if low is None or high is None or known is None:

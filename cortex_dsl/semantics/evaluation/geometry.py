@@ -6,13 +6,13 @@ Headings are anticlockwise from +x. Local offsets are (to the right, ahead), as 
 
 import math
 
-from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.errors.objects import EGO_NEEDED
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.scenarios import LATER_PLACE
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.errors.values import WRONG_KIND
+from cortex_dsl.semantics.evaluation.lanes import region_of
 from cortex_dsl.semantics.evaluation.numbers import adopt
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
@@ -21,19 +21,33 @@ from cortex_dsl.semantics.model.values import (
     DirectionField,
     Pose,
     Quantity,
-    Region,
     Truth,
     Value,
     Vector,
 )
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.quantities.algebra import (
+    Term,
+    atan2,
+    box_distance,
+    cos,
+    hypot,
+    in_view,
+    path_distance,
+    region_box_distance,
+    region_contains,
+    region_contains_box,
+    region_distance,
+    road_heading,
+    sin,
+    wrapped,
+)
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.road.network import Intersection, Lane
-from engine.road.sections import LaneSection
 from engine.vehicles import VIEW_DISTANCE
-from engine.vocabulary import Op, State
+from engine.vocabulary import State
 
 # -- objects now -------------------------------------------------------------------------------------------------------
 
@@ -61,53 +75,53 @@ NORTH = math.pi / 2
 """Heading of the north, counted from the east [rad]."""
 
 
-def as_written(ev: Evaluator, heading: ir.Expr) -> ir.Expr:
+def as_written(ev: Evaluator, heading: Term) -> Term:
     """A heading as the file counts it: from the north in Scenic's files, from the east in others."""
-    return ev.algebra.sub(heading, ev.algebra.literal(NORTH)) if ev.file.from_scenic else heading
+    return heading - NORTH if ev.file.from_scenic else heading
 
 
-def as_meant(ev: Evaluator, written: ir.Expr) -> ir.Expr:
+def as_meant(ev: Evaluator, written: Term) -> Term:
     """A heading that the file gives as a number, from the east."""
-    return ev.algebra.add(written, ev.algebra.literal(NORTH)) if ev.file.from_scenic else written
+    return written + NORTH if ev.file.from_scenic else written
 
 
-def state(ev: Evaluator, actor: Actor, column: State) -> ir.Expr:
-    return ev.algebra.apply(Op.STATE, immediates=(actor.index, int(column)))
+def state(ev: Evaluator, actor: Actor, column: State) -> Term:
+    return ev.algebra.state(actor.index, column)
 
 
-def size_of(actor: Actor, name: str) -> ir.Expr:
+def size_of(actor: Actor, name: str) -> Term:
     """A number among the properties of an object."""
     value = actor.properties[name]
-    assert isinstance(value, ir.Expr)
+    assert isinstance(value, Term)
     return value
 
 
-def is_present(ev: Evaluator, actor: Actor) -> ir.Expr:
+def is_present(ev: Evaluator, actor: Actor) -> Term:
     return state(ev, actor, State.PRESENT)
 
 
 def others(ev: Evaluator, actor: Actor) -> tuple[Actor, ...]:
     """All objects of the scene but one."""
-    return tuple(each for each in ev.run.actors if each is not actor)
+    return tuple(each for each in ev.run.built.actors if each is not actor)
 
 
-def between(ev: Evaluator, start: Vector | Pose, end: Vector | Pose) -> ir.Expr:
+def between(start: Vector | Pose, end: Vector | Pose) -> Term:
     """Distance of two places [m]."""
-    return ev.algebra.apply(Op.HYPOT, ev.algebra.sub(end.x, start.x), ev.algebra.sub(end.y, start.y))
+    return hypot(end.x - start.x, end.y - start.y)
 
 
-def outline_of(ev: Evaluator, actor: Actor) -> ir.Expr:
+def outline_of(ev: Evaluator, actor: Actor) -> Term:
     """Packed x, y, heading, length, width."""
     pose = current_pose(ev, actor)
     return ev.algebra.pack(pose.x, pose.y, pose.heading, size_of(actor, "length"), size_of(actor, "width"))
 
 
-def sees(ev: Evaluator, viewer: Actor, other: Actor) -> ir.Expr:
+def sees(ev: Evaluator, viewer: Actor, other: Actor) -> Term:
     """Whether a corner or the centre of the other lies in the viewer's sector."""
     pose = current_pose(ev, viewer)
     sector = (size_of(viewer, "viewAngle"), size_of(viewer, "visibleDistance"))
     view = ev.algebra.pack(pose.x, pose.y, pose.heading, *sector)
-    return ev.algebra.apply(Op.CAN_SEE, view, outline_of(ev, other))
+    return in_view(view, outline_of(ev, other))
 
 
 # -- places -----------------------------------------------------------------------------------------------------------
@@ -175,49 +189,27 @@ def ego_of(ev: Evaluator, span: Span, what: str) -> Actor:
     raise EGO_NEEDED.mistake(span, what=what)
 
 
-def ends(ev: Evaluator, line: Centerline) -> tuple[Value, ...]:
-    """Where a centre line begins and ends: its points, as far as scripts ask for them by index."""
-    paths, path = line.lane.network.paths, line.lane.path
-    places = (paths.pose(path, s) for s in (0.0, line.lane.length))
-    return tuple(Vector(ev.algebra.literal(place.x), ev.algebra.literal(place.y)) for place in places)
-
-
-def region_of(value: Value) -> Region | None:
-    if isinstance(value, LaneSection):
-        value = value.lane
-    if isinstance(value, Lane | Intersection):
-        return Region(value.region, value.name)
-    return value if isinstance(value, Region) else None
-
-
-def road_heading(ev: Evaluator, point: Vector) -> ir.Expr:
-    return ev.algebra.apply(Op.ROAD_HEADING, point.x, point.y)
-
-
-def moved(ev: Evaluator, start: Vector, heading: ir.Expr, right: ir.Expr, ahead: ir.Expr) -> Vector:
+def moved(start: Vector, heading: Term, right: Term, ahead: Term) -> Vector:
     """`start` displaced by a local offset under a heading."""
-    algebra = ev.algebra
-    cos, sin = algebra.apply(Op.COS, heading), algebra.apply(Op.SIN, heading)
-    x = algebra.add(start.x, algebra.add(algebra.mul(ahead, cos), algebra.mul(right, sin)))
-    y = algebra.add(start.y, algebra.sub(algebra.mul(ahead, sin), algebra.mul(right, cos)))
-    return Vector(x, y)
+    c, s = cos(heading), sin(heading)
+    return Vector(start.x + (ahead * c + right * s), start.y + (ahead * s - right * c))
 
 
-def heading_at(ev: Evaluator, value: Value, point: Vector, span: Span) -> ir.Expr:
+def heading_at(ev: Evaluator, value: Value, point: Vector, span: Span) -> Term:
     """A direction given as an angle, a field, or something that has a heading."""
     if isinstance(value, DirectionField):
-        return road_heading(ev, point)
+        return road_heading(point.x, point.y)
     if (pose := pose_of(ev, value)) is not None:
         return pose.heading
     return as_meant(ev, adopt(ev, value, ANGLE, span, "a heading"))
 
 
-def bearing(ev: Evaluator, origin: Vector, target: Vector) -> ir.Expr:
+def bearing(origin: Vector, target: Vector) -> Term:
     """Heading of the way from one point to another."""
-    return ev.algebra.apply(Op.ATAN2, ev.algebra.sub(target.y, origin.y), ev.algebra.sub(target.x, origin.x))
+    return atan2(target.y - origin.y, target.x - origin.x)
 
 
-def outline(ev: Evaluator, value: Value, span: Span) -> ir.Expr:
+def outline(ev: Evaluator, value: Value, span: Span) -> Term:
     """Packed x, y, heading, length, width; a place is an outline of no size."""
     if isinstance(value, Actor):
         return outline_of(ev, value)
@@ -240,28 +232,24 @@ def distance(ev: Evaluator, node: nodes.Distance) -> Value:
     start = position(ev, origin, origin_span)
     if isinstance(target, Centerline):
         path = ev.algebra.literal(float(target.lane.path))
-        return Quantity(ev.algebra.apply(Op.PATH_DISTANCE, path, start.x, start.y), LENGTH)
+        return Quantity(path_distance(path, start.x, start.y), LENGTH)
     if (region := region_of(target)) is not None:
-        return Quantity(_to_region(ev, Op.REGION_DISTANCE, region, start), LENGTH)
+        return Quantity(region_distance(float(region.id), start.x, start.y), LENGTH)
     end = position(ev, target, node.target.span)
-    return Quantity(between(ev, start, end), LENGTH)
+    return Quantity(between(start, end), LENGTH)
 
 
 def _is_area(value: Value) -> bool:
     return isinstance(value, Centerline) or region_of(value) is not None
 
 
-def _to_region(ev: Evaluator, op: Op, region: Region, point: Vector) -> ir.Expr:
-    return ev.algebra.apply(op, ev.algebra.literal(float(region.id)), point.x, point.y)
-
-
-def _gap(ev: Evaluator, origin: Value, target: Value, node: nodes.Distance) -> ir.Expr:
+def _gap(ev: Evaluator, origin: Value, target: Value, node: nodes.Distance) -> Term:
     if _is_area(target):
         return _gap_to_region(ev, origin, target, node.target.span, "`minimum distance`")
-    return ev.algebra.apply(Op.BOX_DISTANCE, outline(ev, origin, node.span), outline(ev, target, node.target.span))
+    return box_distance(outline(ev, origin, node.span), outline(ev, target, node.target.span))
 
 
-def _gap_to_region(ev: Evaluator, item: Value, area: Value, span: Span, what: str) -> ir.Expr:
+def _gap_to_region(ev: Evaluator, item: Value, area: Value, span: Span, what: str) -> Term:
     """Distance between the outline of an object, or a point, and a region; 0 where they overlap."""
     region = region_of(area)
     if region is None or _is_area(item):
@@ -272,7 +260,7 @@ def _gap_to_region(ev: Evaluator, item: Value, area: Value, span: Span, what: st
             cure="write `distance from x to lane.centerline`, from the centre of x" if region is None else "",
         )
     box = outline(ev, item, span)
-    return ev.algebra.apply(Op.REGION_BOX_DISTANCE, ev.algebra.literal(float(region.id)), box)
+    return region_box_distance(float(region.id), box)
 
 
 def relative_heading(ev: Evaluator, node: nodes.RelativeHeading) -> Value:
@@ -280,11 +268,11 @@ def relative_heading(ev: Evaluator, node: nodes.RelativeHeading) -> Value:
     origin_value = ego_of(ev, node.span, "a relative heading") if node.origin is None else ev.evaluate(node.origin)
     origin_span = node.span if node.origin is None else node.origin.span
     heading = _heading(ev, ev.evaluate(node.of), node.of.span)
-    difference = ev.algebra.sub(heading, _heading(ev, origin_value, origin_span))
-    return Quantity(ev.algebra.apply(Op.WRAP, difference), ANGLE)
+    difference = heading - _heading(ev, origin_value, origin_span)
+    return Quantity(wrapped(difference), ANGLE)
 
 
-def _heading(ev: Evaluator, value: Value, span: Span) -> ir.Expr:
+def _heading(ev: Evaluator, value: Value, span: Span) -> Term:
     pose = pose_of(ev, value)
     return as_meant(ev, adopt(ev, value, ANGLE, span, "a heading")) if pose is None else pose.heading
 
@@ -297,7 +285,7 @@ def can_see(ev: Evaluator, node: nodes.CanSee) -> Value:
     else:
         angle, reach = ev.algebra.literal(math.tau), ev.algebra.literal(VIEW_DISTANCE)
     view = ev.algebra.pack(pose.x, pose.y, pose.heading, angle, reach)
-    return Truth(ev.algebra.apply(Op.CAN_SEE, view, outline(ev, target, node.target.span)))
+    return Truth(in_view(view, outline(ev, target, node.target.span)))
 
 
 def intersects(ev: Evaluator, node: nodes.Intersects) -> Value:
@@ -307,11 +295,11 @@ def intersects(ev: Evaluator, node: nodes.Intersects) -> Value:
         item, area = (right, left) if _is_area(left) else (left, right)
         gap = _gap_to_region(ev, item, area, node.span, "`intersects`")
     else:
-        gap = ev.algebra.apply(Op.BOX_DISTANCE, outline(ev, left, node.left.span), outline(ev, right, node.right.span))
-    return Truth(ev.algebra.apply(Op.LE, gap, ev.algebra.literal(0.0)))
+        gap = box_distance(outline(ev, left, node.left.span), outline(ev, right, node.right.span))
+    return Truth(gap <= 0.0)
 
 
-def inside(ev: Evaluator, item: Value, container: Value, span: Span) -> ir.Expr:
+def inside(ev: Evaluator, item: Value, container: Value, span: Span) -> Term:
     """`x in region`: the whole outline of an object, or a point."""
     region = region_of(container)
     if region is None:
@@ -320,8 +308,9 @@ def inside(ev: Evaluator, item: Value, container: Value, span: Span) -> ir.Expr:
         )
     if isinstance(item, Actor):
         box = outline(ev, item, span)
-        return ev.algebra.apply(Op.REGION_CONTAINS_BOX, ev.algebra.literal(float(region.id)), box)
-    return _to_region(ev, Op.REGION_CONTAINS, region, position(ev, item, span))
+        return region_contains_box(float(region.id), box)
+    point = position(ev, item, span)
+    return region_contains(float(region.id), point.x, point.y)
 
 
 def offset_by(ev: Evaluator, node: nodes.OffsetBy) -> Value:
@@ -334,8 +323,8 @@ def displaced(ev: Evaluator, base: Value, offset: Vector, span: Span) -> Value:
     pose = pose_of(ev, base)
     if pose is None:
         point = position(ev, base, span)
-        return Vector(ev.algebra.add(point.x, offset.x), ev.algebra.add(point.y, offset.y))
-    place = moved(ev, Vector(pose.x, pose.y), pose.heading, offset.x, offset.y)
+        return Vector(point.x + offset.x, point.y + offset.y)
+    place = moved(Vector(pose.x, pose.y), pose.heading, offset.x, offset.y)
     return Pose(place.x, place.y, pose.heading)
 
 
@@ -348,6 +337,6 @@ def displaced_along(ev: Evaluator, base: Value, direction: Value, offset: Vector
     """`base` moved by (right, ahead) in a frame that points along a direction."""
     start = position(ev, base, node.span)
     heading = heading_at(ev, direction, start, node.span)
-    place = moved(ev, start, heading, offset.x, offset.y)
+    place = moved(start, heading, offset.x, offset.y)
     pose = pose_of(ev, base)
     return place if pose is None else Pose(place.x, place.y, pose.heading)

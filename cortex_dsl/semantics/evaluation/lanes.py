@@ -14,8 +14,24 @@ from cortex_dsl.semantics.errors.problems import Rejection
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.roads import NEIGHBOURS, network_of
 from cortex_dsl.semantics.model.context import Evaluator
-from cortex_dsl.semantics.model.values import Centerline, Closure, LaneNow, Pose, Quantity, Truth, Value
+from cortex_dsl.semantics.model.values import (
+    Centerline,
+    Closure,
+    LaneNow,
+    Pose,
+    Quantity,
+    Region,
+    Truth,
+    Value,
+    Vector,
+)
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.quantities.algebra import (
+    Term,
+    equal,
+    lane_nearest,
+    table,
+)
 from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -32,7 +48,6 @@ from engine.road.sections import (
     to_left,
     to_right,
 )
-from engine.vocabulary import Op
 
 NOBODY = -1.0
 """Index of a lane that is not there."""
@@ -101,20 +116,20 @@ OF_SECTION_BESIDE: Mapping[str, Getter] = _neighbour_getters()
 # -- lanes that only the run knows ------------------------------------------------------------------------------------
 
 
-def looked_up(ev: Evaluator, lane: ir.Expr, values: Sequence[float], *, missing: float = NOBODY) -> ir.Expr:
+def looked_up(ev: Evaluator, lane: Term, values: Sequence[float], *, missing: float = NOBODY) -> Term:
     """The entry of a lane in a table over `network.lanes`; `missing` where there is no such lane."""
     if isinstance(lane, ir.Literal):
         return ev.algebra.literal(float(values[int(lane.value)]) if lane.value >= 0.0 else missing)
-    shifted = ev.algebra.add(lane, ev.algebra.literal(1.0))
+    shifted = lane + 1.0
     offset = ev.file.pool.offset([missing, *map(float, values)])
-    return ev.algebra.apply(Op.TABLE, shifted, immediates=(offset,))
+    return table(shifted, offset)
 
 
 def _id(lane: Lane | None) -> float:
     return NOBODY if lane is None else float(lane.id)
 
 
-def index_of(ev: Evaluator, value: Value) -> ir.Expr | None:
+def index_of(ev: Evaluator, value: Value) -> Term | None:
     """Index of a lane or section, known now or only during the run; None for anything else."""
     match value:
         case LaneNow(id=index):
@@ -134,7 +149,7 @@ def lane_at(ev: Evaluator, pose: Pose) -> Value:
     if pose.lane is not None:
         return pose.lane
     network_of(ev)
-    nearest = ev.algebra.apply(Op.LANE_NEAREST, ev.algebra.pack(pose.x, pose.y, pose.heading))
+    nearest = lane_nearest(ev.algebra.pack(pose.x, pose.y, pose.heading))
     return LaneNow(nearest, section=False)
 
 
@@ -181,21 +196,21 @@ def _same_lane(lane: LaneNow, name: str) -> Value:
     return (section,) if name == "sections" else Closure(("point",), lambda _point: section)
 
 
-def same(ev: Evaluator, left: Value, right: Value) -> ir.Expr | None:
+def same(ev: Evaluator, left: Value, right: Value) -> Term | None:
     """Whether two values are the same lane, where the run has to tell; None where it has not."""
     if not (isinstance(left, LaneNow) or isinstance(right, LaneNow)):
         return None
     if left is None or right is None:
         index = index_of(ev, right if left is None else left)
         assert index is not None
-        return ev.algebra.apply(Op.LT, index, ev.algebra.literal(0.0))
+        return index < 0.0
     one, other = index_of(ev, left), index_of(ev, right)
     if one is None or other is None:
         return ev.algebra.truth(False)
-    return ev.algebra.apply(Op.EQ, one, other)
+    return equal(one, other)
 
 
-def some_lane(ev: Evaluator, value: Value, span: Span, what: str) -> ir.Expr:
+def some_lane(ev: Evaluator, value: Value, span: Span, what: str) -> Term:
     """Index of the lane that an argument names.
 
     Raises:
@@ -282,3 +297,18 @@ def _lanes(value: Value, span: Span) -> tuple[Lane, ...]:
         actual=kind_name(value),
         cure=_SPEED_FIRST if isinstance(value, Quantity) else _AS_IN,
     )
+
+
+def ends(ev: Evaluator, line: Centerline) -> tuple[Value, ...]:
+    """Where a centre line begins and ends: its points, as far as scripts ask for them by index."""
+    paths, path = line.lane.network.paths, line.lane.path
+    places = (paths.pose(path, s) for s in (0.0, line.lane.length))
+    return tuple(Vector(ev.algebra.literal(place.x), ev.algebra.literal(place.y)) for place in places)
+
+
+def region_of(value: Value) -> Region | None:
+    if isinstance(value, LaneSection):
+        value = value.lane
+    if isinstance(value, Lane | Intersection):
+        return Region(value.region, value.name)
+    return value if isinstance(value, Region) else None

@@ -4,7 +4,6 @@ import difflib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
-from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.errors.behaviours import OBSTACLE_BEHAVIOUR
 from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE, UNKNOWN_CLASS, UNKNOWN_PROPERTY
@@ -31,12 +30,13 @@ from cortex_dsl.semantics.names.builtins import (
     all_properties,
 )
 from cortex_dsl.semantics.names.tree import unit_word
+from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.semantics.quantities.units import UNITS
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.vehicles import MODELS
-from engine.vocabulary import ActorKind, Op
+from engine.vocabulary import ActorKind
 
 SLIP = 0.8
 """Likeness from which a property of one's own is taken for a slip of the pen."""
@@ -175,7 +175,7 @@ class Making:
         pose = geometry.pose_of(self.ev, value)
         return Placement(point, None) if pose is None else Placement(point, pose.heading, lane=pose.lane)
 
-    def default_heading(self, point: Vector) -> ir.Expr | None:
+    def default_heading(self, point: Vector) -> Term | None:
         """What the class says about its heading, if it does."""
         if "heading" not in self.defaults:
             return None
@@ -236,12 +236,12 @@ class Making:
         algebra, model = self.ev.algebra, MODELS[self.kind]
         if name not in MODEL_FIELDS:
             return algebra.literal(0.0) if name == "speed" else None
-        default: ir.Expr = algebra.literal(float(getattr(model, MODEL_FIELDS[name])))
+        default: Term = algebra.literal(float(getattr(model, MODEL_FIELDS[name])))
         own_length = "length" in self.defaults or any(each.property == "length" for each in self.given)
         if name in ("wheelbase", "rearToCenter") and own_length:
             length = self.get("length")
-            assert isinstance(length, ir.Expr)
-            return algebra.mul(default, algebra.apply(Op.DIV, length, algebra.literal(model.length)))
+            assert isinstance(length, Term)
+            return default * (length / model.length)
         return default
 
 

@@ -6,9 +6,10 @@ bare numbers alone stays bare.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from operator import ge, gt, le, lt
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
@@ -29,9 +30,9 @@ from cortex_dsl.semantics.errors.values import (
 )
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import BehaviourCall, BuiltinValue, Quantity, Truth, Value
-from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.quantities.algebra import closed_value
-from cortex_dsl.semantics.quantities.bounds import range_labels
+from cortex_dsl.semantics.model.wording import kind_name, range_text, shown
+from cortex_dsl.semantics.quantities.algebra import Term, equal, sqrt, unequal, where
+from cortex_dsl.semantics.quantities.bounds import closed_value, range_labels
 from cortex_dsl.semantics.quantities.units import (
     ACCELERATION,
     ANGLE,
@@ -45,11 +46,9 @@ from cortex_dsl.semantics.quantities.units import (
     product,
     quotient,
     root,
-    si_word,
     unit_examples,
 )
 from cortex_dsl.source import Span
-from engine.vocabulary import Op
 
 Dimension = ir.Dimension
 MOST_BARE_SPEED = 40.0
@@ -83,13 +82,13 @@ def _as_condition(value: Value) -> str:
     return "compare it with something, as in `x < 3`"
 
 
-def truth(ev: Evaluator, value: Value, span: Span) -> ir.Expr:
+def truth(ev: Evaluator, value: Value, span: Span) -> Term:
     """The value as a condition; as in Python, lists and None have a truth of their own."""
     match value:
         case Truth(expr):
             return expr
         case Quantity(expr, dimension) if dimension in (None, PURE):
-            return ev.algebra.apply(Op.NE, expr, ev.algebra.literal(0.0))
+            return unequal(expr, 0.0)
         case None | str() | tuple():
             return ev.algebra.truth(bool(value))
     raise WRONG_KIND.mistake(
@@ -108,7 +107,7 @@ def finite(result: Quantity, span: Span, reason: str = "") -> Quantity:
     return result
 
 
-def adopt(ev: Evaluator, value: Value, dimension: Dimension, span: Span, what: str) -> ir.Expr:
+def adopt(ev: Evaluator, value: Value, dimension: Dimension, span: Span, what: str) -> Term:
     """The SI number that a place of a known dimension takes.
 
     Raises:
@@ -164,9 +163,9 @@ def _where(ev: Evaluator, number: Quantity, dimension: Dimension, span: Span) ->
 
 
 def in_range(
-    ev: Evaluator, expr: ir.Expr, low: float, high: float, dimension: Dimension, span: Span, what: str, *,
+    ev: Evaluator, expr: Term, low: float, high: float, dimension: Dimension, span: Span, what: str, *,
     above: bool = False,
-) -> ir.Expr:  # fmt: skip
+) -> Term:  # fmt: skip
     """The expression, if its legal range allows; `above` leaves the lower end itself out.
 
     Raises:
@@ -189,7 +188,7 @@ def in_range(
         span,
         what=what,
         actual=shown(least if too_low else greatest, dimension),
-        expected=_range_text(low, high, dimension, above),
+        expected=range_text(low, high, dimension, above),
         secondary=range_labels(expr, ev.file.genes) if value is None else (),
         cure=(
             "turn the object with `facing` to have it drive the other way"
@@ -197,21 +196,6 @@ def in_range(
             else "write a number in that range"
         ),
     )
-
-
-def _range_text(low: float, high: float, dimension: Dimension, above: bool) -> str:
-    if math.isfinite(low) and math.isfinite(high) and above:
-        return f"above {shown(low, dimension)} and at most {shown(high, dimension)}"
-    if math.isfinite(low) and math.isfinite(high):
-        return f"between {shown(low, dimension)} and {shown(high, dimension)}"
-    if math.isfinite(low):
-        return f"above {shown(low, dimension)}" if above else f"at least {shown(low, dimension)}"
-    return f"at most {shown(high, dimension)}"
-
-
-def shown(value: float, dimension: Dimension | None) -> str:
-    """An SI number for people: `3.5 m`."""
-    return f"{value:.6g} {si_word(dimension)}".rstrip()
 
 
 # -- arithmetic --------------------------------------------------------------------------------------------------------
@@ -245,24 +229,24 @@ def sides(left: tuple[Span, Value], right: tuple[Span, Value]) -> Iterator[None]
         raise Mistake(replace(mistake.diagnostic, label=second, secondary=(first,))) from None
 
 
-def add(ev: Evaluator, left: Quantity, right: Quantity, span: Span) -> Quantity:
+def add(left: Quantity, right: Quantity, span: Span) -> Quantity:
     dimension = common(left.dimension, right.dimension, span, "added")
-    return finite(Quantity(ev.algebra.add(left.expr, right.expr), dimension), span)
+    return finite(Quantity(left.expr + right.expr, dimension), span)
 
 
-def subtract(ev: Evaluator, left: Quantity, right: Quantity, span: Span) -> Quantity:
+def subtract(left: Quantity, right: Quantity, span: Span) -> Quantity:
     dimension = common(left.dimension, right.dimension, span, "subtracted")
-    return finite(Quantity(ev.algebra.sub(left.expr, right.expr), dimension), span)
+    return finite(Quantity(left.expr - right.expr, dimension), span)
 
 
-def multiply(ev: Evaluator, left: Quantity, right: Quantity, span: Span) -> Quantity:
+def multiply(left: Quantity, right: Quantity, span: Span) -> Quantity:
     dimension = _combined(left.dimension, right.dimension, product)
-    return finite(Quantity(ev.algebra.mul(left.expr, right.expr), dimension), span, "it is too large")
+    return finite(Quantity(left.expr * right.expr, dimension), span, "it is too large")
 
 
-def divide(ev: Evaluator, left: Quantity, right: Quantity, span: Span) -> Quantity:
+def divide(left: Quantity, right: Quantity, span: Span) -> Quantity:
     dimension = _combined(left.dimension, right.dimension, quotient)
-    return finite(Quantity(ev.algebra.apply(Op.DIV, left.expr, right.expr), dimension), span, "it divides by zero")
+    return finite(Quantity(left.expr / right.expr, dimension), span, "it divides by zero")
 
 
 def _combined(
@@ -275,17 +259,17 @@ def _combined(
     return None if None in (left, right) and dimension == PURE else dimension
 
 
-def floor_divide(ev: Evaluator, left: Quantity, right: Quantity, span: Span) -> Quantity:
+def floor_divide(left: Quantity, right: Quantity, span: Span) -> Quantity:
     common(left.dimension, right.dimension, span, "divided into whole parts")
     _not_zero(right, span)
     dimension = None if left.dimension is None and right.dimension is None else PURE
-    return Quantity(ev.algebra.apply(Op.FLOORDIV, left.expr, right.expr), dimension)
+    return Quantity(left.expr // right.expr, dimension)
 
 
-def modulo(ev: Evaluator, left: Quantity, right: Quantity, span: Span) -> Quantity:
+def modulo(left: Quantity, right: Quantity, span: Span) -> Quantity:
     dimension = common(left.dimension, right.dimension, span, "divided with remainder")
     _not_zero(right, span)
-    return Quantity(ev.algebra.apply(Op.MOD, left.expr, right.expr), dimension)
+    return Quantity(left.expr % right.expr, dimension)
 
 
 def _not_zero(divisor: Quantity, span: Span) -> None:
@@ -293,7 +277,7 @@ def _not_zero(divisor: Quantity, span: Span) -> None:
         raise NOT_FINITE.mistake(span, reason="it divides by zero")
 
 
-def raised(ev: Evaluator, base: Quantity, exponent: Quantity, span: Span) -> Quantity:
+def raised(base: Quantity, exponent: Quantity, span: Span) -> Quantity:
     if exponent.dimension not in (None, PURE):
         raise DIMENSION_MISMATCH.mistake(
             span, what="an exponent", expected="a pure number", actual=dimension_name(exponent.dimension), cure=""
@@ -304,7 +288,7 @@ def raised(ev: Evaluator, base: Quantity, exponent: Quantity, span: Span) -> Qua
         if known is None or known != math.floor(known) or abs(known) > 16:
             raise POWER_NOT_CONSTANT.mistake(span, what=dimension_name(dimension))
         dimension = power(dimension, int(known))
-    result = ev.algebra.apply(Op.POW, base.expr, exponent.expr)
+    result = base.expr**exponent.expr
     value = closed_value(result)
     if value is not None and not math.isfinite(value):
         reason = "its power is not a real number" if math.isnan(value) else "it is too large"
@@ -312,7 +296,7 @@ def raised(ev: Evaluator, base: Quantity, exponent: Quantity, span: Span) -> Qua
     return Quantity(result, dimension)
 
 
-def square_root(ev: Evaluator, base: Quantity, span: Span) -> Quantity:
+def square_root(base: Quantity, span: Span) -> Quantity:
     dimension = base.dimension if base.dimension is None else root(base.dimension)
     if dimension is None and base.dimension is not None:
         raise DIMENSION_MISMATCH.mistake(
@@ -325,28 +309,32 @@ def square_root(ev: Evaluator, base: Quantity, span: Span) -> Quantity:
     value = closed_value(base.expr)
     if value is not None and value < 0.0:
         raise NOT_FINITE.mistake(span, reason=f"it is the square root of {value:g}")
-    return Quantity(ev.algebra.apply(Op.SQRT, base.expr), dimension)
+    return Quantity(sqrt(base.expr), dimension)
 
 
-def negated(ev: Evaluator, operand: Quantity) -> Quantity:
-    return Quantity(ev.algebra.apply(Op.NEG, operand.expr), operand.dimension)
+def negated(operand: Quantity) -> Quantity:
+    return Quantity(-operand.expr, operand.dimension)
 
 
-_ORDER = {"<": (Op.LT, False), "<=": (Op.LE, False), ">": (Op.LT, True), ">=": (Op.LE, True),
-          "==": (Op.EQ, False), "!=": (Op.NE, False)}  # fmt: skip
+_COMPARISONS: Mapping[str, Callable[[Term, Term], Term]] = {
+    "<": lt,
+    "<=": le,
+    ">": gt,
+    ">=": ge,
+    "==": equal,
+    "!=": unequal,
+}
 
 
-def compare(ev: Evaluator, operator: str, left: Quantity, right: Quantity, span: Span) -> ir.Expr:
+def compare(ev: Evaluator, operator: str, left: Quantity, right: Quantity, span: Span) -> Term:
     dimension = common(left.dimension, right.dimension, span, "compared")
     if dimension is not None and None in (left.dimension, right.dimension):
         warn_of_slip(ev, left if left.dimension is None else right, dimension, span)
-    op, swapped = _ORDER[operator]
-    operands = (right.expr, left.expr) if swapped else (left.expr, right.expr)
-    result = ev.algebra.apply(op, *operands)
-    ev.run.compared[id(result)] = dimension or ev.run.compared.get(id(result))
+    result = _COMPARISONS[operator](left.expr, right.expr)
+    ev.run.compared[result] = dimension or ev.run.compared.get(result)
     return result
 
 
-def select(ev: Evaluator, condition: ir.Expr, then: Quantity, otherwise: Quantity, span: Span) -> Quantity:
+def select(condition: Term, then: Quantity, otherwise: Quantity, span: Span) -> Quantity:
     dimension = common(then.dimension, otherwise.dimension, span, "alternatives of each other")
-    return Quantity(ev.algebra.apply(Op.SELECT, condition, then.expr, otherwise.expr), dimension)
+    return Quantity(where(condition, then.expr, otherwise.expr), dimension)

@@ -24,11 +24,11 @@ from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Pose, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import ACTOR_KINDS, CLASSES, OFF_ROAD
+from cortex_dsl.semantics.quantities.algebra import Term, maximum, normal_quantile, road_heading
 from cortex_dsl.semantics.quantities.units import PURE
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
-from engine.vocabulary import Op
 
 # -- noise -------------------------------------------------------------------------------------------------------------
 
@@ -42,7 +42,7 @@ SMALLEST_UNIFORM = 2.0**-54
 
 def announce(ev: Evaluator, statements: Sequence[nodes.Statement]) -> None:
     """Remember what a scope will mutate, before its statements run."""
-    ev.run.mutations[id(ev.scope)] = [s for s in statements if isinstance(s, nodes.Mutate)]
+    ev.run.built.mutations[ev.scope_name] = [s for s in statements if isinstance(s, nodes.Mutate)]
 
 
 def mutated(ev: Evaluator, name: str, node: nodes.New, pose: Pose) -> Pose | None:
@@ -51,7 +51,7 @@ def mutated(ev: Evaluator, name: str, node: nodes.New, pose: Pose) -> Pose | Non
     if statement is None:
         return None
     if name:
-        ev.run.mutated.add((id(ev.scope), name))
+        ev.run.built.mutated.add((ev.scope_name, name))
     scale = _scale(ev, statement)
     x, y, heading = (
         _noisy(ev, number, scale, deviation)
@@ -67,25 +67,24 @@ def mutated(ev: Evaluator, name: str, node: nodes.New, pose: Pose) -> Pose | Non
 def _statement(ev: Evaluator, name: str, node: nodes.New) -> nodes.Mutate | None:
     """The last one that means this object; without names it means all objects above it."""
     found = None
-    for statement in ev.run.mutations.get(id(ev.scope), ()):
+    for statement in ev.run.built.mutations.get(ev.scope_name, ()):
         everything = not statement.targets and node.span.start < statement.span.start
         if name in statement.targets or (everything and node.class_name not in ("Point", "OrientedPoint")):
             found = statement
     return found
 
 
-def _scale(ev: Evaluator, node: nodes.Mutate) -> ir.Expr:
+def _scale(ev: Evaluator, node: nodes.Mutate) -> Term:
     if node.amount is None:
         return ev.algebra.literal(1.0)
     scale = numbers.adopt(ev, ev.evaluate(node.amount), PURE, node.amount.span, "the scale of `mutate`")
     return numbers.in_range(ev, scale, 0.0, math.inf, PURE, node.amount.span, "the scale of `mutate`")
 
 
-def _noisy(ev: Evaluator, number: ir.Expr, scale: ir.Expr, deviation: float) -> ir.Expr:
-    algebra = ev.algebra
-    positive = algebra.apply(Op.MAX, ev.run.new_draw(), algebra.literal(SMALLEST_UNIFORM))
-    noise = algebra.mul(algebra.literal(deviation), algebra.apply(Op.NORMAL_QUANTILE, positive))
-    return algebra.add(number, algebra.mul(scale, noise))
+def _noisy(ev: Evaluator, number: Term, scale: Term, deviation: float) -> Term:
+    positive = maximum(ev.run.new_draw(), SMALLEST_UNIFORM)
+    noise = deviation * normal_quantile(positive)
+    return number + scale * noise
 
 
 def record(
@@ -100,10 +99,10 @@ def record(
     site = places[0].span if places else node.class_span
     suffix = "" if places else " added"
     if not facings:
-        ev.run.draw_sites.append(ir.DrawSite(site, f"pose{suffix}", "", (*point, *heading)))
+        ev.run.decisions.draw_sites.append(ir.DrawSite(site, f"pose{suffix}", "", (*point, *heading)))
         return
-    ev.run.draw_sites.append(ir.DrawSite(site, f"point{suffix}", "", point))
-    ev.run.draw_sites.append(ir.DrawSite(facings[0].span, "heading", "", heading))
+    ev.run.decisions.draw_sites.append(ir.DrawSite(site, f"point{suffix}", "", point))
+    ev.run.decisions.draw_sites.append(ir.DrawSite(facings[0].span, "heading", "", heading))
 
 
 def mutate(ev: Evaluator, node: nodes.Mutate) -> None:
@@ -113,17 +112,12 @@ def mutate(ev: Evaluator, node: nodes.Mutate) -> None:
         if not isinstance(value, Actor | Pose):
             cure = did_you_mean(name, _objects(ev))
             raise CANNOT_MUTATE.mistake(node.span, name=name, actual=kind_name(value), cure=cure)
-        if (id(ev.scope), name) not in ev.run.mutated:
+        if (ev.scope_name, name) not in ev.run.built.mutated:
             raise MUTATED_ALIAS.mistake(node.span, name=name)
 
 
 def _objects(ev: Evaluator) -> list[str]:
     return [name for name, value in ev.scope.items() if isinstance(value, Actor | Pose)]
-
-
-def is_mutated(ev: Evaluator, value: Value) -> bool:
-    """Whether the object of this name carries noise."""
-    return any(ev.scope.get(name) is value for scope, name in ev.run.mutated if scope == id(ev.scope))
 
 
 # -- new ---------------------------------------------------------------------------------------------------------------
@@ -209,9 +203,11 @@ def _new_place(ev: Evaluator, node: nodes.New, found: Sorted) -> Value:
     return _posed(ev, node, found, placement, zero, ev.run.assigning)
 
 
-def _posed(ev: Evaluator, node: nodes.New, found: Sorted, placement: Placement, default: ir.Expr, name: str) -> Pose:
+def _posed(ev: Evaluator, node: nodes.New, found: Sorted, placement: Placement, default: Term, name: str) -> Pose:
     """Place and heading together, with the noise that `mutate` puts on what is called `name`."""
-    heading = _faced(ev, found.facings[0], placement.point) if found.facings else placement.heading or default
+    heading = default if placement.heading is None else placement.heading
+    if found.facings:
+        heading = _faced(ev, found.facings[0], placement.point)
     lane = None if found.facings else placement.lane
     pose = Pose(placement.point.x, placement.point.y, heading, lane)
     moved = mutated(ev, name, node, pose)
@@ -229,20 +225,20 @@ def _posed(ev: Evaluator, node: nodes.New, found: Sorted, placement: Placement, 
     return replace(pose, heading=as_meant(ev, written))
 
 
-def _record(ev: Evaluator, span: Span, placement: Placement, heading: ir.Expr | None) -> None:
+def _record(ev: Evaluator, span: Span, placement: Placement, heading: Term | None) -> None:
     """Note down what a specifier drew, for concrete copies."""
     if placement.drawn:
         values = (placement.point.x, placement.point.y, *(() if heading is None else (heading,)))
-        ev.run.draw_sites.append(ir.DrawSite(span, "point" if heading is None else "pose", "", values))
+        ev.run.decisions.draw_sites.append(ir.DrawSite(span, "point" if heading is None else "pose", "", values))
 
 
-def _faced(ev: Evaluator, node: nodes.Facing, point: Vector) -> ir.Expr:
+def _faced(ev: Evaluator, node: nodes.Facing, point: Vector) -> Term:
     value = ev.evaluate(node.heading)
     if not node.mode:
         return geometry.heading_at(ev, value, point, node.heading.span)
     target = geometry.position(ev, value, node.heading.span, f"what follows `facing {node.mode}`")
     pair = (point, target) if node.mode == "toward" else (target, point)
-    return geometry.bearing(ev, *pair)
+    return geometry.bearing(*pair)
 
 
 # -- objects ----------------------------------------------------------------------------------------------------------
@@ -256,9 +252,9 @@ def _new_actor(ev: Evaluator, node: nodes.New, found: Sorted, making: Making) ->
     with ev.naming(""):
         properties, pose = making.properties(), making.pose(node.span)
     named = properties.get("name")
-    name = named if isinstance(named, str) else own_name or f"{kind.name.lower()}{len(ev.run.actors) + 1}"
+    name = named if isinstance(named, str) else own_name or f"{kind.name.lower()}{len(ev.run.built.actors) + 1}"
     actor = Actor(-1, _unique(ev, name), kind, node.span, pose, properties, ev.moment.scenario)
-    ev.run.actors.append(actor)
+    ev.run.built.actors.append(actor)
     return actor
 
 
@@ -268,12 +264,12 @@ def _actor_pose(making: Making, node: nodes.New, found: Sorted, name: str) -> Po
     if (heading := making.default_heading(placement.point)) is not None:
         placement = replace(placement, heading=heading, lane=None)
     off_road = making.kind in OFF_ROAD
-    default = ev.algebra.literal(0.0) if off_road else geometry.road_heading(ev, placement.point)
+    default = ev.algebra.literal(0.0) if off_road else road_heading(placement.point.x, placement.point.y)
     return _posed(ev, node, found, placement, default, name)
 
 
 def _unique(ev: Evaluator, name: str) -> str:
-    taken = {actor.name for actor in ev.run.actors}
+    taken = {actor.name for actor in ev.run.built.actors}
     number = 2
     unique = name
     while unique in taken:
@@ -285,6 +281,6 @@ def _actor_placement(making: Making, found: Sorted) -> Placement:
     if not found.places:
         return making.default_place()
     length, width = making.get("length"), making.get("width")
-    assert isinstance(length, ir.Expr)
-    assert isinstance(width, ir.Expr)
+    assert isinstance(length, Term)
+    assert isinstance(width, Term)
     return place(making.ev, found.places[0], Extent(length, width))

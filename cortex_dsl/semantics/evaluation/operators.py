@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from operator import add, and_, or_, sub
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.problems import Mistake
@@ -35,11 +36,12 @@ from cortex_dsl.semantics.model.values import (
     Weights,
 )
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.quantities.algebra import Constant, Term, equal, where
 from cortex_dsl.semantics.quantities.units import UNITS, Unit
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean, nearest
 from cortex_dsl.syntax import nodes
-from engine.vocabulary import ManeuverType, Op
+from engine.vocabulary import ManeuverType
 
 CALL_LIMIT = 30
 """How deep lambdas may call one another."""
@@ -75,7 +77,7 @@ def _in_unit(ev: Evaluator, node: nodes.Expression, value: nodes.Expression, uni
     call = random_values.distribution_call(ev, node)
     if call is not None:
         return random_values.sample_call(ev, call, Site(node.span, unit))
-    return scaled(ev, Given(ev.evaluate(value), value.span), unit)
+    return scaled(Given(ev.evaluate(value), value.span), unit)
 
 
 def string(_ev: Evaluator, node: nodes.String) -> Value:
@@ -103,13 +105,13 @@ def attribute(ev: Evaluator, node: nodes.Attribute) -> Value:
 
 def lambda_(ev: Evaluator, node: nodes.Lambda) -> Value:
     def apply(*values: Value) -> Value:
-        if ev.run.calls >= CALL_LIMIT:
+        if ev.run.depth.calls >= CALL_LIMIT:
             raise ENDLESS_LAMBDA.mistake(node.span)
-        ev.run.calls += 1
+        ev.run.depth.calls += 1
         try:
             return ev.inside(dict(zip(node.parameters, values, strict=True))).evaluate(node.body)
         finally:
-            ev.run.calls -= 1
+            ev.run.depth.calls -= 1
 
     return Closure(node.parameters, apply)
 
@@ -163,7 +165,7 @@ def unpack(targets: Sequence[str], value: Value, span: Span) -> dict[str, Value]
 def index(ev: Evaluator, node: nodes.Index) -> Value:
     value, at = ev.evaluate_all((node.value, node.index))
     if isinstance(value, Centerline):
-        value = geometry.ends(ev, value)
+        value = lanes.ends(ev, value)
     items = items_of(value, node.value.span, "what is indexed")
     position = whole_number(ev, at, node.index.span, "an index")
     if not -len(items) <= position < len(items):
@@ -192,9 +194,9 @@ _ARITHMETIC = {
 def unary(ev: Evaluator, node: nodes.Unary) -> Value:
     value = ev.evaluate(node.operand)
     if node.operator == "not":
-        return Truth(ev.algebra.apply(Op.NOT, numbers.truth(ev, value, node.operand.span)))
+        return Truth(~numbers.truth(ev, value, node.operand.span))
     operand = numbers.quantity(value, node.operand.span, f"the operand of `{node.operator}`")
-    return numbers.negated(ev, operand) if node.operator == "-" else operand
+    return numbers.negated(operand) if node.operator == "-" else operand
 
 
 def binary(ev: Evaluator, node: nodes.Binary) -> Value:
@@ -207,14 +209,14 @@ def combine(ev: Evaluator, operator: str, left: Value, right: Value, node: nodes
         return geometry.vector(ev, (left, right), node.span)
     if isinstance(left, Quantity) and isinstance(right, Quantity):
         with numbers.sides((node.left.span, left), (node.right.span, right)):
-            return _ARITHMETIC[operator](ev, left, right, node.span)
+            return _ARITHMETIC[operator](left, right, node.span)
     if isinstance(left, tuple) and isinstance(right, tuple) and operator == "+":
         if len(left) + len(right) > RANGE_LIMIT:
             raise LIST_TOO_LONG.mistake(node.span, limit=RANGE_LIMIT)
         return (*left, *right)
     if operator in ("+", "-") and isinstance(left, Vector | Pose) and isinstance(right, Vector | Pose):
-        op = Op.ADD if operator == "+" else Op.SUB
-        return Vector(ev.algebra.apply(op, left.x, right.x), ev.algebra.apply(op, left.y, right.y))
+        join = add if operator == "+" else sub
+        return Vector(join(left.x, right.x), join(left.y, right.y))
     displaced = {type(left), type(right)} & {Vector, Pose, Actor} and Quantity in (type(left), type(right))
     cure = _DISPLACED if operator in ("+", "-") and displaced else _NUMBER_OF_IT
     raise NO_OPERATOR.mistake(node.span, operator=operator, left=kind_name(left), right=kind_name(right), cure=cure)
@@ -231,18 +233,18 @@ def compare(ev: Evaluator, node: nodes.Compare) -> Value:
     """A chain holds when every link does; operands are evaluated once."""
     operands = [node.first, *(operand for _, operand in node.rest)]
     values = ev.evaluate_all(operands)
-    result: ir.Expr = ev.algebra.truth(True)
+    result: Term = ev.algebra.truth(True)
     for i, (operator, operand) in enumerate(node.rest):
         span = operands[i].span.to(operand.span)
         with numbers.sides((operands[i].span, values[i]), (operand.span, values[i + 1])):
-            result = ev.algebra.apply(Op.AND, result, _link(ev, operator, values[i], values[i + 1], span))
+            result = result & _link(ev, operator, values[i], values[i + 1], span)
     return Truth(result)
 
 
-def _link(ev: Evaluator, operator: str, left: Value, right: Value, span: Span) -> ir.Expr:
+def _link(ev: Evaluator, operator: str, left: Value, right: Value, span: Span) -> Term:
     if operator in ("in", "not in"):
         found = _contains(ev, right, left, span)
-        return found if operator == "in" else ev.algebra.apply(Op.NOT, found)
+        return found if operator == "in" else ~found
     if isinstance(left, Quantity) and isinstance(right, Quantity):
         if operator in ("is", "is not"):
             operator = "==" if operator == "is" else "!="
@@ -252,23 +254,23 @@ def _link(ev: Evaluator, operator: str, left: Value, right: Value, span: Span) -
             span, operator=operator, left=kind_name(left), right=kind_name(right), cure=_NUMBER_OF_IT
         )
     same = _same(ev, left, right)
-    return same if operator in ("is", "==") else ev.algebra.apply(Op.NOT, same)
+    return same if operator in ("is", "==") else ~same
 
 
-def _same(ev: Evaluator, left: Value, right: Value) -> ir.Expr:
+def _same(ev: Evaluator, left: Value, right: Value) -> Term:
     """Identity of objects, equality of text and lists."""
     if (lane := lanes.same(ev, left, right)) is not None:
         return lane
     if (colour := signals.same_colour(ev, left, right, ev.algebra.span)) is not None:
         return colour
     if isinstance(left, Truth) and isinstance(right, Truth):
-        return ev.algebra.apply(Op.EQ, left.expr, right.expr)
+        return equal(left.expr, right.expr)
     if isinstance(left, Quantity) and isinstance(right, Quantity):
-        return ev.algebra.apply(Op.EQ, left.expr, right.expr)
+        return equal(left.expr, right.expr)
     if isinstance(left, tuple) and isinstance(right, tuple) and len(left) == len(right):
-        result: ir.Expr = ev.algebra.truth(True)
+        result: Term = ev.algebra.truth(True)
         for one, other in zip(left, right, strict=True):
-            result = ev.algebra.apply(Op.AND, result, _same(ev, one, other))
+            result = result & _same(ev, one, other)
         return result
     if isinstance(left, str) != isinstance(right, str) and None not in (left, right):
         cure = _instead_of_text(left, right)
@@ -285,24 +287,24 @@ def _instead_of_text(left: Value, right: Value) -> str:
     return f"write a maneuver type, without quotes: `ManeuverType.{meant}`"
 
 
-def _contains(ev: Evaluator, container: Value, item: Value, span: Span) -> ir.Expr:
+def _contains(ev: Evaluator, container: Value, item: Value, span: Span) -> Term:
     if isinstance(container, str) and isinstance(item, str):
         return ev.algebra.truth(item in container)
     if not isinstance(container, tuple):
         return geometry.inside(ev, item, container, span)
-    result: ir.Expr = ev.algebra.truth(False)
+    result: Term = ev.algebra.truth(False)
     for candidate in container:
-        result = ev.algebra.apply(Op.OR, result, _same(ev, item, candidate))
+        result = result | _same(ev, item, candidate)
     return result
 
 
 def boolean(ev: Evaluator, node: nodes.BoolOp) -> Value:
     """`and` / `or`, stopping at the first operand that is known to decide."""
-    op, decisive = (Op.AND, 0.0) if node.operator == "and" else (Op.OR, 1.0)
-    result: ir.Expr = ev.algebra.truth(op == Op.AND)
+    join, decisive = (and_, 0.0) if node.operator == "and" else (or_, 1.0)
+    result: Term = ev.algebra.truth(join is and_)
     for operand in node.operands:
-        result = ev.algebra.apply(op, result, numbers.truth(ev, ev.evaluate(operand), operand.span))
-        if isinstance(result, ir.Literal) and result.value == decisive:
+        result = join(result, numbers.truth(ev, ev.evaluate(operand), operand.span))
+        if isinstance(result, Constant) and result.value == decisive:
             break
     return Truth(result)
 
@@ -314,9 +316,9 @@ def conditional(ev: Evaluator, node: nodes.Conditional) -> Value:
     then, otherwise = ev.evaluate_all((node.then, node.otherwise))
     if isinstance(then, Quantity) and isinstance(otherwise, Quantity):
         with numbers.sides((node.then.span, then), (node.otherwise.span, otherwise)):
-            return numbers.select(ev, condition, then, otherwise, node.span)
+            return numbers.select(condition, then, otherwise, node.span)
     if isinstance(then, Truth) and isinstance(otherwise, Truth):
-        return Truth(ev.algebra.apply(Op.SELECT, condition, then.expr, otherwise.expr))
+        return Truth(where(condition, then.expr, otherwise.expr))
     known = known_truth(ev, Truth(condition), node.condition.span, "a condition that chooses between objects")
     return then if known else otherwise
 
@@ -330,4 +332,4 @@ def implication(ev: Evaluator, node: nodes.Temporal) -> Value:
     if node.operator != "implies":
         raise TEMPORAL_PLACE.mistake(node.span, operator=node.operator, cure="")
     premise, conclusion = (numbers.truth(ev, ev.evaluate(part), part.span) for part in node.operands)
-    return Truth(ev.algebra.apply(Op.OR, ev.algebra.apply(Op.NOT, premise), conclusion))
+    return Truth(~premise | conclusion)

@@ -17,24 +17,32 @@ from cortex_dsl.semantics.errors.chance import (
     MIXED_OPTIONS,
     RANDOM_WHILE_RUNNING,
     REVERSED_RANGE,
-    TOO_MANY_VARIANTS,
 )
 from cortex_dsl.semantics.errors.problems import Rejection
 from cortex_dsl.semantics.errors.values import NOT_FINITE, TWO_UNITS
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, bind_builtin, evaluate_arguments, no_names
 from cortex_dsl.semantics.evaluation.functions import whole_number
-from cortex_dsl.semantics.model.choices import VARIANT_LIMIT
+from cortex_dsl.semantics.model.choices import check_count
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Quantity, Value, Weights, is_constant
 from cortex_dsl.semantics.model.wording import option_name, source_text
 from cortex_dsl.semantics.names.builtins import BUILTINS
-from cortex_dsl.semantics.quantities.algebra import closed_value
+from cortex_dsl.semantics.quantities.algebra import (
+    Term,
+    floor,
+    maximum,
+    minimum,
+    normal_cdf,
+    normal_quantile,
+    table,
+    where,
+)
+from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import Unit, dimension_name, si_word
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
-from engine.vocabulary import Op
 
 
 @frozen
@@ -51,33 +59,33 @@ def bound_arguments(name: str, given: Sequence[Given], span: Span) -> list[Given
     return [bound[parameter.name] for parameter in row.parameters]
 
 
-def scaled(ev: Evaluator, argument: Given, unit: Unit | None) -> Quantity:
+def scaled(argument: Given, unit: Unit | None) -> Quantity:
     """A number of a distribution, with the unit behind the call applied."""
     number = numbers.quantity(argument.value, argument.span, "a bound of a distribution")
     if unit is None:
         return number
     if number.dimension is not None:
         raise TWO_UNITS.mistake(argument.span, kind=dimension_name(number.dimension))
-    return Quantity(ev.algebra.mul(number.expr, ev.algebra.literal(unit.factor)), unit.dimension)
+    return Quantity(number.expr * unit.factor, unit.dimension)
 
 
-def alike(ev: Evaluator, arguments: Sequence[Given], site: Site) -> tuple[list[ir.Expr], ir.Dimension | None]:
+def alike(arguments: Sequence[Given], site: Site) -> tuple[list[Term], ir.Dimension | None]:
     """Numbers of one dimension."""
-    scaled_numbers = [scaled(ev, argument, site.unit) for argument in arguments]
+    scaled_numbers = [scaled(argument, site.unit) for argument in arguments]
     dimension = None
     for number in scaled_numbers:
         dimension = numbers.common(dimension, number.dimension, site.span, "bounds of one distribution")
     return [number.expr for number in scaled_numbers], dimension
 
 
-def uniform(ev: Evaluator) -> ir.Expr:
+def uniform(ev: Evaluator) -> Term:
     return ev.algebra.random() if ev.moment.running else ev.run.new_draw()
 
 
-def recorded(ev: Evaluator, site: Site, expr: ir.Expr, dimension: ir.Dimension | None) -> Quantity:
+def recorded(ev: Evaluator, site: Site, expr: Term, dimension: ir.Dimension | None) -> Quantity:
     """The drawn number, noted down for concrete copies."""
     if not ev.moment.running:
-        ev.run.draw_sites.append(ir.DrawSite(site.span, "number", si_word(dimension), (expr,)))
+        ev.run.decisions.draw_sites.append(ir.DrawSite(site.span, "number", si_word(dimension), (expr,)))
     return Quantity(expr, dimension)
 
 
@@ -140,7 +148,7 @@ def weighted_options(ev: Evaluator, name: str, given: Sequence[Given], site: Sit
 
 def _option(ev: Evaluator, value: Value, span: Span, weight: float, site: Site, *, starred: bool) -> Option:
     if site.unit is not None:
-        value = scaled(ev, Given(value, span), site.unit)
+        value = scaled(Given(value, span), site.unit)
     source = source_text(value) or ("" if starred else ev.file.source.slice(span))
     return Option(value, weight, source)
 
@@ -177,27 +185,20 @@ def _numeric(ev: Evaluator, options: Sequence[Option], site: Site) -> Value:
     known = [value.expr.value for value in values if isinstance(value.expr, ir.Literal)]
     if len(known) == len(values) and len({option.weight for option in options}) == 1:
         index = whole_index(ev, len(values), site)
-        table = ev.algebra.apply(Op.TABLE, index, immediates=(ev.file.pool.offset(known),))
-        return recorded(ev, site, table, dimension)
-    threshold = _by_threshold(ev, _finite_uniform(ev, site), options)
+        return recorded(ev, site, table(index, ev.file.pool.offset(known)), dimension)
+    threshold = _by_threshold(_finite_uniform(ev, site), options)
     return recorded(ev, site, threshold, dimension)
 
 
-def _by_threshold(ev: Evaluator, number: ir.Expr, options: Sequence[Option]) -> ir.Expr:
+def _by_threshold(number: Term, options: Sequence[Option]) -> Term:
     """The option whose share of [0, 1) holds the uniform number."""
     exprs = [option.value.expr for option in options if isinstance(option.value, Quantity)]
     shares = probabilities(options)
     result = exprs[-1]
     for i in range(len(exprs) - 2, -1, -1):
-        below = ev.algebra.apply(Op.LT, number, ev.algebra.literal(math.fsum(shares[: i + 1])))
-        result = ev.algebra.apply(Op.SELECT, below, exprs[i], result)
+        below = number < math.fsum(shares[: i + 1])
+        result = where(below, exprs[i], result)
     return result
-
-
-def check_count(count: int, site: Site) -> None:
-    """Refuse early what would be more variants than there may be."""
-    if count > VARIANT_LIMIT:
-        raise TOO_MANY_VARIANTS.mistake(site.span, limit=VARIANT_LIMIT, sizes=f"this one has {count} options")
 
 
 def probabilities(options: Sequence[Option]) -> tuple[float, ...]:
@@ -211,9 +212,9 @@ def choose(ev: Evaluator, options: Sequence[Option], site: Site, gene: int | Non
         raise RANDOM_WHILE_RUNNING.mistake(site.span)
     name = ev.run.assigning or shortened(ev, site.span)
     shares = probabilities(options) if gene is None else (1.0,) * len(options)
-    option = options[ev.run.oracle.choose(name, site.span, shares, gene)]
+    option = options[ev.run.decisions.oracle.choose(name, site.span, shares, gene)]
     source = option.source or _name_of(ev, option.value)
-    ev.run.choices.append(ir.Choice(name, option_name(option.value), source, site.span))
+    ev.run.decisions.choices.append(ir.Choice(name, option_name(option.value), source, site.span))
     return option.value
 
 
@@ -226,16 +227,16 @@ def all_constant(options: Sequence[Option]) -> bool:
     return all(is_constant(o.value) or not isinstance(o.value, Quantity) for o in options)
 
 
-def whole_index(ev: Evaluator, count: int, site: Site) -> ir.Expr:
+def whole_index(ev: Evaluator, count: int, site: Site) -> Term:
     """A whole number below `count`, all equally likely."""
     number = _finite_uniform(ev, site)
-    return ev.algebra.apply(Op.FLOOR, ev.algebra.mul(number, ev.algebra.literal(float(count))))
+    return floor(number * float(count))
 
 
-def _finite_uniform(ev: Evaluator, site: Site) -> ir.Expr:
+def _finite_uniform(ev: Evaluator, site: Site) -> Term:
     number = uniform(ev)
     if isinstance(number, ir.Draw):
-        ev.run.finite_draws[number.index] = site.span
+        ev.run.decisions.finite_draws[number.index] = site.span
     return number
 
 
@@ -269,35 +270,34 @@ def distribution_call(ev: Evaluator, node: nodes.Expression) -> nodes.Call | Non
 
 def _range(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
     arguments = bound_arguments(name, given, site.span)
-    (low, high), dimension = alike(ev, arguments, site)
+    (low, high), dimension = alike(arguments, site)
     check_order(name, plain(arguments[0]), plain(arguments[1]), site.span)
-    width = ev.algebra.sub(high, low)
-    return recorded(ev, site, ev.algebra.add(low, ev.algebra.mul(uniform(ev), width)), dimension)
+    width = high - low
+    return recorded(ev, site, low + uniform(ev) * width, dimension)
 
 
 def _normal(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
     arguments = bound_arguments(name, given, site.span)
-    (mean, deviation), dimension = alike(ev, arguments, site)
+    (mean, deviation), dimension = alike(arguments, site)
     check_deviation(plain(arguments[1]), arguments[1].span)
-    positive = ev.algebra.apply(Op.MAX, uniform(ev), ev.algebra.literal(SMALLEST_UNIFORM))
-    quantile = ev.algebra.apply(Op.NORMAL_QUANTILE, positive)
-    return recorded(ev, site, ev.algebra.add(mean, ev.algebra.mul(deviation, quantile)), dimension)
+    positive = maximum(uniform(ev), SMALLEST_UNIFORM)
+    quantile = normal_quantile(positive)
+    return recorded(ev, site, mean + deviation * quantile, dimension)
 
 
 def _truncated_normal(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
     arguments = bound_arguments(name, given, site.span)
-    (mean, deviation, low, high), dimension = alike(ev, arguments, site)
+    (mean, deviation, low, high), dimension = alike(arguments, site)
     check_deviation(plain(arguments[1]), arguments[1].span)
     check_order(name, plain(arguments[2]), plain(arguments[3]), site.span)
-    algebra = ev.algebra
 
-    def cumulative(bound: ir.Expr) -> ir.Expr:
-        return algebra.apply(Op.NORMAL_CDF, algebra.apply(Op.DIV, algebra.sub(bound, mean), deviation))
+    def cumulative(bound: Term) -> Term:
+        return normal_cdf((bound - mean) / deviation)
 
     least, greatest = cumulative(low), cumulative(high)
-    probability = algebra.add(least, algebra.mul(uniform(ev), algebra.sub(greatest, least)))
-    free = algebra.add(mean, algebra.mul(deviation, algebra.apply(Op.NORMAL_QUANTILE, probability)))
-    return recorded(ev, site, algebra.apply(Op.MIN, algebra.apply(Op.MAX, free, low), high), dimension)
+    probability = least + uniform(ev) * (greatest - least)
+    free = mean + deviation * normal_quantile(probability)
+    return recorded(ev, site, minimum(maximum(free, low), high), dimension)
 
 
 # -- finite -----------------------------------------------------------------------------------------------------------
@@ -310,13 +310,11 @@ def _discrete_range(ev: Evaluator, name: str, given: Sequence[Given], site: Site
     dimension = None if site.unit is None else site.unit.dimension
     factor = ev.algebra.literal(1.0 if site.unit is None else site.unit.factor)
     if site.span in ev.file.expanded:
-        check_count(high - low + 1, site)
-        written = (
-            Quantity(ev.algebra.mul(ev.algebra.literal(float(n)), factor), dimension) for n in range(low, high + 1)
-        )
+        check_count(high - low + 1, site.span)
+        written = (Quantity(float(n) * factor, dimension) for n in range(low, high + 1))
         return choose(ev, [Option(value, 1.0, source_text(value) or "") for value in written], site)
     index = whole_index(ev, high - low + 1, site)
-    number = ev.algebra.mul(ev.algebra.add(ev.algebra.literal(float(low)), index), factor)
+    number = (float(low) + index) * factor
     return recorded(ev, site, number, dimension)
 
 
@@ -330,11 +328,11 @@ def _weighted(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> V
 
 def _fixed(ev: Evaluator, name: str, given: Sequence[Given], site: Site) -> Value:
     no_names(name, given)
-    visit = ev.run.visits[site.span]
-    ev.run.visits[site.span] += 1
+    visit = ev.run.decisions.visits[site.span]
+    ev.run.decisions.visits[site.span] += 1
     if visit >= len(given):
         raise FIXED_EXHAUSTED.mistake(site.span, count=visit + 1, given=len(given))
-    return given[visit].value if site.unit is None else scaled(ev, given[visit], site.unit)
+    return given[visit].value if site.unit is None else scaled(given[visit], site.unit)
 
 
 DISTRIBUTIONS: dict[str, Distribution] = {

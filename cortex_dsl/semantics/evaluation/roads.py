@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Container, Iterator, Mapping
 from types import MappingProxyType
 
+from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.roads import BAD_MAP, MAP_TOO_LATE, MAP_VARIES, NO_SINGLE_INTERSECTION, UNKNOWN_MAP
@@ -41,7 +42,7 @@ from engine.road.sections import (
     to_left,
     to_right,
 )
-from engine.road.specification import wrong_alone, wrong_together
+from engine.road.specification import LENGTHS, wrong_alone, wrong_together
 from engine.tables import ROAD_REGION
 
 _WHOLE = ("ways", "lanes", "rows", "cols")
@@ -53,16 +54,16 @@ def lay_out(ev: Evaluator, node: nodes.Map) -> None:
     """`map intersection(...)`: build the network of this variant."""
     if node.kind != "intersection":
         raise UNKNOWN_MAP.mistake(node.span, kind=node.kind)
-    if ev.run.network is not None:
+    if ev.run.built.network is not None:
         raise MAP_TOO_LATE.mistake(node.span)
-    ev.run.network = _network(ev, _spec(ev, node), node.span)
+    ev.run.built.network = _network(ev, _spec(ev, node), node.span)
 
 
 def _spec(ev: Evaluator, node: nodes.Map) -> RoadSpec:
     """The road that is asked for.
 
     Raises:
-        Mistake: there is none; what is wrong with each argument has been told.
+        Mistake: there is none; what is wrong with each argument has been reported.
     """
     given, mistaken = evaluate_each(ev, node.arguments)
     values: dict[str, float | bool] = {}
@@ -97,10 +98,10 @@ def _knows_lengths(node: nodes.Map, good: Container[str]) -> bool:
 
 
 def _go_on(ev: Evaluator, node: nodes.Map, values: Mapping[str, float | bool]) -> None:
-    """Take the arguments that can be read for the map, so that nothing below is told of another one."""
+    """Take the arguments that can be read for the map, so that nothing below is judged by another one."""
     spec = RoadSpec(**values)  # type: ignore[arg-type]
     if not list(wrong_alone(spec)) and not list(wrong_together(spec)):
-        ev.run.network = _network(ev, spec, node.span)
+        ev.run.built.network = _network(ev, spec, node.span)
 
 
 def _map_argument(argument: Given, known: Container[str]) -> str:
@@ -147,9 +148,9 @@ def _network(ev: Evaluator, spec: RoadSpec, span: Span) -> Network:
 
 def network_of(ev: Evaluator) -> Network:
     """The network of this variant; the default one where the file has no map."""
-    if ev.run.network is None:
-        ev.run.network = _network(ev, ev.file.default_road, ev.algebra.span)
-    return ev.run.network
+    if ev.run.built.network is None:
+        ev.run.built.network = _network(ev, ev.file.default_road, ev.algebra.span)
+    return ev.run.built.network
 
 
 @frozen
@@ -206,6 +207,7 @@ NEIGHBOURLY = frozenset({"adjacentLanes", *NEIGHBOURS, *(f"_{name}" for name in 
 LIGHTS = frozenset({"signals", "isSignalized"})
 SPARE = 50.0
 """How much longer than a distance to the intersection that a `require` asks for the arms are [m]."""
+LONGEST_ARM = LENGTHS["approach"][1]
 
 
 def default_road(module: nodes.Module) -> RoadSpec:
@@ -213,18 +215,27 @@ def default_road(module: nodes.Module) -> RoadSpec:
     asked = {node.name for node in everything_in(module) if isinstance(node, nodes.Attribute)}
     ways = 3 if "is3Way" in asked and "is4Way" not in asked else 4
     plain = RoadSpec()
-    farthest = max(_distances_kept(module), default=0.0)
+    reachable = [distance for distance, _ in _distances_kept(module) if distance + SPARE <= LONGEST_ARM]
+    farthest = max(reachable, default=0.0)
     approach = max(plain.approach, 10.0 * math.ceil((farthest + SPARE) / 10.0)) if farthest else plain.approach
     return RoadSpec(ways=ways, lanes=2 if _asks_for_neighbours(module) else 1, approach=approach)
 
 
-def spelled(road: RoadSpec) -> str:
+def beyond_any_road(module: nodes.Module) -> Iterator[Diagnostic]:
+    """What is said of distances to the intersection that no road is long enough for."""
+    for distance, span in _distances_kept(module):
+        if distance + SPARE > LONGEST_ARM:
+            message = f"its arms would be longer than {LONGEST_ARM:g} m, to be {distance:g} m from the intersection"
+            yield BAD_MAP.at(span, message=message, cure=f"ask for {LONGEST_ARM - SPARE:g} m or less")
+
+
+def map_line(road: RoadSpec) -> str:
     """The `map` line that gives a default road."""
     approach = "" if road.approach == RoadSpec().approach else f", approach={road.approach:g} m"
     return f"map intersection(ways={road.ways}, lanes={road.lanes}{approach})"
 
 
-def reasons(road: RoadSpec) -> str:
+def reasons_for_road(road: RoadSpec) -> str:
     """Why a default road is no plain one; nothing for a plain one."""
     found = []
     if road.lanes > 1:
@@ -240,10 +251,10 @@ def map_with_lights(module: nodes.Module) -> Span | None:
     statements = tuple(everything_in(module))
     if entry is None or any(isinstance(node, nodes.Signals) for node in statements):
         return None
-    negated = {id(node.operand) for node in statements if isinstance(node, nodes.Unary) and node.operator == "not"}
+    negated = {node.operand.span for node in statements if isinstance(node, nodes.Unary) and node.operator == "not"}
     asks = any(
         (isinstance(node, nodes.Name) and "TrafficLight" in node.id)
-        or (isinstance(node, nodes.Attribute) and node.name in LIGHTS and id(node) not in negated)
+        or (isinstance(node, nodes.Attribute) and node.name in LIGHTS and node.span not in negated)
         or (isinstance(node, nodes.Argument) and node.name == "obey_signals")
         for node in statements
     )
@@ -252,12 +263,12 @@ def map_with_lights(module: nodes.Module) -> Span | None:
 
 def _asks_for_neighbours(module: nodes.Module) -> bool:
     tests = {
-        id(node.first)
+        node.first.span
         for node in everything_in(module)
         if isinstance(node, nodes.Compare) and [op for op, other in node.rest if _is_none(other)] in (["is"], ["=="])
     }
     return any(
-        isinstance(node, nodes.Attribute) and node.name in NEIGHBOURLY and id(node) not in tests
+        isinstance(node, nodes.Attribute) and node.name in NEIGHBOURLY and node.span not in tests
         for node in everything_in(module)
     )
 
@@ -266,8 +277,8 @@ def _is_none(node: nodes.Expression) -> bool:
     return isinstance(node, nodes.Constant) and node.value is None
 
 
-def _distances_kept(module: nodes.Module) -> Iterator[float]:
-    """Numbers that a distance to an intersection has to exceed [m]."""
+def _distances_kept(module: nodes.Module) -> Iterator[tuple[float, Span]]:
+    """Numbers that a distance to an intersection has to exceed [m], and where they are written."""
     numbers = {
         name: statement.value.value
         for statement in module.statements
@@ -279,8 +290,8 @@ def _distances_kept(module: nodes.Module) -> Iterator[float]:
             if isinstance(node, nodes.Compare) and len(node.rest) == 1 and _is_far_off(node.first):
                 operator, other = node.rest[0]
                 value = numbers.get(other.id) if isinstance(other, nodes.Name) else getattr(other, "value", None)
-                if operator in (">", ">=") and isinstance(value, float | int) and value > 0:
-                    yield float(value)
+                if operator in (">", ">=") and isinstance(value, float | int) and 0 < value < math.inf:
+                    yield float(value), other.span
 
 
 def _is_far_off(node: nodes.Expression) -> bool:

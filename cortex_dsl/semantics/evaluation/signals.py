@@ -34,13 +34,14 @@ from cortex_dsl.semantics.model.state import (
 )
 from cortex_dsl.semantics.model.values import Actor, Colour, Pose, Signal, Value
 from cortex_dsl.semantics.model.wording import kind_name
+from cortex_dsl.semantics.quantities.algebra import Operand, Term, equal, floor, path_project, where
 from cortex_dsl.semantics.quantities.units import TIME
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 from engine.road.network import Intersection, Lane
-from engine.vocabulary import Op, State
+from engine.vocabulary import State
 
 ARGUMENTS = ("green", "yellow", "all_red", "offset")
 ARMS = 4
@@ -56,14 +57,14 @@ LOOKS = re.compile(r"obey_signals|TrafficLight|\bisSignalized\b|\.signals?\b")
 
 def set_up(ev: Evaluator, node: nodes.Signals) -> None:
     """`signals(...)`: all intersections have lights of one plan."""
-    if ev.run.signals is not None:
+    if ev.run.built.signals is not None:
         raise SIGNALS_TWICE.mistake(node.span)
     if not LOOKS.search(_code(ev)):
         ev.report(SIGNALS_UNUSED.at(node.span))
     try:
-        ev.run.signals = _plan(ev, _arguments(ev, node))
+        ev.run.built.signals = _plan(ev, _arguments(ev, node))
     except Mistake:
-        ev.run.signals = _plan(ev, {})  # nobody need hear that there are no lights
+        ev.run.built.signals = _plan(ev, {})  # nobody need hear that there are no lights
         raise
 
 
@@ -89,7 +90,7 @@ def _check_name(argument: Given, seen: dict[str, Given]) -> None:
 
 
 def _plan(ev: Evaluator, given: dict[str, Given]) -> SignalPlan:
-    def time(name: str, default: float, low: float, *, above: bool = False) -> ir.Expr:
+    def time(name: str, default: float, low: float, *, above: bool = False) -> Term:
         if name not in given:
             return ev.algebra.literal(default)
         what, argument = f"`{name}` of the lights", given[name]
@@ -114,10 +115,10 @@ def _code(ev: Evaluator) -> str:
 
 def plan_of(ev: Evaluator) -> SignalPlan | None:
     """The plan of the lights; Scenic's maps have lights, so a script that names one and asks for them gets a plan."""
-    if ev.run.signals is None and ev.file.default_signals is not None:
+    if ev.run.built.signals is None and ev.file.default_signals is not None:
         ev.report(SCENIC_SIGNALS.at(ev.file.default_signals))
-        ev.run.signals = _plan(ev, {})
-    return ev.run.signals
+        ev.run.built.signals = _plan(ev, {})
+    return ev.run.built.signals
 
 
 def needed(ev: Evaluator, span: Span, what: str) -> SignalPlan:
@@ -160,15 +161,14 @@ def phase_of(light: Signal) -> int:
 class Ahead:
     """The light at the end of the lane that an object is on."""
 
-    light: ir.Expr
+    light: Term
     """Its number; -1 where the lane has none."""
-    phase: ir.Expr
-    distance: ir.Expr
+    phase: Term
+    distance: Term
     """From the centre of the object to the stop line, along the lane [m]."""
 
-    def within(self, ev: Evaluator, reach: ir.Expr) -> ir.Expr:
-        there = ev.algebra.apply(Op.LE, ev.algebra.literal(0.0), self.light)
-        return ev.algebra.apply(Op.AND, there, ev.algebra.apply(Op.LT, self.distance, reach))
+    def within(self, reach: Term) -> Term:
+        return (self.light >= 0.0) & (self.distance < reach)
 
 
 def ahead_of(ev: Evaluator, actor: Actor) -> Ahead:
@@ -180,75 +180,74 @@ def ahead_of(ev: Evaluator, actor: Actor) -> Ahead:
     phase = looked_up(ev, lane, [0 if light is None else phase_of(light) for light in seen], missing=0.0)
     path = looked_up(ev, lane, [each.path for each in network.lanes], missing=0.0)
     length = looked_up(ev, lane, [each.length for each in network.lanes], missing=0.0)
-    s = ev.algebra.apply(Op.PATH_PROJECT, path, pose.x, pose.y)
-    return Ahead(number, phase, ev.algebra.sub(length, s))
+    s = path_project(path, pose.x, pose.y)
+    return Ahead(number, phase, length - s)
 
 
 # -- what it shows ----------------------------------------------------------------------------------------------------
 
 
-def clock(ev: Evaluator, plan: SignalPlan) -> ir.Expr:
+def clock(ev: Evaluator, plan: SignalPlan) -> Term:
     """The time that the lights have run [s]."""
-    algebra, now = ev.algebra, ev.algebra.apply(Op.TIME)
+    algebra, now = ev.algebra, ev.algebra.time()
     if plan.controls is None:
         return now
-    running = algebra.sub(now, algebra.local(plan.controls.lost))
+    running = now - algebra.local(plan.controls.lost)
     frozen, frozen_at = algebra.local(plan.controls.frozen), algebra.local(plan.controls.frozen_at)
-    return algebra.apply(Op.SELECT, frozen, frozen_at, running)
+    return where(frozen, frozen_at, running)
 
 
 @frozen
 class Showing:
     """Colour by the plan, and how often the plan has changed it so far."""
 
-    colour: ir.Expr
-    changes: ir.Expr
+    colour: Term
+    changes: Term
 
 
-def by_plan(ev: Evaluator, plan: SignalPlan, phase: ir.Expr) -> Showing:
-    algebra, number = ev.algebra, ev.algebra.literal
-    part = algebra.add(plan.green, algebra.add(plan.yellow, plan.all_red))
-    cycle = algebra.mul(part, number(float(PHASES)))
-    since = algebra.sub(algebra.add(clock(ev, plan), plan.offset), algebra.mul(phase, part))
-    rounds = algebra.apply(Op.FLOOR, algebra.apply(Op.DIV, since, cycle))
-    into = algebra.sub(since, algebra.mul(rounds, cycle))
-    is_green = algebra.apply(Op.LT, into, plan.green)
-    is_yellow = algebra.apply(Op.LT, into, algebra.add(plan.green, plan.yellow))
-    not_green = algebra.apply(Op.SELECT, is_yellow, number(float(YELLOW)), number(float(RED)))
-    colour = algebra.apply(Op.SELECT, is_green, number(float(GREEN)), not_green)
-    return Showing(colour, algebra.add(algebra.mul(rounds, number(3.0)), colour))
+def by_plan(ev: Evaluator, plan: SignalPlan, phase: Term) -> Showing:
+    part = plan.green + (plan.yellow + plan.all_red)
+    cycle = part * float(PHASES)
+    since = clock(ev, plan) + plan.offset - phase * part
+    rounds = floor(since / cycle)
+    into = since - rounds * cycle
+    is_green = into < plan.green
+    is_yellow = into < plan.green + plan.yellow
+    not_green = where(is_yellow, float(YELLOW), float(RED))
+    colour = where(is_green, float(GREEN), not_green)
+    return Showing(colour, rounds * 3.0 + colour)
 
 
-def _shown(ev: Evaluator, plan: SignalPlan, light: ir.Expr, phase: ir.Expr) -> ir.Expr:
+def _shown(ev: Evaluator, plan: SignalPlan, light: Term, phase: Term) -> Term:
     """The colour of a light that is there."""
-    showing, algebra = by_plan(ev, plan, phase), ev.algebra
+    showing = by_plan(ev, plan, phase)
     if plan.controls is None:
         return showing.colour
     given = _entry(ev, light, plan.controls.colours)
-    lasts = algebra.apply(Op.EQ, _entry(ev, light, plan.controls.changes), showing.changes)
-    is_set = algebra.apply(Op.AND, lasts, algebra.apply(Op.LT, algebra.literal(float(NONE)), given))
-    return algebra.apply(Op.SELECT, is_set, given, showing.colour)
+    lasts = equal(_entry(ev, light, plan.controls.changes), showing.changes)
+    is_set = lasts & (given > float(NONE))
+    return where(is_set, given, showing.colour)
 
 
-def _entry(ev: Evaluator, light: ir.Expr, locals_: tuple[int, ...]) -> ir.Expr:
+def _entry(ev: Evaluator, light: Term, locals_: tuple[int, ...]) -> Term:
     if isinstance(light, ir.Literal):
         return ev.algebra.local(locals_[int(light.value)])
     return ev.algebra.chosen(light, [ev.algebra.local(each) for each in locals_])
 
 
-def colour_ahead(ev: Evaluator, actor: Actor, reach: ir.Expr, plan: SignalPlan) -> ir.Expr:
+def colour_ahead(ev: Evaluator, actor: Actor, reach: Term, plan: SignalPlan) -> Term:
     """What the light ahead shows; NONE without one within reach."""
     ahead = ahead_of(ev, actor)
     shown = _shown(ev, plan, ahead.light, ahead.phase)
-    return ev.algebra.apply(Op.SELECT, ahead.within(ev, reach), shown, ev.algebra.literal(float(NONE)))
+    return where(ahead.within(reach), shown, float(NONE))
 
 
-def colour_of(ev: Evaluator, light: Signal, plan: SignalPlan) -> ir.Expr:
+def colour_of(ev: Evaluator, light: Signal, plan: SignalPlan) -> Term:
     number, phase = ev.algebra.literal(float(number_of(light))), ev.algebra.literal(float(phase_of(light)))
     return _shown(ev, plan, number, phase)
 
 
-def same_colour(ev: Evaluator, left: Value, right: Value, span: Span) -> ir.Expr | None:
+def same_colour(ev: Evaluator, left: Value, right: Value, span: Span) -> Term | None:
     """Whether a light shows a colour; None where no light is asked.
 
     Raises:
@@ -257,10 +256,10 @@ def same_colour(ev: Evaluator, left: Value, right: Value, span: Span) -> ir.Expr
     if not (isinstance(left, Colour) or isinstance(right, Colour)):
         return None
     one, other = (_colour_index(ev, each, span) for each in (left, right))
-    return ev.algebra.apply(Op.EQ, one, other)
+    return equal(one, other)
 
 
-def _colour_index(ev: Evaluator, value: Value, span: Span) -> ir.Expr:
+def _colour_index(ev: Evaluator, value: Value, span: Span) -> Term:
     if isinstance(value, Colour):
         return value.index
     name = "None" if value is None else value
@@ -282,22 +281,21 @@ COMFORTABLE = 3.4
 """Deceleration with which drivers stop for yellow [m/s^2]: AASHTO, Policy on Geometric Design (2011), section 3.2.2."""
 
 
-def must_stop(ev: Evaluator, actor: Actor, span: Span) -> tuple[ir.Expr, ir.Expr]:
+def must_stop(ev: Evaluator, actor: Actor, span: Span) -> tuple[Term, Term]:
     """Whether an object has to stop for the light ahead, and how far its front is from the stop line [m].
 
     For red it does if it can at all, for yellow if it can in comfort.
     """
-    algebra, plan = ev.algebra, needed(ev, span, "`obey_signals`")
+    plan = needed(ev, span, "`obey_signals`")
     ahead, speed = ahead_of(ev, actor), state(ev, actor, State.SPEED)
     shown = _shown(ev, plan, ahead.light, ahead.phase)
-    room = algebra.sub(ahead.distance, algebra.mul(size_of(actor, "length"), algebra.literal(0.5)))
-    energy = algebra.mul(algebra.literal(0.5), algebra.mul(speed, speed))
+    room = ahead.distance - size_of(actor, "length") * 0.5
+    energy = 0.5 * (speed * speed)
 
-    def stops(colour: int, braking: ir.Expr) -> ir.Expr:
-        can = algebra.apply(Op.LE, energy, algebra.mul(braking, room))
-        return algebra.apply(Op.AND, algebra.apply(Op.EQ, shown, algebra.literal(float(colour))), can)
+    def stops(colour: int, braking: Operand) -> Term:
+        can = energy <= braking * room
+        return equal(shown, float(colour)) & can
 
     red = stops(RED, size_of(actor, "maxBraking"))
-    yellow = stops(YELLOW, algebra.literal(COMFORTABLE))
-    there = algebra.apply(Op.LE, algebra.literal(0.0), ahead.light)
-    return algebra.apply(Op.AND, there, algebra.apply(Op.OR, red, yellow)), room
+    yellow = stops(YELLOW, COMFORTABLE)
+    return (ahead.light >= 0.0) & (red | yellow), room

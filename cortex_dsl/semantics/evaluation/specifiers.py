@@ -14,19 +14,26 @@ from cortex_dsl.semantics.errors.objects import (
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import geometry
 from cortex_dsl.semantics.evaluation.lanes import Trajectory, trajectory
-from cortex_dsl.semantics.evaluation.numbers import ROUNDING, adopt, in_range, shown
+from cortex_dsl.semantics.evaluation.numbers import ROUNDING, adopt, in_range
 from cortex_dsl.semantics.evaluation.roads import ROAD, network_of
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Centerline, DirectionField, Pose, Region, Value, Vector
-from cortex_dsl.semantics.model.wording import kind_name, option_name
-from cortex_dsl.semantics.quantities.algebra import closed_value
+from cortex_dsl.semantics.model.wording import kind_name, option_name, shown
+from cortex_dsl.semantics.quantities.algebra import (
+    Term,
+    path_pose,
+    path_project,
+    region_sample,
+    road_follow,
+    road_heading,
+)
+from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen
 from engine.road.network import Intersection, Lane, Network
 from engine.road.sections import LaneSection
-from engine.vocabulary import Op
 
 CONTACT_TOLERANCE = 1e-4
 """Gap between two objects of which one is placed beside the other without `by`; Scenic's default [m]."""
@@ -37,7 +44,7 @@ class Placement:
     """A point and, where the specifier gives one, a heading."""
 
     point: Vector
-    heading: ir.Expr | None
+    heading: Term | None
     drawn: bool = False
     """Whether the specifier itself drew it."""
     lane: Lane | None = None
@@ -48,8 +55,8 @@ class Placement:
 class Extent:
     """Size of what is placed; zero for points."""
 
-    length: ir.Expr
-    width: ir.Expr
+    length: Term
+    width: Term
 
 
 Placer = Callable[[Evaluator, nodes.Specifier, Extent], Placement]
@@ -88,13 +95,12 @@ def _in_region(ev: Evaluator, node: nodes.InRegion, _extent: Extent) -> Placemen
 
 
 def on_centerline(ev: Evaluator, lane: Lane) -> Placement:
-    s = ev.algebra.mul(ev.run.new_draw(), ev.algebra.literal(lane.length))
+    s = ev.run.new_draw() * lane.length
     return _on_path(ev, lane.path, s, lane, drawn=True)
 
 
-def _on_path(ev: Evaluator, path: int, s: ir.Expr, lane: Lane | None, *, drawn: bool = False) -> Placement:
-    pose = ev.algebra.apply(Op.PATH_POSE, ev.algebra.literal(float(path)), s, width=3)
-    x, y, heading = ev.algebra.items(pose, 3)
+def _on_path(ev: Evaluator, path: int, s: Term, lane: Lane | None, *, drawn: bool = False) -> Placement:
+    x, y, heading = path_pose(ev.algebra.literal(float(path)), s)
     return Placement(Vector(x, y), heading, drawn, lane)
 
 
@@ -102,14 +108,13 @@ def within(ev: Evaluator, region: Region, lane: Lane | None = None) -> Placement
     """Uniform over a region, heading along the road."""
     network_of(ev)
     identity = ev.algebra.literal(float(region.id))
-    sample = ev.algebra.apply(Op.REGION_SAMPLE, identity, ev.run.new_draw(), ev.run.new_draw(), width=2)
-    point = Vector(*ev.algebra.items(sample, 2))
+    point = Vector(*region_sample(identity, ev.run.new_draw(), ev.run.new_draw()))
     if lane is None:
-        return Placement(point, geometry.road_heading(ev, point), drawn=True)
+        return Placement(point, road_heading(point.x, point.y), drawn=True)
     # Lanes overlap inside an intersection, so the nearest lane may be another one.
     path = ev.algebra.literal(float(lane.path))
-    s = ev.algebra.apply(Op.PATH_PROJECT, path, point.x, point.y)
-    return Placement(point, ev.algebra.item(ev.algebra.apply(Op.PATH_POSE, path, s, width=3), 2), drawn=True)
+    s = path_project(path, point.x, point.y)
+    return Placement(point, path_pose(path, s)[2], drawn=True)
 
 
 def _offset_by(ev: Evaluator, node: nodes.OffsetBySpecifier, _extent: Extent) -> Placement:
@@ -139,18 +144,18 @@ def _beside(ev: Evaluator, node: nodes.Beside, extent: Extent) -> Placement:
     along = node.side in ("ahead", "behind")
     own = extent.length if along else extent.width
     gap = _gap(ev, node, isinstance(reference, Actor))
-    half = ev.algebra.mul(own, ev.algebra.literal(0.5))
+    half = own * 0.5
     if isinstance(reference, Actor):
         size = geometry.size_of(reference, "length" if along else "width")
-        half = ev.algebra.add(half, ev.algebra.mul(size, ev.algebra.literal(0.5)))
-    reach = ev.algebra.add(half, gap)
-    signed = reach if node.side in ("ahead", "right") else ev.algebra.apply(Op.NEG, reach)
+        half = half + size * 0.5
+    reach = half + gap
+    signed = reach if node.side in ("ahead", "right") else -reach
     zero = ev.algebra.literal(0.0)
     right, ahead = (zero, signed) if along else (signed, zero)
-    return Placement(geometry.moved(ev, Vector(pose.x, pose.y), pose.heading, right, ahead), pose.heading)
+    return Placement(geometry.moved(Vector(pose.x, pose.y), pose.heading, right, ahead), pose.heading)
 
 
-def _gap(ev: Evaluator, node: nodes.Beside, between_objects: bool) -> ir.Expr:
+def _gap(ev: Evaluator, node: nodes.Beside, between_objects: bool) -> Term:
     if node.distance is None:
         return ev.algebra.literal(CONTACT_TOLERANCE if between_objects else 0.0)
     return adopt(ev, ev.evaluate(node.distance), LENGTH, node.distance.span, "the distance after `by`")
@@ -170,7 +175,7 @@ def _following(ev: Evaluator, node: nodes.Following, _extent: Extent) -> Placeme
     start = geometry.position(ev, origin, node.span if node.origin is None else node.origin.span)
     by = adopt(ev, ev.evaluate(node.distance), LENGTH, node.distance.span, "the distance after `for`")
     network_of(ev)
-    x, y, heading = ev.algebra.items(ev.algebra.apply(Op.ROAD_FOLLOW, start.x, start.y, by, width=3), 3)
+    x, y, heading = road_follow(start.x, start.y, by)
     return Placement(Vector(x, y), heading)
 
 
@@ -181,7 +186,7 @@ def _before(ev: Evaluator, node: nodes.Before, _extent: Extent) -> Placement:
         raise NOT_ON_TRAJECTORY.mistake(trajectory_span, region=option_name(region))
     by = _along(ev, node, entry)
     lane = way.lanes[0] if entry <= way.lanes[0].length else None
-    return _on_path(ev, way.path, ev.algebra.sub(ev.algebra.literal(entry), by), lane)
+    return _on_path(ev, way.path, entry - by, lane)
 
 
 def _after(ev: Evaluator, node: nodes.After, _extent: Extent) -> Placement:
@@ -192,7 +197,7 @@ def _after(ev: Evaluator, node: nodes.After, _extent: Extent) -> Placement:
     rest = way.length - leaving
     by = _along(ev, node, rest)
     lane = way.lanes[-1] if rest <= way.lanes[-1].length + ROUNDING else None
-    return _on_path(ev, way.path, ev.algebra.add(ev.algebra.literal(leaving), by), lane)
+    return _on_path(ev, way.path, leaving + by, lane)
 
 
 def _way_through(ev: Evaluator, node: nodes.Before) -> tuple[Trajectory, Intersection, Span]:
@@ -215,7 +220,7 @@ def _word(node: nodes.Before) -> str:
     return "after" if isinstance(node, nodes.After) else "before"
 
 
-def _along(ev: Evaluator, node: nodes.Before, available: float) -> ir.Expr:
+def _along(ev: Evaluator, node: nodes.Before, available: float) -> Term:
     """The distance from the intersection: an error if the way surely is too short for it, else a requirement."""
     what = f"the distance {_word(node)} the intersection"
     span = node.distance.span
@@ -230,7 +235,7 @@ def _along(ev: Evaluator, node: nodes.Before, available: float) -> ir.Expr:
     return by
 
 
-def _keep_on_way(ev: Evaluator, node: nodes.Before, by: ir.Expr, available: float) -> None:
+def _keep_on_way(ev: Evaluator, node: nodes.Before, by: Term, available: float) -> None:
     """There is no place beyond the trajectory: an error where it surely lies there, a requirement where it may."""
     region, limit, word = ev.file.source.slice(node.region.span), shown(available, LENGTH), _word(node)
     bounds = "ends" if word == "after" else "starts"
@@ -249,9 +254,11 @@ def _keep_on_way(ev: Evaluator, node: nodes.Before, by: ir.Expr, available: floa
                 node.distance.span, actual=actual, word=word, region=region, bounds=bounds, available=limit
             )
         )
-    condition = ev.algebra.apply(Op.LE, by, ev.algebra.literal(available))
+    condition = by <= available
     text = " ".join(ev.file.source.slice(node.span).split())
-    ev.run.requirements.append(ir.Requirement(condition, 1.0, f"`{text}` lies on the road", ev.file.line(node.span)))
+    ev.run.built.requirements.append(
+        ir.Requirement(condition, 1.0, f"`{text}` lies on the road", ev.file.line(node.span))
+    )
 
 
 PLACERS: dict[type, Placer] = {

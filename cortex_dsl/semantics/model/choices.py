@@ -5,10 +5,13 @@ The file is elaborated once per way. The oracle answers the first choices as its
 of the others; the enumeration then changes the last decision that has options left, and starts again.
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
 
+from cortex_dsl import ir
+from cortex_dsl.semantics.errors.chance import TOO_MANY_VARIANTS
 from cortex_dsl.source import Span
 from engine.errors import Signal
 from engine.frozen import frozen
@@ -26,6 +29,12 @@ class Decision:
     probabilities: tuple[float, ...]
     taken: int
     gene: int | None = None
+
+
+def check_count(count: int, span: Span) -> None:
+    """Refuse early what would be more variants than there may be."""
+    if count > VARIANT_LIMIT:
+        raise TOO_MANY_VARIANTS.mistake(span, limit=VARIANT_LIMIT, sizes=f"this one has {count} options")
 
 
 class TooManyVariants(Signal):
@@ -73,6 +82,20 @@ class Oracle:
             if last < len(self.decisions[len(script)].probabilities):
                 return (*script, last)
         return None
+
+
+@dataclass
+class Decisions:
+    """Every choice and draw that a variant has met so far."""
+
+    oracle: Oracle
+    choices: list[ir.Choice] = field(default_factory=list)
+    draw_sites: list[ir.DrawSite] = field(default_factory=list)
+    draw_count: int = 0
+    finite_draws: dict[int, Span] = field(default_factory=dict)
+    """Sites of the draws that pick one of finitely many numbers."""
+    visits: Counter[Span] = field(default_factory=Counter)
+    """How often each `Fixed(...)` was evaluated."""
 
 
 Result = TypeVar("Result")

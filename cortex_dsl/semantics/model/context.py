@@ -14,11 +14,11 @@ from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics.errors.chance import NOT_CONSTANT
 from cortex_dsl.semantics.errors.names import UNKNOWN_NAME
 from cortex_dsl.semantics.errors.problems import Mistake, NeedsExpansion
-from cortex_dsl.semantics.model.state import FileContext, Variant
+from cortex_dsl.semantics.model.state import FileContext, Scope, Variant
 from cortex_dsl.semantics.model.values import POISON, Actor, Instance, Poison, Quantity, Value
 from cortex_dsl.semantics.names.builtins import BUILTINS
-from cortex_dsl.semantics.quantities.algebra import CLOSED, Algebra, closed_value, leaves
-from cortex_dsl.semantics.quantities.bounds import Interval, interval
+from cortex_dsl.semantics.quantities.algebra import Algebra
+from cortex_dsl.semantics.quantities.bounds import CLOSED, Interval, closed_value, interval, leaves
 from cortex_dsl.semantics.quantities.units import dimension_name
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -88,6 +88,13 @@ class Evaluator:
     def scope(self) -> dict[str, Value]:
         """Where an assignment at this place goes: a scenario has variables of its own."""
         return self.names if self.moment.scenario is None else self.moment.scenario.names
+
+    @property
+    def scope_name(self) -> Scope:
+        """Whose variables those of `scope` are."""
+        if self.moment.scenario is not None:
+            return self.moment.scenario
+        return next((name for name, names in self.run.imported.items() if names is self.home), "")
 
     def within(self, scopes: tuple[Mapping[str, Value], ...]) -> "Evaluator":
         """The same place with these scopes alone."""
@@ -185,7 +192,7 @@ class Evaluator:
 
     def _operations(self) -> Mapping[Op, Callable[..., float]]:
         """What can be worked out at compile time, geometry of the network included."""
-        if (network := self.run.network) is None:
+        if (network := self.run.built.network) is None:
             return CLOSED
         return {
             **CLOSED,
@@ -203,8 +210,8 @@ class Evaluator:
             match leaf:
                 case ir.Literal():
                     continue
-                case ir.Draw(index=index) if index in self.run.finite_draws:
-                    sites.add(self.run.finite_draws[index])
+                case ir.Draw(index=index) if index in self.run.decisions.finite_draws:
+                    sites.add(self.run.decisions.finite_draws[index])
                 case ir.Gene(index=index) if genes[index].kind != GeneKind.CONTINUOUS:
                     sites.add(genes[index].span)
                 case _:

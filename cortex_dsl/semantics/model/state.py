@@ -2,7 +2,6 @@
 plan of its traffic lights.
 """
 
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -11,10 +10,10 @@ from cortex_dsl import ir
 from cortex_dsl.semantics.errors.behaviours import DEEP_BY_BRANCHES, DEEP_BY_RUNNING, TOO_DEEP_BODIES, TOO_MANY_BODIES
 from cortex_dsl.semantics.errors.problems import Findings, Mistake
 from cortex_dsl.semantics.errors.values import TOO_MUCH_WORK
-from cortex_dsl.semantics.model.choices import Oracle, Pool
+from cortex_dsl.semantics.model.choices import Decisions, Pool
 from cortex_dsl.semantics.model.values import Actor, Instance, MonitorCall, Value
 from cortex_dsl.semantics.names.linking import ImportedFile
-from cortex_dsl.semantics.quantities.algebra import Algebra
+from cortex_dsl.semantics.quantities.algebra import Algebra, Term
 from cortex_dsl.semantics.quantities.bounds import Interval, Weight
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import nodes
@@ -43,10 +42,10 @@ PHASES = 2
 class SignalPlan:
     """Times in seconds, as expressions over genes and constants."""
 
-    green: ir.Expr
-    yellow: ir.Expr
-    all_red: ir.Expr
-    offset: ir.Expr
+    green: Term
+    yellow: Term
+    all_red: Term
+    offset: Term
     """How far into the plan the run starts."""
     controls: "Controls | None" = None
 
@@ -83,6 +82,8 @@ NESTING_LIMIT = 60
 
 
 RuleKey = tuple[Span, RuleKind]
+Scope = Instance | str
+"""Whose variables are meant: those of a scenario, or of a file by its name; no name is the main file's."""
 
 
 @dataclass
@@ -145,9 +146,9 @@ class FileContext:
         Raises:
             Mistake: it has become too much, which is said once.
         """
-        told = self.evaluations >= EVALUATION_LIMIT
+        reported = self.evaluations >= EVALUATION_LIMIT
         self.evaluations += evaluations
-        if told:
+        if reported:
             raise Mistake
         if self.evaluations >= EVALUATION_LIMIT:
             raise TOO_MUCH_WORK.mistake(span, limit=EVALUATION_LIMIT)
@@ -158,77 +159,40 @@ class FileContext:
 
 
 @dataclass
-class Variant:
-    """One way of making all finite choices, while it is being elaborated."""
+class Built:
+    """What a variant has made so far: objects, coroutines, requirements, and the road that they share."""
 
-    file: FileContext
-    oracle: Oracle
-    algebra: Algebra = field(default_factory=Algebra)
-    names: dict[str, Value] = field(default_factory=dict)
-    """The module's variables."""
-    imported: dict[str, dict[str, Value]] = field(default_factory=dict)
-    """Variables of the imported files, by file name."""
-    root: Instance = field(default_factory=Instance)
-    """The scenario that the run is, with the top level of the file."""
-    mutations: dict[int, list[nodes.Mutate]] = field(default_factory=dict)
-    """The `mutate` statements of every scope, by the identity of its variables."""
-    mutated: set[tuple[int, str]] = field(default_factory=set)
-    """Scopes and names of what carries noise."""
-    first_ego: Actor | None = None
-    """The ego of the first scenario started, where the one that starts it has none."""
+    actors: list[Actor] = field(default_factory=list)
     numbered: int = 1
     """The next number of an object; 0 is the ego's."""
-    monitors: list[ir.Monitor | None] = field(default_factory=list)
-    """Coroutines of nobody, by number; None while its body is being worked out."""
-    params: dict[str, Value] = field(default_factory=dict)
+    first_ego: Actor | None = None
+    """The ego of the first scenario started, where the one that starts it has none."""
+    mutations: dict[Scope, list[nodes.Mutate]] = field(default_factory=dict)
+    """The `mutate` statements of every scope."""
+    mutated: set[tuple[Scope, str]] = field(default_factory=set)
+    """Scopes and names of what carries noise."""
     network: Network | None = None
     signals: SignalPlan | None = None
-    actors: list[Actor] = field(default_factory=list)
     requirements: list[ir.Requirement] = field(default_factory=list)
-    rule_conditions: dict[RuleKey, ir.Expr] = field(default_factory=dict)
+    rule_conditions: dict[RuleKey, Term] = field(default_factory=dict)
+    monitors: list[ir.Monitor | None] = field(default_factory=list)
+    """Coroutines of nobody, by number; None while its body is being worked out."""
     required_monitors: list[tuple[str | None, MonitorCall, Span]] = field(default_factory=list)
     """Their names, where they have one, and where they are required."""
-    choices: list[ir.Choice] = field(default_factory=list)
-    draw_sites: list[ir.DrawSite] = field(default_factory=list)
-    compared: dict[int, ir.Dimension | None] = field(default_factory=dict)
-    """Dimension of what each comparison compares, by the identity of its expression."""
-    finite_draws: dict[int, Span] = field(default_factory=dict)
-    """Sites of the draws that pick one of finitely many numbers."""
+    local_count: int = 0
+    scope_count: int = 0
+
+
+@dataclass
+class Depth:
+    """How deep the place that is being worked out lies."""
+
     calls: int = 0
     """How many lambdas are being called, one inside the other."""
     blocks: int = 0
     """How many blocks of behaviours are being written out, one inside the other."""
     branches: int = 0
     """How many of them are what a branch leaves to the next `elif`."""
-    visits: Counter[Span] = field(default_factory=Counter)
-    """How often each `Fixed(...)` was evaluated."""
-    draw_count: int = 0
-    local_count: int = 0
-    scope_count: int = 0
-    assigning: str = ""
-    """The name that is about to be assigned; it names objects and choices."""
-
-    def new_draw(self) -> ir.Expr:
-        self.draw_count += 1
-        return self.algebra.draw(self.draw_count - 1)
-
-    def new_local(self) -> int:
-        self.local_count += 1
-        return self.local_count - 1
-
-    def new_scope(self, span: Span) -> int:
-        """The number of a body that is written out.
-
-        Raises:
-            Mistake: there are too many.
-        """
-        self.file.spend(span, BODY_COST)
-        self.scope_count += 1
-        if self.scope_count == BODY_LIMIT:
-            raise TOO_MANY_BODIES.mistake(span, limit=BODY_LIMIT)
-        if self.scope_count > BODY_LIMIT:
-            raise Mistake
-        return self.scope_count - 1
 
     @contextmanager
     def nested(self, span: Span, *, otherwise: bool = False) -> Iterator[None]:
@@ -249,12 +213,55 @@ class Variant:
 
     def _too_deep(self, span: Span) -> Mistake:
         mostly_branches = 2 * self.branches > NESTING_LIMIT
-        why = DEEP_BY_BRANCHES if mostly_branches else DEEP_BY_RUNNING
-        counted, reason, cure = why
+        counted, reason, cure = DEEP_BY_BRANCHES if mostly_branches else DEEP_BY_RUNNING
         return TOO_DEEP_BODIES.mistake(span, limit=NESTING_LIMIT, counted=counted, reason=reason, cure=cure)
+
+
+@dataclass
+class Variant:
+    """One way of making all finite choices, while it is being elaborated."""
+
+    file: FileContext
+    decisions: Decisions
+    algebra: Algebra = field(default_factory=Algebra)
+    built: Built = field(default_factory=Built)
+    depth: Depth = field(default_factory=Depth)
+    names: dict[str, Value] = field(default_factory=dict)
+    """The module's variables."""
+    imported: dict[str, dict[str, Value]] = field(default_factory=dict)
+    """Variables of the imported files, by file name."""
+    params: dict[str, Value] = field(default_factory=dict)
+    root: Instance = field(default_factory=Instance)
+    """The scenario that the run is, with the top level of the file."""
+    compared: dict[Term, ir.Dimension | None] = field(default_factory=dict)
+    """Dimension of what each comparison compares."""
+    assigning: str = ""
+    """The name that is about to be assigned; it names objects and choices."""
+
+    def new_draw(self) -> Term:
+        self.decisions.draw_count += 1
+        return self.algebra.draw(self.decisions.draw_count - 1)
+
+    def new_local(self) -> int:
+        self.built.local_count += 1
+        return self.built.local_count - 1
+
+    def new_scope(self, span: Span) -> int:
+        """The number of a body that is written out.
+
+        Raises:
+            Mistake: there are too many.
+        """
+        self.file.spend(span, BODY_COST)
+        self.built.scope_count += 1
+        if self.built.scope_count == BODY_LIMIT:
+            raise TOO_MANY_BODIES.mistake(span, limit=BODY_LIMIT)
+        if self.built.scope_count > BODY_LIMIT:
+            raise Mistake
+        return self.built.scope_count - 1
 
     @property
     def ego(self) -> Actor | None:
         """The vehicle under test: of the top level, of the scenario that runs, or of the first that it starts."""
         ego = self.names.get("ego")
-        return ego if isinstance(ego, Actor) else self.root.ego or self.first_ego
+        return ego if isinstance(ego, Actor) else self.root.ego or self.built.first_ego

@@ -1,6 +1,6 @@
 """What an expression of the language may be worth while a file is elaborated, and what a file makes and defines.
 
-A number or truth is always an `ir.Expr` (a `Literal` when it is known). Everything else is concrete: text is a `str`,
+A number or truth is always an `Term` (a `Literal` when it is known). Everything else is concrete: text is a `str`,
 `none` is None, lists and tuples are Python tuples, enum members are the engine's, and lanes, maneuvers, intersections
 and the network are the objects of `engine.road`. How values are shown to people stands in `wording`.
 
@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from cortex_dsl import ir
+from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.frozen import frozen, frozen_identity
@@ -24,30 +25,30 @@ Value = object
 class Quantity:
     """A number, SI. Dimension None: written without a unit, so it adopts that of its place."""
 
-    expr: ir.Expr
+    expr: Term
     dimension: ir.Dimension | None
 
 
 @frozen
 class Truth:
-    expr: ir.Expr
+    expr: Term
 
 
 @frozen
 class Vector:
     """A point of the plane [m]."""
 
-    x: ir.Expr
-    y: ir.Expr
+    x: Term
+    y: Term
 
 
 @frozen
 class Pose:
     """An oriented point [m, rad]."""
 
-    x: ir.Expr
-    y: ir.Expr
-    heading: ir.Expr
+    x: Term
+    y: Term
+    heading: Term
     lane: Lane | None = None
     """The lane along which it surely lies and points, where that is known."""
 
@@ -69,7 +70,7 @@ class Centerline:
 class LaneNow:
     """A lane, or its section, that only the place of an object tells."""
 
-    id: ir.Expr
+    id: Term
     """Index in `network.lanes`; -1 where there is no such lane."""
     section: bool
 
@@ -91,7 +92,7 @@ class Signal:
 class Colour:
     """What a traffic light shows at a moment."""
 
-    index: ir.Expr
+    index: Term
     """Index in `signals.COLOURS`."""
 
 
@@ -132,7 +133,7 @@ class Unfinished:
 @frozen_identity
 class ActionCall:
     command: Command
-    value: ir.Expr
+    value: Term
     name: str
 
 

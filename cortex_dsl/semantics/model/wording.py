@@ -2,6 +2,7 @@
 dimension: messages about its requirements use the same one.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 
 from cortex_dsl import ir
@@ -35,8 +36,12 @@ from cortex_dsl.semantics.model.values import (
     Weights,
 )
 from cortex_dsl.semantics.names.tree import everything_in
-from cortex_dsl.semantics.quantities.algebra import leaves
-from cortex_dsl.semantics.quantities.units import UNITS, dimension_name, si_word
+from cortex_dsl.semantics.quantities.bounds import leaves
+from cortex_dsl.semantics.quantities.units import (
+    UNITS,
+    dimension_name,
+    si_word,
+)
 from cortex_dsl.syntax import nodes
 from engine.road.network import Intersection, Lane, Maneuver, Network
 from engine.road.sections import LaneGroup, LaneSection, Road
@@ -158,3 +163,18 @@ def param_units(condition: ir.Expr, genes: Mapping[str, ir.GeneInfo]) -> Iterato
     """The units of the params that an expression reads, in the order of the file; "" of those without."""
     read = {leaf.index for leaf in leaves(condition) if isinstance(leaf, ir.Gene)}
     yield from (gene.unit for index, gene in enumerate(genes.values()) if index in read)
+
+
+def range_text(low: float, high: float, dimension: ir.Dimension, above: bool) -> str:
+    if math.isfinite(low) and math.isfinite(high) and above:
+        return f"above {shown(low, dimension)} and at most {shown(high, dimension)}"
+    if math.isfinite(low) and math.isfinite(high):
+        return f"between {shown(low, dimension)} and {shown(high, dimension)}"
+    if math.isfinite(low):
+        return f"above {shown(low, dimension)}" if above else f"at least {shown(low, dimension)}"
+    return f"at most {shown(high, dimension)}"
+
+
+def shown(value: float, dimension: ir.Dimension | None) -> str:
+    """An SI number for people: `3.5 m`."""
+    return f"{value:.6g} {si_word(dimension)}".rstrip()

@@ -1,1 +1,1 @@
-"""Names: what is called what, where a statement may stand, and what nobody reads."""
+"""Names before values: what is called what, what a file is given, where a statement may stand, and what is built in."""

@@ -1,4 +1,7 @@
-"""Expressions of the IR: interned, and folded where folding gives the very bits that the kernel would.
+"""Expressions of the IR: interned, written as formulas, and folded where folding gives the very bits of the kernel.
+
+Terms read as they are calculated: `a + b * c`, `a < b`, `where(c, a, b)`, `minimum(a, b)`; a number beside a term
+becomes a literal. `~`, `&` and `|` are the logic of truths. `==` stays identity, since passes key on it: see `equal`.
 
 Transcendental operations on constants stay operations: a concrete copy of a case must compute what the original did.
 """
@@ -6,33 +9,22 @@ Transcendental operations on constants stay operations: a concrete copy of a cas
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.values import TOO_DEEP
 from cortex_dsl.source import Span
-from engine.vocabulary import Op
+from engine.vocabulary import Op, State
 
 NOWHERE = Span(0, 0)
 DEPTH_LIMIT = 150
 """Longest chain of operations, each on the result of the one before."""
-_DYNAMIC = frozenset({Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING})
 
 
 def safe_quotient(a: float, b: float) -> float:
     if b == 0.0:
         return math.nan if a == 0.0 or math.isnan(a) else math.copysign(math.inf, a) * math.copysign(1.0, b)
     return a / b
-
-
-def _power(a: float, b: float) -> float:
-    """As the kernels have it: infinite where it overflows, NaN where it is no real number."""
-    try:
-        return math.pow(a, b)
-    except OverflowError:
-        return math.inf
-    except ValueError:
-        return math.inf if a == 0.0 else math.nan
 
 
 EXACT: Mapping[Op, Callable[..., float]] = {
@@ -57,217 +49,301 @@ EXACT: Mapping[Op, Callable[..., float]] = {
 }
 """Operations whose results are exactly defined, so that folding them changes no bit."""
 
-CLOSED: Mapping[Op, Callable[..., float]] = {
-    **EXACT,
-    Op.MOD: lambda a, b: a % b,
-    Op.FLOORDIV: lambda a, b: a // b,
-    Op.POW: _power,
-    Op.SQRT: math.sqrt,
-    Op.SIN: math.sin,
-    Op.COS: math.cos,
-    Op.TAN: math.tan,
-    Op.ASIN: math.asin,
-    Op.ACOS: math.acos,
-    Op.ATAN: math.atan,
-    Op.ATAN2: math.atan2,
-    Op.EXP: math.exp,
-    Op.LOG: math.log,
-    Op.ROUND: lambda a: float(round(a)),
-    Op.HYPOT: math.hypot,
-    Op.WRAP: lambda a: a - math.tau * math.floor((a + math.pi) / math.tau),
-}
-"""What a constant expression is worth, for checks and indices; never written into the program."""
+
+# -- terms -------------------------------------------------------------------------------------------------------------
+
+
+class Term(ir.Expr):
+    """An expression with the algebra that made it."""
+
+    algebra: "Algebra"
+    depth: int
+    """How many operations lie below it, one on the result of the other."""
+
+    def __add__(self, other: "Operand") -> "Term":
+        return self.algebra.apply(Op.ADD, self, other)
+
+    def __radd__(self, other: float) -> "Term":
+        return self.algebra.apply(Op.ADD, other, self)
+
+    def __sub__(self, other: "Operand") -> "Term":
+        return self.algebra.apply(Op.SUB, self, other)
+
+    def __rsub__(self, other: float) -> "Term":
+        return self.algebra.apply(Op.SUB, other, self)
+
+    def __mul__(self, other: "Operand") -> "Term":
+        return self.algebra.apply(Op.MUL, self, other)
+
+    def __rmul__(self, other: float) -> "Term":
+        return self.algebra.apply(Op.MUL, other, self)
+
+    def __truediv__(self, other: "Operand") -> "Term":
+        return self.algebra.apply(Op.DIV, self, other)
+
+    def __floordiv__(self, other: "Operand") -> "Term":
+        return self.algebra.apply(Op.FLOORDIV, self, other)
+
+    def __mod__(self, other: "Operand") -> "Term":
+        return self.algebra.apply(Op.MOD, self, other)
+
+    def __pow__(self, other: "Operand") -> "Term":
+        return self.algebra.apply(Op.POW, self, other)
+
+    def __neg__(self) -> "Term":
+        return self.algebra.apply(Op.NEG, self)
+
+    def __abs__(self) -> "Term":
+        return self.algebra.apply(Op.ABS, self)
+
+    def __lt__(self, other: "Operand") -> "Term":
+        return self.algebra.apply(Op.LT, self, other)
+
+    def __le__(self, other: "Operand") -> "Term":
+        return self.algebra.apply(Op.LE, self, other)
+
+    def __gt__(self, other: "Operand") -> "Term":
+        return self.algebra.apply(Op.LT, other, self)
+
+    def __ge__(self, other: "Operand") -> "Term":
+        return self.algebra.apply(Op.LE, other, self)
+
+    def __and__(self, other: "Term") -> "Term":
+        return self.algebra.apply(Op.AND, self, other)
+
+    def __or__(self, other: "Term") -> "Term":
+        return self.algebra.apply(Op.OR, self, other)
+
+    def __invert__(self) -> "Term":
+        return self.algebra.apply(Op.NOT, self)
+
+    def __bool__(self) -> bool:
+        raise TypeError("the run decides what a term is worth: use `&`, `|`, `~` and `where`")
+
+
+Operand = Term | float
+Made = TypeVar("Made", bound=Term)
+
+
+class Constant(Term, ir.Literal):
+    """A number that is known."""
+
+
+class Operation(Term, ir.Apply):
+    arguments: tuple[Term, ...]
+
+
+class _Gene(Term, ir.Gene):
+    pass
+
+
+class _Draw(Term, ir.Draw):
+    pass
+
+
+class _Local(Term, ir.Local):
+    pass
+
+
+class _Running(Term, ir.Running):
+    pass
+
+
+class _Pack(Term, ir.Pack):
+    pass
+
+
+class _Item(Term, ir.Item):
+    pass
+
+
+# -- the algebra of a variant ------------------------------------------------------------------------------------------
 
 
 @dataclass
 class Algebra:
-    """Makes expressions; equal ones are the same object. `span` is the place of what is being made."""
+    """Makes terms; equal ones are the same object. `span` is the place of what is being made."""
 
     span: Span = NOWHERE
-    _known: dict[tuple[object, ...], ir.Expr] = field(default_factory=dict)
-    _depths: dict[int, int] = field(default_factory=dict)
+    _known: dict[tuple[object, ...], Any] = field(default_factory=dict)
 
-    def literal(self, value: float) -> ir.Literal:
-        key = ("literal", value.hex())
-        return self._interned(key, lambda: ir.Literal(self.span, value))  # type: ignore[return-value]
+    def literal(self, value: float) -> Constant:
+        return self._interned(("literal", value.hex()), Constant, value)
 
-    def truth(self, value: bool) -> ir.Literal:
+    def truth(self, value: bool) -> Constant:
         return self.literal(1.0 if value else 0.0)
 
-    def gene(self, index: int) -> ir.Expr:
-        return self._interned(("gene", index), lambda: ir.Gene(self.span, index))
+    def gene(self, index: int) -> Term:
+        return self._interned(("gene", index), _Gene, index)
 
-    def draw(self, index: int) -> ir.Expr:
-        return self._interned(("draw", index), lambda: ir.Draw(self.span, index))
+    def draw(self, index: int) -> Term:
+        return self._interned(("draw", index), _Draw, index)
 
-    def local(self, index: int) -> ir.Expr:
-        return self._interned(("local", index), lambda: ir.Local(self.span, index))
+    def local(self, index: int) -> Term:
+        return self._interned(("local", index), _Local, index)
 
-    def running(self, monitor: int) -> ir.Expr:
-        return self._interned(("running", monitor), lambda: ir.Running(self.span, monitor))
+    def running(self, monitor: int) -> Term:
+        return self._interned(("running", monitor), _Running, monitor)
 
-    def random(self) -> ir.Expr:
+    def random(self) -> Term:
         """A fresh number of the behaviour stream: never shared with another."""
-        return ir.Apply(self.span, Op.RANDOM, ())
+        return self._own(Operation(self.span, Op.RANDOM, ()))
 
-    def pack(self, *items: ir.Expr) -> ir.Expr:
-        return self._interned(("pack", *map(id, items)), lambda: ir.Pack(self.span, items))
+    def time(self) -> Term:
+        """Of the run [s]."""
+        return self.apply(Op.TIME)
 
-    def item(self, bundle: ir.Expr, index: int) -> ir.Expr:
-        return self._interned(("item", id(bundle), index), lambda: ir.Item(self.span, bundle, index))
+    def state(self, actor: int, column: State) -> Term:
+        """What the run knows of an object now."""
+        return self.apply(Op.STATE, immediates=(actor, int(column)))
 
-    def items(self, bundle: ir.Expr, count: int) -> tuple[ir.Expr, ...]:
-        return tuple(self.item(bundle, i) for i in range(count))
+    def time_to_contact(self, actor: int, other: int = -1) -> Term:
+        """Until the outlines of two touch at their velocities [s]; the least over all others where `other` is -1."""
+        return self.apply(Op.TTC, immediates=(actor, other))
 
-    def apply(self, op: Op, *arguments: ir.Expr, immediates: tuple[int, ...] = (), width: int = 1) -> ir.Expr:
-        if op in EXACT and all(isinstance(a, ir.Literal) for a in arguments):
-            return self.literal(EXACT[op](*(a.value for a in arguments if isinstance(a, ir.Literal))))
+    def pack(self, *items: Term) -> Term:
+        return self._interned(("pack", *items), _Pack, items)
+
+    def items(self, bundle: Term, count: int) -> tuple[Term, ...]:
+        return tuple(self._interned(("item", bundle, i), _Item, bundle, i) for i in range(count))
+
+    def apply(self, op: Op, *operands: Operand, immediates: tuple[int, ...] = (), width: int = 1) -> Term:
+        arguments = tuple(each if isinstance(each, Term) else self.literal(each) for each in operands)
+        if op in EXACT and all(isinstance(a, Constant) for a in arguments):
+            return self.literal(EXACT[op](*(a.value for a in arguments if isinstance(a, Constant))))
         if (simpler := _simplified(op, arguments)) is not None:
             return simpler
-        key = (op, immediates, width, *map(id, arguments))
-        result = self._interned(key, lambda: ir.Apply(self.span, op, arguments, immediates, width))
-        self._note_depth(result, arguments)
-        return result
-
-    def _note_depth(self, expression: ir.Expr, arguments: tuple[ir.Expr, ...]) -> None:
-        """Later passes walk expressions recursively, so their depth must have a limit."""
-        depth = 1 + max((self._depths.get(id(argument), 0) for argument in arguments), default=0)
-        self._depths[id(expression)] = depth
+        # Later passes walk expressions recursively, so their depth must have a limit.
+        depth = 1 + max((argument.depth for argument in arguments), default=0)
         if depth > DEPTH_LIMIT:
             raise TOO_DEEP.mistake(self.span, limit=DEPTH_LIMIT)
+        key = (op, immediates, width, *arguments)
+        return self._interned(key, Operation, op, arguments, immediates, width, depth=depth)
 
-    def add(self, a: ir.Expr, b: ir.Expr) -> ir.Expr:
-        return self.apply(Op.ADD, a, b)
+    # -- several terms -----------------------------------------------------------------------------------------------
 
-    def sub(self, a: ir.Expr, b: ir.Expr) -> ir.Expr:
-        return self.apply(Op.SUB, a, b)
-
-    def mul(self, a: ir.Expr, b: ir.Expr) -> ir.Expr:
-        return self.apply(Op.MUL, a, b)
-
-    def gathered(self, op: Op, items: Sequence[ir.Expr], empty: float) -> ir.Expr:
+    def gathered(self, op: Op, items: Sequence[Term], empty: float) -> Term:
         """All items joined by an associative operation, as a tree: long chains of operations are refused."""
         if len(items) < 2:
             return items[0] if items else self.literal(empty)
         half = len(items) // 2
         return self.apply(op, self.gathered(op, items[:half], empty), self.gathered(op, items[half:], empty))
 
-    def any_of(self, items: Sequence[ir.Expr]) -> ir.Expr:
+    def any_of(self, items: Sequence[Term]) -> Term:
         return self.gathered(Op.OR, items, 0.0)
 
-    def all_of(self, items: Sequence[ir.Expr]) -> ir.Expr:
+    def all_of(self, items: Sequence[Term]) -> Term:
         return self.gathered(Op.AND, items, 1.0)
 
-    def chosen(self, index: ir.Expr, items: Sequence[ir.Expr], first: int = 0) -> ir.Expr:
+    def least(self, items: Sequence[Term]) -> Term:
+        return self.gathered(Op.MIN, items, math.inf)
+
+    def chosen(self, index: Term, items: Sequence[Term], first: int = 0) -> Term:
         """The item of a number that only the run knows, found by halving."""
         if len(items) == 1:
             return items[0]
         half = len(items) // 2
-        below = self.apply(Op.LT, index, self.literal(float(first + half)))
         lower, upper = self.chosen(index, items[:half], first), self.chosen(index, items[half:], first + half)
-        return self.apply(Op.SELECT, below, lower, upper)
+        return where(index < float(first + half), lower, upper)
 
-    def _interned(self, key: tuple[object, ...], make: Callable[[], ir.Expr]) -> ir.Expr:
-        if key not in self._known:
-            self._known[key] = make()
-        return self._known[key]
+    # -- interning ---------------------------------------------------------------------------------------------------
+
+    def _interned(self, key: tuple[object, ...], kind: Callable[..., Made], *fields: object, depth: int = 0) -> Made:
+        known = self._known.get(key)
+        if known is None:
+            known = self._known[key] = self._own(kind(self.span, *fields), depth)
+        return known
+
+    def _own(self, term: Made, depth: int = 0) -> Made:
+        term.__dict__.update(algebra=self, depth=depth)
+        return term
 
 
-def _simplified(op: Op, arguments: tuple[ir.Expr, ...]) -> ir.Expr | None:
+def _simplified(op: Op, arguments: tuple[Term, ...]) -> Term | None:
     """Logic and selection with a known operand; truths are 1.0 or 0.0, so no bit changes."""
-    if op == Op.SELECT and isinstance(arguments[0], ir.Literal):
+    if op == Op.SELECT and isinstance(arguments[0], Constant):
         return arguments[1] if arguments[0].value else arguments[2]
     if op in (Op.AND, Op.OR):
         for one, other in (arguments, arguments[::-1]):
-            if isinstance(one, ir.Literal):
+            if isinstance(one, Constant):
                 decides = bool(one.value) == (op == Op.OR)
                 return one if decides else other
     return None
 
 
-def operands(expression: ir.Expr) -> tuple[ir.Expr, ...]:
-    """What an expression is made of."""
-    match expression:
-        case ir.Apply(arguments=arguments):
-            return arguments
-        case ir.Pack(items=items):
-            return items
-        case ir.Item(bundle=bundle):
-            return (bundle,)
-    return ()
+# -- functions of terms ------------------------------------------------------------------------------------------------
 
 
-def parts(expression: ir.Expr) -> list[ir.Expr]:
-    """All distinct expressions that this one is made of, operands before what uses them, itself last."""
-    ordered: dict[int, ir.Expr] = {}
-    stack = [(expression, False)]
-    while stack:
-        part, complete = stack.pop()
-        if id(part) in ordered:
-            continue
-        if complete:
-            ordered[id(part)] = part
-        else:
-            stack.append((part, True))
-            stack.extend((operand, False) for operand in operands(part))
-    return list(ordered.values())
+def _function(op: Op) -> Callable[..., Term]:
+    """A function of terms; a number among them becomes a literal."""
+
+    def function(*operands: Operand) -> Term:
+        algebra = next(each.algebra for each in operands if isinstance(each, Term))
+        return algebra.apply(op, *operands)
+
+    return function
 
 
-def leaves(expression: ir.Expr) -> list[ir.Expr]:
-    """All distinct parts without operands of their own."""
-    return [part for part in parts(expression) if not operands(part)]
+def _pose(op: Op) -> Callable[..., tuple[Term, Term, Term]]:
+    """A function to x, y [m] and heading [rad]."""
+
+    def function(first: Term, *others: Operand) -> tuple[Term, Term, Term]:
+        x, y, heading = first.algebra.items(first.algebra.apply(op, first, *others, width=3), 3)
+        return x, y, heading
+
+    return function
 
 
-def is_dynamic(expression: ir.Expr) -> bool:
-    """Whether the value may change during a run."""
-    return any(map(changes, parts(expression)))
+def where(condition: Term, then: Operand, otherwise: Operand) -> Term:
+    """`then` where the condition is true."""
+    return condition.algebra.apply(Op.SELECT, condition, then, otherwise)
 
 
-def changes(part: ir.Expr) -> bool:
-    """Whether an operation of its own reads the running simulation, whatever its operands do."""
-    return isinstance(part, ir.Local | ir.Running) or (isinstance(part, ir.Apply) and part.op in _DYNAMIC)
+minimum, maximum, hypot, atan2 = map(_function, (Op.MIN, Op.MAX, Op.HYPOT, Op.ATAN2))
+sin, cos, tan = map(_function, (Op.SIN, Op.COS, Op.TAN))
+asin, acos, atan = map(_function, (Op.ASIN, Op.ACOS, Op.ATAN))
+exp, log, sqrt = map(_function, (Op.EXP, Op.LOG, Op.SQRT))
+floor, ceil, rounded = map(_function, (Op.FLOOR, Op.CEIL, Op.ROUND))
+wrapped = _function(Op.WRAP)
+"""An angle brought into [-pi, pi)."""
+equal, unequal = map(_function, (Op.EQ, Op.NE))
+normal_cdf, normal_quantile = map(_function, (Op.NORMAL_CDF, Op.NORMAL_QUANTILE))
+
+path_pose = _pose(Op.PATH_POSE)
+"""`path_pose(path, s)` at arc length s."""
+path_project = _function(Op.PATH_PROJECT)
+"""`path_project(path, x, y)`: arc length of the foot of a point [m]."""
+path_length, path_distance = map(_function, (Op.PATH_LENGTH, Op.PATH_DISTANCE))
+road_heading, lane_nearest = map(_function, (Op.ROAD_HEADING, Op.LANE_NEAREST))
+road_follow = _pose(Op.ROAD_FOLLOW)
+"""`road_follow(x, y, by)`: where one gets by following the lane's direction."""
+region_distance, region_contains = map(_function, (Op.REGION_DISTANCE, Op.REGION_CONTAINS))
+"""`(region, x, y)`."""
+region_box_distance, region_contains_box = map(_function, (Op.REGION_BOX_DISTANCE, Op.REGION_CONTAINS_BOX))
+"""`(region, outline)`, an outline being packed x, y, heading, length, width."""
+box_distance = _function(Op.BOX_DISTANCE)
+"""Between two outlines [m]."""
+in_view = _function(Op.CAN_SEE)
+"""`in_view(view, outline)`, a view being packed x, y, heading, opening angle, reach."""
 
 
-Result = TypeVar("Result")
+def region_sample(region: Term, u: Term, v: Term) -> tuple[Term, Term]:
+    """A point of a region, uniform by area, from two uniform numbers."""
+    x, y = region.algebra.items(region.algebra.apply(Op.REGION_SAMPLE, region, u, v, width=2), 2)
+    return x, y
 
 
-def folded(expression: ir.Expr, worth: Callable[[ir.Expr, list[Result]], Result]) -> Result:
-    """What an expression is worth, from what its operands are worth; shared parts are asked once."""
-    known: dict[int, Result] = {}
-    for part in parts(expression):
-        known[id(part)] = worth(part, [known[id(operand)] for operand in operands(part)])
-    return known[id(expression)]
+def lead_on(path: Term, actor: int) -> tuple[Term, Term]:
+    """Gap to who is ahead of an object on a path [m], and its speed along it [m/s]."""
+    gap, speed = path.algebra.items(path.algebra.apply(Op.LEAD, path, immediates=(actor,), width=2), 2)
+    return gap, speed
 
 
-Numbers = Mapping[int, float]
-NOTHING: Numbers = {}
+def sees_within(limit: Term, actor: int) -> Term:
+    """Whether an object sees another whose centre is nearer than a limit."""
+    return limit.algebra.apply(Op.WITHIN, limit, immediates=(actor,))
 
 
-def closed_value(
-    expression: ir.Expr,
-    operations: Mapping[Op, Callable[..., float]] = CLOSED,
-    genes: Numbers = NOTHING,
-    draws: Numbers = NOTHING,
-) -> float | None:
-    """Value of an expression without anything unknown in it; None for any other, NaN where it has none.
-
-    `genes` (SI) and `draws` are known ones, by index.
-    """
-
-    def worth(part: ir.Expr, values: list[float | None]) -> float | None:
-        known = [value for value in values if value is not None]
-        match part:
-            case ir.Literal(value=value):
-                return value
-            case ir.Gene(index=index):
-                return genes.get(index)
-            case ir.Draw(index=index):
-                return draws.get(index)
-            case ir.Apply(op=op) if op in operations and len(known) == len(values):
-                try:
-                    return operations[op](*known)
-                except (ValueError, ArithmeticError, TypeError):
-                    return math.nan
-        return None
-
-    return expression.value if isinstance(expression, ir.Literal) else folded(expression, worth)
+def table(index: Term, offset: int) -> Term:
+    """The entry of the pool so far behind an offset."""
+    return index.algebra.apply(Op.TABLE, index, immediates=(offset,))

@@ -14,14 +14,141 @@ sight) has no margin, and neither has what joins conditions of different dimensi
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from typing import TypeVar
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.quantities.algebra import Algebra, folded, parts, safe_quotient
+from cortex_dsl.semantics.quantities.algebra import EXACT, Operation, Term, maximum, minimum, safe_quotient
 from cortex_dsl.semantics.quantities.units import LENGTH, PURE
 from engine.frozen import frozen
 from engine.vocabulary import Op
+
+# -- parts and values --------------------------------------------------------------------------------------------------
+
+_DYNAMIC = frozenset({Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING})
+
+
+def operands(expression: ir.Expr) -> tuple[ir.Expr, ...]:
+    """What an expression is made of."""
+    match expression:
+        case ir.Apply(arguments=arguments):
+            return arguments
+        case ir.Pack(items=items):
+            return items
+        case ir.Item(bundle=bundle):
+            return (bundle,)
+    return ()
+
+
+def parts(expression: ir.Expr) -> list[ir.Expr]:
+    """All distinct expressions that this one is made of, operands before what uses them, itself last."""
+    ordered: dict[ir.Expr, None] = {}
+    stack = [(expression, False)]
+    while stack:
+        part, complete = stack.pop()
+        if part in ordered:
+            continue
+        if complete:
+            ordered[part] = None
+        else:
+            stack.append((part, True))
+            stack.extend((operand, False) for operand in operands(part))
+    return list(ordered)
+
+
+def leaves(expression: ir.Expr) -> list[ir.Expr]:
+    """All distinct parts without operands of their own."""
+    return [part for part in parts(expression) if not operands(part)]
+
+
+def is_dynamic(expression: ir.Expr) -> bool:
+    """Whether the value may change during a run."""
+    return any(map(changes, parts(expression)))
+
+
+def changes(part: ir.Expr) -> bool:
+    """Whether an operation of its own reads the running simulation, whatever its operands do."""
+    return isinstance(part, ir.Local | ir.Running) or (isinstance(part, ir.Apply) and part.op in _DYNAMIC)
+
+
+Result = TypeVar("Result")
+
+
+def folded(expression: ir.Expr, worth: Callable[[ir.Expr, list[Result]], Result]) -> Result:
+    """What an expression is worth, from what its operands are worth; shared parts are asked once."""
+    known: dict[ir.Expr, Result] = {}
+    for part in parts(expression):
+        known[part] = worth(part, [known[operand] for operand in operands(part)])
+    return known[expression]
+
+
+def _power(a: float, b: float) -> float:
+    """As the kernels have it: infinite where it overflows, NaN where it is no real number."""
+    try:
+        return math.pow(a, b)
+    except OverflowError:
+        return math.inf
+    except ValueError:
+        return math.inf if a == 0.0 else math.nan
+
+
+CLOSED: Mapping[Op, Callable[..., float]] = {
+    **EXACT,
+    Op.MOD: lambda a, b: a % b,
+    Op.FLOORDIV: lambda a, b: a // b,
+    Op.POW: _power,
+    Op.SQRT: math.sqrt,
+    Op.SIN: math.sin,
+    Op.COS: math.cos,
+    Op.TAN: math.tan,
+    Op.ASIN: math.asin,
+    Op.ACOS: math.acos,
+    Op.ATAN: math.atan,
+    Op.ATAN2: math.atan2,
+    Op.EXP: math.exp,
+    Op.LOG: math.log,
+    Op.ROUND: lambda a: float(round(a)),
+    Op.HYPOT: math.hypot,
+    Op.WRAP: lambda a: a - math.tau * math.floor((a + math.pi) / math.tau),
+}
+"""What a constant expression is worth, for checks and indices; never written into the program."""
+
+Numbers = Mapping[int, float]
+NOTHING: Numbers = {}
+
+
+def closed_value(
+    expression: ir.Expr,
+    operations: Mapping[Op, Callable[..., float]] = CLOSED,
+    genes: Numbers = NOTHING,
+    draws: Numbers = NOTHING,
+) -> float | None:
+    """Value of an expression without anything unknown in it; None for any other, NaN where it has none.
+
+    `genes` (SI) and `draws` are known ones, by index.
+    """
+
+    def worth(part: ir.Expr, values: list[float | None]) -> float | None:
+        known = [value for value in values if value is not None]
+        match part:
+            case ir.Literal(value=value):
+                return value
+            case ir.Gene(index=index):
+                return genes.get(index)
+            case ir.Draw(index=index):
+                return draws.get(index)
+            case ir.Apply(op=op) if op in operations and len(known) == len(values):
+                try:
+                    return operations[op](*known)
+                except (ValueError, ArithmeticError, TypeError):
+                    return math.nan
+        return None
+
+    return expression.value if isinstance(expression, ir.Literal) else folded(expression, worth)
+
+
+# -- intervals ---------------------------------------------------------------------------------------------------------
 
 Interval = tuple[float, float]
 EVERYTHING: Interval = (-math.inf, math.inf)
@@ -124,7 +251,7 @@ class Weight:
         return _labels(self.genes, genes)
 
 
-def weigh(condition: ir.Expr, truth: Interval, *, certain: bool) -> Weight:
+def weight_of(condition: ir.Expr, truth: Interval, *, certain: bool) -> Weight:
     """A condition whose truth lies in an interval; without `certain` it is not tested in every scene."""
     return Weight(not certain or truth != (0.0, 0.0), truth[0] > 0.0, _genes(condition))
 
@@ -152,63 +279,54 @@ def _range(gene: ir.GeneInfo) -> str:
 
 # -- margins -----------------------------------------------------------------------------------------------------------
 
-Dimensions = Mapping[int, ir.Dimension | None]
-"""Dimension of what each comparison compares, by the identity of its expression; None where all is bare."""
+Dimensions = Mapping[Term, ir.Dimension | None]
+"""Dimension of what each comparison compares; None where all is bare."""
 
 LENGTHS = frozenset({Op.REGION_DISTANCE, Op.REGION_BOX_DISTANCE, Op.BOX_DISTANCE, Op.PATH_DISTANCE})
 
 
 @frozen
 class Margin:
-    expr: ir.Expr
+    term: Term
     dimension: ir.Dimension | None
 
 
-def margin_of(algebra: Algebra, condition: ir.Expr, compared: Dimensions) -> tuple[ir.Expr | None, ir.Dimension]:
+def margin_of(condition: Term, compared: Dimensions) -> tuple[Term | None, ir.Dimension]:
     """The margin of a condition, None if it has none, and its dimension."""
     try:
-        found = _Margins(algebra, compared).of(condition)
+        found = _margin(condition, compared)
     except Mistake:  # a chain of operations as long as there may be: the condition fits, its margin does not
         found = None
-    return (None, PURE) if found is None else (found.expr, found.dimension or PURE)
+    return (None, PURE) if found is None else (found.term, found.dimension or PURE)
 
 
-@frozen
-class _Margins:
-    algebra: Algebra
-    compared: Dimensions
+def _margin(condition: Term, compared: Dimensions) -> Margin | None:
+    match condition:
+        case Operation(op=Op.LT | Op.LE, arguments=(left, right)):
+            return _of_comparison(condition, right - left, left, compared)
+        case Operation(op=Op.EQ, arguments=(left, right)):
+            return _of_comparison(condition, -abs(left - right), left, compared)
+        case Operation(op=Op.NE, arguments=(left, right)):
+            return _of_comparison(condition, abs(left - right), left, compared)
+        case Operation(op=Op.AND, arguments=(one, other)):
+            return _joined(minimum, _margin(one, compared), _margin(other, compared))
+        case Operation(op=Op.OR, arguments=(one, other)):
+            return _joined(maximum, _margin(one, compared), _margin(other, compared))
+        case Operation(op=Op.NOT, arguments=(inner,)):
+            margin = _margin(inner, compared)
+            return margin and Margin(-margin.term, margin.dimension)
+    return None
 
-    def of(self, condition: ir.Expr) -> Margin | None:
-        match condition:
-            case ir.Apply(op=Op.LT | Op.LE, arguments=(left, right)):
-                return self._compared(condition, self.algebra.sub(right, left), left)
-            case ir.Apply(op=Op.EQ, arguments=(left, right)):
-                return self._compared(condition, self._negated(self._apart(left, right)), left)
-            case ir.Apply(op=Op.NE, arguments=(left, right)):
-                return self._compared(condition, self._apart(left, right), left)
-            case ir.Apply(op=Op.AND, arguments=(one, other)):
-                return self._joined(Op.MIN, one, other)
-            case ir.Apply(op=Op.OR, arguments=(one, other)):
-                return self._joined(Op.MAX, one, other)
-            case ir.Apply(op=Op.NOT, arguments=(inner,)):
-                margin = self.of(inner)
-                return margin and Margin(self._negated(margin.expr), margin.dimension)
+
+def _of_comparison(condition: Term, difference: Term, left: Term, compared: Dimensions) -> Margin | None:
+    if isinstance(left, Operation) and left.op in LENGTHS:
+        return Margin(difference, LENGTH)
+    return Margin(difference, compared[condition]) if condition in compared else None
+
+
+def _joined(lesser: Callable[..., Term], left: Margin | None, right: Margin | None) -> Margin | None:
+    if left is None or right is None:
         return None
-
-    def _compared(self, condition: ir.Expr, difference: ir.Expr, left: ir.Expr) -> Margin | None:
-        if isinstance(left, ir.Apply) and left.op in LENGTHS:
-            return Margin(difference, LENGTH)
-        return Margin(difference, self.compared[id(condition)]) if id(condition) in self.compared else None
-
-    def _joined(self, op: Op, one: ir.Expr, other: ir.Expr) -> Margin | None:
-        left, right = self.of(one), self.of(other)
-        if left is None or right is None or (None not in (left.dimension, right.dimension) and
-                                             left.dimension != right.dimension):  # fmt: skip
-            return None
-        return Margin(self.algebra.apply(op, left.expr, right.expr), left.dimension or right.dimension)
-
-    def _apart(self, left: ir.Expr, right: ir.Expr) -> ir.Expr:
-        return self.algebra.apply(Op.ABS, self.algebra.sub(left, right))
-
-    def _negated(self, expr: ir.Expr) -> ir.Expr:
-        return self.algebra.apply(Op.NEG, expr)
+    if None not in (left.dimension, right.dimension) and left.dimension != right.dimension:
+        return None
+    return Margin(lesser(left.term, right.term), left.dimension or right.dimension)

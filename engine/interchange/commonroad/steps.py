@@ -181,6 +181,6 @@ def _yaw_rate(heading: Floats, there: Floats, step: float) -> Floats:
 
 def _near_zero(heading: Floats) -> Floats:
     """Headings that still run on, as near to zero as they can be; wrapped where they leave two turns."""
-    heading = heading - math.tau * np.round(heading[0] / math.tau)
-    wrapped = np.remainder(heading + math.pi, math.tau) - math.pi
-    return np.where(np.abs(heading) < math.tau, heading, wrapped)
+    near: Floats = heading - math.tau * np.round(heading[0] / math.tau)
+    wrapped = np.remainder(near + math.pi, math.tau) - math.pi
+    return np.where(np.abs(near) < math.tau, near, wrapped)

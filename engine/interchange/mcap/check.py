@@ -3,13 +3,13 @@
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from engine.interchange.contract import ExportOptions, Finding
+from engine.extras import needed
+from engine.interchange.contract import OURS, ExportOptions, Finding
 from engine.interchange.mcap.write import NUMBERS
-from engine.interchange.measuring import NEAR, OURS
+from engine.interchange.measuring import NEAR
 from engine.interchange.recording import RecordedActor, RecordedCase, Recording
 from engine.tables import Floats
 from engine.vocabulary import State
@@ -20,7 +20,7 @@ Messages = Mapping[str, Sequence[tuple[int, Any]]]
 
 def check_mcap(case: RecordedCase, folder: Path, names: Sequence[str], _options: ExportOptions) -> Iterator[Finding]:
     """Boxes and numbers are the run, to a millimetre."""
-    broken = import_module("mcap.exceptions").McapError
+    broken = needed("mcap.exceptions", "MCAP needs", "export").McapError
     recording = case.replay.from_zero()
     for name in (each for each in names if each.endswith(".mcap")):
         try:
@@ -34,7 +34,7 @@ def check_mcap(case: RecordedCase, folder: Path, names: Sequence[str], _options:
 def _messages(path: Path) -> Messages:
     found: dict[str, list[tuple[int, Any]]] = {}
     with path.open("rb") as file:
-        reader = import_module("mcap.reader").make_reader(file, validate_crcs=True)
+        reader = needed("mcap.reader", "MCAP needs", "export").make_reader(file, validate_crcs=True)
         for _, channel, message in reader.iter_messages():
             found.setdefault(channel.topic, []).append((message.log_time, json.loads(message.data)))
     return found

@@ -8,13 +8,12 @@ Foxglove's published message schemas. Bytes are not compressed: the same case is
 import json
 import math
 from collections.abc import Iterator, Mapping
-from importlib import import_module
 from io import BytesIO
 from typing import Any
 
 import numpy as np
 
-from engine.extras import installing
+from engine.extras import MissingExtraError, needed
 from engine.interchange.contract import Export, InterchangeError
 from engine.interchange.kinds import KINDS
 from engine.interchange.recording import RecordedActor, Recording
@@ -184,9 +183,9 @@ def write_mcap(recording: Recording, stem: str) -> Export:
 
 def _writer() -> tuple[Any, BytesIO]:
     try:
-        package = import_module("mcap.writer")
-    except ImportError as missing:
-        raise InterchangeError("MCAP needs the package mcap", installing("export")) from missing
+        package = needed("mcap.writer", "MCAP needs", "export")
+    except MissingExtraError as missing:
+        raise InterchangeError("MCAP needs the package mcap", missing.cure) from missing
     out = BytesIO()
     return package.Writer(out, compression=package.CompressionType.NONE), out
 

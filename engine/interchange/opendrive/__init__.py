@@ -3,7 +3,7 @@
 Sources: ASAM OpenDRIVE 1.7.0, User Guide and schema (2021).
 """
 
-from engine.interchange.opendrive.geometry import LanePlace, RoadMap, RoadPlace, road_map
+from engine.interchange.opendrive.places import LanePlace, RoadMap, RoadPlace, road_map
 from engine.interchange.opendrive.write import SignalGroup, signal_groups, write_opendrive
 
 __all__ = [

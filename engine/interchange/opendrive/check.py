@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from engine.interchange.contract import ExportOptions, Finding, InterchangeError
-from engine.interchange.opendrive.geometry import road_map
+from engine.interchange.opendrive.places import road_map
 from engine.interchange.opendrive.read import read_opendrive
 from engine.interchange.recording import RecordedCase
 from engine.interchange.xml import Tree, read_tree

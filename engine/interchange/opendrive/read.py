@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from engine.interchange.contract import InterchangeError, did_you_mean
-from engine.interchange.opendrive.geometry import Piece, Pose, read_piece
+from engine.interchange.opendrive.places import Piece, Pose, read_piece
 from engine.interchange.xml import LIMITS, Limits, Node, read_xml
 
 MOST_LANES = 100

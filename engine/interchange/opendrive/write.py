@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from engine.interchange.opendrive.geometry import Carriageway, RoadMap, road_map
+from engine.interchange.opendrive.places import Carriageway, RoadMap, road_map
 from engine.interchange.recording import ARMS, PHASES, Provenance, SignalTimes, phase_of
 from engine.interchange.xml import Element, child, xml_text
 from engine.program import RoadSpec

@@ -11,9 +11,10 @@ from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, TextIO, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.interchange.contract import InterchangeError, quoted
 from engine.interchange.tables.columns import TEXTS, Chosen, Column, check_complete, choose
@@ -70,6 +71,8 @@ class Cells:
         return f"{self.file}, {unit} {self.lines[row]}" + (f", column `{self.columns[column].name}`" if column else "")
 
 
+Storage: TypeAlias = "array[float] | array[int] | list[str]"
+"""Where a column is gathered: an array of doubles or of 64-bit integers, or a list of texts."""
 OMEGA_WHOLE = ("total_nanos", "idx", "type", "role", "subtype")
 
 
@@ -117,18 +120,20 @@ def _short_lines(file: TextIO, name: str) -> Iterator[str]:
         yield line
 
 
-def _storage(key: str, chosen: Chosen) -> Any:
-    """Where a column is gathered: an array of doubles or of 64-bit integers, or a list of texts."""
+def _storage(key: str, chosen: Chosen) -> Storage:
+    """Where a column is gathered."""
     if chosen.omega_prime and key in OMEGA_WHOLE:
         return array("q")
     return [] if key in TEXTS else array("d")
 
 
-def _cells(name: str, chosen: Chosen, gathered: Mapping[str, Sequence], lines: Sequence[int]) -> Cells:
+def _cells(name: str, chosen: Chosen, gathered: Mapping[str, Storage], lines: Sequence[int]) -> Cells:
     if not lines:
         raise InterchangeError("there are no rows under its column names", "write one for each actor and time", name)
-    arrays = {key: np.array(values) for key, values in gathered.items() if isinstance(values, array)}
-    numbers = {key: values for key, values in arrays.items() if values.dtype.kind == "f"}
+    arrays: dict[str, NDArray[Any]] = {
+        key: np.array(values) for key, values in gathered.items() if isinstance(values, array)
+    }
+    numbers: dict[str, Floats] = {key: values for key, values in arrays.items() if values.dtype.kind == "f"}
     begin = 0.0
     if "time" in numbers:
         numbers["time"], begin = _from_first(numbers["time"], chosen.columns["time"].factor)
@@ -225,7 +230,7 @@ def read_parquet_cells(path: Path) -> Cells:
     return replace(cells, known_names=file.names(), host=file.host()) if chosen.omega_prime else cells
 
 
-def _stored(file: ParquetFile, key: str, column: Column, chosen: Chosen) -> Any:
+def _stored(file: ParquetFile, key: str, column: Column, chosen: Chosen) -> Storage:
     storage = _storage(key, chosen)
     place = f"{file.file}, column `{column.name}`"
     if isinstance(storage, list):

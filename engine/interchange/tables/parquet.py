@@ -2,14 +2,13 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from importlib import import_module
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
-from engine.extras import installing
+from engine.extras import MissingExtraError, needed
 from engine.interchange.contract import InterchangeError
 
 EGO, NAMES = b"host_vehicle_idx", b"cortexc_names"
@@ -113,14 +112,17 @@ class ParquetFile:
             InterchangeError: two have the same.
         """
         try:
-            found = json.loads(self.metadata.get(NAMES, b"[]")[:LONGEST_NAMES])
+            found: Any = json.loads(self.metadata.get(NAMES, b"[]")[:LONGEST_NAMES])
         except (ValueError, RecursionError):
             return ()
-        if not isinstance(found, list) or not all(isinstance(name, str) and name.strip() for name in found):
+        if not isinstance(found, list):
             return ()
-        if len(set(found)) < len(found):
+        told = cast("list[Any]", found)
+        if not all(isinstance(name, str) and name.strip() for name in told):
+            return ()
+        if len(set(told)) < len(told):
             raise InterchangeError("two actors have the same name in its metadata", "rename one of them", self.file)
-        return tuple(found)
+        return tuple(told)
 
     def host(self) -> int | None:
         """The ego's idx, where the file tells it."""
@@ -135,7 +137,6 @@ def _broken(file: str, error: Exception) -> InterchangeError:
 
 def _pyarrow(module: str) -> Any:
     try:
-        return import_module(module)
-    except ImportError:
-        cure = f"{installing('export')}, or take CSV"
-        raise InterchangeError("Parquet needs the package `pyarrow`, which is not installed", cure) from None
+        return needed(module, "Parquet needs", "export")
+    except MissingExtraError as missing:
+        raise InterchangeError(missing.message, f"{missing.cure}, or take CSV") from None

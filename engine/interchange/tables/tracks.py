@@ -122,7 +122,7 @@ def _assumed_units(cells: Cells) -> Iterator[str]:
 def _rows_by_actor(cells: Cells) -> Mapping[str, Ints]:
     """Rows of each actor, in the order of the file."""
     labels = map(str, cells.whole["idx"].tolist()) if cells.omega_prime else cells.texts["actor"]
-    rows: dict[str, array] = {}
+    rows: dict[str, array[int]] = {}
     for row, label in enumerate(labels):
         rows.setdefault(label, array("q")).append(row)
     return {label: np.array(own) for label, own in rows.items()}

@@ -10,8 +10,10 @@ Source: omega-prime 0.3, its specification and `schemas.py` (ika, RWTH Aachen); 
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.interchange.contract import Export, InterchangeError
 from engine.interchange.kinds import KINDS
@@ -49,7 +51,7 @@ WHOLE = frozenset({"total_nanos", "idx", "type", "role", "subtype"})
 EXACT = 1e-3
 """Nanoseconds by which a time may miss a whole number of them and still be it: of a day, the last digit of a float."""
 
-Table = Mapping[str, np.ndarray]
+Table = Mapping[str, NDArray[Any]]
 """One array a column, row-aligned."""
 
 
@@ -62,7 +64,10 @@ def write_csv(recording: Recording, stem: str) -> Export:
     """
     table = omega_prime_table(recording)
     names = [_cell(actor.name) for actor in recording.actors]
-    columns = [*(_texts(table[name]) for name in COLUMNS), [names[idx] for idx in table["idx"].tolist()]]
+    columns: list[list[str]] = [
+        *(_texts(table[name]) for name in COLUMNS),
+        [names[idx] for idx in table["idx"].tolist()],
+    ]
     lines = [",".join((*COLUMNS, NAME)), *map(",".join, zip(*columns, strict=True))]
     return Export({f"{stem}.csv": "\n".join(lines) + "\n"}, _remarks(recording))
 
@@ -87,7 +92,7 @@ def omega_prime_table(recording: Recording) -> Table:
     return {name: column[order] for name, column in joined.items()}
 
 
-def _texts(column: np.ndarray) -> list[str]:
+def _texts(column: NDArray[Any]) -> list[str]:
     """Numbers that are not whole by their nature have a point, so that readers guess one type for all rows."""
     return [repr(value + 0.0) if isinstance(value, float) else str(value) for value in column.tolist()]
 

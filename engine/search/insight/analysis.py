@@ -16,7 +16,7 @@ from engine.search.evaluations import NO_PARTNERS, Evaluations, Partners, partne
 from engine.search.evaluator import make_evaluator
 from engine.search.insight.clusters import Cluster, clusters
 from engine.search.insight.diversity import Grid, Spread, distinct_failures, distinct_range, grids, spread
-from engine.search.insight.genes import GeneEffect, gene_effects, probe_genes
+from engine.search.insight.gene_effects import GeneEffect, gene_effects, probe_genes
 from engine.search.insight.sensitivity import Sensitivity, sensitivity
 from engine.search.protocol import Box
 from engine.search.ranking import Case, worst_cases
@@ -150,7 +150,7 @@ def avoided(program: Program, evaluations: Evaluations, rows: Sequence[int], con
 
 def _system_shares(space: ParamSpace, genomes: Floats) -> tuple[SystemShare, ...]:
     """One for each param of the system that has a range."""
-    shares = []
+    shares: list[SystemShare] = []
     for gene, name in enumerate(space.names):
         if name in space.system and space.kinds[gene] != GeneKind.INDEX:
             width = float(space.high[gene] - space.low[gene]) or 1.0

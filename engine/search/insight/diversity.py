@@ -137,7 +137,8 @@ def _places(genomes: Floats, box: Box) -> Floats:
     """Points whose L1 distance sums the differences of genes: a column a gene, and one for each option of an option's,
     as two different options are a whole range apart.
     """
-    units, columns = _units(genomes, box), []
+    units = _units(genomes, box)
+    columns: list[Floats] = []
     for gene, kind in enumerate(box.kinds):
         if kind is GeneKind.INDEX:
             columns += [0.5 * (genomes[:, gene] == option) for option in np.unique(genomes[:, gene])]

@@ -167,7 +167,7 @@ def _indices(names: tuple[str, ...], output: Floats, known: Bools, weights: Floa
         means += [*_products(values[[1, gene]], counts[[1, gene]]), _total(values[[0, gene]], counts[[0, gene]])]
     mean, square, chance, *rest = _weighted(means, weights)
     variance = square - mean**2
-    genes = []
+    genes: list[GeneIndex] = []
     for gene, name in enumerate(names):
         product, first, second, total = rest[4 * gene : 4 * gene + 4]
         alone = _share(product - first * second, variance, level)

@@ -8,7 +8,7 @@ from math import floor
 import numpy as np
 from numpy.random import Generator
 
-from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, StreamAt
+from engine.search.protocol import Birth, Box, GenerationSearcher, Genome, Operator, Proposal, StreamAt
 from engine.tables import Floats
 from engine.vocabulary import GeneKind
 
@@ -51,23 +51,19 @@ class Cube:
         return np.where(self._discrete, (offset + 0.5) / self._values, continuous)
 
 
-class InCube:
-    """A searcher in the cube before its first generation; each kind has its own `ask` and `tell`."""
+class InCube(GenerationSearcher):
+    """A searcher in the cube."""
 
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
+        super().__init__(population, streams)
         self._cube = Cube(box)
-        self._population = population
-        self._streams = streams
-        self._generation = -1
-        self._asked: list[Proposal] = []
 
-    def _propose(self, points: Iterable[Floats], operator: Operator) -> list[Proposal]:
+    def _at(self, points: Iterable[Floats], operator: Operator) -> list[Proposal]:
         """One individual for each point (d,), all born now of the same operator and without parents."""
-        self._asked = [
+        return [
             Proposal(genome, operator, Birth(self._generation, slot))
             for slot, genome in enumerate(map(self._cube.genome, points))
         ]
-        return self._asked
 
 
 def pick(stream: Generator, count: int) -> int:

@@ -19,7 +19,7 @@ import numpy as np
 
 from engine.extras import needed
 from engine.search.methods.cube import InCube
-from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, check_answer, measure
+from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, measure
 from engine.tables import Floats
 
 CMAES_STEP = 0.3
@@ -32,19 +32,18 @@ class CovarianceAdaptation(InCube):
     """
 
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
-        self._cma = needed("cma", "cmaes")
+        self._cma = needed("cma", "`cmaes` needs", "search")
         super().__init__(box, population, streams)
         self._points: list[np.ndarray] = []
         self._strategy: Any = None
 
-    def ask(self) -> list[Proposal]:
-        self._generation += 1
+    def _proposals(self) -> list[Proposal]:
         fresh = self._strategy is None
         if fresh:
             self._strategy = self._start()
         self._points = self._strategy.ask()
         operator = Operator.RANDOM if self._generation == 0 else Operator.SAMPLED
-        return self._propose([point[: self._cube.size] for point in self._points], operator)
+        return self._at([point[: self._cube.size] for point in self._points], operator)
 
     def _start(self) -> Any:
         stream = self._streams(self._generation, 0)
@@ -58,8 +57,7 @@ class CovarianceAdaptation(InCube):
         }
         return self._cma.CMAEvolutionStrategy(stream.random(size), CMAES_STEP, options)
 
-    def tell(self, results: Sequence[Result]) -> None:
-        check_answer(self._asked, results)
+    def _learn(self, results: Sequence[Result]) -> None:
         losses = [-result.continuous if result.selectable else np.inf for result in results]
         worst = max((loss for loss in losses if np.isfinite(loss)), default=0.0)
         self._strategy.tell(self._points, [loss if np.isfinite(loss) else worst + 1.0 for loss in losses])
@@ -87,16 +85,15 @@ class NonDominatedSorting(InCube):
         self._algorithm: Any = self._start() if len(box) else None
 
     def _start(self) -> Any:
-        problem = needed("pymoo.core.problem", "nsga2").Problem(
+        problem = needed("pymoo.core.problem", "`nsga2` needs", "search").Problem(
             n_var=self._cube.size, n_obj=len(OBJECTIVES), n_ieq_constr=1, xl=0.0, xu=1.0
         )
-        algorithm = needed("pymoo.algorithms.moo.nsga2", "nsga2").NSGA2(pop_size=self._population)
-        endless = needed("pymoo.core.termination", "nsga2").NoTermination()
+        algorithm = needed("pymoo.algorithms.moo.nsga2", "`nsga2` needs", "search").NSGA2(pop_size=self._population)
+        endless = needed("pymoo.core.termination", "`nsga2` needs", "search").NoTermination()
         seed = int(self._streams(0, 0).integers(1 << 63))
         return algorithm.setup(problem, termination=endless, seed=seed, verbose=False)
 
-    def ask(self) -> list[Proposal]:
-        self._generation += 1
+    def _proposals(self) -> list[Proposal]:
         self._bred = self._algorithm.ask() if self._algorithm is not None else None
         points = self._bred.get("X") if self._bred is not None else np.empty((0, self._cube.size))
         missing = self._population - len(points)
@@ -104,19 +101,17 @@ class NonDominatedSorting(InCube):
         bred = Operator.CROSSOVER_MUTATION if self._generation else Operator.RANDOM
         operators = [bred] * len(points) + [Operator.RANDOM] * missing
         genomes = self._cube.genomes(np.concatenate([points, drawn]))
-        self._asked = [
+        return [
             Proposal(genome, operator, Birth(self._generation, slot))
             for slot, (genome, operator) in enumerate(zip(genomes, operators, strict=True))
         ]
-        return self._asked
 
-    def tell(self, results: Sequence[Result]) -> None:
-        check_answer(self._asked, results)
+    def _learn(self, results: Sequence[Result]) -> None:
         if self._bred is None or not len(self._bred):
             return
         told = results[: len(self._bred)]
         broken = np.array([[0.0 if result.selectable else 1.0] for result in told])
-        static = needed("pymoo.problems.static", "nsga2").StaticProblem
+        static = needed("pymoo.problems.static", "`nsga2` needs", "search").StaticProblem
         problem = static(self._algorithm.problem, F=objectives(told), G=broken)
         self._algorithm.evaluator.eval(problem, self._bred)
         self._algorithm.tell(infills=self._bred)
@@ -150,7 +145,8 @@ class Illumination(InCube):
     """
 
     def __init__(self, box: Box, population: int, streams: StreamAt, method: str) -> None:
-        self._ribs = needed("ribs.archives", method), needed("ribs.emitters", method)
+        who = f"`{method}` needs"
+        self._ribs = needed("ribs.archives", who, "search"), needed("ribs.emitters", who, "search")
         super().__init__(box, population, streams)
         self._method = method
         self._points = np.empty((0, len(box)))
@@ -200,8 +196,7 @@ class Illumination(InCube):
             for number, share in enumerate(shares)
         ]
 
-    def ask(self) -> list[Proposal]:
-        self._generation += 1
+    def _proposals(self) -> list[Proposal]:
         self._bred = self._archive is not None and not self._archive.empty
         operator = Operator.RANDOM
         if self._bred:
@@ -210,10 +205,9 @@ class Illumination(InCube):
             self._points = np.clip(np.concatenate([emitter.ask() for emitter in self._emitters]), 0.0, 1.0)
         else:
             self._points = self._streams(self._generation, 0).random((self._population, self._cube.size))
-        return self._propose(self._points, operator)
+        return self._at(self._points, operator)
 
-    def tell(self, results: Sequence[Result]) -> None:
-        check_answer(self._asked, results)
+    def _learn(self, results: Sequence[Result]) -> None:
         if self._archive is None:
             return
         objective = np.array([result.continuous if result.selectable else REJECTED for result in results])

@@ -30,8 +30,9 @@ from dataclasses import dataclass
 from numpy.random import Generator
 
 from engine.config import GAConfig
+from engine.errors import ArgumentError
 from engine.search.methods.cube import draw_gene, draw_genome, pick
-from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, StreamAt, check_answer
+from engine.search.protocol import Birth, Box, GenerationSearcher, Genome, Operator, Proposal, Result, StreamAt
 
 # -- operators: pure functions of a stream of random numbers, the parents and the box ----------------------------------
 
@@ -114,23 +115,19 @@ Breed = Callable[[Generator, int], list[_Child]]
 """(stream, how many) -> that many children."""
 
 
-class GeneticAlgorithm:
+class GeneticAlgorithm(GenerationSearcher):
     """Asks for one generation after another; see the table above."""
 
     def __init__(self, box: Box, population: int, streams: StreamAt, config: GAConfig = PRESETS["cortex"]) -> None:
+        super().__init__(population, streams)
         self._box = box
-        self._population = population
-        self._streams = streams
         self._max_redraws = config.max_redraws
         self._tournament = tournament_size(config)
         self._elite_below, self._crossover_below = operator_thresholds(config)
-        self._generation = -1
         self._pool = _Pool()
         self._known: set[Genome] = set()
-        self._asked: list[Proposal] = []
 
-    def ask(self) -> list[Proposal]:
-        self._generation += 1
+    def _proposals(self) -> list[Proposal]:
         proposals: list[Proposal] = []
         taken: set[Genome] = set()
         while (slot := len(proposals)) < self._population:
@@ -139,11 +136,9 @@ class GeneticAlgorithm:
                 proposals += self._born(slot, self._distinct(self._random, stream, 1))
             else:
                 proposals += self._fill(stream, slot, taken)
-        self._asked = proposals
         return proposals
 
-    def tell(self, results: Sequence[Result]) -> None:
-        check_answer(self._asked, results)
+    def _learn(self, results: Sequence[Result]) -> None:
         self._pool = _pool_of(self._asked, results)
 
     def _fill(self, stream: Generator, slot: int, taken: set[Genome]) -> list[Proposal]:
@@ -217,9 +212,11 @@ class GeneticAlgorithm:
 def tournament_size(config: GAConfig) -> int:
     """How many compete to be a parent. ValueError for an unknown preset or an empty tournament."""
     if config.preset not in PRESETS:
-        raise ValueError(f"preset: `{config.preset}` is none of {', '.join(PRESETS)}")
+        raise ArgumentError(f"preset: `{config.preset}` is none of {', '.join(PRESETS)}", "name one of these")
     if config.tournament < 1:
-        raise ValueError(f"tournament: expected at least 1 competitor, got {config.tournament}")
+        raise ArgumentError(
+            f"tournament: expected at least 1 competitor, got {config.tournament}", "take 2, the default"
+        )
     return 1 if config.preset == "cortex-literal" else config.tournament
 
 
@@ -227,7 +224,10 @@ def operator_thresholds(config: GAConfig) -> tuple[float, float]:
     """Where elitism and crossover end in [0, 1). As shares of individuals, a crossover counts for its two children."""
     rates = config.selection_rate, config.crossover_rate, config.mutation_rate
     if not (min(rates) >= 0.0 and abs(sum(rates) - 1.0) < 1e-9):
-        raise ValueError(f"rates of selection, crossover and mutation: expected three that add up to 1, got {rates}")
+        raise ArgumentError(
+            f"rates of selection, crossover and mutation: expected three that add up to 1, got {rates}",
+            "take 0.1, 0.8, 0.1",
+        )
     selection, crossing, mutation = rates
     if config.per_individual:
         crossing /= 2.0

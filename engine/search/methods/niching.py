@@ -22,8 +22,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.random import Generator
 
-from engine.search.methods.cube import Cube, reflected
-from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, check_answer
+from engine.search.methods.cube import InCube, reflected
+from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt
 from engine.tables import Floats, Ints
 
 BROOD = 10
@@ -51,15 +51,11 @@ SAMPLE = 600
 """Latest individuals that the weights are learnt from."""
 
 
-class NichingSearch:
+class NichingSearch(InCube):
     """Valid results without failure and invalid ones alike count as harmless; a failed one (an error) is forgotten."""
 
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
-        self._cube = Cube(box)
-        self._population = population
-        self._streams = streams
-        self._generation = -1
-        self._asked: list[Proposal] = []
+        super().__init__(box, population, streams)
         self._points = np.empty((0, len(box)))
         self._archive = np.empty((0, len(box)))
         self._failed = np.empty(0, dtype=bool)
@@ -67,8 +63,7 @@ class NichingSearch:
         self._risk = np.empty(0)
         self._births: list[Birth] = []
 
-    def ask(self) -> list[Proposal]:
-        self._generation += 1
+    def _proposals(self) -> list[Proposal]:
         stream = self._streams(self._generation, 0)
         shape = self._population, self._cube.size
         parents = np.full((self._population, 2), -1)
@@ -77,25 +72,23 @@ class NichingSearch:
             self._points, parents = self._bred(stream)
             exploring = round(EXPLORING * self._population)
             self._points[:exploring], parents[:exploring] = stream.random((exploring, self._cube.size)), -1
-        self._asked = [self._proposal(slot, pair) for slot, pair in enumerate(parents.tolist())]
-        return self._asked
+        return [self._proposal(slot, pair) for slot, pair in enumerate(parents.tolist())]
 
     def _proposal(self, slot: int, parents: Sequence[int]) -> Proposal:
         births = tuple(self._births[parent] for parent in parents if parent >= 0)
         operator = (Operator.RANDOM, Operator.MUTATION, Operator.CROSSOVER_MUTATION)[len(births)]
         return Proposal(self._cube.genome(self._points[slot]), operator, Birth(self._generation, slot), births)
 
-    def tell(self, results: Sequence[Result]) -> None:
-        check_answer(self._asked, results)
+    def _learn(self, results: Sequence[Result]) -> None:
         known = [slot for slot, result in enumerate(results) if result.judged]
         self._archive = np.concatenate([self._archive, self._points[known]])
         self._failed = np.append(self._failed, [results[slot].failure for slot in known]).astype(bool)
         risk = [results[slot].continuous if results[slot].selectable else -np.inf for slot in known]
         self._risk = np.append(self._risk, risk)
         self._births += [self._asked[slot].birth for slot in known]
-        self._learn()
+        self._choose_parents()
 
-    def _learn(self) -> None:
+    def _choose_parents(self) -> None:
         """What to breed from: the failures, or the riskiest so far while there are few of them."""
         ranked = np.argsort(-self._risk, kind="stable")[:FEW]
         few = np.zeros(len(self._risk), dtype=bool)

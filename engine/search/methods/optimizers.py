@@ -21,7 +21,7 @@ import numpy as np
 from numpy.random import Generator
 
 from engine.search.methods.cube import InCube, reflected
-from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, StreamAt, check_answer
+from engine.search.protocol import Birth, Box, Genome, Operator, Proposal, Result, StreamAt
 from engine.tables import Floats
 
 HOT, COLD = 4.0, 0.1
@@ -38,17 +38,15 @@ class Annealing(InCube):
     def __init__(self, box: Box, population: int, generations: int, streams: StreamAt) -> None:
         super().__init__(box, population, streams)
         self._cooling = max(1, generations - 1)
-        self._at: list[tuple[Genome, Birth, float] | None] = [None] * population
+        self._walkers: list[tuple[Genome, Birth, float] | None] = [None] * population
 
-    def ask(self) -> list[Proposal]:
-        self._generation += 1
-        self._asked = [self._proposal(slot) for slot in range(self._population)]
-        return self._asked
+    def _proposals(self) -> list[Proposal]:
+        return [self._proposal(slot) for slot in range(self._population)]
 
     def _proposal(self, slot: int) -> Proposal:
         stream = self._streams(self._generation, slot)
         birth = Birth(self._generation, slot)
-        here = self._at[slot]
+        here = self._walkers[slot]
         if here is None:
             return Proposal(self._cube.genome(stream.random(self._cube.size)), Operator.RANDOM, birth)
         genome, parent, _ = here
@@ -56,21 +54,19 @@ class Annealing(InCube):
         if self._cube.size:
             moved[int(stream.random() * self._cube.size)] = True
         steps = stream.standard_normal(self._cube.size) * self._between(WIDE, NARROW) * moved
-        return Proposal(
-            self._cube.genome(reflected(self._cube.point(genome) + steps)), Operator.MUTATION, birth, (parent,)
-        )
+        moved_to = self._cube.genome(reflected(self._cube.point(genome) + steps))
+        return Proposal(moved_to, Operator.MUTATION, birth, (parent,))
 
-    def tell(self, results: Sequence[Result]) -> None:
-        check_answer(self._asked, results)
+    def _learn(self, results: Sequence[Result]) -> None:
         temperature = self._between(HOT, COLD)
         for slot, (proposal, result) in enumerate(zip(self._asked, results, strict=True)):
-            here = self._at[slot]
+            here = self._walkers[slot]
             if not result.selectable:
                 continue
             # A number of the walker's own stream, behind those that made the step.
             chance = self._streams(self._generation, self._population + slot).random()
             if here is None or chance < exp(min(0.0, (result.continuous - here[2]) / temperature)):
-                self._at[slot] = (proposal.genome, proposal.birth, result.continuous)
+                self._walkers[slot] = (proposal.genome, proposal.birth, result.continuous)
 
     def _between(self, first: float, last: float) -> float:
         """The value of this generation on a geometric way from the first to the last."""
@@ -100,14 +96,12 @@ class CrossEntropy(InCube):
             for gene in np.flatnonzero(self._cube.discrete)
         }
 
-    def ask(self) -> list[Proposal]:
-        self._generation += 1
+    def _proposals(self) -> list[Proposal]:
         stream = self._streams(self._generation, 0)
         self._points = self._draw(stream) if self._generation else stream.random((self._population, self._cube.size))
-        return self._propose(self._points, Operator.SAMPLED if self._generation else Operator.RANDOM)
+        return self._at(self._points, Operator.SAMPLED if self._generation else Operator.RANDOM)
 
-    def tell(self, results: Sequence[Result]) -> None:
-        check_answer(self._asked, results)
+    def _learn(self, results: Sequence[Result]) -> None:
         ranked = sorted((i for i, r in enumerate(results) if r.selectable), key=lambda i: -results[i].continuous)
         if len(ranked) < 2:
             return
@@ -158,16 +152,14 @@ class DifferentialEvolution(InCube):
         self._births: list[Birth] = []
         self._value = np.full(population, -np.inf)
 
-    def ask(self) -> list[Proposal]:
-        self._generation += 1
+    def _proposals(self) -> list[Proposal]:
         rows = [self._trial(slot) for slot in range(self._population)]
         self._trials = np.array([point for point, _ in rows]).reshape(self._population, self._cube.size)
         operator = Operator.CROSSOVER if self._generation else Operator.RANDOM
-        self._asked = [
+        return [
             Proposal(self._cube.genome(point), operator, Birth(self._generation, slot), parents)
             for slot, (point, parents) in enumerate(rows)
         ]
-        return self._asked
 
     def _trial(self, slot: int) -> tuple[Floats, tuple[Birth, ...]]:
         stream = self._streams(self._generation, slot)
@@ -181,8 +173,7 @@ class DifferentialEvolution(InCube):
             crossed[int(stream.random() * self._cube.size)] = True
         return np.where(crossed, mutant, self._members[slot]), (self._births[slot], self._births[base])
 
-    def tell(self, results: Sequence[Result]) -> None:
-        check_answer(self._asked, results)
+    def _learn(self, results: Sequence[Result]) -> None:
         if not len(self._members):
             self._members = self._trials.copy()
             self._births = [proposal.birth for proposal in self._asked]

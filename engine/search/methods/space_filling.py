@@ -7,35 +7,24 @@ selecting values of input variables".
 """
 
 import warnings
-from collections.abc import Sequence
 from typing import Any
 
 from numpy.random import default_rng
 
 from engine.search.methods.cube import InCube, draw_genome
-from engine.search.protocol import Birth, Box, Operator, Proposal, Result, StreamAt, check_answer
+from engine.search.protocol import Birth, Box, GenerationSearcher, Operator, Proposal, StreamAt
 
 
-class RandomSearch:
+class RandomSearch(GenerationSearcher):
     """Learns nothing: valid, invalid and failed results alike leave it as it was."""
 
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
+        super().__init__(population, streams)
         self._box = box
-        self._population = population
-        self._streams = streams
-        self._generation = -1
-        self._asked: list[Proposal] = []
 
-    def ask(self) -> list[Proposal]:
-        self._generation += 1
+    def _proposals(self) -> list[Proposal]:
         births = [Birth(self._generation, slot) for slot in range(self._population)]
-        self._asked = [
-            Proposal(draw_genome(self._streams(*birth), self._box), Operator.RANDOM, birth) for birth in births
-        ]
-        return self._asked
-
-    def tell(self, results: Sequence[Result]) -> None:
-        check_answer(self._asked, results)
+        return [Proposal(draw_genome(self._streams(*birth), self._box), Operator.RANDOM, birth) for birth in births]
 
 
 SEQUENCES = {"sobol": "Sobol", "halton": "Halton", "lhs": "LatinHypercube"}
@@ -56,13 +45,9 @@ class QuasiRandom(InCube):
         seeded = default_rng(streams(0, 0).integers(1 << 63))
         self._points: Any = getattr(qmc, SEQUENCES[sequence])(d=max(1, len(box)), rng=seeded)
 
-    def ask(self) -> list[Proposal]:
-        self._generation += 1
+    def _proposals(self) -> list[Proposal]:
         with warnings.catch_warnings():
             # Sobol's balance asks for powers of two; a population that is none is still spread evenly.
             warnings.simplefilter("ignore", UserWarning)
             points = self._points.random(self._population)[:, : self._cube.size]
-        return self._propose(points, Operator.RANDOM)
-
-    def tell(self, results: Sequence[Result]) -> None:
-        check_answer(self._asked, results)
+        return self._at(points, Operator.RANDOM)

@@ -1,4 +1,6 @@
-"""The table of searchers. A new one is a class with `ask` and `tell`, a `Method`, and a row here."""
+"""The table of searchers. A new one is a class with `ask` and `tell`, and a row here: all that is said of it elsewhere,
+from `--method list` to the colours of a report, is read from the row.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,7 +12,10 @@ from engine.search.methods.niching import NichingSearch
 from engine.search.methods.optimizers import Annealing, CrossEntropy, DifferentialEvolution
 from engine.search.methods.space_filling import QuasiRandom, RandomSearch
 from engine.search.protocol import Box, Searcher, StreamAt
-from engine.vocabulary import Method
+from engine.streams import method_number
+
+PLUGIN_STYLE = "bright_blue"
+"""Colour of every searcher of another package."""
 
 Build = Callable[[Box, Config, StreamAt], Searcher]
 """(box, every setting, streams of the operators) -> a searcher that proposes `config.search.population` at a time."""
@@ -24,11 +29,15 @@ def _no_preset(_: Config) -> str:
 class SearcherEntry:
     """One way to search."""
 
-    method: Method
-    """Part of every stream key, so that no two methods share numbers."""
+    name: str
+    """What users write."""
     summary: str
     """One line for lists."""
     build: Build
+    title: str = ""
+    """What reports call it, where that is not its name."""
+    style: str = PLUGIN_STYLE
+    """Colour of reports in a terminal, one of its own sixteen."""
     alias: str = ""
     """A shorter name."""
     preset: Callable[[Config], str] = _no_preset
@@ -37,6 +46,11 @@ class SearcherEntry:
     """What must be installed beside cortexc."""
     paced: bool = False
     """Whether each step depends on how many are to come, so that a finished run cannot be made longer."""
+
+    @property
+    def number(self) -> int:
+        """Part of every stream key, so that no two methods share numbers (see `engine.streams`)."""
+        return method_number(self.name)
 
 
 def _plain(make: Callable[[Box, int, StreamAt], Searcher]) -> Build:
@@ -60,32 +74,112 @@ def _annealing(box: Box, config: Config, streams: StreamAt) -> Searcher:
     return Annealing(box, config.search.population, config.search.generations, streams)
 
 
+def _preset(config: Config) -> str:
+    return config.ga.preset
+
+
 SEARCHERS: dict[str, SearcherEntry] = {
-    "ga": SearcherEntry(
-        Method.GA, "the paper's genetic algorithm: most risk, few kinds", _ga, preset=lambda c: c.ga.preset
-    ),
-    "random": SearcherEntry(Method.RANDOM, "independent uniform draws: the baseline", _plain(RandomSearch)),
-    "niching": SearcherEntry(Method.NICHING, "our genetic algorithm: failures that differ", _plain(NichingSearch)),
-    "sobol": SearcherEntry(Method.SOBOL, "scrambled Sobol points: an even cover of the box", _quasi("sobol")),
-    "halton": SearcherEntry(Method.HALTON, "randomized Halton points: an even cover of the box", _quasi("halton")),
-    "lhs": SearcherEntry(Method.LHS, "a Latin hypercube in each generation", _quasi("lhs")),
-    "cross_entropy": SearcherEntry(
-        Method.CROSS_ENTROPY, "a distribution that moves to the riskiest tenth", _plain(CrossEntropy), alias="ce"
-    ),
-    "annealing": SearcherEntry(Method.ANNEALING, "walkers that cool down together", _annealing, alias="sa", paced=True),
-    "differential_evolution": SearcherEntry(
-        Method.DIFFERENTIAL_EVOLUTION, "differences of members, DE/rand/1/bin", _plain(DifferentialEvolution), "de"
-    ),
-    "cmaes": SearcherEntry(
-        Method.CMAES, "a normal distribution that learns the risk's shape", _plain(CovarianceAdaptation), package="cma"
-    ),
-    "nsga2": SearcherEntry(
-        Method.NSGA2, "NSGA-II: close and fast at once, a Pareto front", _plain(NonDominatedSorting), package="pymoo"
-    ),
-    "map_elites": SearcherEntry(
-        Method.MAP_ELITES, "the riskiest run for every pair of speeds", _grid("map_elites"), package="ribs"
-    ),
-    "cma_me": SearcherEntry(
-        Method.CMA_ME, "the same, by strategies that seek what is new", _grid("cma_me"), package="ribs"
-    ),
+    row.name: row
+    for row in (
+        SearcherEntry(
+            name="ga",
+            summary="the paper's genetic algorithm: most risk, few kinds",
+            build=_ga,
+            title="genetic algorithm",
+            style="cyan",
+            preset=_preset,
+        ),
+        SearcherEntry(
+            name="random",
+            summary="independent uniform draws: the baseline",
+            build=_plain(RandomSearch),
+            style="yellow",
+        ),
+        SearcherEntry(
+            name="niching",
+            summary="our genetic algorithm: failures that differ",
+            build=_plain(NichingSearch),
+            title="niching genetic algorithm",
+            style="green",
+        ),
+        SearcherEntry(
+            name="sobol",
+            summary="scrambled Sobol points: an even cover of the box",
+            build=_quasi("sobol"),
+            title="Sobol points",
+            style="bright_yellow",
+        ),
+        SearcherEntry(
+            name="halton",
+            summary="randomized Halton points: an even cover of the box",
+            build=_quasi("halton"),
+            title="Halton points",
+            style="bright_yellow",
+        ),
+        SearcherEntry(
+            name="lhs",
+            summary="a Latin hypercube in each generation",
+            build=_quasi("lhs"),
+            title="Latin hypercubes",
+            style="bright_yellow",
+        ),
+        SearcherEntry(
+            name="cross_entropy",
+            summary="a distribution that moves to the riskiest tenth",
+            build=_plain(CrossEntropy),
+            title="cross-entropy method",
+            style="magenta",
+            alias="ce",
+        ),
+        SearcherEntry(
+            name="annealing",
+            summary="walkers that cool down together",
+            build=_annealing,
+            title="simulated annealing",
+            style="red",
+            alias="sa",
+            paced=True,
+        ),
+        SearcherEntry(
+            name="differential_evolution",
+            summary="differences of members, DE/rand/1/bin",
+            build=_plain(DifferentialEvolution),
+            title="differential evolution",
+            style="bright_cyan",
+            alias="de",
+        ),
+        SearcherEntry(
+            name="cmaes",
+            summary="a normal distribution that learns the risk's shape",
+            build=_plain(CovarianceAdaptation),
+            title="CMA-ES",
+            style="bright_magenta",
+            package="cma",
+        ),
+        SearcherEntry(
+            name="nsga2",
+            summary="NSGA-II: close and fast at once, a Pareto front",
+            build=_plain(NonDominatedSorting),
+            title="NSGA-II",
+            style="blue",
+            package="pymoo",
+        ),
+        SearcherEntry(
+            name="map_elites",
+            summary="the riskiest run for every pair of speeds",
+            build=_grid("map_elites"),
+            title="MAP-Elites",
+            style="bright_green",
+            package="ribs",
+        ),
+        SearcherEntry(
+            name="cma_me",
+            summary="the same, by strategies that seek what is new",
+            build=_grid("cma_me"),
+            title="CMA-ME",
+            style="bright_green",
+            package="ribs",
+        ),
+    )
 }
+"""Our own methods by name, in the order of lists."""

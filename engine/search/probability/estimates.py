@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from engine.atomic import write_one
 from engine.outcomes import Assessment
 from engine.search.journal import finite
 from engine.search.statistics import Interval
@@ -95,7 +96,8 @@ KEPT = "probability.json"
 
 
 def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Path:
-    """Write an estimate for the program of this digest in place of an earlier one of its kind; its file.
+    """Write an estimate for the program of this digest in place of an earlier one of its kind; its file, whole or not
+    at all.
 
     Raises:
         StoreError: it cannot be written.
@@ -107,7 +109,7 @@ def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Pa
     rows[_place(row)] = row
     with store_errors(path):
         text = json.dumps(finite(list(rows.values())), indent=2, allow_nan=False)
-        path.write_text(text + "\n", encoding="utf-8")
+        write_one(path, f"{text}\n".encode())
     return path
 
 

@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.config import Config
+from engine.errors import ArgumentError
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
 from engine.search.assessment import Evaluate, take
@@ -63,7 +64,7 @@ def estimate(
 
     if condition == JOINT:
         if method != "mc":
-            raise ValueError("the joint condition needs method mc")
+            raise ArgumentError("the joint condition needs method mc", "take method mc, or another condition")
         config = replace(config, simulation=replace(config.simulation, max_attempts=1))
     evaluate, judge = make_evaluator(program, config, PAPER), make_judge(program, config)
     if method == "subset":

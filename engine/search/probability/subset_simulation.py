@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.random import Generator
 
+from engine.errors import ArgumentError
 from engine.outcomes import Assessment
 from engine.program import ParamSpace
 from engine.search.assessment import Evaluate, concatenate, take
@@ -126,7 +127,9 @@ def subset_simulation(
 
     size = samples // REPETITIONS
     if size < 100:
-        raise ValueError(f"samples is {samples}; subset simulation needs at least {100 * REPETITIONS} a level")
+        raise ArgumentError(
+            f"samples is {samples}; subset simulation needs at least {100 * REPETITIONS} a level", "take more"
+        )
     chains = [
         _Chain(evaluate, lambda uniforms: from_uniforms(space, uniforms), len(space), seed, repetition + 1, judge)
         for repetition in range(REPETITIONS)
@@ -175,7 +178,8 @@ def _estimate(chain: _Chain, size: int) -> _Estimate:
     current = _first_level(chain, size)
     if current is None:
         return _Estimate(math.nan, (), math.nan)
-    value, levels = 1.0, []
+    value = 1.0
+    levels: list[float] = []
 
     def ended(last: _Level, *more: float) -> _Estimate:
         found = value * float((last.distance == 0.0).mean())

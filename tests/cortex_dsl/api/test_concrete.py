@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.api.scenario import Scenario, compile_text, load
+from cortex_dsl import Scenario, compile_text, load
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.formatting import format_source
 from engine.outcomes import Outcomes

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cortex_dsl.api.scenario import Scenario, compile_text, load
+from cortex_dsl import Scenario, compile_text, load
 from cortex_dsl.cli import main
 from cortex_dsl.diagnostics import CompileError
 from engine.errors import CortexError

@@ -1,14 +1,18 @@
 """The command line itself: what it takes, what it refuses, and what it says then."""
 
 import re
+from dataclasses import fields
+from importlib import import_module
+from inspect import signature
 from pathlib import Path
 
 import pytest
 
 from cortex_dsl.cli import main
-from cortex_dsl.cli.command_table import SUBCOMMANDS
+from cortex_dsl.cli.command_table import MODES, SUBCOMMANDS
 from cortex_dsl.cli.file_options import build_parser, to_request
-from cortex_dsl.console.request import Mode, Request
+from cortex_dsl.console.command import Command, Parser
+from cortex_dsl.console.request import CompileRequest, Mode, Request, RunRequest, SearchRequest
 from cortex_dsl.version import VERSION
 
 
@@ -71,17 +75,34 @@ def test_options_arrive() -> None:
     output = "--profile literature --json --no-colour"
     words = f"a.scn {search} {more} {output}".split()
     request = request_of(*words, "-p", "A=5 km/h", "-p", "B=Range(1, 2)")
-    assert request.methods == ("ga", "random")
-    assert (request.generations, request.population, request.seed) == (3, 4, 5)
-    assert (request.preset, request.engine, request.rollouts, request.aggregate) == (
-        "cortex-literal",
-        "world",
-        2,
-        "q90",
+    assert request.compile == CompileRequest(
+        Path("a.scn"), overrides={"A": "5 km/h", "B": "Range(1, 2)"}, json=True, diagnostics_format="json"
     )
-    assert (request.jobs, request.out, request.max_attempts, request.time_step) == (6, Path("there"), 7, 0.01)
-    assert (request.profile, request.json, request.colour) == ("literature", True, False)
-    assert request.overrides == {"A": "5 km/h", "B": "Range(1, 2)"}
+    assert request.run == RunRequest(5, "world", max_attempts=7, time_step=0.01, profile="literature", jobs=6)
+    assert request.search == SearchRequest(
+        ("ga", "random"), 3, 4, "cortex-literal", 2, "q90", out=Path("there"), command_line=request.search.command_line
+    )
+
+
+def test_a_mode_gets_only_what_it_reads() -> None:
+    """Every part that a row names is one of the request, and its function takes them all, then the terminal."""
+    parts = {field.name for field in fields(Request)} - {"mode"}
+    for row in MODES.values():
+        module, _, name = row.function.partition(":")
+        taken = list(signature(getattr(import_module(module), name)).parameters)
+        assert set(row.reads) <= parts
+        assert len(taken) == len(row.reads) + 1
+        assert taken[-1] == "terminal"
+
+
+@pytest.mark.parametrize("name", SUBCOMMANDS)
+def test_a_subcommand_is_a_row(name: str) -> None:
+    """What a row of the table names is a command of that name, which says what it does."""
+    module, _, attribute = SUBCOMMANDS[name].command.partition(":")
+    command = getattr(import_module(module), attribute)
+    assert isinstance(command, Command)
+    assert command.name == name
+    assert command.description
 
 
 @pytest.mark.parametrize(
@@ -133,17 +154,28 @@ def test_no_file(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_subcommands_are_found_by_their_first_word(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A row in the table and a module are all that a new command takes."""
+    """A command and a row in the table are all that a new one takes."""
     import sys
     from types import SimpleNamespace
 
     from cortex_dsl.cli import command_table
 
-    seen: list[list[str]] = []
-    module = SimpleNamespace(main=lambda arguments, terminal: seen.append(list(arguments)) or 7)
-    monkeypatch.setitem(sys.modules, "a_new_command", module)
-    monkeypatch.setitem(
-        command_table.SUBCOMMANDS, "new", command_table.Subcommand("a_new_command:main", "does something new")
+    seen: list[tuple[str, ...]] = []
+
+    def add_flag(parser: Parser) -> None:
+        parser.add_argument("--flag")
+
+    new = Command(
+        name="new",
+        usage="[--flag X]",
+        description="Does something new.",
+        options=add_flag,
+        function=lambda options, terminal: seen.append(options.words) or 7,
     )
+    monkeypatch.setitem(sys.modules, "a_new_command", SimpleNamespace(NEW=new))
+    row = command_table.Subcommand("a_new_command:NEW", "does something new")
+    monkeypatch.setitem(command_table.SUBCOMMANDS, "new", row)
     assert main(["new", "--flag", "x"]) == 7
-    assert seen == [["--flag", "x"]]
+    assert seen == [("--flag", "x")]
+    assert main(["new", "--help"]) == 0
+    assert main(["new", "--flg", "x"]) == 2

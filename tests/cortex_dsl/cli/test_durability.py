@@ -2,7 +2,6 @@
 
 import json
 import os
-import random
 import shutil
 import signal
 import sqlite3
@@ -17,19 +16,41 @@ from typing import Any
 
 import pytest
 
+from cortex_dsl import load
 from cortex_dsl.api.run_folder import search_and_keep
-from cortex_dsl.api.scenario import load
 from engine.search.journal import SCHEMA_VERSION
 from engine.search.journal_reader import read_journal
 from engine.search.run import Progress
 from engine.search.store import RemovedError
+
+from .conftest import hear_interrupts
 
 CORTEXC = [sys.executable, "-m", "cortex_dsl"]
 RESULTS = ("generation", "individual", "simulation")
 GENERATIONS = 24
 SEARCH = ("--ga", "--generations", GENERATIONS, "--population", 40, "--seed", 3, "--jobs", 1)
 SMALL = ("--generations", 4, "--population", 10, "--jobs", 1)
+KILLS = (
+    ("COMMIT", 1, 0),  # while the journal is taken up again
+    ("INSERT INTO individual", 17, 0),
+    ("COMMIT", 3, 1),
+    ("INSERT INTO simulation", 5, 1),
+    ("BEGIN", 5, 4),
+    ("INSERT INTO generation", 4, 7),
+    ("INSERT INTO pace", 3, 9),
+    ("COMMIT", 6, 13),
+    ("INSERT INTO individual", 100, 15),
+    ("INSERT INTO generation", 5, 19),
+    ("evaluations.csv", 1, GENERATIONS),
+    ("generations.csv", 1, GENERATIONS),
+    ("worst/02.scn", 1, GENERATIONS),
+    ("UPDATE status", 2, GENERATIONS),  # the first one says `running`, this one `finished`
+)
+"""Before which statement or file `resume` is killed, the how many-th, and the generations that are written by then."""
 IN_NAMESPACE = ["unshare", "--user", "--map-root-user", "--mount", "sh", "-ec"]
+
+PATIENCE = 300
+"""Seconds that a process may take to end, however busy the machine is."""
 
 Command = Callable[..., Any]
 
@@ -51,26 +72,39 @@ def written(run: Path) -> int:
 
 def start(*arguments: object) -> "subprocess.Popen[bytes]":
     command = [*CORTEXC, *map(str, arguments)]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    null = subprocess.DEVNULL
+    return subprocess.Popen(command, stdout=null, stderr=null, preexec_fn=hear_interrupts)
 
 
-def there(path: Path) -> Callable[[], bool]:
-    return path.exists
+DYING = """
+import os, signal, sqlite3, sys
+
+moment, left = sys.argv[1], int(sys.argv[2])
+
+def reached(it_is):
+    global left
+    left -= it_is
+    if it_is and left == 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+def connect(*arguments, connect=sqlite3.connect, **options):
+    connection = connect(*arguments, **options)
+    connection.set_trace_callback(lambda statement: reached(statement.startswith(moment)))
+    return connection
+
+sqlite3.connect = connect
+sys.addaudithook(lambda event, values: reached(event == "open" and str(values[0]).endswith(moment)))
+from cortex_dsl.cli import main
+sys.exit(main(sys.argv[3:]))
+"""
+"""A command that is killed just before its n-th statement of a kind, or before it opens a file for the n-th time."""
 
 
-def has(run: Path, generations: int) -> Callable[[], bool]:
-    return lambda: written(run) >= generations
-
-
-def kill_when(process: "subprocess.Popen[bytes]", ready: Callable[[], bool], delay: float = 0.0) -> bool:
-    """SIGKILL a moment after something holds; False where the process was faster."""
-    deadline = time.monotonic() + 240
-    while not ready() and process.poll() is None:
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
-    time.sleep(delay)
-    process.send_signal(signal.SIGKILL)
-    return process.wait(timeout=60) == -signal.SIGKILL
+def kill(moment: str, count: int, *arguments: object) -> None:
+    """Run a command to a moment that the journal or the folder of its run knows, and no further."""
+    words = [moment, str(count), *map(str, arguments)]
+    done = subprocess.run([sys.executable, "-c", DYING, *words], capture_output=True, timeout=600, check=False)
+    assert done.returncode == -signal.SIGKILL, (moment, count, done.stderr)
 
 
 def in_namespace(script: str, *arguments: object) -> "subprocess.CompletedProcess[str]":
@@ -85,8 +119,7 @@ def in_namespace(script: str, *arguments: object) -> "subprocess.CompletedProces
 def killed(left_turn: Path, tmp_path: Path) -> Path:
     """A run that was killed after some generations."""
     run = tmp_path / "killed"
-    process = start(left_turn, *SEARCH, "--out", run)
-    assert kill_when(process, has(run, 2))
+    kill("INSERT INTO generation", 4, left_turn, *SEARCH, "--out", run)
     return run
 
 
@@ -95,18 +128,13 @@ def test_killed_at_many_moments(cortexc: Command, left_turn: Path, tmp_path: Pat
     Journal, tables and worst cases end up as those of a search that nobody disturbed.
     """
     assert cortexc(left_turn, *SEARCH, "--out", tmp_path / "whole").code == 0
-    run, chance, kills = tmp_path / "killed", random.Random(5), 0
-    process = start(left_turn, *SEARCH, "--out", run)
-    kills += kill_when(process, there(run / "journal.sqlite"))
-    assert written(run) <= 1
-    reached = 0
-    while reached < GENERATIONS - 1:
-        reached = min(GENERATIONS - 1, max(reached, written(run)) + chance.choice((0, 1, 2, 3)))
-        kills += kill_when(start("resume", run), has(run, reached), chance.uniform(0.0, 0.02))
-    assert read_journal(run / "journal.sqlite").status == "running"
-    for name in ("evaluations.csv", "generations.csv", "worst/02.scn"):
-        kills += kill_when(start("resume", run), there(run / name), chance.uniform(0.0, 0.01))
-    assert kills >= 12
+    run = tmp_path / "killed"
+    kill("COMMIT", 2, left_turn, *SEARCH, "--out", run)
+    assert written(run) == 0
+    for moment, count, generations in KILLS:
+        kill(moment, count, "resume", run)
+        assert written(run) == generations, moment
+        assert read_journal(run / "journal.sqlite").status == "running"
 
     assert cortexc("resume", run).code == 0
     assert tables(run) == tables(tmp_path / "whole")
@@ -133,18 +161,19 @@ def test_killed_before_there_is_a_journal(cortexc: Command, left_turn: Path, tmp
 
 def test_a_stopped_run_goes_on(left_turn: Path, cortexc: Command, tmp_path: Path) -> None:
     """Ctrl-C, then `resume`: the same journal as without."""
-    run = tmp_path / "stopped"
-    process = start(left_turn, *SEARCH, "--out", run)
+    run, size = tmp_path / "stopped", ("--ga", "--population", 40, "--seed", 3, "--jobs", 1)
+    process = start(left_turn, *size, "--generations", 60000, "--out", run)
     while written(run) < 2:
         assert process.poll() is None
         time.sleep(0.002)
     process.send_signal(signal.SIGINT)
-    assert process.wait(timeout=60) == 130
+    assert process.wait(timeout=PATIENCE) == 130
     assert read_journal(run / "journal.sqlite").status == "stopped"
-    result = cortexc("resume", run, "--jobs", 2)
+    longer = ("--generations", written(run) + 3)
+    result = cortexc("resume", run, "--jobs", 2, *longer)
     assert result.code == 0
     assert "going on after generation" in result.err
-    cortexc(left_turn, *SEARCH, "--out", tmp_path / "whole")
+    cortexc(left_turn, *size, *longer, "--out", tmp_path / "whole")
     assert tables(run) == tables(tmp_path / "whole")
 
 
@@ -324,7 +353,8 @@ def test_a_process_whose_folder_is_removed(left_turn: Path, tmp_path: Path) -> N
     run = tmp_path / "run"
     options = ("--ga", "--generations", 60000, "--population", 20, "--jobs", 1, "--out", run)
     command = [*CORTEXC, str(left_turn), *map(str, options)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    pipe = subprocess.PIPE
+    process = subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, preexec_fn=hear_interrupts)
     while written(run) < 2:
         assert process.poll() is None
         time.sleep(0.01)
@@ -332,7 +362,7 @@ def test_a_process_whose_folder_is_removed(left_turn: Path, tmp_path: Path) -> N
     assert process.stderr is not None
     assert "was removed" in process.stderr.readline()
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
+    out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 2
     assert "interrupted" in out
     assert "was removed" in err

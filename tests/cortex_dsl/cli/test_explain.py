@@ -49,8 +49,8 @@ def test_documents(cortexc: Command) -> None:
     page = cortexc("explain", "302", "--json").document
     assert (page["schema"], page["code"], page["severity"]) == ("cortexc/code", "SCN302", "error")
     assert page["says"][0]["code"] == "SCN302"
-    codes = cortexc("explain", "--json").document["codes"]
-    assert [each["code"] for each in codes] == [entry.code for entry in codes.entries()]
+    listed = cortexc("explain", "--json").document["codes"]
+    assert [each["code"] for each in listed] == [entry.code for entry in codes.entries()]
 
 
 def test_an_unknown_code(cortexc: Command) -> None:

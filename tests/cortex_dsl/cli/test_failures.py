@@ -63,10 +63,14 @@ def test_our_bug(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert "Traceback" in details.read_text()
 
 
-def test_our_bug_with_nowhere_to_write(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """Where no file can be written, the line itself says where it happened."""
+def test_our_bug_with_nowhere_to_write(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where no file can be written, by nobody, the line itself says where it happened."""
+    (tmp_path / "file").touch()
+    monkeypatch.delenv("CORTEXC_DEBUG", raising=False)
     monkeypatch.setattr(cortex_dsl.cli.command_table, "execute", broken)
-    monkeypatch.setattr("tempfile.tempdir", "/nonexistent")
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "file" / "folder"))
     assert main(["a.scn"]) == 70
     assert "broken in line" in capsys.readouterr().err
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import engine.interchange.openscenario.read
-import engine.interchange.reading
-from cortex_dsl.api.scenario import load
+from cortex_dsl import load
 from cortex_dsl.console.terminal import Exit
 from engine.interchange import InterchangeError, Recording
 from engine.interchange.recording import recorded_run

@@ -1,16 +1,20 @@
 """`--method`: every way to search by its name, several side by side, and what is said of a wrong name."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from cortex_dsl.api.runs import open_run
-from cortex_dsl.api.scenario import load
+from cortex_dsl import load, open_run
+from cortex_dsl.report.findings.search_report import method_name, method_style
 from engine.extras import installing
 from engine.search.methods.table import SEARCHERS
+from engine.streams import method_number
+from engine.study.database import read_evaluations, read_study
+from engine.study.plan import Address
 
 Command = Callable[..., Any]
 SMALL = ("--generations", 3, "--population", 12, "--jobs", 1)
@@ -22,6 +26,32 @@ def test_the_list(cortexc: Command) -> None:
     assert result.code == 0
     assert len(result.out.splitlines()) == len(SEARCHERS)
     assert all(name in result.out for name in SEARCHERS)
+
+
+def test_a_row_is_all_that_a_method_needs(
+    cortexc: Command, left_turn: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A new one of ours is listed, searches under numbers of its own, is replayed, studied and coloured by its row."""
+    row = replace(
+        SEARCHERS["annealing"], name="strolls", title="Sunday strolls", summary="walks", alias="st", style="bright_red"
+    )
+    monkeypatch.setitem(SEARCHERS, "strolls", row)
+    assert "strolls (st)" in cortexc("--method", "list").out
+    assert (method_style("strolls"), method_name("strolls")) == ("bright_red", "Sunday strolls")
+    assert cortexc(left_turn, "--method", "st", *SMALL, "--out", tmp_path / "run").code == 0
+    run = open_run(tmp_path / "run")
+    assert set(run.record.evaluations.keys[..., 1].flat) == {method_number("strolls")}
+    worst = run.record.evaluations.score.max()
+    assert cortexc(tmp_path / "run" / "worst" / "01.scn", "--json").document["risk"]["score"] == worst
+    assert cortexc("report", tmp_path / "run", "--out", tmp_path / "page.html").code == 0
+    few = ("--methods", "strolls,random", "--runs", 2, *SMALL, "--out", tmp_path / "study")
+    study = cortexc("study", left_turn, *few)
+    assert study.code == 0
+    assert "strolls" in study.out
+    assert "Sunday strolls" in (tmp_path / "page.html").read_text(encoding="utf-8")
+    read = read_study(tmp_path / "study")
+    keys = read_evaluations(read, Address(0, "strolls", 1)).keys
+    assert set(keys[..., 1].flat) == {method_number("strolls")}
 
 
 def test_several_side_by_side(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
@@ -85,7 +115,7 @@ def test_a_broken_searcher_of_another_package(
 
 def test_from_python(tmp_path: Path, left_turn: Path) -> None:
     """`search(out=…)` keeps what it finds; `resume` goes on with it; both are what a longer search gives."""
-    from cortex_dsl.api.runs import resume
+    from cortex_dsl import resume
 
     scenario = load(left_turn, EGO_SPEED="50 km/h")
     short = scenario.search("de", generations=2, population=10, seed=3, out=tmp_path / "run")

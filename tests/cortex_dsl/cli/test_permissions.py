@@ -1,6 +1,5 @@
 """Files and folders that the user may not read or write: told with their names, and left as they were."""
 
-import ctypes
 import os
 import stat
 import subprocess
@@ -12,19 +11,12 @@ import pytest
 
 from cortex_dsl.console.user_files import write_bytes
 
+from .conftest import obey_modes
+
 ROOT = Path(__file__).parents[3]
 EGO = "ego = new Car on road\n"
 UGLY = "x=1 m\n"
-PR_CAPBSET_DROP, CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH = 24, 1, 2
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
-
-
-def obey_modes() -> None:
-    """In a child of root: give up the right to overrule the modes of files. Source: capabilities(7)."""
-    if os.geteuid() == 0:
-        libc = ctypes.CDLL(None, use_errno=True)
-        for capability in (CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH):
-            assert libc.prctl(PR_CAPBSET_DROP, capability, 0, 0, 0) == 0
 
 
 @pytest.fixture

@@ -12,18 +12,21 @@ from pathlib import Path
 
 import pytest
 
+from .conftest import hear_interrupts, obey_modes
+
+ROOT = Path(__file__).parents[3]
 CORTEXC = [sys.executable, "-m", "cortex_dsl"]
 
 
 def start(*arguments: object, **options: object) -> "subprocess.Popen[str]":
-    environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1", "PYTHONPATH": str(ROOT)}
     return subprocess.Popen(
         [*CORTEXC, *map(str, arguments)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         env=environment,
-        **options,  # type: ignore[arg-type]
+        **{"preexec_fn": hear_interrupts if os.name == "posix" else None, **options},  # type: ignore[arg-type]
     )
 
 
@@ -79,11 +82,11 @@ def test_a_terminal_of_another_encoding(left_turn: Path, encoding: str) -> None:
     assert b"risk" in done.stdout
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+@pytest.mark.skipif(os.name != "posix", reason="needs modes of folders")
 def test_a_folder_that_cannot_be_written(left_turn: Path, tmp_path: Path) -> None:
     """Without a place for results nothing is started."""
     tmp_path.chmod(0o500)
-    process = start(left_turn, "--ga", cwd=tmp_path)
+    process = start(left_turn, "--ga", cwd=tmp_path, preexec_fn=obey_modes)
     _, err = process.communicate(timeout=300)
     assert process.returncode == 2
     assert "cannot write" in err
@@ -131,13 +134,13 @@ def test_ctrl_c_on_a_cluster_of_our_own(left_turn: Path, tmp_path: Path, study: 
     pytest.importorskip("distributed")
     what = ("study", left_turn, "--runs", 60000) if study else (left_turn, "--ga", "--generations", 60000)
     process = start(*what, "--jobs", 2, "--dask", "local", "--out", tmp_path / "run", start_new_session=True)
-    deadline = time.monotonic() + 120
+    deadline = time.monotonic() + 300
     while not begun(tmp_path / "run"):
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < deadline
         time.sleep(0.05)
     os.killpg(process.pid, signal.SIGINT)
-    _, err = process.communicate(timeout=120)
+    _, err = process.communicate(timeout=300)
     assert process.returncode == 130, err
     lines = [line for line in err.splitlines() if not line.startswith("study ")]
     assert len(lines) == 1, err

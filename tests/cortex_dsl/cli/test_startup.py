@@ -1,11 +1,28 @@
 """What only reads the language answers at once: it never loads what takes long to load."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+LEAVES_ALONE = """
+import gc, os, signal, sys
+from cortex_dsl.cli import main
+
+def state():
+    handlers = {number: signal.getsignal(number) for number in signal.valid_signals()}
+    streams = (sys.stdin, sys.stdout, sys.stderr)
+    errors = tuple(stream.errors for stream in streams)
+    return dict(os.environ), gc.get_threshold(), streams, errors, handlers, os.getcwd()
+
+main(["--help"])
+before = state()
+code = main(sys.argv[1:])
+assert state() == before, [pair for pair in zip(before, state()) if pair[0] != pair[1]]
+sys.exit(code)
+"""
 PROGRAM = """
 import sys
 from cortex_dsl.cli import main
@@ -38,3 +55,41 @@ def test_a_usage_error_loads_nothing() -> None:
     """A slip on the command line is answered before anything is loaded."""
     done = run("numba,scipy,pymunk,numpy,lark,rich", "a.scn", "--population", "1")
     assert done.returncode == 2, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (["--check"], 0),
+        (["--emit", "tree"], 0),
+        ([], 0),
+        (["--ga", "--generations", "2", "--population", "10", "--out", "run"], 0),
+        (["--no-such-option"], 2),
+    ],
+)
+def test_main_leaves_the_process_alone(arguments: list[str], code: int, left_turn: Path, tmp_path: Path) -> None:
+    """Environment, collector of garbage, streams, signal handlers and folder are as before: `main` is a function
+    that tests and notebooks call, too.
+    """
+    command = [sys.executable, "-c", LEAVES_ALONE, str(left_turn), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=tmp_path, check=False)
+    assert done.returncode == code, done.stderr
+
+
+def test_the_process_sets_itself_up() -> None:
+    """What a command of its own spares itself is set up before anything else is imported."""
+    program = """
+import gc, os, runpy, sys
+sys.argv = ["cortexc", "--version"]
+try:
+    runpy.run_module("cortex_dsl", run_name="__main__")
+except SystemExit as end:
+    assert end.code == 0
+assert os.environ["OPENBLAS_NUM_THREADS"] == "1"
+assert gc.get_threshold()[0] == 200_000
+assert sys.stdout.errors == "replace"
+"""
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    command = [sys.executable, "-c", program]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment, check=False)
+    assert done.returncode == 0, done.stderr

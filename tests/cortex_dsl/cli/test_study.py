@@ -16,6 +16,8 @@ import pytest
 
 from cortex_dsl.console.terminal import Exit
 
+from .conftest import hear_interrupts
+
 TINY = ("--runs", "2", "--generations", "3", "--population", "12", "--jobs", "1")
 
 
@@ -210,11 +212,42 @@ def test_another_engine_may_not_go_on(cortexc: Callable[..., Any], left_turn: Pa
     assert "another version of the engine" in result.err
 
 
-def start(folder: Path, left_turn: Path, jobs: int) -> subprocess.Popen[bytes]:
-    """A study in a process of its own, long enough to be killed in the middle of."""
+HALTING = """
+import os, sys
+from cortex_dsl.cli import main
+from engine.study.database import StudyStore
+
+number, left = int(sys.argv[1]), int(sys.argv[2])
+write = StudyStore.write
+
+def halting(store, finished):
+    global left
+    write(store, finished)
+    left -= 1
+    if left == 0:
+        os.kill(os.getpid(), number)
+
+StudyStore.write = halting
+sys.exit(main(sys.argv[3:]))
+"""
+"""A command that sends itself a signal once the n-th run of its study is written."""
+PATIENCE = 300
+"""Seconds that a process may take to end, however busy the machine is."""
+
+
+def start(folder: Path, left_turn: Path, jobs: int, *, number: int = 0, after: int = 0) -> subprocess.Popen[bytes]:
+    """A study in a process of its own, which sends itself a signal when `after` of its runs are written."""
     words = ["study", left_turn, "--runs", 6, "--generations", 20, "--population", 40, "--jobs", jobs, "--out", folder]
-    command = [sys.executable, "-m", "cortex_dsl", *map(str, words)]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True)
+    command = [sys.executable, "-c", HALTING, *map(str, (number, after, *words))]
+    return subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True, preexec_fn=hear_interrupts
+    )
+
+
+def wait_until_it_stands_still(process: subprocess.Popen[bytes]) -> None:
+    """A process that sends itself SIGSTOP is in the middle of its work, for as long as one likes."""
+    _, status = os.waitpid(process.pid, os.WUNTRACED)
+    assert os.WIFSTOPPED(status), process.stderr and process.stderr.read()
 
 
 def finished_runs(folder: Path) -> int:
@@ -225,18 +258,11 @@ def finished_runs(folder: Path) -> int:
         return 0
 
 
-def wait_for_runs(process: subprocess.Popen[bytes], folder: Path, count: int) -> None:
-    for _ in range(3000):
-        if finished_runs(folder) >= count or process.poll() is not None:
-            return
-        time.sleep(0.01)
-
-
 @pytest.fixture(scope="module")
 def undisturbed(left_turn: Path, tmp_path_factory: pytest.TempPathFactory) -> list[tuple]:
     folder = tmp_path_factory.mktemp("undisturbed") / "s"
     process = start(folder, left_turn, 1)
-    assert process.communicate(timeout=240) is not None
+    assert process.communicate(timeout=PATIENCE) is not None
     assert process.returncode == Exit.FINE
     return contents(folder)
 
@@ -254,20 +280,17 @@ def test_a_killed_study_goes_on_to_the_same_rows(
 ) -> None:
     """SIGKILL of the command alone: what was finished is there, its workers end by themselves."""
     folder = tmp_path / "s"
-    process = start(folder, left_turn, jobs)
-    wait_for_runs(process, folder, after)
-    process.kill()
-    process.communicate(timeout=60)
-    kept = finished_runs(folder)
-    assert after <= kept < 12
+    process = start(folder, left_turn, jobs, number=signal.SIGKILL, after=after)
+    process.communicate(timeout=PATIENCE)
+    assert process.returncode == -signal.SIGKILL
+    assert finished_runs(folder) == after
     result = cortexc("study", "--resume", folder, "--jobs", 1)
     assert result.code == Exit.FINE
     assert contents(folder) == undisturbed
-    for _ in range(200):
-        if not children(process.pid):
-            break
+    deadline = time.monotonic() + PATIENCE
+    while children(process.pid):
+        assert time.monotonic() < deadline
         time.sleep(0.05)
-    assert not children(process.pid)
 
 
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="signals of POSIX")
@@ -277,10 +300,11 @@ def test_ctrl_c_keeps_what_is_finished_and_says_how_to_go_on(
 ) -> None:
     """Sent to the whole group, as a terminal does; nobody complains with a traceback."""
     folder = tmp_path / "s"
-    process = start(folder, left_turn, jobs)
-    wait_for_runs(process, folder, 2)
+    process = start(folder, left_turn, jobs, number=signal.SIGSTOP, after=2)
+    wait_until_it_stands_still(process)
     os.killpg(process.pid, signal.SIGINT)
-    _, err = process.communicate(timeout=60)
+    os.killpg(process.pid, signal.SIGCONT)
+    _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == Exit.INTERRUPTED
     assert b"go on with: cortexc study --resume" in err
     assert b"Traceback" not in err
@@ -289,13 +313,14 @@ def test_ctrl_c_keeps_what_is_finished_and_says_how_to_go_on(
     assert contents(folder) == undisturbed
 
 
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="signals of POSIX")
 def test_one_process_at_a_time(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
     """A study that is being written is left alone."""
     folder = tmp_path / "s"
-    process = start(folder, left_turn, 1)
-    wait_for_runs(process, folder, 1)
+    process = start(folder, left_turn, 1, number=signal.SIGSTOP, after=1)
+    wait_until_it_stands_still(process)
     result = cortexc("study", "--resume", folder, "--jobs", 1)
     process.kill()
-    process.communicate(timeout=60)
+    process.communicate(timeout=PATIENCE)
     assert result.code == Exit.USAGE
     assert "another process" in result.err

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from cortex_dsl.api.scenario import Scenario, compile_text
+from cortex_dsl import Scenario, compile_text
 from cortex_dsl.interchange.cases import signal_times
 from engine.interchange import SignalTimes
 from engine.program import Program

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cortex_dsl import Scenario, compile_text, load
 from cortex_dsl.api.runs import OpenedRun, every_case, open_run
-from cortex_dsl.api.scenario import Scenario, compile_text, load
 from cortex_dsl.interchange.cases import ExportCase, case_of_run, case_of_scene
 from cortex_dsl.interchange.maneuvers import maneuver_files, maneuver_plan
-from cortex_dsl.interchange.maneuvers.numbers import nearest_lane
+from cortex_dsl.interchange.maneuvers.formulas import nearest_lane
 from engine.interchange.contract import OSC_VERSIONS, ExportOptions
 from engine.interchange.opendrive import road_map
-from engine.interchange.openscenario.maneuvers.plan import ActorPlan, ManeuverPlan, Measure
+from engine.interchange.openscenario.maneuvers.maneuver_plan import ActorPlan, ManeuverPlan, Measure
 from engine.interchange.openscenario.versions import VERSIONS
 from engine.scenes import Scenes, actor_columns
 from engine.search.ranking import worst_cases
@@ -110,7 +110,7 @@ def test_every_param_of_the_examples_can_be_varied(path: Path) -> None:
 @pytest.mark.parametrize("version", OSC_VERSIONS)
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_the_examples_are_valid_in_every_version(path: Path, version: str) -> None:
-    export = maneuver_files(case_of(load(path)), "case", ExportOptions(osc=version, mode="maneuver"))
+    export = maneuver_files(case_of(load(path)), "case", ExportOptions(osc=version, mode="maneuver"), "road.xodr")
     assert list(export.files) == (["case.xosc"] if version == "1.0" else ["case.xosc", "case.ranges.xosc"])
     for text in export.files.values():
         assert findings("openscenario", version, text) == []
@@ -141,7 +141,7 @@ def test_a_run_has_its_champions(small_run: OpenedRun, rank: int) -> None:
     worst, every = worst_cases(small_run.record.evaluations, 50), every_case(small_run.record)
     chosen = worst[rank - 1] if rank > 0 else every[-1]
     case = case_of_run(small_run, chosen)
-    export = maneuver_files(case, "case", ExportOptions(mode="maneuver"))
+    export = maneuver_files(case, "case", ExportOptions(mode="maneuver"), "road.xodr")
     text = str(export.files["case.champions.xosc"])
     assert findings("openscenario", "1.2", text) == []
     same = [each for each in worst if small_run.scenario.scene(each).variant[0] == case.scenes.variant[0]]
@@ -158,7 +158,7 @@ def test_integers_of_very_many_values_are_drawn_like_any_number() -> None:
     """And said so; few are named one by one, and both are declared as what they are."""
     text = f"param FEW = DiscreteRange(1, 5)\nparam MANY = DiscreteRange(1, 500)\n{HEAD}ego = new Car at spot,\n"
     text += "    with speed FEW + MANY / 100, with behavior FollowLaneBehavior(SPEED)\n"
-    export = maneuver_files(case_of(compile_text(text)), "case", ExportOptions(mode="maneuver"))
+    export = maneuver_files(case_of(compile_text(text)), "case", ExportOptions(mode="maneuver"), "road.xodr")
     text = str(export.files["case.xosc"])
     declared = dict(re.findall(r'<ParameterDeclaration name="(\w+)" parameterType="(\w+)"', text))
     assert (declared["FEW"], declared["MANY"], declared["SPEED"]) == ("int", "int", "double")
@@ -231,7 +231,7 @@ def test_two_ends_of_one_name_stay_two() -> None:
         near += f"\n    interrupt when withinDistanceToAnyObjs(self, {distance} m):\n        terminate"
     text = f"{HEAD}behavior Mine():\n{near}\nego = new Car at spot, with behavior Mine()\n{BESIDE}"
     case = case_of(compile_text(text))
-    (first, *_) = maneuver_files(case, "case", ExportOptions(mode="maneuver")).files.values()
+    (first, *_) = maneuver_files(case, "case", ExportOptions(mode="maneuver"), "road.xodr").files.values()
     stop = str(first).partition("</Story>")[2]
     names = re.findall(r'<Condition name="([^"]+)"', stop)
     assert len(names) == len(set(names)) == 4

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.api.scenario import Scenario, compile_text, load
+from cortex_dsl import Scenario, compile_text, load
 from cortex_dsl.interchange.cases import ExportCase, case_of_scene
 from cortex_dsl.interchange.formats import checker_of
 from cortex_dsl.interchange.writing import scenic

@@ -7,7 +7,7 @@ the speed a little, which the conditions below allow for.
 import numpy as np
 import pytest
 
-from cortex_dsl.api.scenario import compile_text
+from cortex_dsl import compile_text
 from engine import batch
 from engine.vocabulary import EndReason, State
 

@@ -10,8 +10,7 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from cortex_dsl import ir
-from cortex_dsl.api.scenario import compile_text
+from cortex_dsl import compile_text, ir
 from cortex_dsl.lowering import lower
 from cortex_dsl.lowering.program_listing import format_program
 from cortex_dsl.semantics.printing import format_ir

@@ -11,7 +11,7 @@ import pytest
 
 from cortex_dsl.console.terminal import Terminal
 from cortex_dsl.repl.loop import do
-from cortex_dsl.repl.state import Desk
+from cortex_dsl.repl.state import State
 
 ROOT = Path(__file__).parents[3]
 LEFT_TURN = ROOT / "examples" / "left_turn.scn"
@@ -27,29 +27,29 @@ class Said:
 
 @dataclass(frozen=True)
 class Talk:
-    """A desk, and a way to enter chunks."""
+    """A state, and a way to enter chunks."""
 
-    desk: Desk
+    state: State
     capsys: pytest.CaptureFixture[str]
 
     def __call__(self, *chunks: str) -> Said:
         self.capsys.readouterr()
         for chunk in chunks:
-            do(self.desk, chunk)
+            do(self.state, chunk)
         captured = self.capsys.readouterr()
-        assert not self.desk.bugs, captured.err
+        assert not self.state.bugs, captured.err
         return Said(captured.out, captured.err)
 
     @property
     def text(self) -> str:
-        return self.desk.draft.text
+        return self.state.draft.text
 
 
 @pytest.fixture
 def talk(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Talk:
     """A session as from a pipe, 100 columns wide."""
     monkeypatch.setenv("COLUMNS", "100")
-    return Talk(Desk(Terminal(colour=False)), capsys)
+    return Talk(State(Terminal(colour=False)), capsys)
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ def test_an_incomplete_scenario_is_no_error(talk: Talk) -> None:
     """Without an ego nothing is wrong yet; commands that need one say what is still to come."""
     said = talk("param V = Range(1, 9) m/s", "lane = Uniform(*intersection.incomingLanes)")
     assert (said.out, said.err) == ("", "")
-    assert not talk.desk.mistakes
+    assert not talk.state.mistakes
     assert "still to come: an ego" in talk(":check").out
     assert "still to come: an ego" in talk(":scene").err
 
@@ -28,7 +28,7 @@ def test_a_mistake_is_told_and_not_added(talk: Talk) -> None:
     assert talk.text == "param V = Range(1, 9) m/s\n"
     said = talk("require V >")
     assert "session:2:" in said.err
-    assert talk.desk.mistakes == 2
+    assert talk.state.mistakes == 2
 
 
 def test_a_definition_is_replaced(talk: Talk) -> None:
@@ -74,14 +74,14 @@ def test_expressions_are_shown_and_not_added(talk: Talk) -> None:
     assert "a speed, 10 to 20 m/s" in said.out
     assert "a list of 4: a lane each" in said.out
     assert talk.text == "param V = Range(18, 36) km/h\n"
-    assert "did you mean `V`" in talk("v + 1").err or talk.desk.mistakes
+    assert "did you mean `V`" in talk("v + 1").err or talk.state.mistakes
 
 
 def test_a_pasted_file_is_many_entries(talk: Talk) -> None:
     """Each statement can be edited alone afterwards."""
     talk(LEFT_TURN.read_text())
-    assert len(talk.desk.draft.entries) > 20
-    assert talk.desk.checked.compiled is not None
+    assert len(talk.state.draft.entries) > 20
+    assert talk.state.checked.compiled is not None
 
 
 def test_a_file_with_mistakes_can_be_mended(talk: Talk, tmp_path: Path) -> None:
@@ -91,8 +91,8 @@ def test_a_file_with_mistakes_can_be_mended(talk: Talk, tmp_path: Path) -> None:
     said = talk(f":load {path}")
     assert said.err.count("error[SCN201]") == 2
     talk("y = 1 m", ":edit 1", "ego = new Car on road,\n    with speed 3 m/s", "x = 3 m")
-    assert not talk.desk.checked.errors
-    assert talk.desk.checked.compiled is not None
+    assert not talk.state.checked.errors
+    assert talk.state.checked.compiled is not None
 
 
 def test_a_file_is_saved_formatted_and_guarded(talk: Talk, tmp_path: Path) -> None:
@@ -101,7 +101,7 @@ def test_a_file_is_saved_formatted_and_guarded(talk: Talk, tmp_path: Path) -> No
     said = talk("x=1 m", f":save {tmp_path / 'mine'}")
     assert path.read_text() == "x = 1 m\n"
     assert "saved" in said.out
-    assert not talk.desk.unsaved
+    assert not talk.state.unsaved
     other = tmp_path / "other.scn"
     other.write_text("y = 2\n")
     said = talk(f":save {other}")
@@ -120,7 +120,7 @@ def test_commands_that_do_not_exist(talk: Talk) -> None:
     assert "did you mean `:list`" in talk(":lits").err
     assert "takes no argument" in talk(":undo 3").err
     assert "whole number" in talk(":sample many").err
-    assert talk.desk.mistakes == 3
+    assert talk.state.mistakes == 3
 
 
 def test_held_params(talk: Talk) -> None:
@@ -130,11 +130,11 @@ def test_held_params(talk: Talk) -> None:
     assert "error[SCN" in refused
     assert refused.endswith("refused: nothing was changed\n")
     talk(":set V=3 m/s")
-    assert talk.desk.checked.compiled is not None
-    assert not talk.desk.checked.compiled.program.space.names
+    assert talk.state.checked.compiled is not None
+    assert not talk.state.checked.compiled.program.space.names
     assert "V = 3 m/s" in talk(":set").out
     talk(":set V")
-    assert not talk.desk.overrides
+    assert not talk.state.overrides
 
 
 def test_what_a_name_is(talk: Talk) -> None:
@@ -154,14 +154,14 @@ def test_editing_ends_with_another_command(talk: Talk) -> None:
 
 def test_a_refused_edit_stays_one(talk: Talk) -> None:
     """At a terminal the entry comes back by arrow up, and still goes where it was meant to."""
-    talk.desk.interactive = True
+    talk.state.interactive = True
     talk("x = 1 m", "y = 2 m", ":edit 1", "z = 1 m +", "z = 1 m")
     assert talk.text == "z = 1 m\ny = 2 m\n"
 
 
 def test_somebody_is_asked(talk: Talk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Before another file is written over and before work is dropped; no answer is a no."""
-    talk.desk.interactive = True
+    talk.state.interactive = True
     other = tmp_path / "other.scn"
     other.write_text("y = 2\n")
     questions: list[str] = []
@@ -206,5 +206,5 @@ def test_thousands_of_lines_are_pasted(talk: Talk, monkeypatch: pytest.MonkeyPat
     read: list[int] = []
     monkeypatch.setattr(drafts, "parse", lambda source: (read.append(1), parse(source))[1])
     talk("\n".join(f"x{i} = {i} m" for i in range(1500)))
-    assert len(talk.desk.draft.entries) == 1500
+    assert len(talk.state.draft.entries) == 1500
     assert len(read) < 2 * 1500

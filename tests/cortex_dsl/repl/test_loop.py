@@ -4,7 +4,7 @@ import pytest
 
 from cortex_dsl.console.terminal import Terminal
 from cortex_dsl.repl import commands, loop
-from cortex_dsl.repl.state import Desk
+from cortex_dsl.repl.state import State
 
 
 class Script:
@@ -20,8 +20,8 @@ class Script:
         return chunk
 
 
-def desk_of(*, interactive: bool) -> Desk:
-    return Desk(Terminal(colour=False), interactive=interactive)
+def state_with(*, interactive: bool) -> State:
+    return State(Terminal(colour=False), interactive=interactive)
 
 
 def test_a_bug_is_reported_and_the_session_goes_on(
@@ -29,14 +29,14 @@ def test_a_bug_is_reported_and_the_session_goes_on(
 ) -> None:
     """70 at the end of a script; what comes after the bug is done."""
 
-    def broken(desk: Desk, chunk: str) -> None:
+    def broken(state: State, chunk: str) -> None:
         raise RuntimeError("oh")
 
     monkeypatch.delenv("CORTEXC_DEBUG", raising=False)
-    monkeypatch.setattr(loop, "obey", broken)
-    desk = desk_of(interactive=False)
-    assert loop.run(desk, Script(":list", "x = 1 m")) == 70
-    assert desk.draft.text == "x = 1 m\n"
+    monkeypatch.setattr(loop, "execute", broken)
+    state = state_with(interactive=False)
+    assert loop.run(state, Script(":list", "x = 1 m")) == 70
+    assert state.draft.text == "x = 1 m\n"
     err = capsys.readouterr().err
     assert "a bug in cortexc" in err
     assert "Traceback" not in err
@@ -45,18 +45,18 @@ def test_a_bug_is_reported_and_the_session_goes_on(
 def test_an_interrupt_leaves_a_script_and_not_a_terminal() -> None:
     """130 is up to the command around it."""
     with pytest.raises(KeyboardInterrupt):
-        loop.run(desk_of(interactive=False), Script(KeyboardInterrupt))
-    assert loop.run(desk_of(interactive=True), Script(KeyboardInterrupt, "quit")) == 0
+        loop.run(state_with(interactive=False), Script(KeyboardInterrupt))
+    assert loop.run(state_with(interactive=True), Script(KeyboardInterrupt, "quit")) == 0
 
 
 @pytest.mark.parametrize("leave", [None, ":quit"])
 def test_unsaved_work_is_asked_for_once(leave: str | None, capsys: pytest.CaptureFixture[str]) -> None:
     """Ctrl-D or :quit; whatever is entered in between begins the asking anew."""
     script = Script("x = 1 m", leave, ":seed", leave, leave, ":seed 9")
-    desk = desk_of(interactive=True)
-    assert loop.run(desk, script) == 0
+    state = state_with(interactive=True)
+    assert loop.run(state, script) == 0
     assert capsys.readouterr().out.count("not saved") == 2
-    assert desk.seed == 0
+    assert state.seed == 0
 
 
 def test_every_command_has_its_function() -> None:

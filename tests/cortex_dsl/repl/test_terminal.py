@@ -13,8 +13,13 @@ import pytest
 from .conftest import LEFT_TURN, ROOT
 
 UP, CTRL_C, CTRL_D = "\x1b[A", "\x03", "\x04"
-PATIENCE = 90.0
-"""Seconds that kernels may take to be compiled."""
+PATIENCE = 300.0
+"""Seconds that kernels may take to be compiled, and a session to end, however busy the machine is."""
+
+
+def hear_interrupts() -> None:
+    """In a child: let Ctrl-C reach it, though a shell that runs the tests in the background has it ignored."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 class Screen:
@@ -30,7 +35,8 @@ class Screen:
             dimensions=(60, columns),
             env=environment,
             cwd=str(folder),
-            timeout=30,
+            timeout=PATIENCE,
+            preexec_fn=hear_interrupts,
         )
         self.screen = pyte.Screen(columns, 60)
         self.screen.write_process_input = self.process.send  # answers where the cursor is
@@ -58,7 +64,7 @@ class Screen:
         assert "Traceback" not in self.text
 
     def end(self) -> int:
-        self.process.expect(pexpect.EOF, timeout=30)
+        self.process.expect(pexpect.EOF, timeout=PATIENCE)
         self.process.close()
         return int(self.process.exitstatus or 0)
 

@@ -39,7 +39,7 @@ def test_a_plot(talk: Talk) -> None:
     talk(*PARAMS, "require V > 60 m/s")
     assert re.search(r"median (79|80|81)", talk(":plot V").out)
     assert "nine tenths" in talk(":plot V").out
-    assert "did you mean" in talk(":plot v").err or talk.desk.mistakes
+    assert "did you mean" in talk(":plot v").err or talk.state.mistakes
 
 
 def test_how_long_a_weighing_takes(talk: Talk) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from cortex_dsl.report.findings.search_report import SearchReport
 from engine.config import SearchConfig
-from engine.outcomes import Assessment, Outcomes
+from engine.outcomes import MEASURED, Assessment, Outcomes, blank_outcomes
 from engine.program import (
     ChoiceLabel,
     ParamSpace,
@@ -23,12 +23,12 @@ from engine.program import (
 from engine.scenes import Scenes, Trajectory
 from engine.search.assessment import take
 from engine.search.evaluations import Evaluations, distinct_collisions, figures, generation_figures, judge
-from engine.search.insight.genes import Probes, gene_effects
+from engine.search.insight.gene_effects import Probes, gene_effects
 from engine.search.protocol import Box
 from engine.search.ranking import worst_cases
 from engine.search.run import Campaign
 from engine.tables import CodeTables, RoadTables
-from engine.vocabulary import Distribution, EndReason, GeneKind, Method, State, Verdict
+from engine.vocabulary import Distribution, EndReason, GeneKind, State, Verdict
 
 TIME_STEP = 0.05
 SAMPLES = 90
@@ -104,7 +104,9 @@ def trajectory() -> Trajectory:
 def outcomes() -> Outcomes:
     """One run without contact that a rule ended."""
     pair = {"shape": (1, 1)}
-    return Outcomes(
+    return blank_outcomes(
+        1,
+        2,
         verdict=np.zeros(1, dtype=np.int32),
         collided=np.array([False]),
         end_reason=np.array([EndReason.RULE], dtype=np.int32),
@@ -184,33 +186,35 @@ def _assessment(genomes: np.ndarray, valid: np.ndarray) -> Assessment:
     def numbers(value: float) -> np.ndarray:
         return np.where(valid, value, np.nan).reshape(shape)
 
-    return Assessment(
-        verdict=np.where(valid, int(Verdict.VALID), int(Verdict.EXHAUSTED)).reshape(shape),
-        variant=np.zeros(shape, dtype=np.int32),
-        attempts=np.ones(shape, dtype=np.int64),
-        tested=np.ones((count, 1, 4), dtype=np.int64),
-        failed=np.zeros((count, 1, 4), dtype=np.int64),
-        score=np.where(valid[:, None], parts.sum(axis=-1), -1),
-        continuous=continuous,
-        parts=np.where(valid[:, None, None], parts, -1),
-        pair=np.zeros(shape, dtype=np.int32),
-        collided=collided,
-        end_reason=np.where(collided, int(EndReason.COLLISION), int(EndReason.RULE)),
-        end_rule=np.where(collided, -1, 0),
-        end_time=numbers(4.0),
-        min_distance=np.where(collided, 0.0, numbers(2.0)),
-        min_distance_time=numbers(3.0),
-        max_closing_speed=numbers(12.0),
-        max_closing_time=numbers(1.0),
-        distance_at_ms=numbers(30.0),
-        ttc_at_ms=numbers(2.5),
-        ego_speed=numbers(8.0),
-        other_speed=numbers(12.0),
-        approach_angle=numbers(1.5),
-        closing_speed=numbers(9.0),
-        side=np.where(valid, 0, -1).reshape(shape),
-        left_road_time=numbers(np.nan),
-    )
+    blank = {row.name: np.full(shape, row.fill, row.dtype) for row in MEASURED}
+    known = {
+        "verdict": np.where(valid, int(Verdict.VALID), int(Verdict.EXHAUSTED)).reshape(shape),
+        "variant": np.zeros(shape, dtype=np.int32),
+        "attempts": np.ones(shape, dtype=np.int64),
+        "tested": np.ones((count, 1, 4), dtype=np.int64),
+        "failed": np.zeros((count, 1, 4), dtype=np.int64),
+        "score": np.where(valid[:, None], parts.sum(axis=-1), -1),
+        "continuous": continuous,
+        "parts": np.where(valid[:, None, None], parts, -1),
+        "pair": np.zeros(shape, dtype=np.int32),
+        "collided": collided,
+        "end_reason": np.where(collided, int(EndReason.COLLISION), int(EndReason.RULE)),
+        "end_rule": np.where(collided, -1, 0),
+        "end_time": numbers(4.0),
+        "min_distance": np.where(collided, 0.0, numbers(2.0)),
+        "min_distance_time": numbers(3.0),
+        "max_closing_speed": numbers(12.0),
+        "max_closing_time": numbers(1.0),
+        "distance_at_ms": numbers(30.0),
+        "ttc_at_ms": numbers(2.5),
+        "ego_speed": numbers(8.0),
+        "other_speed": numbers(12.0),
+        "approach_angle": numbers(1.5),
+        "closing_speed": numbers(9.0),
+        "side": np.where(valid, 0, -1).reshape(shape),
+        "left_road_time": numbers(np.nan),
+    }
+    return Assessment(**blank | known)
 
 
 def _campaign(valid_share: float, space: ParamSpace) -> Campaign:
@@ -232,7 +236,7 @@ def _campaign(valid_share: float, space: ParamSpace) -> Campaign:
     )
     probes = Probes(np.array([0.4, 5.5, 0.0]), np.array([31, 30, 32]), np.array([3, 30, 0]), 32)
     return Campaign(
-        method=Method.GA,
+        method="ga",
         preset="cortex",
         space=space,
         config=SearchConfig(generations=GENERATIONS, population=POPULATION),

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from cortex_dsl.api.scenario import compile_text
+from cortex_dsl import compile_text
 from cortex_dsl.report.findings.story import aftermath, speeds
 from engine.vocabulary import State
 from engine.world import WorldRun
-from engine.world.events import EventKind
+from engine.world.pymunk_host import EventKind
 
 STRUCK = """\
 map intersection(approach=80 m)

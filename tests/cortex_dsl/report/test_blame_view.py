@@ -5,7 +5,7 @@ import io
 import pytest
 from rich.console import Console, RenderableType
 
-from cortex_dsl.api.scenario import compile_text
+from cortex_dsl import compile_text
 from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.tally import blame_content, blame_note, cure_of_conflict
 from cortex_dsl.report.terminal.check_view import feasibility_view

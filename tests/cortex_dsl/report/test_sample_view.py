@@ -2,7 +2,7 @@
 
 import pytest
 
-from cortex_dsl.api.scenario import compile_text
+from cortex_dsl import compile_text
 from cortex_dsl.console.terminal import Terminal
 from cortex_dsl.report.findings.tally import Tally
 from cortex_dsl.report.terminal.sample_view import sample_view

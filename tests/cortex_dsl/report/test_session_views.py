@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console, RenderableType
 
-from cortex_dsl.api.scenario import Scenario, load
+from cortex_dsl import Scenario, load
 from cortex_dsl.report.terminal.requirements_view import weighing_view
 from cortex_dsl.report.terminal.sample_view import distribution_view, still_view
 from cortex_dsl.report.terminal.theme import THEME

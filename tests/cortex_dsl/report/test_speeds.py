@@ -2,7 +2,7 @@
 
 import pytest
 
-from cortex_dsl.api.scenario import compile_text
+from cortex_dsl import compile_text
 from cortex_dsl.report.findings.readable import UNITS, speed_unit
 
 FILE = "{param}ego = new Car on road, with speed {speed}{comment}\n"

@@ -26,7 +26,7 @@ from engine.outcomes import Outcomes
 from engine.program import Program, RoadSpec, Rule
 from engine.road import build_network, outline
 from engine.scenes import Scenes, Trajectory
-from engine.vocabulary import EndReason, Method, RuleKind, State, Verdict
+from engine.vocabulary import EndReason, RuleKind, State, Verdict
 
 WIDTHS = (60, 80, 100, 120)
 ROAD = outline(build_network(RoadSpec()))
@@ -242,7 +242,7 @@ def test_comparison(program: Program, report: SearchReport, width: int) -> None:
     """Two methods stand side by side, each with its own details below."""
     text = render(
         comparison_view(
-            program, [report, replace(report, campaign=replace(report.campaign, method=Method.RANDOM))], "", width
+            program, [report, replace(report, campaign=replace(report.campaign, method="random"))], "", width
         ),
         width,
     )
@@ -256,7 +256,7 @@ def test_courses_side_by_side_share_a_scale(program: Program, report: SearchRepo
         replace(g, by_individual=replace(g.by_individual, nc=g.by_individual.nc // 10))
         for g in report.campaign.generations
     ]
-    other = replace(report, campaign=replace(report.campaign, method=Method.RANDOM, generations=tuple(few)))
+    other = replace(report, campaign=replace(report.campaign, method="random", generations=tuple(few)))
     text = render(comparison_view(program, [report, other], "", 80), 80)
     first, second = next(line for line in text.splitlines() if line.strip().startswith("NC")).split()[2:][1::2]
     assert "█" in first

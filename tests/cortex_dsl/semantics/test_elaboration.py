@@ -8,7 +8,7 @@ import pytest
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.printing import format_ir
-from cortex_dsl.semantics.quantities.algebra import closed_value
+from cortex_dsl.semantics.quantities.bounds import closed_value
 from engine.program import RoadSpec
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, Distribution, GeneKind, Op

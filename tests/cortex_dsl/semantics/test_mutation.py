@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from cortex_dsl.api.scenario import compile_text
+from cortex_dsl import compile_text
 from engine.vocabulary import Column
 
 MAP = "map intersection(ways=4, lanes=2, approach=80 m)\n"

@@ -12,7 +12,7 @@ from cortex_dsl.semantics.errors import declared
 from cortex_dsl.semantics.errors.problems import Problem
 
 HOME = Path(cortex_dsl.__file__).parent
-MODULES = sorted((*(HOME / "semantics").rglob("*.py"), *(HOME / "cli").glob("*.py")))
+MODULES = sorted((*(HOME / "semantics").rglob("*.py"), *(HOME / "console").glob("*.py")))
 PROBLEMS = declared()
 
 

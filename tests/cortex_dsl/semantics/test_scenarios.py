@@ -5,8 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from cortex_dsl import ir
-from cortex_dsl.api.scenario import Scenario, compile_text
+from cortex_dsl import Scenario, compile_text, ir
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.semantics.acting.yielding import everything
 from engine.outcomes import Outcomes

@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from cortex_dsl import ir
-from cortex_dsl.api.scenario import compile_text
+from cortex_dsl import compile_text, ir
 from engine.vocabulary import Column, Command
 from tests.cortex_dsl.semantics.conftest import findings, scenario
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.elaboration import elaborate
-from cortex_dsl.semantics.quantities.algebra import closed_value
+from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import UNITS, dimension_name, power, product, quotient, root, si_formula
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from engine.feasibility.arithmetic import Interval, everything, surely_false, surely_true
+from engine.feasibility.contraction import narrowed
 from engine.feasibility.forward import FORWARD
-from engine.feasibility.inverses import narrowed
 from engine.feasibility.tape import THREE, TWO
 from engine.kernels import evaluate
-from engine.kernels.normal import normal_cdf, normal_quantile
+from engine.kernels.random_numbers import normal_cdf, normal_quantile
 from engine.vocabulary import Op
 
 SPECIAL = (-math.inf, -3.0, -1.0, -1e-300, 0.0, 0.5, 1.0, 2.0, 7.0, 1e8, math.inf)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.api.scenario import compile_text
+from cortex_dsl import compile_text
 from engine.feasibility import Feasibility, explain, remembered
 from engine.program import Program
 from engine.user_cache import ENVIRONMENT_VARIABLE

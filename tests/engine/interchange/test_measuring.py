@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cortex_dsl.api.scenario import Scenario, load
+from cortex_dsl import Scenario, load
 from engine.host import MAX_SAMPLES
 from engine.interchange import Contact, InterchangeError, RecordedActor, Recording
 from engine.interchange.measuring import COMMANDS, Measured, measure

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from engine.kernels.jit import kernel
-from engine.kernels.philox import ATTEMPT_CHANNEL, open_stream, uniform
+from engine.kernels.random_numbers import ATTEMPT_CHANNEL, open_stream, uniform
 from engine.tables import Ints
 from engine.vocabulary import ActorKind, Command, EndReason, Op, Purpose, State, Verdict
 

@@ -1,9 +1,11 @@
 """Compiled kernels are cached, and never outlive an edit. Each case runs in processes of its own."""
 
+import contextlib
 import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -12,7 +14,17 @@ import engine
 
 SOURCES = Path(engine.__file__).parent
 
-INNER = "from engine.kernels.jit import kernel\n@kernel\ndef inner(x):\n    return x + {number}\n"
+INNER = """
+from engine.kernels.jit import inlined, kernel
+
+@inlined
+def added(x):
+    return x + {number}
+
+@kernel
+def inner(x):
+    return added(x)
+"""
 OUTER = """
 from engine.kernels.inner import inner
 from engine.kernels.jit import kernel
@@ -23,8 +35,10 @@ def outer(x):
     return inner(x) * Command.SPEED.value
 """
 MAIN = """
-import sys, warnings
+import os, sys, warnings
 warnings.simplefilter("error")
+import numba
+numba.__version__ = os.environ.get("PRETENDED_NUMBA", numba.__version__)
 from engine.kernels.jit import cache_folder, kernels_are_cached
 from engine.kernels.outer import outer
 cached = kernels_are_cached()
@@ -34,21 +48,33 @@ print(cached, value, hits, cache_folder())
 """
 
 
+DAMAGES: tuple[Callable[[bytes], bytes], ...] = (
+    lambda content: content[:40],
+    lambda content: b"",
+    lambda content: content[:-1] + bytes([content[-1] ^ 1]),
+    lambda content: content[:2000] + b"?" + content[2001:],
+)
+"""Truncated, emptied, a bit turned over at the end, a byte in the middle."""
+
+
 class Installation:
     """A copy of the engine's cache machinery with two small kernels in two files."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, cache: Path) -> None:
         self.folder = folder
-        self.environment = {**os.environ, "PYTHONPATH": str(folder), "CORTEXC_CACHE": str(folder / "cache")}
+        ours = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
+        self.environment = {**ours, "PYTHONPATH": str(folder), "CORTEXC_CACHE": str(cache)}
         self.package = folder / "engine"
         (self.package / "kernels").mkdir(parents=True)
         names = (
             "__init__.py",
             "vocabulary.py",
+            "outcomes.py",
             "tables.py",
             "user_cache.py",
             "kernels/__init__.py",
             "kernels/jit.py",
+            "kernels/numba_internals.py",
         )
         for name in names:
             shutil.copy(SOURCES / name, self.package / name)
@@ -74,7 +100,7 @@ class Installation:
 
 def result(process: subprocess.Popen[str]) -> tuple[bool, float, int, Path]:
     """(cached before, value, cache hits, cache folder) as the process printed them."""
-    output, errors = process.communicate(timeout=120)
+    output, errors = process.communicate()
     assert process.returncode == 0, errors
     cached, value, hits, folder = output.split(maxsplit=3)
     return cached == "True", float(value), int(hits), Path(folder.strip())
@@ -82,7 +108,7 @@ def result(process: subprocess.Popen[str]) -> tuple[bool, float, int, Path]:
 
 @pytest.fixture
 def installation(tmp_path: Path) -> Installation:
-    return Installation(tmp_path)
+    return Installation(tmp_path, tmp_path / "cache")
 
 
 def test_second_process_finds_what_the_first_compiled_until_a_callee_changes(installation: Installation) -> None:
@@ -108,6 +134,41 @@ def test_two_processes_compile_at_the_same_time(installation: Installation) -> N
     assert installation.run()[1:3] == (6.0, 1)
 
 
+def test_a_second_clone_compiles_nothing(installation: Installation, tmp_path: Path) -> None:
+    """The place and the time of the files do not matter, their contents do."""
+    installation.run()
+    elsewhere = tmp_path / "another clone"
+    elsewhere.mkdir()
+    second = Installation(elsewhere, tmp_path / "cache")
+    assert second.run()[:3] == (True, 6.0, 1)
+    second.write_inner(2)
+    assert second.run()[:3] == (False, 9.0, 0)
+    assert installation.run()[:3] == (True, 6.0, 1)
+
+
+def test_other_versions_of_the_compiler_have_other_folders(installation: Installation) -> None:
+    """And one that is not known compiles and caches by numba's own means."""
+    ours = installation.run()[3]
+    _, value, hits, folder = installation.run(PRETENDED_NUMBA="0.99.0")
+    assert (value, hits) == (6.0, 0)
+    assert folder != ours
+    assert installation.run(PRETENDED_NUMBA="0.99.0")[1:] == (6.0, 1, folder)
+    installation.write_inner(2)
+    assert installation.run(PRETENDED_NUMBA="0.99.0")[1:3] == (9.0, 0)
+
+
+@pytest.mark.parametrize("seconds", [0.3, 0.9, 1.5])
+def test_a_killed_process_leaves_nothing_wrong(installation: Installation, seconds: float) -> None:
+    """Whenever it is killed, the next one has the right result and leaves a whole cache."""
+    process = installation.start()
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        process.wait(seconds)
+    process.kill()
+    process.communicate()
+    assert installation.run()[1] == 6.0
+    assert installation.run()[1:3] == (6.0, 1)
+
+
 def test_unwritable_folder_falls_back(installation: Installation) -> None:
     """A file stands where each cache folder should be: permissions would not stop root."""
     blocked = installation.folder / "blocked"
@@ -121,10 +182,23 @@ def test_unwritable_folder_falls_back(installation: Installation) -> None:
 
 
 def test_broken_cache_files_are_a_miss(installation: Installation) -> None:
-    """Truncated files cost a compilation and are then replaced."""
+    """Damaged files cost a compilation and are then replaced."""
     folder = installation.run()[3]
-    for path in folder.glob("*/*.nb?"):
-        path.write_bytes(path.read_bytes()[:40])
+    files = sorted(folder.glob("*/*.nbc"))
+    assert files
+    for damage in DAMAGES:
+        for path in files:
+            path.write_bytes(damage(path.read_bytes()))
+        assert installation.run()[1:3] == (6.0, 0)
+        assert installation.run()[1:3] == (6.0, 1)
+
+
+def test_the_code_of_another_kernel_is_a_miss(installation: Installation) -> None:
+    """A file says what it is for."""
+    folder = installation.run()[3]
+    (outer,) = folder.glob("outer/*.nbc")
+    (inner,) = folder.glob("inner/*.nbc")
+    shutil.copy(inner, outer)
     assert installation.run()[1:3] == (6.0, 0)
     assert installation.run()[1:3] == (6.0, 1)
 

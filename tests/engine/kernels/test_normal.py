@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import special
 
-from engine.kernels.normal import normal_cdf, normal_quantile
+from engine.kernels.random_numbers import normal_cdf, normal_quantile
 
 
 def test_quantile_has_full_accuracy_over_all_scales():

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from engine.kernels import philox
+from engine.kernels import random_numbers
 from engine.streams import key_rows
 from engine.vocabulary import Method, Purpose
 
@@ -27,7 +27,7 @@ def reference_philox4x32(key: tuple[int, int], counter: tuple[int, int, int, int
 
 
 def compiled_philox4x32(key: tuple[int, ...], counter: tuple[int, ...]) -> tuple[int, ...]:
-    return tuple(int(word) for word in philox.philox4x32(*(np.uint64(word) for word in (*key, *counter))))
+    return tuple(int(word) for word in random_numbers.philox4x32(*(np.uint64(word) for word in (*key, *counter))))
 
 
 @pytest.mark.parametrize(
@@ -58,7 +58,9 @@ def test_doubles_are_the_upper_53_bits():
     """Two words make one double in [0, 1), in the order of the words, at the documented address."""
     seed, method, run, generation, index, rollout = 0x1234_5678_9ABC_DEF0, Method.GA, 3, 4, 5, 6
     actual = np.empty((1, 6))
-    philox.fill_uniform(key_rows(seed, method, run, generation, [index], rollout), int(Purpose.BEHAVIOUR), 7, actual)
+    random_numbers.fill_uniform(
+        key_rows(seed, method, run, generation, [index], rollout), int(Purpose.BEHAVIOUR), 7, actual
+    )
     label = rollout << 16 | 7 << 8 | Purpose.BEHAVIOUR << 4 | method
     for number in range(6):
         block = reference_philox4x32((seed & WORD, seed >> 32), (number // 2, index, run << 16 | generation, label))
@@ -66,10 +68,23 @@ def test_doubles_are_the_upper_53_bits():
         assert actual[0, number] == ((high << 32 | low) >> 11) / 2**53
 
 
+def test_a_method_of_a_name_has_an_address_of_its_own():
+    """Four of its bits beside the channel, the others in the key, as documented."""
+    seed, method, run, generation, index, rollout = 0x1234_5678_9ABC_DEF0, 0x9_8765_432F, 3, 4, 5, 6
+    actual = np.empty((1, 2))
+    random_numbers.fill_uniform(
+        key_rows(seed, method, run, generation, [index], rollout), int(Purpose.SCENE), 3, actual
+    )
+    label = rollout << 16 | 0x2 << 12 | 3 << 8 | Purpose.SCENE << 4 | 0xF
+    key = (seed & WORD, seed >> 32 ^ 0x9876543)
+    block = reference_philox4x32(key, (0, index, run << 16 | generation, label))
+    assert actual[0, 0] == ((block[0] << 32 | block[1]) >> 11) / 2**53
+
+
 def test_uniformity():
     """A hundred thousand numbers over many streams pass a Kolmogorov-Smirnov test, and neighbours do not correlate."""
     numbers = np.empty((1000, 100))
-    philox.fill_uniform(key_rows(7, Method.SAMPLE, 0, 0, range(1000)), int(Purpose.SCENE), 0, numbers)
+    random_numbers.fill_uniform(key_rows(7, Method.SAMPLE, 0, 0, range(1000)), int(Purpose.SCENE), 0, numbers)
     assert numbers.min() >= 0.0
     assert numbers.max() < 1.0
     assert stats.kstest(numbers.ravel(), "uniform").pvalue > 0.001
@@ -82,5 +97,7 @@ def test_purposes_and_channels_do_not_share_numbers():
     numbers = np.empty((len(Purpose), 3, 1, 1))
     for purpose in Purpose:
         for channel in range(3):
-            philox.fill_uniform(key_rows(1, Method.GA, 0, 0, [0]), int(purpose), channel, numbers[purpose, channel])
+            random_numbers.fill_uniform(
+                key_rows(1, Method.GA, 0, 0, [0]), int(purpose), channel, numbers[purpose, channel]
+            )
     assert len(np.unique(numbers)) == numbers.size

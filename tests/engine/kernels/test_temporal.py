@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.kernels.temporal import find_broken
+from engine.kernels.evaluate import find_broken
 from engine.vocabulary import TemporalOp
 
 compiled = settings(deadline=None)

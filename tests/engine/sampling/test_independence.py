@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from engine.config import SimulationConfig
 from engine.kernels.attempts import sample_rows
-from engine.kernels.philox import ATTEMPT_CHANNEL, fill_uniform
+from engine.kernels.random_numbers import ATTEMPT_CHANNEL, fill_uniform
 from engine.sampling import sample
 from engine.streams import key_rows
 from engine.vocabulary import Method, Op, Purpose, Verdict

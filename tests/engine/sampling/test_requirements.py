@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from cortex_dsl.api.scenario import compile_text
+from cortex_dsl import compile_text
 from engine.config import SimulationConfig
 from engine.sampling import sample
 from engine.streams import key_rows

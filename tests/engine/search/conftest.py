@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from engine.config import Config, SearchConfig
-from engine.outcomes import Assessment
+from engine.outcomes import MEASURED, Assessment
 from engine.program import ParamSpace
 from engine.search.assessment import Evaluate
 from engine.search.manifest import Manifest, Parameter
@@ -75,33 +75,35 @@ def assessed(verdict: Ints, distance: Floats) -> Assessment:
     parts = np.stack([10 * collided, band, band, band], axis=1).astype(np.int32)
     count = len(verdict)
     failed = np.where(valid, 1, 2000)[:, np.newaxis] * np.arange(REQUIREMENTS)
-    return Assessment(
-        verdict=verdict,
-        variant=np.where(valid, 0, -1).astype(np.int32),
-        attempts=np.where(valid, 7, 2000).astype(np.int64),
-        tested=failed + 1,
-        failed=failed,
-        score=np.where(valid, parts.sum(axis=1), -1).astype(np.int32),
-        continuous=np.where(valid, 10.0 * collided + np.clip(12.0 - distance, 0.0, 12.0), np.nan),
-        parts=parts,
-        pair=np.where(valid, 0, -1).astype(np.int32),
-        collided=collided,
-        end_reason=np.where(valid, np.where(collided, EndReason.COLLISION, EndReason.TIMEOUT), -1).astype(np.int32),
-        end_rule=np.full(count, -1, dtype=np.int32),
-        end_time=np.where(valid, 3.0 + distance, np.nan),
-        min_distance=md,
-        min_distance_time=md + 1.0,
-        max_closing_speed=md + 2.0,
-        max_closing_time=md + 3.0,
-        distance_at_ms=md + 4.0,
-        ttc_at_ms=md + 5.0,
-        ego_speed=md + 6.0,
-        other_speed=md + 7.0,
-        approach_angle=np.where(valid, 1.0, np.nan),
-        closing_speed=md + 8.0,
-        side=np.where(valid, 0, -1).astype(np.int32),
-        left_road_time=np.full(count, np.nan),
-    )
+    blank = {row.name: np.full(count, row.fill, row.dtype) for row in MEASURED}
+    known = {
+        "verdict": verdict,
+        "variant": np.where(valid, 0, -1).astype(np.int32),
+        "attempts": np.where(valid, 7, 2000).astype(np.int64),
+        "tested": failed + 1,
+        "failed": failed,
+        "score": np.where(valid, parts.sum(axis=1), -1).astype(np.int32),
+        "continuous": np.where(valid, 10.0 * collided + np.clip(12.0 - distance, 0.0, 12.0), np.nan),
+        "parts": parts,
+        "pair": np.where(valid, 0, -1).astype(np.int32),
+        "collided": collided,
+        "end_reason": np.where(valid, np.where(collided, EndReason.COLLISION, EndReason.TIMEOUT), -1).astype(np.int32),
+        "end_rule": np.full(count, -1, dtype=np.int32),
+        "end_time": np.where(valid, 3.0 + distance, np.nan),
+        "min_distance": md,
+        "min_distance_time": md + 1.0,
+        "max_closing_speed": md + 2.0,
+        "max_closing_time": md + 3.0,
+        "distance_at_ms": md + 4.0,
+        "ttc_at_ms": md + 5.0,
+        "ego_speed": md + 6.0,
+        "other_speed": md + 7.0,
+        "approach_angle": np.where(valid, 1.0, np.nan),
+        "closing_speed": md + 8.0,
+        "side": np.where(valid, 0, -1).astype(np.int32),
+        "left_road_time": np.full(count, np.nan),
+    }
+    return Assessment(**blank | known)
 
 
 def make_manifest(space: ParamSpace, config: SearchConfig, method: str = "ga") -> Manifest:

@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.api.scenario import load
+from cortex_dsl import load
 from engine.config import Config, SearchConfig
-from engine.outcomes import Assessment, Outcomes
+from engine.outcomes import Assessment, blank_outcomes
 from engine.risk import Risk
 from engine.scenes import Scenes
 from engine.search.assessment import take
 from engine.search.evaluator import assessment, make_host
-from engine.search.insight.genes import probe_genes
+from engine.search.insight.gene_effects import probe_genes
 from engine.search.protocol import Box
 from engine.search.run import search
 
@@ -37,7 +37,9 @@ def rows_of(pairs: int) -> Assessment:
         tested=counts,
         failed=counts,
     )
-    outcomes = Outcomes(
+    outcomes = blank_outcomes(
+        3,
+        max(2, pairs + 1),
         verdict=verdict,
         collided=np.array([True, False, False]),
         end_reason=ints,

@@ -47,9 +47,7 @@ def search(
         journal.write(progress)
 
     searcher = build_searcher(method, Box.of(space), Config(search=CONFIG))
-    return run_campaign(
-        space, searcher, evaluate, CONFIG, SEARCHERS[method].method, "cortex", on_generation=write, past=past
-    )
+    return run_campaign(space, searcher, evaluate, CONFIG, method, "cortex", on_generation=write, past=past)
 
 
 def results_of(path: Path) -> list[list[Any]]:
@@ -121,7 +119,7 @@ def test_past_of_another_seed_is_refused(
     past = read_journal(tmp_path / JOURNAL).past()
     other = build_searcher("ga", Box.of(space), Config(search=SearchConfig(seed=12, population=20)))
     with pytest.raises(ForeignPastError):
-        run_campaign(space, other, evaluate, CONFIG, SEARCHERS["ga"].method, past=past)
+        run_campaign(space, other, evaluate, CONFIG, "ga", past=past)
 
 
 def test_one_process_at_a_time(tmp_path: Path) -> None:

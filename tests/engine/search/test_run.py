@@ -32,7 +32,7 @@ def campaign(
 ) -> Campaign:
     """Run a campaign of a method over a toy."""
     searcher = build_searcher(method, Box.of(space), Config(search=config, ga=ga))
-    return run_campaign(space, searcher, evaluate, config, SEARCHERS[method].method, **options)
+    return run_campaign(space, searcher, evaluate, config, method, **options)
 
 
 def assert_equal(first: Any, second: Any) -> None:

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from engine.search.searchers import (
     known_searchers,
     plugins,
 )
+from engine.streams import method_number
 from engine.vocabulary import Method
 
 CONFIG = SearchConfig(generations=4, population=6, seed=5, probes=0)
@@ -106,28 +108,52 @@ def test_it_is_found_and_runs(install: Callable[..., None], space: ParamSpace, e
     assert set(known_searchers()) > {"climber", "ga"}
     assert distribution_of("climber") == ("hill-climber", "1.2")
     assert find_searcher("climber").summary == "of the package hill-climber"
-    assert find_searcher("ga").method is Method.GA
+    assert find_searcher("ga").number == Method.GA
     searcher = build_searcher("climber", Box.of(space), Config(search=CONFIG))
-    found = run_campaign(space, searcher, evaluate, CONFIG, find_searcher("climber").method)
+    found = run_campaign(space, searcher, evaluate, CONFIG, "climber")
     assert len(found.evaluations) == CONFIG.generations * CONFIG.population
-    assert set(found.evaluations.keys[..., 1].flat) == {Method.CUSTOM}
+    assert set(found.evaluations.keys[..., 1].flat) == {method_number("climber")}
+    assert found.method == "climber"
 
 
+def test_two_packages_draw_different_numbers(
+    install: Callable[..., None], space: ParamSpace, evaluate: Evaluate
+) -> None:
+    """The same searcher under two names proposes other genomes, in scenes that draw from other streams."""
+    install()
+    searches = []
+    for name in ("climber", "careless"):
+        searcher = build_searcher(name, Box.of(space), Config(search=CONFIG))
+        searches.append(run_campaign(space, searcher, evaluate, CONFIG, name).evaluations)
+    first, second = searches
+    assert not np.isin(first.genomes[:, 0], second.genomes[:, 0]).any()
+    assert not np.isin(first.keys[..., 1], second.keys[..., 1]).any()
+
+
+@pytest.mark.parametrize("number", [method_number("climber"), None])
 def test_its_journal_is_gone_on_with(
     install: Callable[..., None],
     space: ParamSpace,
     evaluate: Evaluate,
     manifests: Callable[..., Manifest],
     tmp_path: Path,
+    number: int | None,
 ) -> None:
-    """Read back, told again and gone on with, as any other; and read where the package is gone."""
+    """Read back, told again and gone on with, as any other; and read where the package is gone. A journal from before
+    names made numbers (None) has all searchers of other packages under one, and goes on with it.
+    """
     install()
-    journal = Journal.create(tmp_path / "journal.sqlite", manifests(space, CONFIG, "climber"))
+    manifest = replace(manifests(space, CONFIG, "climber"), number=number)
+    journal = Journal.create(tmp_path / "journal.sqlite", manifest)
+    method = Method.CUSTOM if number is None else number
+    assert manifest.method_number == method
 
     def search(generations: int, past: list) -> None:
         config = SearchConfig(**{**vars(CONFIG), "generations": generations})
-        searcher = build_searcher("climber", Box.of(space), Config(search=config))
-        run_campaign(space, searcher, evaluate, config, Method.CUSTOM, on_generation=journal.write, past=past)
+        searcher = build_searcher("climber", Box.of(space), Config(search=config), manifest.method_number)
+        run_campaign(
+            space, searcher, evaluate, config, "climber", on_generation=journal.write, past=past, number=method
+        )
 
     search(2, [])
     search(4, read_journal(journal.path).past())
@@ -135,7 +161,18 @@ def test_its_journal_is_gone_on_with(
     (tmp_path / "hill_climber-1.2.dist-info" / "entry_points.txt").write_text("")
     record = read_journal(tmp_path / "journal.sqlite")
     assert len(record.generations) == 4
-    assert np.all(record.evaluations.keys[..., 1] == Method.CUSTOM)
+    assert record.manifest == manifest
+    assert np.all(record.evaluations.keys[..., 1] == method)
+
+
+def test_only_a_number_that_the_name_makes_is_kept(space: ParamSpace, manifests: Callable[..., Manifest]) -> None:
+    """So that the journals of our own methods stay what they were."""
+    kept = manifests(space, CONFIG, "ga")
+    assert "number" not in kept.stored()
+    assert kept.method_number == Method.GA
+    assert replace(kept, method="climber", number=method_number("climber")).stored()["number"] == method_number(
+        "climber"
+    )
 
 
 @pytest.mark.parametrize("fault", FAULTS)

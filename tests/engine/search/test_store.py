@@ -24,7 +24,7 @@ from engine.search.manifest import Manifest
 from engine.search.protocol import Box
 from engine.search.result_files import write_exports
 from engine.search.run import Campaign, OnGeneration, run_campaign
-from engine.search.searchers import SEARCHERS, build_searcher
+from engine.search.searchers import build_searcher
 from engine.search.store import (
     JOURNAL,
     StoreError,
@@ -42,9 +42,7 @@ def run(
     space: ParamSpace, evaluate: Evaluate, config: SearchConfig = CONFIG, on_generation: OnGeneration | None = None
 ) -> Campaign:
     searcher = build_searcher("ga", Box.of(space), Config(search=config))
-    return run_campaign(
-        space, searcher, evaluate, config, SEARCHERS["ga"].method, "cortex", on_generation=on_generation
-    )
+    return run_campaign(space, searcher, evaluate, config, "ga", "cortex", on_generation=on_generation)
 
 
 def assert_equal(first: Any, second: Any) -> None:
@@ -226,6 +224,42 @@ def test_nothing_is_overwritten(tmp_path: Path, space: ParamSpace, manifests: Ca
     with pytest.raises(StoreError, match="not empty"):
         new_directory(tmp_path / "out")
     assert list(new_directory(tmp_path / "empty").iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("complaint", "message", "cure"),
+    [
+        ("database or disk is full", "no space left for", "free some space"),
+        ("disk I/O error", "the disk does not take what is written to", "free some space"),
+        ("file is not a database", "is not a readable journal: file is not a database", "restore it from a copy"),
+        ("database disk image is malformed", "is not a readable journal", "restore it from a copy"),
+        ("database is locked", "is in use by another process", "wait for it, or name another --out"),
+        ("unable to open database file", "cannot open", "make it writable"),
+        ("attempt to write a readonly database", "cannot open", "make it writable"),
+        ("no such table: pace", "no such table: pace", "name another folder with --out"),
+    ],
+)
+def test_what_sqlite_says_is_told_with_a_cure(complaint: str, message: str, cure: str) -> None:
+    """Each of its complaints by what a user can do about it."""
+    with pytest.raises(StoreError) as caught, store_errors(Path("runs/mine/journal.sqlite")):
+        raise sqlite3.OperationalError(complaint)
+    assert message in caught.value.message
+    assert "`runs/mine/journal.sqlite`" in caught.value.message
+    assert caught.value.cure.startswith(cure)
+
+
+def test_a_journal_in_use_is_said_to_be(tmp_path: Path, space: ParamSpace, manifests: Callable[..., Manifest]) -> None:
+    """What SQLite itself says of a journal that another connection is writing."""
+    path = tmp_path / "journal.sqlite"
+    Journal.create(path, manifests(space, SearchConfig())).close()
+    with closing(sqlite3.connect(path, isolation_level=None)) as writer:
+        writer.execute("BEGIN EXCLUSIVE")
+        with (
+            closing(sqlite3.connect(path, timeout=0.0, isolation_level=None)) as other,
+            pytest.raises(StoreError, match="is in use by another process"),
+            store_errors(path),
+        ):
+            other.execute("BEGIN IMMEDIATE")
 
 
 def test_default_directories_are_numbered(tmp_path: Path) -> None:

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cortex_dsl import Scenario, load
 from cortex_dsl.api.run_folder import search_and_keep
-from cortex_dsl.api.scenario import Scenario, load
 from engine.extras import MissingExtraError
 from engine.search.run import Progress
 from engine.search.workers import (

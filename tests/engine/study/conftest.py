@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cortex_dsl.api.scenario import load
+from cortex_dsl import load
 from engine.study.database import Study, StudyStore, read_study
 from engine.study.execution import perform_all
 from engine.study.plan import Plan, Subject, with_own_seeds

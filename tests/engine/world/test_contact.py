@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from engine.config import ContactConfig
 from engine.vehicles import CAR, MODELS
 from engine.vocabulary import ActorKind, Column
-from engine.world.bodies import Physique, kinetic_energy, new_space, physique, rub, solid
-from engine.world.impacts import Impact, Recorder, clock_position
+from engine.world.aftermath import Impact, Recorder, clock_position
+from engine.world.bodies import Physique, new_space, physique, rub, solid
 
 SUBSTEP = 0.0025
 CONFIG = ContactConfig()
@@ -27,6 +27,11 @@ def actor(kind: ActorKind = ActorKind.CAR, **changes: float) -> Physique:
     for name, value in changes.items():
         columns[Column[name.upper()]] = value
     return physique(kind, columns)
+
+
+def kinetic_energy(body: pymunk.Body) -> float:
+    """Of a moving body [J]; `Body.kinetic_energy` is twice this."""
+    return 0.5 * (body.mass * body.velocity.dot(body.velocity) + body.moment * body.angular_velocity**2)
 
 
 class Crash:

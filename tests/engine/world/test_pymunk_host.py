@@ -12,7 +12,7 @@ from engine.config import Config, ContactConfig, SimulationConfig
 from engine.program import Program
 from engine.scenes import Scenes
 from engine.vocabulary import ActorKind, EndReason, ManeuverType, State, Verdict
-from engine.world.events import EventKind
+from engine.world.pymunk_host import EventKind
 
 Draw = Callable[..., Scenes]
 POSE = [State.X, State.Y, State.HEADING]

@@ -1,7 +1,7 @@
 """Maneuver mode of OpenSCENARIO: a case as an `.xosc` in speeds, routes and triggers over parameters, for other tools
 to vary, with files of parameter values: those of known cases, and the ranges to draw from.
 
-formula -> plan (what is intended) -> storyboard (how it is written) -> the files, here
+formula -> maneuver_plan (what is intended) -> storyboard (how it is written) -> the files, here
 
 Source: ParameterValueDistribution of ASAM OpenSCENARIO XML 1.1 and later; 1.0 has none.
 """
@@ -19,7 +19,7 @@ from engine.interchange.openscenario.document import (
     new_document,
     plain_name,
 )
-from engine.interchange.openscenario.maneuvers.plan import ManeuverPlan, Parameter
+from engine.interchange.openscenario.maneuvers.maneuver_plan import ManeuverPlan, Parameter
 from engine.interchange.openscenario.maneuvers.storyboard import Notation, Places, add_storyboard
 from engine.interchange.openscenario.versions import Version, version_of
 from engine.interchange.openscenario.write import add_signals

@@ -21,7 +21,7 @@ from engine.interchange.openscenario.document import (
 )
 from engine.interchange.openscenario.maneuvers import formula
 from engine.interchange.openscenario.maneuvers.formula import Formula
-from engine.interchange.openscenario.maneuvers.plan import (
+from engine.interchange.openscenario.maneuvers.maneuver_plan import (
     ActorPlan,
     Change,
     Condition,

@@ -72,7 +72,8 @@ def timed_actions(storyboard: Node) -> list[TimedAction]:
 
 def stop_time(storyboard: Node) -> tuple[float, list[Node]]:
     """When it ends at the latest [s], infinite where only the motion tells, and conditions that are passed over."""
-    trigger, passed_over, earliest = storyboard.find("StopTrigger"), [], math.inf
+    passed_over: list[Node] = []
+    trigger, earliest = storyboard.find("StopTrigger"), math.inf
     for group in trigger.every("ConditionGroup") if trigger else []:
         times = [_condition_time(condition) for condition in group.every("Condition")]
         if times and None not in times:

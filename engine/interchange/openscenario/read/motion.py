@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.interchange.opendrive.geometry import Pose
+from engine.interchange.opendrive.places import Pose
 from engine.interchange.opendrive.read import OdrNetwork
 from engine.interchange.xml import Node
 from engine.tables import Floats
@@ -232,7 +232,7 @@ class Polyline:
 
     def at(self, times: Floats) -> Floats:
         """(times, 3) poses."""
-        poses = np.column_stack([np.interp(times, self.times, column) for column in self.poses.T])
+        poses: Floats = np.column_stack([np.interp(times, self.times, column) for column in self.poses.T])
         after = times > self.times[-1]
         if self.end_speed and after.any():
             poses[after] = self._coast.at(times[after])
@@ -285,7 +285,8 @@ class Track:
 
     def jumps(self) -> list[tuple[float, float]]:
         """Times and distances of legs that begin elsewhere than the last one led, while it is there."""
-        found, entries = [], {end for _, end in self.absent}
+        found: list[tuple[float, float]] = []
+        entries = {end for _, end in self.absent}
         for before, leg in zip(self.legs, self.legs[1:], strict=False):
             moment = max(leg.begin, float(leg.times[0])) if isinstance(leg, Polyline) else leg.begin
             here, now = before.placed_at(leg.begin).pose, leg.placed_at(moment).pose

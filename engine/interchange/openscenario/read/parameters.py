@@ -25,12 +25,21 @@ LONGEST = 500
 Scope = ChainMap[str, str]
 """Values by name, innermost first; a chain, so that many small scopes in a large one cost little."""
 
+
+def _divide(one: float, other: float) -> float:
+    return one / other
+
+
+def _sign(value: float) -> float:
+    return math.copysign(1.0, value) if value else 0.0
+
+
 OPERATORS: Mapping[type[ast.operator], Callable[[float, float], float]] = MappingProxyType(
     {
         ast.Add: operator.add,
         ast.Sub: operator.sub,
         ast.Mult: operator.mul,
-        ast.Div: operator.truediv,
+        ast.Div: _divide,
         ast.Mod: math.fmod,
     }
 )
@@ -44,7 +53,7 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = MappingProxyType(
         "round": round,
         "floor": math.floor,
         "ceil": math.ceil,
-        "sign": lambda x: math.copysign(1.0, x) if x else 0.0,
+        "sign": _sign,
         "sin": math.sin,
         "cos": math.cos,
         "tan": math.tan,

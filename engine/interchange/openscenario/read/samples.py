@@ -161,7 +161,7 @@ def _with_moments(times: Floats, moments: Sequence[float]) -> Floats:
 def _with_steps(times: Floats, step: float, actors: int, file: str) -> Floats:
     """The times, and all whole steps between the first and the last of them."""
     _check_size((times[-1] - times[0]) / step, actors, file)
-    whole = np.arange(math.ceil(times[0] / step), math.floor(times[-1] / step) + 1) * step
+    whole: Floats = np.arange(math.ceil(times[0] / step), math.floor(times[-1] / step) + 1) * step
     return _merged(np.concatenate([times, whole]))
 
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cortex_dsl import load
 from cortex_dsl.api.runs import OpenedRun
-from cortex_dsl.api.scenario import load
 from cortex_dsl.report.findings.analysis_report import heat_maps, information
 from cortex_dsl.report.page.charts import Box, Course, box_chart, line_chart, nice_ticks
 from cortex_dsl.report.page.player import packed

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cortex_dsl.api.scenario import load
+from cortex_dsl import load
 from engine.interchange import Contact, InterchangeError, Recording
 from engine.interchange.kinds import KINDS, Code, kind_of
 from engine.interchange.measuring import COMMANDS, measure

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.api.scenario import load
+from cortex_dsl import load
 from engine.outcomes import Assessment
 from engine.program import ParamSpace
 from engine.search.assessment import Evaluate, map_arrays

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from engine.config import Config, SearchConfig
 from engine.extras import MissingExtraError
 from engine.program import ParamSpace
-from engine.search.assessment import Evaluate
+from engine.search.assessment import Assessment, Evaluate
 from engine.search.methods.cube import Cube, reflected
 from engine.search.methods.external import CovarianceAdaptation, Illumination, NonDominatedSorting, objectives
 from engine.search.methods.ga import GeneticAlgorithm
@@ -23,7 +23,7 @@ from engine.search.methods.table import SEARCHERS
 from engine.search.protocol import Box, Result, Searcher, Status, StreamAt
 from engine.search.run import Campaign, run_campaign
 from engine.search.searchers import UnknownMethodError, build_searcher, canonical
-from engine.streams import FIELD_BITS, operator_generator
+from engine.streams import operator_generator
 from engine.vocabulary import GeneKind, Method, Verdict
 
 CONFIG = SearchConfig(generations=8, population=20, seed=3, probes=0)
@@ -52,7 +52,7 @@ def search(
 ) -> Campaign:
     streams = partial(operator_generator, seed, int(Method.GA), 0)
     searcher = METHODS[method](Box.of(space), config.population, streams)
-    return run_campaign(space, searcher, evaluate, config, Method.GA)
+    return run_campaign(space, searcher, evaluate, config, "ga")
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -62,6 +62,37 @@ def test_never_leaves_its_box(space: ParamSpace, evaluators: Callable[..., Evalu
     found = search(method, space, evaluators(space, error_above=0.9))
     assert len(found.evaluations) == CONFIG.generations * CONFIG.population
     assert all(box.holds(tuple(genome)) for genome in found.evaluations.genomes.tolist())
+
+
+@pytest.mark.parametrize("method", [method for method in METHODS if method != "cmaes"])
+def test_first_generation_covers_its_box(space: ParamSpace, evaluators: Callable[..., Evaluate], method: str) -> None:
+    """Before anything is known, every gene comes near both ends of its range, and discrete genes take every value.
+
+    CMA-ES alone begins at one place, around which it draws.
+    """
+    config = SearchConfig(generations=1, population=60, probes=0)
+    genomes = search(method, space, evaluators(space), config).evaluations.genomes
+    unit = (genomes - space.low) / (space.high - space.low)
+    assert (unit.min(axis=0) < 0.1).all()
+    assert (unit.max(axis=0) > 0.9).all()
+    for gene in np.flatnonzero(space.kinds != GeneKind.CONTINUOUS):
+        assert set(genomes[:, gene]) == set(np.arange(space.low[gene], space.high[gene] + 1.0))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_search_without_a_hint_covers_its_box(
+    space: ParamSpace, rows: Callable[..., Assessment], method: str
+) -> None:
+    """Where risk is chance alone, nothing keeps a method from the ends of any gene's range."""
+    chance = np.random.default_rng(0)
+
+    def flat(genomes: np.ndarray, keys: np.ndarray) -> Assessment:
+        return rows(np.zeros(len(keys), dtype=np.int32), chance.uniform(2.0, 22.0, len(keys)))
+
+    genomes = search(method, space, flat, SearchConfig(generations=12, population=40, probes=0)).evaluations.genomes
+    unit = (genomes - space.low) / (space.high - space.low)
+    assert (unit.min(axis=0) < 0.1).all()
+    assert (unit.max(axis=0) > 0.9).all()
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -173,11 +204,18 @@ def test_gene_weights_tell_what_matters() -> None:
 
 
 def test_every_method_of_the_vocabulary_has_a_row() -> None:
-    """A name is the name of its `Method`; two are those of single runs and samples, one is for other packages."""
-    named = {entry.method: name for name, entry in SEARCHERS.items()}
-    assert all(method.name.lower() == name for method, name in named.items())
-    assert set(Method) - set(named) == {Method.SINGLE, Method.SAMPLE, Method.CUSTOM}
-    assert max(Method) < 1 << FIELD_BITS.method
+    """A name is the name of its `Method`; two are those of single runs and samples, one is for all others."""
+    numbered = {entry.number: name for name, entry in SEARCHERS.items() if entry.number in set(Method)}
+    assert all(Method(number).name.lower() == name for number, name in numbered.items())
+    assert set(Method) - set(numbered) == {Method.SINGLE, Method.SAMPLE, Method.CUSTOM}
+    assert all(name == entry.name for name, entry in SEARCHERS.items())
+
+
+def test_no_two_methods_share_numbers_or_names() -> None:
+    """Nor the alias of one the name of another."""
+    words = [word for entry in SEARCHERS.values() for word in (entry.name, entry.alias) if word]
+    assert len(set(words)) == len(words)
+    assert len({entry.number for entry in SEARCHERS.values()}) == len(SEARCHERS)
 
 
 @pytest.mark.parametrize("name", [name for name, entry in SEARCHERS.items() if entry.package])

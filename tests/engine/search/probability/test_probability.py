@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cortex_dsl.api.scenario import compile_text
+from cortex_dsl import compile_text
 from engine.outcomes import Assessment
 from engine.program import ParamSpace
 from engine.search.assessment import Evaluate

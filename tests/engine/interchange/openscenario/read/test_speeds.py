@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.api.scenario import load
+from cortex_dsl import load
 from engine.config import Config, SimulationConfig
 from engine.interchange import ExportOptions, Recording
 from engine.interchange.measuring import measure

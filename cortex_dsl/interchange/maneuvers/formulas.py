@@ -11,13 +11,13 @@ from statistics import NormalDist
 from cortex_dsl import ir
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.lowering.code_tables import group_variants
-from cortex_dsl.semantics.quantities.algebra import CLOSED
+from cortex_dsl.semantics.quantities.bounds import CLOSED
 from cortex_dsl.source import Span
 from engine.errors import Signal
 from engine.interchange.openscenario.document import unique_names
 from engine.interchange.openscenario.maneuvers import formula
 from engine.interchange.openscenario.maneuvers.formula import Formula, number
-from engine.interchange.openscenario.maneuvers.plan import Parameter
+from engine.interchange.openscenario.maneuvers.maneuver_plan import Parameter
 from engine.road.network import Network
 from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats

@@ -5,10 +5,10 @@ map, and functions and behaviors go by the names that its library has for them.
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from cortex_dsl import ir
-from cortex_dsl.interchange.scenic.words import (
+from cortex_dsl.interchange.scenic.scenic_names import (
     ALIASES,
     BEHAVIOURS,
     CLASSES,
@@ -45,12 +45,8 @@ from engine.road.network import Intersection, Network
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
 
-if TYPE_CHECKING:
-    pass
 
 # -- calls: functions, the library of behaviors, and what is called otherwise there ------------------------------------
-
-
 def call(to: "Expressions", node: nodes.Call) -> nodes.Expression:
     name = _builtin(to, node.function)
     if name is None:

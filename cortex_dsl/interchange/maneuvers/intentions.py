@@ -5,12 +5,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from cortex_dsl import ir
-from cortex_dsl.interchange.maneuvers.numbers import Case, UnsayableError, formula_of, settled, value_at_start
+from cortex_dsl.interchange.maneuvers.formulas import Case, UnsayableError, formula_of, settled, value_at_start
 from cortex_dsl.interchange.maneuvers.triggers import trigger_of
 from cortex_dsl.source import Span
 from engine.interchange.openscenario.maneuvers import formula
 from engine.interchange.openscenario.maneuvers.formula import Formula
-from engine.interchange.openscenario.maneuvers.plan import Change, Reaction, Trigger, all_of, none_of
+from engine.interchange.openscenario.maneuvers.maneuver_plan import Change, Reaction, Trigger, all_of, none_of
 from engine.kernels.steering import MAX_ACCELERATION
 from engine.vocabulary import ActorKind, Column, Command, Op
 

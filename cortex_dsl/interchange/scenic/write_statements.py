@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-from cortex_dsl.interchange.scenic.expressions import Expressions, heading_from_north
-from cortex_dsl.interchange.scenic.words import (
+from cortex_dsl.interchange.scenic.scenic_names import (
     LEFT_OUT_PARAMS,
     NO_LONGER,
     NOWHERE,
@@ -18,9 +17,10 @@ from cortex_dsl.interchange.scenic.words import (
     is_comment,
     verbatim,
 )
+from cortex_dsl.interchange.scenic.write_expressions import Expressions, heading_from_north
 from cortex_dsl.semantics.model.values import Actor, Pose, Value
 from cortex_dsl.semantics.names.linking import ImportedFile
-from cortex_dsl.semantics.quantities.algebra import closed_value
+from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.unparse_expressions import Level, write

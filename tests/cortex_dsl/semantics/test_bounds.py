@@ -67,3 +67,26 @@ def test_the_compiler_holds_what_the_engine_computes(op: Op, data: st.DataObject
 def test_the_floor_of_an_end_is_rounded_even_if_the_other_is_infinite(ends: tuple[float, float]) -> None:
     """Half a metre is zero whole metres, however long the rest may be."""
     assert held(Op.FLOOR, [ends]) == tuple(end if math.isinf(end) else math.floor(end) for end in ends)
+
+
+@pytest.mark.parametrize(
+    ("op", "within", "expected"),
+    [
+        (Op.SQRT, [(4.0, 9.0)], (2.0, 3.0)),
+        (Op.SQRT, [(0.0, math.inf)], (0.0, math.inf)),
+        (Op.SQRT, [(-1.0, 9.0)], (-math.inf, math.inf)),
+        (Op.ADD, [(1.0, 2.0), (10.0, 20.0)], (11.0, 22.0)),
+        (Op.SUB, [(1.0, 2.0), (10.0, 20.0)], (-19.0, -8.0)),
+        (Op.MUL, [(-1.0, 2.0), (10.0, 20.0)], (-20.0, 40.0)),
+        (Op.DIV, [(1.0, 2.0), (4.0, 8.0)], (0.125, 0.5)),
+        (Op.ABS, [(-3.0, 2.0)], (0.0, 3.0)),
+        (Op.MIN, [(1.0, 5.0), (2.0, 3.0)], (1.0, 3.0)),
+        (Op.MAX, [(1.0, 5.0), (2.0, 3.0)], (2.0, 5.0)),
+        (Op.LT, [(1.0, 2.0), (2.5, 3.0)], (1.0, 1.0)),
+        (Op.LT, [(2.0, 3.0), (1.0, 2.0)], (0.0, 0.0)),
+        (Op.LE, [(1.0, 2.0), (2.0, 3.0)], (1.0, 1.0)),
+    ],
+)
+def test_intervals_are_tight(op: Op, within: Sequence[tuple[float, float]], expected: tuple[float, float]) -> None:
+    """An interval that is too wide proves nothing: a `require` that always holds would go unnoticed."""
+    assert held(op, within) == expected

@@ -1,0 +1,179 @@
+"""Cases for other people's tools, and recordings from them: `cortexc export` and `cortexc measure` in Python.
+
+>>> import cortex_dsl as cx
+>>> cx.export(cx.open_run("runs/mine"), ["xosc", "csv"], "elsewhere", top=3)
+>>> cx.measure("elsewhere/left_turn-case01.csv").risk.score
+"""
+
+from collections.abc import Iterable
+from pathlib import Path
+from shlex import join
+from typing import TYPE_CHECKING
+
+from cortex_dsl.api import arguments
+from cortex_dsl.api.runs import OpenedRun, every_case
+from cortex_dsl.api.scenario import Scenario
+from engine.errors import ArgumentError
+from engine.search.store import store_errors
+
+if TYPE_CHECKING:
+    from cortex_dsl.interchange.cases import ExportCase
+    from engine.interchange.measuring import Measured
+    from engine.interchange.openscenario.read import Imported
+
+TABLES = (".csv", ".parquet")
+SCENARIO = ".xosc"
+
+
+def export(
+    what: OpenedRun | Scenario,
+    formats: str | Iterable[str],
+    out: str | Path,
+    *,
+    case: int = 1,
+    top: int | None = None,
+    seed: int | None = None,
+    osc: str = "1.2",
+    mode: str = "trajectory",
+    force: bool = False,
+) -> list[Path]:
+    """Write a case for other tools; the paths of all its files, the one to open first before the others.
+
+    Args:
+        what: an opened run, or a scenario.
+        formats: one or more of xosc, xodr, commonroad, scenic, csv, parquet, mcap, scn.
+        out: folder of the files, made if it is not there.
+        case: which one of a run, 1 is the worst.
+        top: the first so many of a run instead.
+        seed: whose scene of a scenario is run and written; None: 0, or the stream that a concrete file names.
+        osc: version of an xosc, 1.0 to 1.3.
+        mode: how an xosc is written: `trajectory` replays the case exactly, `maneuver` says it in speeds, routes and
+            triggers.
+        force: write over files that hold something else.
+
+    Raises:
+        ArgumentKindError, ArgumentError: no such format or case, a scene that is not valid, or a file in the way.
+        MissingExtraError: a format needs a package that is not installed.
+        InterchangeError: a format cannot carry the case.
+        StoreError: the files cannot be written; none of them is.
+    """
+    from cortex_dsl.interchange.writing import gather
+    from engine.atomic import standing, write_all
+    from engine.interchange.contract import ExportOptions
+
+    names = _formats([formats] if isinstance(formats, str) else formats)
+    gathered = gather(_cases(what, case, top, seed), names, ExportOptions(osc, mode))
+    for refused in gathered.refused.values():
+        raise refused
+    folder = Path(out)
+    with store_errors(folder):
+        there = standing(folder, gathered.files)
+    if there.other and not force:
+        place = folder / there.other[0]
+        raise ArgumentError(
+            f"out: `{place}` holds something else", "name another folder, or write over it with `force`"
+        )
+    with store_errors(folder):
+        write_all(folder, {name: content for name, content in gathered.files.items() if name not in there.same})
+    return [folder / name for name in gathered.files]
+
+
+def measure(
+    file: str | Path, *, ego: str | None = None, step: float | None = None, profile: str = "paper"
+) -> "Measured":
+    """Judge a recording, whoever drove, by the kernels that judge our own runs: `.outcomes` and `.risk` (one row each),
+    `.metrics` (name, value, unit) and the `.trajectory` on whole steps.
+
+    Args:
+        file: a table of trajectories (`.csv`, `.parquet`), or an OpenSCENARIO file (`.xosc`) whose actors follow timed
+            polylines.
+        ego: who is judged; None: who is called ego, or else the first.
+        step: time step of the metrics [s]; None: that of the file.
+        profile: where the bands of the risk end, `paper`, `paper-mm` or `literature`.
+
+    Raises:
+        ArgumentError: a file of another kind, or no such profile.
+        InterchangeError: it cannot be read, or is no motion.
+    """
+    from engine.interchange.measuring import measure as judged
+    from engine.risk import PROFILES
+
+    arguments.one_of("profile", profile, PROFILES)
+    return judged(read_recording(file, ego=ego, step=step).recording, profile)
+
+
+def read_recording(file: str | Path, *, ego: str | None = None, step: float | None = None) -> "Imported":
+    """What `measure` judges: a file's recording, its road where it has one, and what could not be taken over.
+
+    Raises:
+        ArgumentError, InterchangeError: as `measure`.
+    """
+    arguments.kind("file", file, (str, Path), "name a recording by its path")
+    path = Path(file)
+    if path.suffix.lower() == SCENARIO:
+        from engine.interchange.openscenario.read import read_openscenario
+
+        return read_openscenario(path, ego=ego, step=step)
+    if path.suffix.lower() not in TABLES:
+        kinds = ", ".join((*TABLES, SCENARIO))
+        raise ArgumentError(f"file: expected one that ends in {kinds}, got `{path}`", "name a recording of these kinds")
+    from engine.interchange.tables import read_table
+
+    return read_table(path, ego=ego, step=step)
+
+
+def _formats(names: Iterable[str]) -> tuple[str, ...]:
+    """Each format once; all of them known and installed."""
+    from cortex_dsl.interchange.formats import FORMATS, missing_extra
+    from engine.extras import MissingExtraError
+
+    words = tuple(dict.fromkeys(arguments.one_of("formats", name, FORMATS) for name in names))
+    if not words:
+        raise ArgumentError("formats: expected one or more, got none", f"there are {', '.join(FORMATS)}")
+    for name in words:
+        if missing_extra(name):
+            raise MissingExtraError(f"{name} needs", FORMATS[name].package, FORMATS[name].extra)
+    return words
+
+
+def _cases(what: OpenedRun | Scenario, case: int, top: int | None, seed: int | None) -> "list[ExportCase]":
+    arguments.kind("what", what, (OpenedRun, Scenario), "`open_run` opens a run, `load` a scenario")
+    return [_scene(what, seed)] if isinstance(what, Scenario) else _of_run(what, case, top)
+
+
+def _of_run(run: OpenedRun, case: int, top: int | None) -> "list[ExportCase]":
+    from cortex_dsl.interchange.cases import case_of_run
+
+    cases = every_case(run.record)
+    if not cases:
+        raise ArgumentError(f"what: `{run.folder}` has no case: none of its simulations was valid", "search again")
+    if top is not None:
+        return [case_of_run(run, each) for each in cases[: arguments.whole("top", top, 1)]]
+    if arguments.whole("case", case, 1) > len(cases):
+        raise ArgumentError(f"case: expected 1 to {len(cases):,}, got {case:,}", "1 is the worst")
+    return [case_of_run(run, cases[case - 1])]
+
+
+def _scene(scenario: Scenario, seed: int | None) -> "ExportCase":
+    from cortex_dsl.interchange.cases import case_of_scene
+    from engine.vocabulary import Verdict
+
+    scenes = scenario.scene_of_seed(seed)
+    if not scenes.valid[0]:
+        raise ArgumentError("seed: no scene meets the requirements of the file", "try another seed, or relax them")
+    pinned = scenario.program.settings.stream is not None and seed is None
+    number = None if pinned else seed or 0
+    case = case_of_scene(scenario, scenes, Path(scenario.compiled.source.name), number, _command(scenario, number))
+    if case.outcomes.verdict[0] == Verdict.ERROR:
+        raise ArgumentError("seed: the run of this scene fails", "`cortexc FILE --seed N` says why")
+    return case
+
+
+def _command(scenario: Scenario, seed: int | None) -> str:
+    """The command line that shows the same scene; "" for a text that came from no file."""
+    file = scenario.compiled.source.name
+    if not Path(file).is_file():
+        return ""
+    chosen = [] if scenario.chosen is None else ["--scenario", scenario.chosen]
+    params = [word for name, value in scenario.overrides.items() for word in ("-p", f"{name}={value}")]
+    return join(["cortexc", file, *chosen, *params, *([] if seed is None else ["--seed", str(seed)])])

@@ -1,0 +1,243 @@
+"""Studies in Python: every scenario by every method many times, kept in a folder or not, and compared run by run.
+
+    >>> import cortex_dsl as cx
+    >>> done = cx.study("examples", ["random", "ga"], runs=30, jobs=8, out="runs/mine")
+    >>> done.findings.verdict
+
+`cortexc study` begins, carries out and goes on with one by the same functions.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cortex_dsl.api import arguments
+from cortex_dsl.api.run_folder import origin_of
+from cortex_dsl.api.scenario import Scenario, load
+from engine.display import facts_table
+from engine.errors import ArgumentError
+from engine.risk import PROFILES
+from engine.search.searchers import canonical
+from engine.search.store import StoreError, hold, new_directory
+from engine.search.workers import Workers, open_workers
+from engine.study.database import Study, StudyStore, read_study
+from engine.study.execution import perform_all
+from engine.study.plan import RUNS, Plan, Subject, check, with_own_seeds
+from engine.study.run_records import Finished, RunRecord
+from engine.study.study_files import write_study
+from engine.study.verdict import Findings, findings
+
+if TYPE_CHECKING:
+    from engine.study.execution import OnRun
+
+Files = str | Path | Scenario
+
+
+@dataclass(frozen=True)
+class Studied:
+    """A study as far as it got."""
+
+    plan: Plan
+    records: tuple[RunRecord, ...]
+    """Of each finished run, in the order of the plan."""
+    folder: Path | None = None
+    """Where every evaluation is kept; None: nowhere."""
+
+    @property
+    def complete(self) -> bool:
+        """Whether every run of the plan is finished; Ctrl-C ends a study earlier."""
+        return len(self.records) == sum(1 for _ in self.plan.addresses())
+
+    @cached_property
+    def findings(self) -> Findings:
+        """Comparisons run by run, rates of collision of random search, and what may be claimed."""
+        return findings(self.plan, self.records)
+
+    def __repr__(self) -> str:
+        """One line, for notebooks."""
+        plan = self.plan
+        size = f"{len(plan.subjects)} scenarios x {', '.join(plan.methods)} x {plan.runs} runs"
+        return f"Studied({size}; {len(self.records)} finished)"
+
+    def _repr_html_(self) -> str:
+        facts = [("study", repr(self)), ("kept in", str(self.folder) if self.folder else "memory")]
+        return facts_table([*facts, *(("finding", sentence) for sentence in self.findings.verdict)])
+
+
+def study(
+    files: Files | Iterable[Files],
+    methods: str | Iterable[str] = ("random", "ga"),
+    runs: int = RUNS,
+    *,
+    out: str | Path | None = None,
+    jobs: int = 1,
+    profile: str = "paper",
+    preset: str = "cortex",
+    on_run: "OnRun | None" = None,
+    **settings: Any,
+) -> Studied:
+    """Search every scenario by every method `runs` times, and compare the methods run by run.
+
+    Args:
+        files: scenarios, by path or loaded; of a folder all its `*.scn`. Each gets a seed of its own.
+        methods: names as `Scenario.search` takes them; where `random` is among them, the others are held against it.
+        runs: of each method on each scenario; 30 or more before anything may be claimed.
+        out: a new folder for every evaluation and for the tables of the study, as `cortexc study` leaves; None: what is
+            found stays in memory, without the single evaluations.
+        jobs: processes, each with a whole run; more than 1 need a main module that can be imported.
+        profile: where the bands of the risk end, `paper`, `paper-mm` or `literature`.
+        preset: of the genetic algorithm, `cortex` or `cortex-literal`.
+        on_run: called with each `engine.study.run_records.Finished`, in no certain order.
+        settings: fields of `engine.config.SearchConfig`: generations, population, seed, rollouts, aggregate, engine.
+
+    Raises:
+        CompileError: a file has errors.
+        UnknownMethodError, MissingExtraError, PluginError: a method cannot be used here.
+        ArgumentError, ArgumentKindError: no scenario, one without params, a number that cannot be, an unknown setting.
+        StoreError: the folder cannot be written, or a worker was killed.
+    """
+    arguments.settings(settings)
+    runs, jobs = arguments.whole("runs", runs, 1), arguments.whole("jobs", jobs, 1)
+    arguments.one_of("profile", profile, PROFILES)
+    scenarios = _scenarios([files] if isinstance(files, Files) else _several("files", files))
+    subjects = [_subject(name, scenario, preset, settings) for name, scenario in scenarios]
+    words = [methods] if isinstance(methods, str) else _several("methods", methods)
+    plan = Plan(with_own_seeds(subjects), tuple(dict.fromkeys(map(canonical, words))), runs, profile)
+    check(plan)
+    if out is None:
+        return _in_memory(plan, Workers("processes", jobs), on_run)
+    folder = new_directory(Path(out))
+    with hold(folder), closing(StudyStore.create(folder, plan, facts(plan, ()))) as store:
+        carry_out(plan, (), _both(store.write, on_run), Workers("processes", jobs))
+    return _told(folder)
+
+
+def resume_study(folder: str | Path, *, jobs: int = 1, on_run: "OnRun | None" = None) -> Studied:
+    """Go on with a study that was stopped or killed, from what its folder keeps; one that is complete is only read.
+
+    Raises:
+        StoreError: no readable study, another process is at it, or another version of the engine began it.
+    """
+    folder, jobs = Path(folder), arguments.whole("jobs", jobs, 1)
+    found = read_study(folder)
+    if not found.complete:
+        insist_on_same_engine(found)
+        with hold(folder):
+            found = read_study(folder)  # as nobody can change it any more
+            with closing(StudyStore.reopen(folder)) as store:
+                carry_out(found.plan, found.records, _both(store.write, on_run), Workers("processes", jobs))
+    return _told(folder)
+
+
+def carry_out(plan: Plan, earlier: Sequence[RunRecord], on_run: "OnRun", workers: Workers) -> bool:
+    """Do what is left to do; whether Ctrl-C came first."""
+    done = [record.address for record in earlier]
+    try:
+        if workers.kind == "dask":
+            with open_workers(workers) as executor:
+                perform_all(plan, on_run, workers.jobs, done, executor)
+        else:
+            perform_all(plan, on_run, workers.jobs, done)
+    except KeyboardInterrupt:
+        return True
+    return False
+
+
+def facts(plan: Plan, command_line: Sequence[str]) -> dict[str, object]:
+    """What a reader may want to know of how a study came to be."""
+    from engine.kernels.jit import source_hash
+
+    versions: dict[str, str] = {}
+    for method in plan.methods:
+        versions |= plan.manifest(plan.subjects[0], method).versions
+    return {"command_line": list(command_line), "versions": versions, "engine": source_hash()}
+
+
+def insist_on_same_engine(study: Study) -> None:
+    """Runs of two different engines must not be compared as if they were of one.
+
+    Raises:
+        StoreError: they would be.
+    """
+    from engine.kernels.jit import source_hash
+
+    if study.manifest.get("engine") != source_hash():
+        wrote = study.manifest.get("versions", {}).get("cortexc", "unknown")
+        raise StoreError(
+            f"the study in `{study.folder}` was begun by another version of the engine",
+            f"use the version that began it, cortexc {wrote}, or begin a new study",
+        )
+
+
+def short_names(files: Sequence[Path]) -> list[str]:
+    """Names that tell the files apart: their stems, or the whole path where two are alike."""
+    stems = [file.stem for file in files]
+    return [stem if stems.count(stem) == 1 else str(file) for file, stem in zip(files, stems, strict=True)]
+
+
+# -- from what was asked to a plan ------------------------------------------------------------------------------------
+
+
+def _scenarios(files: Iterable[Files]) -> list[tuple[str, Scenario]]:
+    """Each scenario with its short name; folders unfolded."""
+    loaded: list[tuple[Path, Scenario]] = []
+    for each in files:
+        arguments.kind("files", each, (str, Path, Scenario), "name scenario files or folders, or load them")
+        if isinstance(each, Scenario):
+            loaded.append((Path(each.compiled.source.name), each))
+        else:
+            loaded += [(path, load(path)) for path in _unfolded(Path(each))]
+    return list(zip(short_names([path for path, _ in loaded]), [scenario for _, scenario in loaded], strict=True))
+
+
+def _several(name: str, things: Iterable[Any]) -> list[Any]:
+    arguments.kind(name, things, Iterable, "name one, or several in a list")
+    return list(things)
+
+
+def _unfolded(path: Path) -> list[Path]:
+    inside = sorted(path.glob("*.scn")) if path.is_dir() else [path]
+    if not inside:
+        raise ArgumentError(f"files: there is no scenario (*.scn) in `{path}`", "name another folder, or files")
+    return inside
+
+
+def _subject(name: str, scenario: Scenario, preset: str, settings: Mapping[str, Any]) -> Subject:
+    if not len(scenario.program.space):
+        raise ArgumentError(f"files: `{name}` has no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
+    config = scenario.config
+    config = replace(config, search=replace(config.search, **settings), ga=replace(config.ga, preset=preset))
+    return Subject(name, scenario.compiled.source.name, scenario.program, config, origin_of(scenario))
+
+
+# -- what came of it --------------------------------------------------------------------------------------------------
+
+
+def _in_memory(plan: Plan, workers: Workers, on_run: "OnRun | None") -> Studied:
+    records: dict[Any, RunRecord] = {}
+
+    def keep(finished: Finished) -> None:
+        records[finished.record.address] = finished.record
+
+    carry_out(plan, (), _both(keep, on_run), workers)
+    return Studied(plan, tuple(records[address] for address in plan.addresses() if address in records))
+
+
+def _both(first: "OnRun", second: "OnRun | None") -> Callable[[Finished], None]:
+    def on_run(finished: Finished) -> None:
+        first(finished)
+        if second is not None:
+            second(finished)
+
+    return on_run
+
+
+def _told(folder: Path) -> Studied:
+    """What a folder keeps, with the tables written beside it."""
+    found = read_study(folder)
+    done = Studied(found.plan, found.records, folder)
+    write_study(found, done.findings)
+    return done

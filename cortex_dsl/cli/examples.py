@@ -1,0 +1,187 @@
+"""`cortexc examples` lists, prints or copies the scenarios that come with cortexc; `cortexc new FILE` begins one.
+
+Neither writes over a file that is there.
+"""
+
+import argparse
+import ast
+from collections.abc import Sequence
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from textwrap import wrap
+
+from cortex_dsl.console.command import Command, Parser
+from cortex_dsl.console.terminal import Exit, Terminal, UsageError
+from cortex_dsl.console.user_files import reason, write_bytes
+from cortex_dsl.resources import resource
+from cortex_dsl.spelling import nearest
+
+SUFFIX = ".scn"
+TEMPLATE = '''\
+"""The ego crosses an intersection; another car crosses its way."""
+
+map intersection(ways=4, lanes=1, approach=50 m)
+
+# What a search may choose, with its range. `-p "EGO_SPEED=50 km/h"` holds one fixed.
+param EGO_SPEED   = Range(20, 60) km/h
+param EGO_START   = Range(15, 45) m
+param OTHER_SPEED = Range(20, 60) km/h
+param OTHER_START = Range(15, 45) m
+
+# Where they go. `Uniform` leaves a choice to each scene.
+egoWay    = Uniform(*filter(lambda m: m.type is ManeuverType.STRAIGHT, intersection.maneuvers))
+otherWay  = Uniform(*filter(lambda m: m.type is ManeuverType.STRAIGHT, egoWay.conflictingManeuvers))
+egoPath   = [egoWay.startLane, egoWay.connectingLane, egoWay.endLane]
+otherPath = [otherWay.startLane, otherWay.connectingLane, otherWay.endLane]
+
+behavior Careful(speed, path):
+    """Follow the path; brake for whatever is near and in view."""
+    try:
+        do FollowTrajectoryBehavior(speed, path)
+    interrupt when withinDistanceToAnyObjs(self, 10 m):
+        take SetBrakeAction(0.5)
+
+ego = new Car before intersection by EGO_START along egoPath,
+    with speed EGO_SPEED,
+    with behavior Careful(EGO_SPEED, egoPath)
+other = new Car before intersection by OTHER_START along otherPath,
+    with speed OTHER_SPEED,
+    with behavior FollowTrajectoryBehavior(OTHER_SPEED, otherPath)
+
+# What each scene must fulfil, and when a run is over.
+require abs(EGO_START - OTHER_START) < 20 m as "they start about as far away"
+terminate after 15 s
+'''
+"""What `cortexc new` writes."""
+
+
+def _show(options: argparse.Namespace, terminal: Terminal) -> Exit:
+    if options.copy is not None:
+        _copy([_found(options.example)] if options.example else _examples(), options.copy, terminal)
+    elif options.example:
+        terminal.write(_found(options.example).read_text(encoding="utf-8").rstrip("\n"))
+    else:
+        _list(options.json, terminal)
+    return Exit.FINE
+
+
+def _examples() -> list[Traversable]:
+    """The files, in the order of the letters that their first lines begin with."""
+    found = [path for path in resource("examples").iterdir() if path.name.endswith(SUFFIX)]
+    return sorted(found, key=_first_line)
+
+
+def _name(example: Traversable) -> str:
+    return example.name.removesuffix(SUFFIX)
+
+
+def _first_line(example: Traversable) -> str:
+    """What the file says of itself: its docstring."""
+    docstring, _, _ = example.read_text(encoding="utf-8").partition("\n\n")
+    return " ".join(str(ast.literal_eval(docstring)).split())
+
+
+def _found(name: str) -> Traversable:
+    """The example of a name, with or without its suffix.
+
+    Raises:
+        UsageError: there is none.
+    """
+    known = {_name(example): example for example in _examples()}
+    wanted = Path(name).name.removesuffix(SUFFIX)
+    if wanted in known:
+        return known[wanted]
+    match = nearest(wanted, known)
+    cure = f"did you mean `{match}`?" if match else "`cortexc examples` lists them"
+    raise UsageError(f"there is no example `{name}`", cure)
+
+
+def _list(as_json: bool, terminal: Terminal) -> None:
+    told = [(_name(example), _first_line(example)) for example in _examples()]
+    if as_json:
+        from cortex_dsl.report.documents import document
+
+        terminal.write(document("examples", {"examples": [{"name": name, "summary": text} for name, text in told]}))
+        return
+    width = max(len(name) for name, _ in told)
+    for name, text in told:
+        first, *others = wrap(text, max(20, terminal.out.width - width - 2))
+        terminal.out.print(f"{name:<{width}}  ", style="title", end="")
+        terminal.out.print(f"\n{'':<{width + 2}}".join((first, *others)))
+    terminal.out.print("\n`cortexc examples NAME` prints one, `--copy FOLDER` writes them.", style="quiet")
+
+
+def _copy(examples: Sequence[Traversable], folder: Path, terminal: Terminal) -> None:
+    """Write examples into a folder, all or none."""
+    targets = [folder / example.name for example in examples]
+    for target in targets:
+        _insist_on_new(target)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"cannot write `{folder}`: {reason(error)}", "name another folder") from None
+    for example, target in zip(examples, targets, strict=True):
+        write_bytes(target, example.read_bytes())
+        terminal.out.print(str(target), soft_wrap=True)
+
+
+def _insist_on_new(path: Path) -> None:
+    """A file that is there stays as it is.
+
+    Raises:
+        UsageError: it is there.
+    """
+    if path.exists() or path.is_symlink():
+        raise UsageError(f"`{path}` is there already", "name another one; cortexc writes over no scenario")
+
+
+# -- a new file -------------------------------------------------------------------------------------------------------
+
+
+def _new(options: argparse.Namespace, terminal: Terminal) -> Exit:
+    path = options.file if options.file.suffix == SUFFIX else options.file.with_name(options.file.name + SUFFIX)
+    _insist_on_new(path)
+    write_bytes(path, TEMPLATE.encode())
+    terminal.out.print(f"{path}: written; `cortexc {path}` runs it, `cortexc {path} --ga` searches it", soft_wrap=True)
+    return Exit.FINE
+
+
+# -- the commands -----------------------------------------------------------------------------------------------------
+
+
+def _examples_options(parser: Parser) -> None:
+    parser.add_argument("example", metavar="NAME", nargs="?", help="print this one, such as left_turn")
+    parser.add_argument("--copy", metavar="FOLDER", type=Path, help="write them, or the one, into a folder")
+
+
+def _new_options(parser: Parser) -> None:
+    parser.add_argument("file", metavar="FILE", nargs="?", type=_file, help="its name; it gets the suffix .scn")
+
+
+def _file(text: str) -> Path:
+    path = Path(text)
+    if not path.name:
+        raise argparse.ArgumentTypeError(f"`{text}` names no file")
+    return path
+
+
+EXAMPLES = Command(
+    name="examples",
+    usage="[NAME] [--copy FOLDER] [--json]",
+    description="The scenarios that come with cortexc: a line for each, or the text of one.",
+    options=_examples_options,
+    function=_show,
+    epilog="""\
+examples:
+  cortexc examples --copy examples     all of them, into a folder
+  cortexc examples left_turn > my.scn  one, to be changed""",
+)
+NEW = Command(
+    name="new",
+    usage="FILE",
+    description="Write a small scenario to begin with, never over a file that is there.",
+    options=_new_options,
+    function=_new,
+    needs=("file", "no file given", "try `cortexc new first.scn`"),
+    json=False,
+)

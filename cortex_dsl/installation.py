@@ -1,0 +1,63 @@
+"""Whether this is a whole installation: `engine` is a common name, and another package of that name may hide ours.
+
+Nothing of the engine can be imported then, its exceptions included; they are read from their file.
+"""
+
+import sys
+from functools import lru_cache
+from importlib import import_module
+from importlib.machinery import ModuleSpec
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+
+HOME = Path(__file__).resolve().parent.parent
+"""The folder in which our two packages lie side by side."""
+ENGINE = "engine"
+ERRORS = f"{ENGINE}.errors"
+
+
+def check_engine() -> None:
+    """Raises HiddenEngineError, which is a CortexError, where `import engine` would find another package than ours."""
+    found = _other_engine()
+    if found is not None:
+        raise errors().HiddenEngineError(HOME / ENGINE, found)
+
+
+def errors() -> ModuleType:
+    """The module `engine.errors`, ours even where another `engine` hides it."""
+    return import_module(ERRORS) if _other_engine() is None else _read_from_file()
+
+
+def provide_errors() -> None:
+    """Let `from engine.errors import …` succeed all the same: a command says in its own way what is wrong."""
+    if _other_engine() is not None:
+        sys.modules.setdefault(ERRORS, _read_from_file())
+
+
+@lru_cache(maxsize=1)
+def _read_from_file() -> ModuleType:
+    spec = spec_from_file_location(ERRORS, HOME / ENGINE / "errors.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def _other_engine() -> str | None:
+    """Where the other one was found, or `nowhere`; None where it is ours."""
+    spec = _engine_spec()
+    places = [] if spec is None else [Path(place).resolve() for place in spec.submodule_search_locations or ()]
+    if HOME / ENGINE in places:
+        return None
+    if spec is not None and not places and spec.origin:
+        places = [Path(spec.origin).resolve()]
+    return f"at {places[0]}" if places else "nowhere"
+
+
+def _engine_spec() -> ModuleSpec | None:
+    try:
+        return find_spec(ENGINE)
+    except ValueError:  # a module that somebody made by hand
+        return None

@@ -1,0 +1,29 @@
+"""How a notebook shows a result of ours: a small HTML table, of names and values or of columns."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from typing import Any
+
+ROWS = 10
+"""Of a longer table, the first so many are shown."""
+
+
+def facts_table(facts: Iterable[tuple[str, str]]) -> str:
+    """Names and what they are, one a row."""
+    rows = (f'<tr><th style="text-align:left">{escape(name)}</th><td>{escape(text)}</td></tr>' for name, text in facts)
+    return f"<table><tbody>{''.join(rows)}</tbody></table>"
+
+
+def columns_table(columns: Mapping[str, Sequence[Any]], length: int) -> str:
+    """The first rows of columns of some length, side by side under their names; of more, how many are counted below."""
+    head = "".join(f"<th>{escape(name)}</th>" for name in columns)
+    rows = (
+        "".join(f"<td>{_cell(column[row])}</td>" for column in columns.values()) for row in range(min(length, ROWS))
+    )
+    body = "".join(f"<tr>{row}</tr>" for row in rows)
+    more = f"<p>{length:,} rows</p>" if length > ROWS else ""
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{more}"
+
+
+def _cell(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else escape(str(value))

@@ -1,0 +1,204 @@
+"""Whatever touches private parts of numba: inlined functions without machine code of their own, a cache by content.
+
+`Inlined`: numba would optimise and finish a function that exists only inside its callers alone as well, and again with
+each function that it is copied into on the way to a kernel. A `_Draft` keeps it from that; it was a good half of the
+time that a first compilation took.
+
+`cache_by_content`: numba's own cache is named by the place of the source and its time, and keeps an index beside the
+code: two files, which a process that dies between them leaves at odds. Here each compiled signature is one file that
+appears whole, named by what it is for, and is checked when it is read. What is broken is compiled again.
+
+`tests/engine/kernels/test_numba_internals.py` looks at the parts that are used.
+"""
+
+import hashlib
+import os
+import pickle
+import sys
+import uuid
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any, cast
+
+from numba.core import types
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.serialize import dumps
+from numba.extending import typeof_impl
+
+# -- inlined functions -------------------------------------------------------------------------------------------------
+
+
+class _Draft(JITCodeLibrary):
+    """The code of a function that exists only inside its callers, which make machine code of it."""
+
+    def _optimize_final_module(self) -> None:
+        """Its callers do."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """The null pointer, numba's sign for a function that Python cannot call."""
+        del name
+        return 0
+
+    @property
+    def codegen(self) -> Any:
+        """Who sets the address of the function's environment, which belongs to the bridge from Python."""
+        return self
+
+    def set_env(self, env_name: str, env: object) -> None:
+        """Nothing to set."""
+
+
+class _DraftCompiler(Compiler):
+    """numba's own passes, which end in a draft."""
+
+    def define_pipelines(self) -> Any:
+        state = cast("Any", self).state
+        state.library = _Draft(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        return super().define_pipelines()
+
+
+DRAFT_OPTIONS: dict[str, Any] = {"_nrt": False, "no_cpython_wrapper": True, "pipeline_class": _DraftCompiler}
+
+
+class Inlined:
+    """What Python sees of an `@inlined` function; numba sees the draft. Called from Python, it becomes a kernel."""
+
+    def __init__(
+        self, function: Callable[..., Any], draft: Any, kernel: Callable[[Callable[..., Any]], Callable[..., Any]]
+    ) -> None:
+        self.py_func = function
+        self.draft = draft
+        self._kernel = kernel
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self._alone(*arguments)
+
+    @cached_property
+    def _alone(self) -> Callable[..., Any]:
+        return self._kernel(self.py_func)
+
+
+@typeof_impl.register(Inlined)
+def _type_of_draft(function: Inlined, _context: object) -> types.Type:
+    return types.Dispatcher(function.draft)
+
+
+# -- the cache ---------------------------------------------------------------------------------------------------------
+
+
+def cache_by_content(dispatcher: Any, function: Callable[..., Any], folder: Path, sources: Path) -> None:
+    """Keep what is compiled of a function in a folder whose name says which `sources` it comes from."""
+    if Path(function.__code__.co_filename).is_file():
+        dispatcher._cache = _cache_class(folder, sources)(function)
+
+
+@cache
+def _cache_class(folder: Path, sources: Path) -> type[FunctionCache]:
+    class Implementation(CompileResultCacheImpl):
+        _locator_classes = [_locator_class(folder, sources)]  # noqa: RUF012 (numba's own attribute)
+
+    class KernelCache(_KernelCache):
+        _impl_class = Implementation
+
+    return KernelCache
+
+
+def _locator_class(folder: Path, sources: Path) -> type[UserProvidedCacheLocator]:
+    class Locator(UserProvidedCacheLocator):
+        """Places a function's files: those of our kernels by the name of their module, any others by their place."""
+
+        def __init__(self, py_func: Callable[..., Any], py_file: str) -> None:
+            source = Path(py_file)
+            ours = source.parent == sources
+            self._py_file = py_file
+            self._lineno = py_func.__code__.co_firstlineno
+            self._cache_path = str(folder / (source.stem if ours else self.get_suitable_cache_subpath(py_file)))
+            self._stamp = "" if ours else hashlib.sha256(source.read_bytes()).hexdigest()
+
+        @classmethod
+        def from_function(cls, py_func: Callable[..., Any], py_file: str) -> "Locator":
+            return cls(py_func, py_file)
+
+        def get_source_stamp(self) -> str:
+            """The folder stands for the contents of our kernels; other files are looked at."""
+            return self._stamp
+
+    return Locator
+
+
+class _KernelCache(FunctionCache):
+    """numba's cache, for which a full disk, a vanished folder or a broken file is a miss and not an error."""
+
+    def __init__(self, py_func: Callable[..., Any]) -> None:
+        super().__init__(py_func)
+        implementation = cast("Any", self)._impl
+        stamp = implementation.locator.get_source_stamp()
+        self._cache_file = _Files(Path(self.cache_path), implementation.filename_base, stamp)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        # What an entry of another kind raises is nearly any exception; it costs one compilation, never a wrong kernel.
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception as error:
+            _log(f"kernel cache not read: {error!r}")
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        try:
+            super().save_overload(sig, data)
+        except OSError as error:
+            _log(f"kernel cache not written: {error!r}")
+
+
+class _Files:
+    """One file for each compiled signature of a function: the hash of what follows, then the key and the code."""
+
+    def __init__(self, folder: Path, name: str, stamp: str) -> None:
+        self._folder, self._name, self._stamp = folder, name, stamp
+
+    def load(self, key: Any) -> Any:
+        """The code for this key, None where there is none that is whole."""
+        path = self._path(key)
+        try:
+            content = path.read_bytes()
+        except OSError:
+            return None
+        digest, payload = content[:32], content[32:]
+        if hashlib.sha256(payload).digest() != digest:
+            _log(f"kernel cache: {path} is damaged")
+            return None
+        stamp, kept, code = pickle.loads(payload)  # noqa: S301 - our own folder; `jit._is_ours` sees to it
+        return code if (stamp, kept) == (self._stamp, key) else None
+
+    def save(self, key: Any, code: Any) -> None:
+        """Whole or not at all, whoever else writes the same, and whatever ends this process."""
+        payload = cast("bytes", dumps((self._stamp, key, code)))
+        path = self._path(key)
+        unborn = path.with_name(f"{path.name}.{uuid.uuid4().hex[:12]}")
+        try:
+            unborn.write_bytes(hashlib.sha256(payload).digest() + payload)
+            unborn.replace(path)
+        except OSError:
+            with suppress(OSError):
+                unborn.unlink()
+            raise
+
+    def flush(self) -> None:
+        """Nothing is in memory."""
+
+    def _path(self, key: Any) -> Path:
+        return self._folder / f"{self._name}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
+
+
+def _log(message: str) -> None:
+    if os.environ.get("NUMBA_DEBUG_CACHE"):
+        print(message, file=sys.stderr)  # noqa: T201

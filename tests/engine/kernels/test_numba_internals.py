@@ -1,0 +1,85 @@
+"""Inlined functions: parts of kernels that exist nowhere else, and yet can be called from Python."""
+
+from pathlib import Path
+from typing import Any, cast
+
+import numba
+import numpy as np
+import pytest
+
+from engine.kernels import numba_internals
+from engine.kernels.jit import inlined, is_known, kernel
+from engine.kernels.numba_internals import Inlined
+from engine.tables import Floats
+
+
+@inlined
+def divided(x: float, y: float) -> float:
+    return x / y
+
+
+@inlined
+def added(values: Floats, by: float) -> float:
+    total = 0.0
+    for value in values:
+        total += divided(value, by)
+    return total
+
+
+@kernel
+def halved(values: Floats) -> float:
+    return added(values, 2.0) + divided(1.0, 0.0 * values[0] + 4.0)
+
+
+def test_inlined_functions_work_in_one_another_in_kernels_and_from_python() -> None:
+    """Under the kernels' rules: x / 0 is infinite."""
+    values = np.array([1.0, 2.0, 6.0])
+    assert halved(values) == 4.75
+    assert added(values, 2.0) == 4.5
+    if isinstance(divided, Inlined):
+        assert divided(1.0, 0.0) == np.inf
+
+
+def test_a_draft_has_no_machine_code_of_its_own() -> None:
+    """Else it is made, and thrown away, for each of some hundred functions: half a minute instead of a quarter."""
+    halved(np.ones(2))
+    function = cast("Any", divided)
+    if not isinstance(function, Inlined):
+        pytest.skip("runs without the compiler")
+    if not function.draft.overloads:  # the kernel came from the cache
+        function.draft.compile("(float64, float64)")
+    (result,) = function.draft.overloads.values()
+    engine_of = result.target_context.codegen()._engine
+    assert not engine_of.is_symbol_defined(result.fndesc.llvm_func_name)
+
+
+def test_numba_has_the_parts_that_are_used() -> None:
+    """What `numba_internals` overrides or sets; where one is gone or renamed, its place is taken by what is public."""
+    if not is_known(numba.__version__):
+        pytest.skip("this numba is used by its public parts alone")
+    library, cache = numba_internals.JITCodeLibrary, numba_internals.FunctionCache
+    for name in ("_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals"):
+        assert callable(getattr(library, name))
+    assert {"get_pointer_to_function", "codegen", "enable_object_caching"} <= set(dir(library))
+    assert {"load_overload", "save_overload", "cache_path"} <= set(dir(cache))
+    kept = cast("Any", cache(_plain))
+    assert {"load", "save", "flush"} <= set(dir(kept._cache_file))
+    assert {"locator", "filename_base"} <= set(dir(kept._impl))
+    assert hasattr(numba.njit(_plain), "_cache")
+
+
+def test_unknown_versions_are_not_taken_for_known_ones() -> None:
+    """A minor version is known as a whole."""
+    assert is_known("0.68.1")
+    assert not any(map(is_known, ("0.69.0", "0.6.8", "1.0.0", "0.680.0")))
+
+
+def test_private_parts_are_touched_in_one_file() -> None:
+    """All else imports `numba` itself."""
+    product = Path(numba_internals.__file__).parents[2]
+    sources = [path for folder in ("engine", "cortex_dsl") for path in (product / folder).rglob("*.py")]
+    assert [path.stem for path in sources if "numba.core" in path.read_text(encoding="utf-8")] == ["numba_internals"]
+
+
+def _plain(x: float) -> float:
+    return x
