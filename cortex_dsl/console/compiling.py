@@ -9,7 +9,6 @@ from cortex_dsl.console.request import CompileRequest
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import read_source
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
-from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import did_you_mean
 
@@ -56,6 +55,8 @@ def show(
         for line in github_annotations(source, diagnostics):
             terminal.write(line)
     elif diagnostics:
+        from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
+
         print_diagnostics(source, diagnostics, terminal.err)
         if terminal.err.is_terminal and (more := _where_to_read_more(diagnostics)):
             terminal.err.print(f"\nfor more: {more}", style="quiet", soft_wrap=True)

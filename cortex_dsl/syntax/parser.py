@@ -12,7 +12,7 @@ from lark.lexer import LexerState
 from lark.parsers.lalr_interactive_parser import InteractiveParser
 
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.resources import resource
+from cortex_dsl.installation import resource
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.errors import MAX_ERRORS
 from cortex_dsl.syntax.layout import Indenter, Layout, lay_out, synthetic

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from cortex_dsl.diagnostics import CompileError, Severity
-from cortex_dsl.resources import resource
+from cortex_dsl.installation import resource
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import errors, parse, parse_tree
 from cortex_dsl.syntax.errors import CODES, Code
