@@ -2,6 +2,9 @@
 
 VENV   := .venv
 PYTHON := $(VENV)/bin/python
+QUICK  := tests/cortex_dsl/syntax tests/cortex_dsl/semantics tests/cortex_dsl/lowering tests/cortex_dsl/editor \
+          tests/engine/road $(wildcard tests/cortex_dsl/test_*.py tests/engine/test_*.py) \
+          tests/test_architecture.py tests/test_documents.py
 SCENE  ?= examples/left_turn.scn
 ARGS   ?=
 PYTHONS := python3.14 python3.13 python3.12 python3.11 python3
@@ -29,7 +32,7 @@ test: dev
 	$(PYTHON) -m pytest --numprocesses 2 $(ARGS)
 
 quick: dev
-	$(PYTHON) -m pytest --numprocesses 2 -m "not slow" $(QUICK) $(ARGS)
+	$(PYTHON) -m pytest --numprocesses 2 $(QUICK) $(ARGS)
 
 # In an environment of its own: are the lower bounds of pyproject.toml true?
 lowest:

@@ -30,6 +30,7 @@ import numpy as np
 from engine.user_cache import cache_roots, is_writable, remove_old
 
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False, "no_cfunc_wrapper": True}
+NJIT: Any = numba.njit
 KNOWN = ("0.68",)
 """Versions of numba that `numba_internals` was tried with."""
 KERNELS = Path(__file__).parent
@@ -49,7 +50,7 @@ def kernel(function: Function) -> Function:
 
     With NUMBA_DISABLE_JIT=1 in the environment it stays plain Python.
     """
-    dispatcher: Any = numba.njit(**OPTIONS)(function)
+    dispatcher: Any = NJIT(**OPTIONS)(function)
     if dispatcher is function:
         return function
     if is_known(numba.__version__):
@@ -65,10 +66,10 @@ def inlined(function: Function) -> Function:
     """Compile like `@kernel`, but into the caller's machine code; cached as a part of the caller."""
     options = OPTIONS | {"forceinline": True}
     if not is_known(numba.__version__):
-        return cast("Function", numba.njit(**options)(function))
+        return cast("Function", NJIT(**options)(function))
     from engine.kernels.numba_internals import DRAFT_OPTIONS, Inlined
 
-    draft: Any = numba.njit(**options | DRAFT_OPTIONS)(function)
+    draft: Any = NJIT(**options | DRAFT_OPTIONS)(function)
     return function if draft is function else cast("Function", Inlined(function, draft, kernel))
 
 
@@ -122,7 +123,7 @@ def _is_ours(folder: Path) -> bool:
 
 def _cache_by_place(dispatcher: Any) -> None:
     """Numba's own cache, in our folder: an entry is of use to one installation only."""
-    config: Any = numba.config
+    config = cast("Any", numba).config
     before, config.CACHE_DIR = config.CACHE_DIR, str(cache_folder())
     try:
         dispatcher.enable_caching()

@@ -122,13 +122,13 @@ def _locator_class(folder: Path, sources: Path) -> type[UserProvidedCacheLocator
             self._py_file = py_file
             self._lineno = py_func.__code__.co_firstlineno
             self._cache_path = str(folder / (source.stem if ours else self.get_suitable_cache_subpath(py_file)))
-            self._stamp = "" if ours else hashlib.sha256(source.read_bytes()).hexdigest()
+            self._stamp = b"" if ours else hashlib.sha256(source.read_bytes()).digest()
 
         @classmethod
         def from_function(cls, py_func: Callable[..., Any], py_file: str) -> "Locator":
             return cls(py_func, py_file)
 
-        def get_source_stamp(self) -> str:
+        def get_source_stamp(self) -> bytes:
             """The folder stands for the contents of our kernels; other files are looked at."""
             return self._stamp
 
@@ -162,7 +162,7 @@ class _KernelCache(FunctionCache):
 class _Files:
     """One file for each compiled signature of a function: the hash of what follows, then the key and the code."""
 
-    def __init__(self, folder: Path, name: str, stamp: str) -> None:
+    def __init__(self, folder: Path, name: str, stamp: bytes) -> None:
         self._folder, self._name, self._stamp = folder, name, stamp
 
     def load(self, key: Any) -> Any:

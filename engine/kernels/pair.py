@@ -16,7 +16,7 @@ Two who are never in the scene together have an infinite MD, at no time, and an 
 
 import math
 from collections import namedtuple
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from engine.kernels.approach import centers_apart, closest_in_step
 from engine.kernels.geometry import Box, box_distance, half_diagonal, shortest_turn
@@ -33,8 +33,13 @@ and whether D_MS is a number must not hang on its sign."""
 FRONT, LEFT, REAR, RIGHT = map(int, Side)
 
 
-PairMetrics: Any = namedtuple("PairMetrics", [row.name for row in PAIRS])
-"""Metrics of one pair, by the table in `engine.outcomes`; all of them floats. Times count from the start of the run."""
+if TYPE_CHECKING:
+
+    class PairMetrics(Any):
+        """Metrics of one pair, by the table in `engine.outcomes`: floats. Times count from the start of the run."""
+
+else:
+    PairMetrics = namedtuple("PairMetrics", [row.name for row in PAIRS])
 
 
 class Approach(NamedTuple):

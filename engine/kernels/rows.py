@@ -1,7 +1,7 @@
 """Many runs, one after another: rows of scenes to rows of results, by the table in `engine.outcomes`."""
 
 from collections import namedtuple
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from engine.kernels.jit import kernel
 from engine.kernels.pair import measure_pair
@@ -21,9 +21,15 @@ class Requested(NamedTuple):
     keys: Ints
 
 
-Results: Any = namedtuple("Results", [*(row.name for row in OUTCOMES if row.per is not Per.PAIR), "pairs"])
-"""Where results go: the arrays of `engine.outcomes.Outcomes` under their names there, filled for no result; those of
-pairs are one array (n, pairs, len(PAIRS)), in the order of `PAIRS`."""
+if TYPE_CHECKING:
+
+    class Results(Any):
+        """Where results go: the arrays of `engine.outcomes.Outcomes` under their names there, filled for no result;
+        those of pairs are one array (n, pairs, len(PAIRS)), in the order of `PAIRS`.
+        """
+
+else:
+    Results = namedtuple("Results", [*(row.name for row in OUTCOMES if row.per is not Per.PAIR), "pairs"])
 
 
 @kernel

@@ -23,8 +23,8 @@ from engine.metrics import Metric, measure_impacts, measure_trajectory, scored_s
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import Risk
-from engine.road import build_network, outline
-from engine.road.outline import Outline
+from engine.road import build_network
+from engine.road.outline import Outline, outline
 from engine.scenes import Scenes, Trajectory, actor_columns
 from engine.search.ranking import Case
 from engine.tables import Floats

@@ -14,8 +14,8 @@ from engine.metrics import Metric, Recorded
 from engine.outcomes import PAIRS, Outcomes
 from engine.program import ParamSpace, Program
 from engine.road.outline import Outline
-from engine.scenes import Scenes, StreamKey, Trajectory
-from engine.streams import format_key
+from engine.scenes import Scenes, Trajectory
+from engine.streams import StreamKey, format_key
 from engine.vocabulary import EndReason, GeneKind, Verdict
 
 PARTS: Sequence[tuple[str, int, str]] = (

@@ -19,9 +19,8 @@ from cortex_dsl.report.page.player import player, player_data
 from engine.avoidability import Avoidability
 from engine.outcomes import PAIRS, Result
 from engine.risk import HIGHEST_RISK
-from engine.scenes import StreamKey
 from engine.search.ranking import Case
-from engine.streams import format_key
+from engine.streams import StreamKey, format_key
 from engine.vocabulary import GeneKind
 
 # -- the tables: the risk with its parts, and the params ---------------------------------------------------------------

@@ -21,7 +21,8 @@ from cortex_dsl.report.findings.case_replay import Runnable
 from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.markup import Element, element, picture, render
 from engine.program import Program
-from engine.road import build_network, outline
+from engine.road import build_network
+from engine.road.outline import outline
 from engine.scenes import Scenes, actor_columns
 from engine.search.run import Campaign
 from engine.tables import Floats
