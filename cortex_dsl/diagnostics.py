@@ -73,6 +73,10 @@ class CompileError(CortexError):
     def _repr_html_(self) -> str:
         return f"<pre>{escape(str(self))}</pre>"
 
+    def _render_traceback_(self) -> list[str]:
+        """What IPython prints instead of a traceback: the mistakes alone, for its frames are ours, not the file's."""
+        return str(self).strip("\n").splitlines()
+
     def __str__(self) -> str:
         return self.drawn or "; ".join(
             f"{d.code}: {d.message}{f' ({d.cure})' if d.cure else ''}" for d in self.diagnostics

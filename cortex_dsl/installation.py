@@ -1,12 +1,15 @@
-"""Whether this is a whole installation: `engine` is a common name, and another package of that name may hide ours.
+"""The installation: the files that ship with it, and whether it is whole.
 
-Nothing of the engine can be imported then, its exceptions included; they are read from their file.
+`engine` is a common name, and another package of that name may hide ours. Nothing of the engine can be imported then,
+its exceptions included; they are read from their file.
 """
 
 import sys
 from functools import lru_cache
 from importlib import import_module
 from importlib.machinery import ModuleSpec
+from importlib.resources import files
+from importlib.resources.abc import Traversable
 from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
@@ -61,3 +64,17 @@ def _engine_spec() -> ModuleSpec | None:
         return find_spec(ENGINE)
     except ValueError:  # a module that somebody made by hand
         return None
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Find the files that the repository keeps beside the packages and a wheel inside this one: grammar and examples.
+
+
+def resource(name: str) -> Traversable:
+    """Return the file or folder that the repository calls `name`, such as `grammar/cortex.lark`.
+
+    A wheel carries it in `cortex_dsl/data` (pyproject.toml says which). A clone and an editable install have no such
+    folder: there the packages lie in the repository itself.
+    """
+    shipped = files("cortex_dsl") / "data"
+    return (shipped if shipped.is_dir() else Path(__file__).parents[1]).joinpath(*name.split("/"))

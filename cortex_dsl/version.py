@@ -1,3 +1,3 @@
 """The version of cortexc, where it can be read without asking the installer; a test holds it to `pyproject.toml`."""
 
-VERSION = "0.1.0"
+VERSION = "0.2.0"

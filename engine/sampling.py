@@ -22,7 +22,7 @@ import numpy as np
 
 from engine.config import SimulationConfig
 from engine.errors import ArgumentError
-from engine.feasibility import Pruner, groups_of, pruner
+from engine.feasibility.pruning import Pruner, groups_of, pruner
 from engine.kernels.attempts import sample_rows
 from engine.kernels.random_numbers import GENE_CHANNEL, fill_uniform, truncated_normals
 from engine.kernels.recipe import Confinement, Layout, Ledger, Recipe, Request, Scratch

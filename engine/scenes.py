@@ -4,7 +4,6 @@ Arrays are row-aligned: row i of every array belongs to scene i.
 """
 
 from dataclasses import field
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,18 +12,6 @@ from engine.frozen import frozen
 from engine.program import Program
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Column, Verdict
-
-
-class StreamKey(NamedTuple):
-    """Names one stream of random numbers. Equal keys give equal numbers, whatever ran before or beside."""
-
-    seed: int
-    method: int
-    """`vocabulary.Method`, or a number made of a search method's name (`engine.streams.method_number`)."""
-    run: int
-    generation: int
-    index: int  # pyright: ignore[reportIncompatibleMethodOverride]  # nobody looks values up in a key
-    rollout: int
 
 
 @frozen

@@ -25,18 +25,30 @@ operators draw from numpy's Philox4x64-10 under the same fields (`operator_gener
 import re
 from collections.abc import Iterable
 from hashlib import sha256
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.errors import ArgumentError
-from engine.scenes import StreamKey
 from engine.tables import Ints
 from engine.vocabulary import Method, Purpose
 
 if TYPE_CHECKING:
     from numpy.random import Generator
+
+
+class StreamKey(NamedTuple):
+    """Names one stream of random numbers. Equal keys give equal numbers, whatever ran before or beside."""
+
+    seed: int
+    method: int
+    """`vocabulary.Method`, or a number made of a search method's name (`engine.streams.method_number`)."""
+    run: int
+    generation: int
+    index: int  # pyright: ignore[reportIncompatibleMethodOverride]  # nobody looks values up in a key
+    rollout: int
+
 
 FIELD_BITS = StreamKey(seed=63, method=36, run=16, generation=16, index=32, rollout=16)
 """Width of each field. Keys are int64, hence 63."""

@@ -17,7 +17,7 @@ from engine.errors import CortexError, HiddenEngineError, Signal, UnreadableFile
 from engine.extras import MissingExtraError
 from engine.interchange.contract import InterchangeError
 from engine.road.specification import RoadError
-from engine.search.run import ForeignPastError
+from engine.search.past import ForeignPastError
 from engine.search.searchers import PluginError, UnknownMethodError
 from engine.search.store import RemovedError
 

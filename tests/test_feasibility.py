@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from cortex_dsl import compile_text, load
 from engine.config import SimulationConfig
-from engine.feasibility import Feasibility, explain, infeasible, pruner
+from engine.feasibility import Feasibility, explain
+from engine.feasibility.pruning import infeasible, pruner
 from engine.program import Program
 from engine.sampling import draw_genomes, groups_of, sample, uniform_genomes
 from engine.scenes import Scenes

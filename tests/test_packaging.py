@@ -66,7 +66,7 @@ CHECK = """
 import sys
 from pathlib import Path
 from cortex_dsl.cli import main
-from cortex_dsl.resources import resource
+from cortex_dsl.installation import resource
 print(resource("grammar/cortex.lark"))
 sys.exit(main(["--no-colour", str(resource("examples/left_turn.scn")), "--check"]))
 """

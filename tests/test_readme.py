@@ -1,10 +1,12 @@
 """The README says what is so: its scenario compiles, its Python runs, its options exist."""
 
 import re
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
+from cortex_dsl.cli.command_table import SUBCOMMANDS
 from cortex_dsl.cli.file_options import build_parser
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source
@@ -37,6 +39,9 @@ def test_its_options_exist(page: Path) -> None:
     """No option is named that the command, or the benchmark that the sentence is about, does not have."""
     text = page.read_text(encoding="utf-8")
     named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", text))
+    for word in set(re.findall(r"cortexc ([a-z][a-z-]*) -", text)) & set(SUBCOMMANDS):
+        module, _, name = SUBCOMMANDS[word].command.partition(":")
+        named -= set(getattr(import_module(module), name).parser()._option_string_actions)
     for benchmark in re.findall(r"python -m benchmarks\.(\w+)", text):
         source = (ROOT / "benchmarks" / f"{benchmark}.py").read_text(encoding="utf-8")
         if "in_memory" in source:  # the options that benchmarks of many runs share

@@ -118,7 +118,7 @@ def key_of(key: "ArrayLike") -> "Ints":
     Raises:
         ArgumentError: it has another shape.
     """
-    from engine.scenes import StreamKey
+    from engine.streams import StreamKey
 
     keys = np.asarray(key, dtype=np.int64)
     if keys.shape != (len(StreamKey._fields),):

@@ -20,8 +20,8 @@ from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.formatting import format_source
 from engine.config import SimulationConfig
 from engine.program import ChoiceLabel, DrawSite, Program
-from engine.scenes import Scenes, StreamKey
-from engine.streams import format_key
+from engine.scenes import Scenes
+from engine.streams import StreamKey, format_key
 from engine.vocabulary import GeneKind
 
 Imports = Mapping[Span, ImportedFile]

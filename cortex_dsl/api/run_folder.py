@@ -21,9 +21,10 @@ from engine.program import Program
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record
 from engine.search.manifest import Link, Manifest, Origin, Text, changed_versions, make_manifest
+from engine.search.past import ForeignPastError
 from engine.search.ranking import Case
 from engine.search.result_files import write_exports
-from engine.search.run import Campaign, ForeignPastError, OnGeneration, Progress, search
+from engine.search.run import Campaign, OnGeneration, Progress, search
 from engine.search.searchers import canonical
 from engine.search.store import JOURNAL, RemovedError, StoreError, hold, store_errors
 from engine.search.workers import Workers, workers_for

@@ -26,9 +26,10 @@ from engine.display import facts_table
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record, damaged, read_journal
 from engine.search.manifest import Manifest, ManifestError, Origin, Text, check_program
+from engine.search.past import follow
 from engine.search.protocol import Box
 from engine.search.ranking import Case, order_of_risk, worst_cases
-from engine.search.run import Campaign, OnGeneration, follow
+from engine.search.run import Campaign, OnGeneration
 from engine.search.searchers import build_searcher, find_searcher
 from engine.search.store import JOURNAL, StoreError, example_run, hold
 from engine.search.workers import Workers

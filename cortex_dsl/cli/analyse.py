@@ -14,7 +14,7 @@ from cortex_dsl.console.request import SEED_LIMIT, CompileRequest, RunRequest, a
 from cortex_dsl.console.simulating import compile_kernels, open_scenario
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.report.documents import document
-from cortex_dsl.report.findings.analysis_report import condition_text
+from cortex_dsl.report.findings.analysis_report import analysis_content
 from cortex_dsl.report.terminal.analysis_view import analysis_view, probability_view
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.probability.estimates import keep
@@ -41,9 +41,7 @@ def _analysis(run: OpenedRun, options: argparse.Namespace) -> Analysis:
 
 
 def _document(run: OpenedRun, analysis: Analysis) -> str:
-    space = run.scenario.program.space
-    kinds = [condition_text(space, cluster) for cluster in analysis.clusters]
-    return document("analysis", {"folder": run.folder, "params": space.names, "kinds": kinds, **vars(analysis)})
+    return document("analysis", {"folder": run.folder, **analysis_content(run.scenario.program.space, analysis)})
 
 
 def _analyse_options(parser: Parser) -> None:

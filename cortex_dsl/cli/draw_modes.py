@@ -145,7 +145,7 @@ def _undefined(scenario: Scenario, scenes: Scenes) -> Diagnostic | None:
 
 def _chunks(program: Program, run: RunRequest, samples: int, config: SimulationConfig) -> Iterator[Scenes]:
     """All scenes, some at a time."""
-    from engine.feasibility import pruner
+    from engine.feasibility.pruning import pruner
     from engine.sampling import draw_genomes, sample
     from engine.streams import key_rows
 

@@ -13,7 +13,7 @@ from textwrap import wrap
 from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import reason, write_bytes
-from cortex_dsl.resources import resource
+from cortex_dsl.installation import resource
 from cortex_dsl.spelling import nearest
 
 SUFFIX = ".scn"

@@ -101,7 +101,8 @@ def _report(reader: Reader, options: argparse.Namespace, terminal: Terminal) -> 
     from cortex_dsl.console.simulating import announce_compilation
     from cortex_dsl.report.findings.interchange_report import MeasuredReport, road_outline
     from engine.interchange.measuring import measure
-    from engine.road import build_network, outline
+    from engine.road import build_network
+    from engine.road.outline import outline
 
     read = _read(options)
     announce_compilation(terminal)

@@ -11,7 +11,7 @@ from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import write_output
 
 if TYPE_CHECKING:
-    from cortex_dsl.report.findings.case_replay import ToldCase
+    from cortex_dsl.report.findings.case_replay import CaseReplay
     from engine.search.ranking import Case
 
 MOST_CASES = 10_000_000
@@ -21,7 +21,7 @@ MOST_CASES = 10_000_000
 class Found:
     """A case, and of which run it is."""
 
-    shown: "ToldCase"
+    shown: "CaseReplay"
     case: "Case | None" = None
     folder: Path | None = None
 
@@ -50,7 +50,7 @@ def _of_run(folder: Path, rank: int) -> Found:
     """Case `rank` of a run, 1 the worst."""
     from cortex_dsl.api.runs import every_case
     from cortex_dsl.cli.search_output import opened_run, usage_errors
-    from cortex_dsl.report.page.run_page import told_case
+    from cortex_dsl.report.page.run_page import replay_of_case
 
     run = opened_run(folder)
     cases = every_case(run.record)
@@ -59,13 +59,13 @@ def _of_run(folder: Path, rank: int) -> Found:
         raise UsageError(f"`{folder}` has no case {rank:,}", cure)
     case = cases[rank - 1]
     with usage_errors():
-        return Found(told_case(run, case), case, run.folder)
+        return Found(replay_of_case(run, case), case, run.folder)
 
 
 def _of_file(options: argparse.Namespace, terminal: Terminal) -> Found | int:
     """The run that `cortexc FILE.scn` shows."""
     from cortex_dsl.cli.draw_modes import drawn_scene
-    from cortex_dsl.report.findings.case_replay import tell_case
+    from cortex_dsl.report.findings.case_replay import replay_case
 
     if options.case is not None:
         raise UsageError("--case names a case of a run, and a scenario has none", "name the run, or leave --case out")
@@ -73,7 +73,7 @@ def _of_file(options: argparse.Namespace, terminal: Terminal) -> Found | int:
     drawn = drawn_scene(words, terminal)
     if isinstance(drawn, Exit):
         return drawn
-    return Found(tell_case(drawn.scenario, drawn.scenes, drawn.run.profile, name=options.what.name))
+    return Found(replay_case(drawn.scenario, drawn.scenes, drawn.run.profile, name=options.what.name))
 
 
 def _play(found: Found, speed: float, terminal: Terminal) -> None:

@@ -26,8 +26,9 @@ from engine.extras import MissingExtraError
 from engine.program import Program
 from engine.search.journal_reader import Record
 from engine.search.manifest import changed_versions
+from engine.search.past import ForeignPastError
 from engine.search.result_files import summary
-from engine.search.run import Campaign, ForeignPastError, OnGeneration, Progress
+from engine.search.run import Campaign, OnGeneration, Progress
 from engine.search.searchers import PluginError, UnknownMethodError
 from engine.search.store import StoreError
 from engine.search.workers import Workers, WorkersLostError, workers_for

@@ -116,7 +116,7 @@ def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped:
     """Write the files beside the study, and show what it came to so far."""
     from cortex_dsl.report.terminal.study_view import study_view
     from engine.study.database import read_study
-    from engine.study.study_files import summary, write_study
+    from engine.study.study_files import write_study
     from engine.study.verdict import findings
 
     study = read_study(folder)
@@ -124,8 +124,9 @@ def show_study(folder: Path, terminal: Terminal, *, json: bool = False, stopped:
     write_study(study, found)
     if json:
         from cortex_dsl.report.documents import document
+        from cortex_dsl.report.findings.study_report import study_content
 
-        terminal.write(document("study", {"folder": folder, **summary(study, found)}))
+        terminal.write(document("study", {"folder": folder, **study_content(study, found)}))
     else:
         terminal.out.print(study_view(study, found, terminal.out.width))
     if stopped:

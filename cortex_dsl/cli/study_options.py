@@ -17,7 +17,7 @@ from cortex_dsl.console.request import (
     whole_number,
 )
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
-from cortex_dsl.resources import resource
+from cortex_dsl.installation import resource
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:

@@ -9,8 +9,6 @@ from cortex_dsl.console.request import CompileRequest
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import read_source
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Severity
-from cortex_dsl.report.findings.snippet import as_json
-from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import did_you_mean
 
@@ -57,6 +55,8 @@ def show(
         for line in github_annotations(source, diagnostics):
             terminal.write(line)
     elif diagnostics:
+        from cortex_dsl.report.terminal.diagnostics_view import print_diagnostics
+
         print_diagnostics(source, diagnostics, terminal.err)
         if terminal.err.is_terminal and (more := _where_to_read_more(diagnostics)):
             terminal.err.print(f"\nfor more: {more}", style="quiet", soft_wrap=True)
@@ -76,6 +76,7 @@ def diagnostics_document(
 ) -> str:
     """What a compilation said, as the one document of --json; `feasibility`: what was proved beyond that."""
     from cortex_dsl.report.documents import document
+    from cortex_dsl.report.findings.snippet import as_json
 
     errors = sum(d.severity is Severity.ERROR for d in diagnostics)
     content = {"file": source.name, "errors": errors, "diagnostics": as_json(source, diagnostics)}

@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import combinations, islice
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,9 +23,11 @@ from cortex_dsl.source import Source, Span
 from engine.feasibility import Feasibility, conflicts
 from engine.feasibility.distances import boundary_distance, region_edges
 from engine.program import ParamSpace, Program
-from engine.scenes import Scenes
 from engine.tables import ROAD_REGION, Ints
 from engine.vocabulary import Column, Op
+
+if TYPE_CHECKING:
+    from engine.scenes import Scenes
 
 
 def no_scene_at_all(program: Program, source: Source, found: Feasibility) -> Diagnostic:
@@ -178,7 +181,7 @@ class _Culprit:
     why: str
 
 
-def undefined_value(compiled: Compiled, scenes: Scenes, row: int = 0) -> Diagnostic | None:
+def undefined_value(compiled: Compiled, scenes: "Scenes", row: int = 0) -> Diagnostic | None:
     """Return the diagnostic for a row that failed over a value that is no number, or None if the file has no part."""
     variant = group_variants(compiled.scenario).variants[max(0, int(scenes.variant[row]))]
     space, source = compiled.program.space, compiled.source
@@ -232,7 +235,7 @@ def _divides_safely(part: ir.Apply, known: list[float | None]) -> bool:
     return part.op in (Op.DIV, Op.MOD, Op.FLOORDIV) and known[1] not in (None, 0.0)
 
 
-def _drawn(space: ParamSpace, expression: ir.Expr, scenes: Scenes, row: int) -> str:
+def _drawn(space: ParamSpace, expression: ir.Expr, scenes: "Scenes", row: int) -> str:
     """The params that the value depends on, as they were drawn."""
     indices = sorted({part.index for part in parts(expression) if isinstance(part, ir.Gene)})
     return ", ".join(

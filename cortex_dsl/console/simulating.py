@@ -154,7 +154,8 @@ def _simulate(scenario: Scenario, scenes: Scenes, engine: str) -> Simulated:
 
 
 def _report(run: RunRequest, scenario: Scenario, scenes: Scenes, simulated: Simulated, again: str) -> RunReport:
-    from engine.road import build_network, outline
+    from engine.road import build_network
+    from engine.road.outline import outline
 
     risk = scenario.assess(simulated.outcomes, run.profile)
     return RunReport(

@@ -93,7 +93,8 @@ def do_scene(state: State, _argument: str) -> None:
         return
     from cortex_dsl.report.terminal.sample_view import still_view
     from engine import batch
-    from engine.road import build_network, outline
+    from engine.road import build_network
+    from engine.road.outline import outline
 
     console = state.terminal.out
     road = outline(build_network(scenario.program.road_spec))

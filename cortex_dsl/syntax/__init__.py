@@ -1,4 +1,4 @@
-"""Syntax: text to tree to frozen nodes, and back to text. Lark is loaded by the first parse, not by this import."""
+"""Syntax: text to tree to frozen nodes, and back to text (`unparse`). The first parse loads Lark, not this import."""
 
 from typing import TYPE_CHECKING
 
@@ -6,12 +6,11 @@ from cortex_dsl.diagnostics import CompileError, Diagnostic
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.errors import MAX_ERRORS, too_many
 from cortex_dsl.syntax.nodes import Module
-from cortex_dsl.syntax.unparse import unparse
 
 if TYPE_CHECKING:
     from lark import Token, Tree
 
-__all__ = ["parse", "parse_tree", "unparse"]
+__all__ = ["parse", "parse_tree"]
 
 
 def parse(source: Source) -> Module:

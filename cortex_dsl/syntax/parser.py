@@ -12,10 +12,9 @@ from lark.lexer import LexerState
 from lark.parsers.lalr_interactive_parser import InteractiveParser
 
 from cortex_dsl.diagnostics import Diagnostic
-from cortex_dsl.resources import resource
+from cortex_dsl.installation import resource
 from cortex_dsl.source import Source
 from cortex_dsl.syntax.errors import MAX_ERRORS
-from cortex_dsl.syntax.explain.table import explain
 from cortex_dsl.syntax.layout import Indenter, Layout, lay_out, synthetic
 from cortex_dsl.syntax.words import LATER_BLOCKS
 from engine.user_cache import cached_file
@@ -138,6 +137,8 @@ def _run(source: Source, layout: Layout, diagnostics: list[Diagnostic]) -> tuple
             run.exhaust_lexer()
             return run.feed_eof(), diagnostics
         except UnexpectedInput as error:
+            from cortex_dsl.syntax.explain.table import explain  # not for texts without an error
+
             offset = _offset(error, len(source.text))
             index = layout.line_at(offset)
             if not (layout.lines and layout.lines[index].broken):

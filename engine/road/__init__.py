@@ -2,7 +2,6 @@
 
 from engine.road.build import build_network
 from engine.road.network import Intersection, Lane, LaneRole, Leg, Maneuver, Network, road_tables
-from engine.road.outline import Outline, outline
 from engine.road.paths import PathBook, Pose, Primitive
 from engine.road.regions import RegionBook
 from engine.road.specification import RoadError
@@ -14,13 +13,11 @@ __all__ = [
     "Leg",
     "Maneuver",
     "Network",
-    "Outline",
     "PathBook",
     "Pose",
     "Primitive",
     "RegionBook",
     "RoadError",
     "build_network",
-    "outline",
     "road_tables",
 ]

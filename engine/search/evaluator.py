@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from engine.config import Config
 from engine.errors import ArgumentError
-from engine.feasibility import pruner
+from engine.feasibility.pruning import pruner
 from engine.outcomes import MEASURED, Assessment, Kept, Outcomes, Result
 from engine.program import Program
 from engine.risk import Risk, RiskProfile, assess

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from engine.scenes import StreamKey
 from engine.search.evaluations import Evaluations
 from engine.search.insight.diversity import first_apart
 from engine.search.protocol import Box
+from engine.streams import StreamKey
 from engine.tables import Ints
 from engine.vocabulary import Verdict
 

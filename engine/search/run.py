@@ -14,7 +14,7 @@ import numpy as np
 
 from engine.config import Config, SearchConfig
 from engine.display import facts_table
-from engine.errors import ArgumentError, CortexError
+from engine.errors import ArgumentError
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
 from engine.search.assessment import Evaluate, concatenate, map_arrays, take
@@ -31,6 +31,7 @@ from engine.search.evaluations import (
     results,
 )
 from engine.search.insight.gene_effects import GeneEffect, gene_effects, probe_genes
+from engine.search.past import retold
 from engine.search.protocol import Box, Proposal, Searcher
 from engine.search.ranking import Case, worst_cases
 from engine.search.searchers import build_searcher, canonical, find_searcher
@@ -67,17 +68,6 @@ class Progress:
 
 
 OnGeneration = Callable[[Progress], None]
-
-
-class ForeignPastError(CortexError):
-    """A journal's generation is not the one that its searcher proposes: other settings, or another version."""
-
-    def __init__(self, generation: int) -> None:
-        super().__init__(
-            f"generation {generation} does not follow from the ones before it",
-            "use the version of cortexc that wrote it, or search anew",
-        )
-        self.generation = generation
 
 
 @dataclass(frozen=True)
@@ -168,7 +158,7 @@ def run_campaign(
         for generation in range(config.generations):
             proposals = searcher.ask()
             if generation < len(past):
-                evaluations = _told_again(proposals, past[generation], generation)
+                evaluations = retold(proposals, past[generation], generation)
             else:
                 evaluations = _evaluate(proposals, [block for block, _ in done], evaluate, config, number)
             searcher.tell(results(evaluations))
@@ -185,33 +175,6 @@ def run_campaign(
             raise
     stopped = len(done) < config.generations
     return _finish(space, evaluate if not stopped else None, config, method, preset, done, start)
-
-
-def follow(searcher: Searcher, past: Sequence[Evaluations]) -> None:
-    """Tell a new searcher a whole past again; nothing is simulated.
-
-    Raises:
-        ForeignPastError: it would not have proposed what `past` holds, in this way and from these parents.
-    """
-    for generation, evaluations in enumerate(past):
-        searcher.tell(results(_told_again(searcher.ask(), evaluations, generation)))
-
-
-def _told_again(proposals: Sequence[Proposal], evaluations: Evaluations, generation: int) -> Evaluations:
-    """A generation of the past, once it is sure that these proposals led to it."""
-    genomes = np.array([proposal.genome for proposal in proposals], dtype=np.float64).reshape(len(proposals), -1)
-    same = genomes.tobytes() == evaluations.genomes.tobytes() and all(
-        np.array_equal(asked, written)
-        for asked, written in (
-            ([proposal.birth for proposal in proposals], evaluations.births),
-            ([proposal.operator for proposal in proposals], evaluations.operator),
-            ([proposal.reused is not None for proposal in proposals], evaluations.reused),
-            (parent_rows(proposals), evaluations.parents),
-        )
-    )
-    if not same:
-        raise ForeignPastError(generation)
-    return evaluations
 
 
 def _evaluate(

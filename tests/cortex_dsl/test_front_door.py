@@ -166,6 +166,7 @@ def test_a_compile_error_shows_where() -> None:
     assert shown.index("error[") < shown.index("note[")
     assert "\x1b" not in shown
     assert caught.value._repr_html_().startswith("<pre>")
+    assert caught.value._render_traceback_() == shown.strip("\n").splitlines()
     assert (caught.value.message, caught.value.cure) == (
         "SCN204: a Car has no property `sped`",
         "did you mean `speed`?",

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.kernels.random_numbers import fill_uniform
-from engine.scenes import StreamKey
 from engine.streams import (
     FIELD_BITS,
+    StreamKey,
     check_keys,
     format_key,
     key_rows,

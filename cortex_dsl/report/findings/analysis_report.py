@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from cortex_dsl.report.findings.readable import (
     fixed,
     format_gene,
     percent,
+    ratio,
     significant,
     whole,
 )
@@ -303,3 +305,24 @@ def _entropy(counts: Ints) -> float:
     there = counts[counts > 0].astype(np.float64)
     share = there / there.sum()
     return float(-(share * np.log2(share)).sum() + (len(there) - 1) / (2.0 * there.sum() * np.log(2.0)))
+
+
+def heat_map_content(found: HeatMap) -> dict[str, Any]:
+    """A pair of params with its counts, for a document."""
+    return {
+        "params": [found.across.name, found.up.name],
+        "information": found.information,
+        "tried": found.tried,
+        "failed": found.failed,
+    }
+
+
+def analysis_content(space: ParamSpace, analysis: Analysis) -> dict[str, Any]:
+    """Everything that an analysis found, for a document."""
+    kinds = [condition_text(space, cluster) for cluster in analysis.clusters]
+    cells = [
+        {"name": grid.name, "failing": grid.failing, "covered": grid.covered, "qd_score": grid.qd_score}
+        for grid in analysis.grids
+    ]
+    avoided = {kind.name.lower(): ratio(count, analysis.avoided.driven) for kind, count in analysis.avoided.by.items()}
+    return {"params": space.names, "kinds": kinds, **vars(analysis), "cells": cells, "avoided_shares": avoided}

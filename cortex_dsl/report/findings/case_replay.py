@@ -6,15 +6,16 @@ came near over time, by the kernels that measure it.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from cortex_dsl.api.arguments import Held, held_params
 from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
-from cortex_dsl.report.findings.story import Moment, aftermath, in_order, speeds, tell
+from cortex_dsl.report.findings.run_report import PARTS, events_content, pairs_content, params_content
+from cortex_dsl.report.findings.story import Moment, aftermath, in_order, speeds, story_of
 from cortex_dsl.syntax import nodes
 from engine.kernels.conflict import Snapshot, snapshot
 from engine.kernels.geometry import box_distance
@@ -22,8 +23,8 @@ from engine.metrics import Metric, measure_impacts, measure_trajectory, scored_s
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import Risk
-from engine.road import build_network, outline
-from engine.road.outline import Outline
+from engine.road import build_network
+from engine.road.outline import Outline, outline
 from engine.scenes import Scenes, Trajectory, actor_columns
 from engine.search.ranking import Case
 from engine.tables import Floats
@@ -134,7 +135,7 @@ def _closing_speed(now: Snapshot) -> float:
 
 
 @dataclass(frozen=True)
-class ToldCase:
+class CaseReplay:
     """Row 0 of its scenes, with everything that was seen when it ran in the world host."""
 
     program: Program
@@ -158,8 +159,8 @@ class ToldCase:
 
     @cached_property
     def moments(self) -> list[Moment]:
-        told = tell(self.program, self.outcomes, self.trajectory, 0, self.pair, self.unit)
-        return in_order([*told, *aftermath(self.program, self.impacts, self.trajectory)])
+        driven = story_of(self.program, self.outcomes, self.trajectory, 0, self.pair, self.unit)
+        return in_order([*driven, *aftermath(self.program, self.impacts, self.trajectory)])
 
     @cached_property
     def unit(self) -> SpeedUnit:
@@ -231,7 +232,7 @@ class ToldCase:
         return Frame.around(np.concatenate(points) if points else np.zeros((1, 2)))
 
 
-class Compiled(Protocol):
+class HasModule(Protocol):
     """A scenario's syntax tree."""
 
     @property
@@ -244,7 +245,7 @@ class Runnable(Protocol):
     @property
     def program(self) -> Program: ...
     @property
-    def compiled(self) -> Compiled: ...
+    def compiled(self) -> HasModule: ...
     @property
     def overrides(self) -> Mapping[str, str]: ...
     def watch(self, scenes: Scenes, row: int = 0) -> WorldRun: ...
@@ -255,13 +256,13 @@ class Runnable(Protocol):
     ) -> Mapping[str, str]: ...
 
 
-def tell_case(
+def replay_case(
     scenario: Runnable, scenes: Scenes, profile: str = "paper", remark: str = "", name: str = "case.scn"
-) -> ToldCase:
+) -> CaseReplay:
     """Run row 0 of the scenes, which must be valid, and keep what was seen."""
     run = scenario.watch(scenes)
     risk = scenario.assess(run.outcomes, profile)
-    return ToldCase(
+    return CaseReplay(
         program=scenario.program,
         scenes=scenes,
         outcomes=run.outcomes,
@@ -274,3 +275,18 @@ def tell_case(
         files=scenario.concrete_files(scenes, remark=remark, name=name),
         held=held_params(scenario.compiled.module, scenario.overrides),
     )
+
+
+def case_content(replay: CaseReplay, case: Case) -> dict[str, Any]:
+    """A case of a search and what was seen when it ran again, for a document."""
+    program = replay.program
+    return {
+        **asdict(case),
+        "key": list(case.key),
+        "end_time": replay.outcomes.end_time[0],
+        "parts": dict(zip((name for name, _, _ in PARTS), replay.parts, strict=True)),
+        "params": params_content(program.space, replay.scenes.genomes[0]),
+        "held": {one.name: {"value": one.value, "unit": one.unit} for one in replay.held},
+        "pairs": pairs_content(program.actors, replay.outcomes),
+        "events": events_content(program.actors, replay.moments),
+    }

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from cortex_dsl.report.documents import document
-from cortex_dsl.report.findings.run_report import pairs_content
-from cortex_dsl.report.findings.story import Moment, end_of, tell
+from cortex_dsl.report.findings.run_report import PARTS, events_content, pairs_content
+from cortex_dsl.report.findings.story import Moment, end_of, story_of
 from engine.interchange.measuring import Measured
 from engine.interchange.opendrive.read import OdrNetwork, OdrRoad
 from engine.interchange.recording import Recording
@@ -127,8 +127,8 @@ def one_line(text: str, most: int = LONGEST_TITLE) -> str:
 
 def recorded_story(report: MeasuredReport) -> list[Moment]:
     """What happened, up to contact or the recording's end."""
-    told = tell(report.cast, report.measured.outcomes, report.measured.trajectory, pair=report.pair)
-    return [replace(moment, text=recorded_end(report)) if moment.kind == "end" else moment for moment in told]
+    moments = story_of(report.cast, report.measured.outcomes, report.measured.trajectory, pair=report.pair)
+    return [replace(moment, text=recorded_end(report)) if moment.kind == "end" else moment for moment in moments]
 
 
 def recorded_end(report: MeasuredReport) -> str:
@@ -157,12 +157,9 @@ def measured_content(report: MeasuredReport) -> dict[str, Any]:
         "risk": {
             "profile": report.profile,
             "score": risk.score[0] if report.paired else None,
-            "parts": dict(zip(("C", "MD", "D_MS", "TTC_MS"), risk.parts[0].tolist(), strict=True)),
+            "parts": dict(zip((name for name, _, _ in PARTS), risk.parts[0].tolist(), strict=True)),
         },
-        "events": [
-            {**vars(moment), "actor": actors[moment.actor] if moment.actor >= 0 else None}
-            for moment in recorded_story(report)
-        ],
+        "events": events_content(actors, recorded_story(report)),
         "metrics": [{**vars(m), "actors": [actors[actor] for actor in m.actors]} for m in measured.metrics],
         "road": None if report.road is None else {"file": report.road.file, "summary": report.road.summary()},
         "provenance": recording.provenance,

@@ -1,6 +1,6 @@
 """A single run: what there is to say of it, what its scenario is called, and all of it as the content of a document."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,14 +8,14 @@ import numpy as np
 
 from cortex_dsl.api.arguments import Held
 from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
-from cortex_dsl.report.findings.story import RULE_TEXTS, Moment, in_order, tell
+from cortex_dsl.report.findings.story import RULE_TEXTS, Moment, in_order, story_of
 from cortex_dsl.report.findings.tally import Tally, first_culprit
 from engine.metrics import Metric, Recorded
 from engine.outcomes import PAIRS, Outcomes
 from engine.program import ParamSpace, Program
 from engine.road.outline import Outline
-from engine.scenes import Scenes, StreamKey, Trajectory
-from engine.streams import format_key
+from engine.scenes import Scenes, Trajectory
+from engine.streams import StreamKey, format_key
 from engine.vocabulary import EndReason, GeneKind, Verdict
 
 PARTS: Sequence[tuple[str, int, str]] = (
@@ -60,8 +60,8 @@ class RunReport:
     @property
     def story(self) -> list[Moment]:
         """What happened, in the order of time."""
-        told = tell(self.program, self.outcomes, self.trajectory, pair=self.pair, unit=self.unit)
-        return in_order([*told, *self.aftermath])
+        driven = story_of(self.program, self.outcomes, self.trajectory, pair=self.pair, unit=self.unit)
+        return in_order([*driven, *self.aftermath])
 
     @property
     def valid(self) -> bool:
@@ -96,17 +96,9 @@ def run_content(report: RunReport, file: str) -> dict[str, Any]:
         "risk": {
             "profile": report.profile,
             "score": report.score,
-            "parts": dict(zip(("C", "MD", "D_MS", "TTC_MS"), report.parts, strict=True)),
+            "parts": dict(zip((name for name, _, _ in PARTS), report.parts, strict=True)),
         },
-        "events": [
-            {
-                "time": moment.time,
-                "actor": program.actors[moment.actor] if moment.actor >= 0 else None,
-                "kind": moment.kind,
-                "text": moment.text,
-            }
-            for moment in report.story
-        ],
+        "events": events_content(program.actors, report.story),
         "metrics": [
             {**vars(metric), "actors": [program.actors[actor] for actor in metric.actors]} for metric in report.metrics
         ],
@@ -133,6 +125,19 @@ def no_scene_content(program: Program, tally: Tally, verdict: Verdict, file: str
         "requirements": requirements_content(program, tally),
         "first_culprit": None if culprit is None else program.requirements[culprit].name,
     }
+
+
+def events_content(actors: Sequence[str], moments: Iterable[Moment]) -> list[dict[str, Any]]:
+    """What happened, moment by moment."""
+    return [
+        {
+            "time": moment.time,
+            "actor": actors[moment.actor] if moment.actor >= 0 else None,
+            "kind": moment.kind,
+            "text": moment.text,
+        }
+        for moment in moments
+    ]
 
 
 def params_content(space: ParamSpace, genome: np.ndarray) -> dict[str, Any]:

@@ -3,16 +3,34 @@ its runs ended, and with whom the ego collided.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from math import isfinite
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio
+from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.story import END_TEXTS, end_text
 from engine.program import Program
-from engine.search.evaluations import NOBODY, Evaluations, Partners, partner_of, partners
+from engine.risk import HIGHEST_RISK
+from engine.search.evaluations import (
+    NOBODY,
+    Evaluations,
+    Figures,
+    Partners,
+    distinct_collisions,
+    figures,
+    partner_of,
+    partners,
+)
+from engine.search.journal_reader import Record
 from engine.search.methods.table import PLUGIN_STYLE, SEARCHERS
+from engine.search.ranking import worst_cases
+from engine.search.result_files import collisions_by_partner
 from engine.search.run import Campaign
+from engine.search.statistics import clopper_pearson
 from engine.vocabulary import EndReason, Verdict
 
 
@@ -33,14 +51,31 @@ class SearchReport:
         return self.name or self.campaign.method
 
 
-METRICS: Sequence[tuple[str, str, str, int, str]] = (
-    ("RL", "mean risk, valid runs", "rl", 2, ""),
-    ("NC", "collisions", "nc", 0, ""),
-    ("MDG", "mean least distance", "mdg", 2, "m"),
-    ("MDEC", "same, no collisions", "mdec", 2, "m"),
-    ("NIS", "invalid runs", "nis", 0, ""),
+@dataclass(frozen=True)
+class PaperMetric:
+    """One of the five metrics of the paper."""
+
+    name: str
+    meaning: str
+    brief: str
+    """The same in a few words, for a terminal."""
+    field: str
+    """Of `engine.search.evaluations.Figures`."""
+    decimals: int
+    unit: str = ""
+
+    def text(self, value: float) -> str:
+        """A value with its unit."""
+        return f"{fixed(value, self.decimals)} {self.unit}".strip()
+
+
+METRICS = (
+    PaperMetric("RL", "mean risk of valid scenes", "mean risk, valid runs", "rl", 2),
+    PaperMetric("NC", "scenes with a collision", "collisions", "nc", 0),
+    PaperMetric("MDG", "mean least distance", "mean least distance", "mdg", 2, "m"),
+    PaperMetric("MDEC", "the same, without collisions", "same, no collisions", "mdec", 2, "m"),
+    PaperMetric("NIS", "invalid scenes", "invalid runs", "nis", 0),
 )
-"""Name, meaning, field of `Figures`, decimals, unit."""
 
 
 def method_name(method: str) -> str:
@@ -112,3 +147,152 @@ def partners_text(actors: Sequence[str], found: Partners) -> str:
     met = ", ".join(f"{name} {count:,}" for name, count in zip(actors[1:], found.with_ego, strict=True))
     alone = f"; {found.without_ego:,} of {_others(actors)}, without {actors[0]}" if found.without_ego else ""
     return f"with {met}{alone}"
+
+
+# -- a search in plain words -------------------------------------------------------------------------------------------
+
+RANDOM = "random"
+"""The one method whose simulations are independent of one another, so that an interval can be given for their share."""
+
+
+def whole_run(record: Record) -> tuple[Figures, Figures]:
+    """By individual and by distinct simulation, over the whole run."""
+    evaluations = record.evaluations
+    return figures(evaluations, evaluations.reused | True), figures(evaluations, evaluations.simulated)
+
+
+def headline(record: Record) -> str:
+    """The result in one sentence."""
+    found = distinct_collisions(record.evaluations)
+    _, simulated = whole_run(record)
+    tried, worst = counted(simulated.runs, "simulation"), worst_cases(record.evaluations, 1)
+    if found:
+        kinds = f"{counted(found, 'scene')} in which the ego collides"
+        return f"{kinds}, among {tried}. The worst scores {worst[0].score} of {HIGHEST_RISK}."
+    if worst and not isfinite(worst[0].min_distance):
+        return f"Nothing to come near to in {tried}: nobody but the ego was in the scene."
+    if worst:
+        near = fixed(worst[0].min_distance, 2)
+        of = tried if simulated.valid_runs == simulated.runs else f"{simulated.valid_runs:,} valid of {tried}"
+        return f"No collision of the ego among {of}. The worst case comes as near as {near} m."
+    return f"Not one of {tried} was valid{why_invalid(record)}."
+
+
+INVALID = {
+    Verdict.INFEASIBLE: "no scene with its params can meet the file's requirements",
+    Verdict.EXHAUSTED: "no scene met the requirements of the file, in as many attempts as are allowed",
+    Verdict.ABORTED: "a requirement on the run broke, and what came after that was not simulated",
+}
+"""Why a simulation counts as invalid."""
+
+
+def invalid_counts(record: Record) -> dict[str, int]:
+    """By reason, how many simulations were not valid, most frequent first."""
+    verdicts = record.evaluations.rollouts.verdict[record.evaluations.simulated]
+    counts = {why: int((verdicts == verdict).sum()) for verdict, why in INVALID.items()}
+    return {why: counts[why] for why in sorted(counts, key=lambda why: -counts[why]) if counts[why]}
+
+
+def why_invalid(record: Record) -> str:
+    """`: 12 times …`, most frequent first; empty where all were valid."""
+    reasons = "; ".join(f"{counted(count, 'time')} {why}" for why, count in invalid_counts(record).items())
+    return f": {reasons}" if reasons else ""
+
+
+def worst_score(record: Record) -> tuple[int, int]:
+    """The highest risk of a valid simulation and how often it came up; (-1, 0) where nothing was valid."""
+    scores = record.evaluations.score[record.evaluations.simulated & record.evaluations.valid]
+    return (int(scores.max()), int((scores == scores.max()).sum())) if len(scores) else (-1, 0)
+
+
+def worst_words(record: Record) -> str:
+    """How bad the worst is, and how often; empty where nothing was valid."""
+    score, times = worst_score(record)
+    return f"The highest risk found, {score} of {HIGHEST_RISK}, came up {counted(times, 'time')}." if times else ""
+
+
+def first_collision(record: Record) -> int:
+    """Number of the first distinct simulation, from 1, in which the ego collided; 0 for none."""
+    collided = record.evaluations.collided[record.evaluations.simulated]
+    return int(collided.argmax()) + 1 if collided.any() else 0
+
+
+def collision_interval(record: Record) -> tuple[float, float]:
+    """The 95 % interval of Clopper and Pearson of the share of valid simulations that collide."""
+    _, simulated = whole_run(record)
+    return clopper_pearson(simulated.colliding_runs, simulated.valid_runs)
+
+
+def limits(record: Record, system: Sequence[str] = ()) -> Iterator[str]:
+    """What nobody should read out of these numbers."""
+    _, simulated = whole_run(record)
+    if record.manifest.method == RANDOM and simulated.valid_runs:
+        low, high = collision_interval(record)
+        yield (
+            f"How likely a collision is on a road. Among valid scenes with params spread evenly over their ranges, "
+            f"{percent(low)} to {percent(high)} collide (95 % interval of Clopper and Pearson); traffic does not "
+            f"spread its params evenly."
+        )
+    else:
+        yield (
+            "How likely a collision is. This search goes where it has found danger, so the share of collisions says "
+            "how well it looked, not how dangerous the scenario is."
+        )
+    yield "That what was not found does not exist. A finite search leaves most of the space of params unseen."
+    yield "That one method is better than another: this is one run with one seed. A study of many runs can show that."
+    if system:
+        yield (
+            f"That the ego as built would fail: the search also chose {', '.join(system)}, which belong to the system "
+            f"under test. `--freeze` holds them fixed."
+        )
+    yield (
+        "How a real car behaves. Vehicles follow a kinematic model on a flat road and see without error; a finding is "
+        "a scene to look at again with the real system."
+    )
+    yield (
+        "What happens after contact. Scoring ends at first contact; the motion that is drawn lighter afterwards is "
+        "rigid-body physics, for illustration."
+    )
+
+
+# -- the same for a document -------------------------------------------------------------------------------------------
+
+
+def search_content(program: Program, record: Record) -> dict[str, Any]:
+    """Every number of a run by its name in the journal, and what follows from them."""
+    manifest, (everyone, simulated) = record.manifest, whole_run(record)
+    score, times = worst_score(record)
+    ends = ends_of(program, record.evaluations)
+    total = sum(end.count for end in ends)
+    independent = manifest.method == RANDOM and simulated.valid_runs
+    return {
+        "name": manifest.name,
+        "method": manifest.method,
+        "preset": manifest.preset,
+        "seed": manifest.seed,
+        "program_digest": manifest.program_digest,
+        "status": record.status,
+        "seconds": record.seconds,
+        "distinct_collisions": distinct_collisions(record.evaluations),
+        **collisions_by_partner(record.evaluations, manifest.actors),
+        "by_individual": asdict(everyone),
+        "by_simulation": asdict(simulated),
+        "generations": [asdict(row) for row in record.generations],
+        "run": manifest.run,
+        "profile": manifest.profile,
+        "versions": manifest.versions,
+        "platform": manifest.platform,
+        "file_digest": manifest.file_digest,
+        "settings": manifest.settings,
+        "params": [{"name": p.name, "unit": p.unit, "low": p.low, "high": p.high} for p in manifest.parameters],
+        "risk": {"highest": HIGHEST_RISK, "parts": {name: most for name, most, _ in PARTS}},
+        "worst": {"score": score, "times": times},
+        "first_collision": first_collision(record),
+        "shares": {
+            "collision": ratio(simulated.colliding_runs, simulated.valid_runs),
+            "invalid": ratio(simulated.nis, simulated.individuals),
+        },
+        "collision_interval": collision_interval(record) if independent else None,
+        "invalid": invalid_counts(record),
+        "ends": [{"text": end.text, "count": end.count, "share": ratio(end.count, total)} for end in ends],
+    }

@@ -23,15 +23,15 @@ if TYPE_CHECKING:
 PEDAL = 0.01
 """Brake pedal from which an actor is said to brake."""
 PAUSE = 0.3
-"""A shorter pause in braking is not told [s]."""
+"""A shorter pause in braking does not count [s]."""
 REST = 0.05
 """Speed below which an actor stands [m/s]."""
-TOLD_PER_ACTOR = 3
-"""How many brakings of one actor are told."""
+MOST_BRAKINGS = 3
+"""Brakings of one actor that the story has."""
 
 
 ORDER = ("start", "left_road", "fastest", "brake", "closest", "rest", "contact", "impact", "end")
-"""Kinds of moments, in the order in which those of one time are told."""
+"""Kinds of moments, in the order in which those of one time stand."""
 
 
 class Cast(Protocol):
@@ -59,7 +59,7 @@ class Moment:
     text: str
 
 
-def tell(
+def story_of(
     program: Cast, outcomes: Outcomes, trajectory: Trajectory, row: int = 0, pair: int = 0, unit: SpeedUnit = KM_H
 ) -> list[Moment]:
     """The story of one scored run, in the order of time. `pair`: the pair (ego, pair + 1) that decided the risk."""
@@ -113,7 +113,7 @@ RULE_TEXTS = {EndReason.RULE: "ended by", EndReason.ABORTED: "invalid, for it br
 
 
 def _starts(program: Cast, trajectory: Trajectory, unit: SpeedUnit) -> Iterator[Moment]:
-    """Who comes in later is told when it does."""
+    """Who comes in later starts when it does."""
     for actor in range(len(program.actors)):
         here = np.flatnonzero(trajectory.states[:, actor, State.PRESENT] > 0.5)
         if len(here):
@@ -127,7 +127,7 @@ def _of_actor(trajectory: Trajectory, actor: int, end: float, unit: SpeedUnit) -
     """Brakings, and coming to rest, up to the end of the scored run."""
     scored = trajectory.time <= end + 1e-9
     states, time = trajectory.states[scored, actor], trajectory.time[scored]
-    for start, stop in list(_stretches(time, states[:, State.BRAKE] > PEDAL))[:TOLD_PER_ACTOR]:
+    for start, stop in list(_stretches(time, states[:, State.BRAKE] > PEDAL))[:MOST_BRAKINGS]:
         pedal = float(np.max(states[start:stop, State.BRAKE]))
         before, after = (float(states[i, State.SPEED]) for i in (max(0, start - 1), stop - 1))
         yield Moment(
@@ -202,15 +202,15 @@ def speeds(trajectory: Trajectory) -> Floats:
 
 # -- what the world shows after contact: every impact, and where all came to rest --------------------------------------
 
-TOLD_IMPACTS = 4
+MOST_IMPACTS = 4
 """Later ones are a car against the same car again, with hardly any force."""
 
 
 def aftermath(program: Program, impacts: "Sequence[Impact]", trajectory: Trajectory) -> list[Moment]:
     """Each impact with the change of velocity it gave to both, and who stands still in the end."""
     unit = speed_unit(program)
-    told = [moment for impact in impacts[:TOLD_IMPACTS] for moment in _impact(program, impact, unit)]
-    return told + list(_rests(trajectory)) if impacts else []
+    shown = [moment for impact in impacts[:MOST_IMPACTS] for moment in _impact(program, impact, unit)]
+    return shown + list(_rests(trajectory)) if impacts else []
 
 
 def _impact(program: Program, impact: "Impact", unit: SpeedUnit) -> Iterator[Moment]:

@@ -4,13 +4,16 @@ differs from the paper.
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
-from cortex_dsl.report.findings.readable import fixed, whole
+from cortex_dsl.report.findings.readable import fixed, ratio, whole
 from engine.study.comparisons import FIRST, MEASURES, Comparison, Measure, Spread
-from engine.study.verdict import Beside
+from engine.study.database import Study
+from engine.study.study_files import summary
+from engine.study.verdict import Beside, Findings
 
 
-def told(value: float, row: Comparison) -> str:
+def value_text(value: float, row: Comparison) -> str:
     """A median or quartile; `> 3,000` for the first collision of a run without any, `none` for another number."""
     if math.isinf(value):
         return f"> {whole(row.budget)}" if row.measure.name == FIRST else "none"
@@ -19,7 +22,7 @@ def told(value: float, row: Comparison) -> str:
 
 def quartiles(spread: Spread, row: Comparison) -> tuple[str, str]:
     """The ends of the middle half."""
-    return told(spread.quartiles.low, row), told(spread.quartiles.high, row)
+    return value_text(spread.quartiles.low, row), value_text(spread.quartiles.high, row)
 
 
 def p_text(p: float) -> str:
@@ -65,3 +68,28 @@ BOXED = ("colliding genomes", "distinct failures", "failing cells", "RL", "MDG",
 def measure_called(name: str) -> Measure:
     """The measure of a name in `BOXED`."""
     return next(measure for measure in MEASURES if measure.name == name)
+
+
+def distinct_simulations(study: Study) -> int:
+    """Of all runs."""
+    return sum(record.figures.simulations.runs for record in study.records)
+
+
+def study_content(study: Study, found: Findings) -> dict[str, Any]:
+    """The whole study for a document, with what follows from its numbers."""
+    return {
+        **summary(study, found),
+        "runs": study.plan.runs,
+        "individuals": study.plan.individuals,
+        "simulations": distinct_simulations(study),
+        "shares": [
+            {
+                "scenario": row.scenario,
+                "valid": ratio(row.valid, row.individuals),
+                "collision": ratio(row.collisions, row.valid),
+            }
+            for row in found.rates
+        ],
+        "missing": missing_lines(found.comparisons),
+        "differences": differences(found.beside) if found.beside else [],
+    }

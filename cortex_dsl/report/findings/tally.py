@@ -121,8 +121,8 @@ def _shortfall(account: "Account", blame: "Blame") -> float:
 
 def amount_text(account: "Account", requirement: int, amount: float) -> str:
     """In the unit in which the file speaks of such things."""
-    told = account.weighing.program.requirements[requirement]
-    return f"{significant(amount / told.told_scale, 3)} {told.told_unit or told.unit}".rstrip()
+    asked = account.weighing.program.requirements[requirement]
+    return f"{significant(amount / asked.told_scale, 3)} {asked.told_unit or asked.unit}".rstrip()
 
 
 def params_of_miss(account: "Account", blame: "Blame") -> str:

@@ -8,7 +8,7 @@ from math import isfinite
 from pathlib import Path
 from shlex import quote
 
-from cortex_dsl.report.findings.case_replay import ToldCase
+from cortex_dsl.report.findings.case_replay import CaseReplay
 from cortex_dsl.report.findings.readable import first_line, fixed, format_gene, significant
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.story import Moment
@@ -19,9 +19,8 @@ from cortex_dsl.report.page.player import player, player_data
 from engine.avoidability import Avoidability
 from engine.outcomes import PAIRS, Result
 from engine.risk import HIGHEST_RISK
-from engine.scenes import StreamKey
 from engine.search.ranking import Case
-from engine.streams import format_key
+from engine.streams import StreamKey, format_key
 from engine.vocabulary import GeneKind
 
 # -- the tables: the risk with its parts, and the params ---------------------------------------------------------------
@@ -34,70 +33,70 @@ PART_MEANINGS = {
 }
 
 
-def risk_table(told: ToldCase) -> Element:
+def risk_table(replay: CaseReplay) -> Element:
     rows = [
         element(
             "tr",
             element("th", name, scope="row"),
             element("td", PART_MEANINGS[name]),
-            element("td", _measured(told, name), class_="number"),
+            element("td", _measured(replay, name), class_="number"),
             element("td", element("div", class_=f"gauge part-{name}", style=f"--share:{100 * points / most:.0f}%")),
             element("td", f"{points} of {most}", class_="number"),
         )
-        for (name, most, _), points in zip(PARTS, told.parts, strict=True)
+        for (name, most, _), points in zip(PARTS, replay.parts, strict=True)
     ]
     return element("table", element("tbody", rows), class_="risk")
 
 
-def _measured(told: ToldCase, name: str) -> str:
-    outcomes = told.outcomes
+def _measured(replay: CaseReplay, name: str) -> str:
+    outcomes = replay.outcomes
     if name == "C":
         return "yes" if bool(outcomes.collided[0]) else "no"
     if not outcomes.min_distance.shape[1]:
         return "–"
     (row,) = (each for each in PAIRS if each.symbol == name)
-    return _amount(told, row)
+    return _amount(replay, row)
 
 
-def _amount(told: ToldCase, row: Result) -> str:
-    return f"{fixed(float(getattr(told.outcomes, row.name)[0, told.pair]), 2)} {row.unit}"
+def _amount(replay: CaseReplay, row: Result) -> str:
+    return f"{fixed(float(getattr(replay.outcomes, row.name)[0, replay.pair]), 2)} {row.unit}"
 
 
-def measures_table(told: ToldCase) -> Node:
+def measures_table(replay: CaseReplay) -> Node:
     """The metrics of the deciding pair that the score does not come from; nothing where there are none."""
     rows = [
         element(
             "tr",
             element("th", row.symbol, scope="row"),
             element("td", row.meaning),
-            element("td", _amount(told, row), class_="number"),
+            element("td", _amount(replay, row), class_="number"),
         )
         for row in PAIRS
-        if row.symbol and not row.of_risk and told.outcomes.min_distance.shape[1]
+        if row.symbol and not row.of_risk and replay.outcomes.min_distance.shape[1]
     ]
     return [element("h4", "Measures"), element("table", element("tbody", rows), class_="params")] if rows else None
 
 
-def pairs_table(told: ToldCase) -> Node:
+def pairs_table(replay: CaseReplay) -> Node:
     """How near the ego came to everybody else than the one who decides the risk."""
-    outcomes = told.outcomes
+    outcomes = replay.outcomes
     rows = [
         element(
             "tr",
-            element("th", told.program.actors[pair + 1], scope="row"),
+            element("th", replay.program.actors[pair + 1], scope="row"),
             element("td", f"{fixed(float(outcomes.min_distance[0, pair]), 2)} m", class_="number"),
             element("td", f"at {fixed(float(outcomes.min_distance_time[0, pair]), 2)} s", class_="quiet"),
         )
         for pair in range(outcomes.min_distance.shape[1])
-        if pair != told.pair and isfinite(outcomes.min_distance[0, pair])
+        if pair != replay.pair and isfinite(outcomes.min_distance[0, pair])
     ]
     if not rows:
         return None
     return [element("h4", "Nearest to the others"), element("table", element("tbody", rows), class_="params")]
 
 
-def params_table(told: ToldCase) -> Element:
-    space, genome = told.program.space, told.scenes.genomes[0]
+def params_table(replay: CaseReplay) -> Element:
+    space, genome = replay.program.space, replay.scenes.genomes[0]
     rows = []
     for gene, name in enumerate(space.names):
         value, low, high = float(genome[gene]), float(space.low[gene]), float(space.high[gene])
@@ -120,11 +119,11 @@ def params_table(told: ToldCase) -> Element:
             element("td", one.unit, class_="unit"),
             element("td", "held", class_="quiet"),
         )
-        for one in told.held
+        for one in replay.held
     ]
     choices = [
         element("tr", element("th", choice.name, scope="row"), element("td", choice.option, colspan=3))
-        for choice in told.program.variants[int(told.scenes.variant[0])].choices
+        for choice in replay.program.variants[int(replay.scenes.variant[0])].choices
     ]
     return element("table", element("tbody", rows, held, choices), class_="params")
 
@@ -142,7 +141,7 @@ class Place:
     """Of the reference driver."""
 
 
-def card(told: ToldCase, place: Place, number: int) -> Element:
+def card(replay: CaseReplay, place: Place, number: int) -> Element:
     """The whole article of one case."""
     case = place.case
     return element(
@@ -150,39 +149,39 @@ def card(told: ToldCase, place: Place, number: int) -> Element:
         element(
             "header",
             element("h3", f"Case {case.rank}"),
-            element("p", _verdict(told, case), class_="lead"),
+            element("p", _verdict(replay, case), class_="lead"),
             avoidance_badge(place.answer),
             class_="case-head",
         ),
-        player(told, number),
+        player(replay, number),
         element(
             "div",
-            element("section", element("h4", "What happened"), _story(told), class_="story"),
+            element("section", element("h4", "What happened"), _story(replay), class_="story"),
             element(
                 "section",
                 element("h4", "Risk"),
-                risk_table(told),
-                pairs_table(told),
-                measures_table(told),
+                risk_table(replay),
+                pairs_table(replay),
+                measures_table(replay),
                 element("h4", "Params"),
-                params_table(told),
+                params_table(replay),
             ),
             class_="case-body",
         ),
-        _again(told, place),
+        _again(replay, place),
         class_="case",
         id=f"case-{case.rank}",
         data_case=case.rank,
     )
 
 
-def _verdict(told: ToldCase, case: Case) -> Node:
-    last = [moment for moment in told.moments if moment.kind in ("contact", "end")]
+def _verdict(replay: CaseReplay, case: Case) -> Node:
+    last = [moment for moment in replay.moments if moment.kind in ("contact", "end")]
     end = last[0].text if last else ""
     return [
         element("b", "risk ", figure(f"case.{case.rank}.score", case.score, str(case.score)), f" of {HIGHEST_RISK}"),
         " · ",
-        prose(f"{end} after {fixed(float(told.outcomes.end_time[0]), 2)} s"),
+        prose(f"{end} after {fixed(float(replay.outcomes.end_time[0]), 2)} s"),
         None if case.collided else [" · nearest ", _nearest(case)],
     ]
 
@@ -191,15 +190,15 @@ def _nearest(case: Case) -> Node:
     return figure(f"case.{case.rank}.min_distance", case.min_distance, f"{fixed(case.min_distance, 2)} m")
 
 
-def _story(told: ToldCase) -> Element:
-    return element("ol", [element("li", _moment(told, moment)) for moment in told.moments], class_="moments")
+def _story(replay: CaseReplay) -> Element:
+    return element("ol", [element("li", _moment(replay, moment)) for moment in replay.moments], class_="moments")
 
 
-def _moment(told: ToldCase, moment: Moment) -> Element:
+def _moment(replay: CaseReplay, moment: Moment) -> Element:
     who: Node = None
     if moment.actor >= 0:
         name = f"who actor-{scene_svg.colour(moment.actor)}"
-        who = element("span", told.shapes[moment.actor].name, class_=name)
+        who = element("span", replay.shapes[moment.actor].name, class_=name)
     return element(
         "button",
         element("time", f"{moment.time:.2f} s"),
@@ -211,11 +210,11 @@ def _moment(told: ToldCase, moment: Moment) -> Element:
     )
 
 
-def _again(told: ToldCase, place: Place) -> Element:
+def _again(replay: CaseReplay, place: Place) -> Element:
     command = [] if place.folder is None else [f"cortexc replay {quote(str(place.folder))} --case {place.case.rank}"]
     files = [
         element("details", element("summary", name), element("pre", text, class_="source"))
-        for name, text in told.files.items()
+        for name, text in replay.files.items()
     ]
     return element(
         "details",
@@ -224,7 +223,7 @@ def _again(told: ToldCase, place: Place) -> Element:
         element(
             "p",
             "As a scenario of its own, which runs to the same outcome bit for bit with ",
-            element("code", f"cortexc {next(iter(told.files))}"),
+            element("code", f"cortexc {next(iter(replay.files))}"),
             "; its stream of random numbers is ",
             element("code", format_key(place.case.key)),
             ".",
@@ -237,11 +236,11 @@ def _again(told: ToldCase, place: Place) -> Element:
 # -- the page ----------------------------------------------------------------------------------------------------------
 
 
-def case_page(told: ToldCase, case: Case | None = None, folder: Path | None = None) -> str:
+def case_page(replay: CaseReplay, case: Case | None = None, folder: Path | None = None) -> str:
     """The page of a case; `folder` is that of its run, if it has one."""
-    program = told.program
+    program = replay.program
     description = first_line(program.description)
-    place = Place(case or case_of(told), folder)
+    place = Place(case or case_of(replay), folder)
     body = element(
         "main",
         element(
@@ -250,23 +249,23 @@ def case_page(told: ToldCase, case: Case | None = None, folder: Path | None = No
             element("h1", program.name),
             element("p", description, class_="description") if description else None,
         ),
-        card(told, place, 0),
+        card(replay, place, 0),
         class_="film",
     )
-    return page(f"{program.name}: replay", body, {"replays": [player_data(told)]}, ("replay.js",))
+    return page(f"{program.name}: replay", body, {"replays": [player_data(replay)]}, ("replay.js",))
 
 
-def case_of(told: ToldCase) -> Case:
+def case_of(replay: CaseReplay) -> Case:
     """A single run as a case, where there is no search to rank it."""
-    distances = told.outcomes.min_distance[0]
+    distances = replay.outcomes.min_distance[0]
     return Case(
         rank=1,
         row=0,
         rollout=0,
-        genome=tuple(told.scenes.genomes[0].tolist()),
-        key=StreamKey(*told.scenes.keys[0].tolist()),
-        score=told.score,
+        genome=tuple(replay.scenes.genomes[0].tolist()),
+        key=StreamKey(*replay.scenes.keys[0].tolist()),
+        score=replay.score,
         continuous=float("nan"),
-        collided=bool(told.outcomes.collided[0]),
+        collided=bool(replay.outcomes.collided[0]),
         min_distance=float(distances.min()) if len(distances) else float("nan"),
     )

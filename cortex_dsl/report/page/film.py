@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.report.findings.case_replay import Frame, ToldCase, colour, outline_corners
+from cortex_dsl.report.findings.case_replay import CaseReplay, Frame, colour, outline_corners
 from engine.extras import needed
 from engine.tables import Floats
 from engine.vocabulary import State
@@ -35,18 +35,18 @@ class Lens:
         return [((x - self.frame.left) * self.scale, (top - y) * self.scale) for x, y in np.asarray(points).tolist()]
 
 
-def gif(told: ToldCase, speed: float = 1.0) -> bytes:
+def gif(replay: CaseReplay, speed: float = 1.0) -> bytes:
     """The film of a case.
 
     Raises:
         MissingExtraError: Pillow is not installed.
     """
     image = needed("PIL.Image", "GIFs need", "report", "pillow")
-    lens = Lens(told.frame, FINE * WIDTH / told.frame.width)
-    ground = _ground(told, lens, image)
+    lens = Lens(replay.frame, FINE * WIDTH / replay.frame.width)
+    ground = _ground(replay, lens, image)
     frames, durations = [], []
-    for sample, seconds in _shown(told, speed):
-        frames.append(_frame(told, lens, ground, sample))
+    for sample, seconds in _shown(replay, speed):
+        frames.append(_frame(replay, lens, ground, sample))
         durations.append(max(20, round(1000 * seconds)))
     palette = [one.quantize(64, dither=image.Dither.NONE) for one in frames]
     out = io.BytesIO()
@@ -54,23 +54,23 @@ def gif(told: ToldCase, speed: float = 1.0) -> bytes:
     return out.getvalue()
 
 
-def _shown(told: ToldCase, speed: float) -> Iterator[tuple[int, float]]:
+def _shown(replay: CaseReplay, speed: float) -> Iterator[tuple[int, float]]:
     """Samples that are shown, and for how long [s]."""
-    time = told.trajectory.time
+    time = replay.trajectory.time
     step = float(time[1] - time[0]) if len(time) > 1 else 1.0
     stride = max(1, round(speed / FRAMES_PER_SECOND / step))
-    chosen = sorted({*range(0, len(time), stride), told.key_sample, len(time) - 1})
+    chosen = sorted({*range(0, len(time), stride), replay.key_sample, len(time) - 1})
     for sample, after in zip(chosen, [*chosen[1:], chosen[-1]], strict=True):
-        held = sample == len(time) - 1 or (told.collided and sample == told.key_sample)
+        held = sample == len(time) - 1 or (replay.collided and sample == replay.key_sample)
         yield sample, (after - sample) * step / speed + (HOLD if held else 0.0)
 
 
-def _ground(told: ToldCase, lens: Lens, image: Any) -> Any:
+def _ground(replay: CaseReplay, lens: Lens, image: Any) -> Any:
     """The road and the ways, which do not move."""
     draw_module = needed("PIL.ImageDraw", "GIFs need", "report", "pillow")
     ground = image.new("RGB", (FINE * WIDTH, round(lens.frame.height * lens.scale)), GROUND)
-    draw, road = draw_module.Draw(ground), told.road
-    lane = round((told.program.road_spec.lane_width + 0.1) * lens.scale)
+    draw, road = draw_module.Draw(ground), replay.road
+    lane = round((replay.program.road_spec.lane_width + 0.1) * lens.scale)
     for line in road.center_lines:
         draw.line(lens(line), fill=ASPHALT, width=lane)
     for ring in road.intersections:
@@ -81,28 +81,28 @@ def _ground(told: ToldCase, lens: Lens, image: Any) -> Any:
         draw.line(lens(line), fill=MARKING, width=round(0.42 * lens.scale))
     for line in road.kerbs:
         draw.line(lens(line), fill=KERB, width=max(1, round(0.22 * lens.scale)))
-    for actor, way in enumerate(told.ways):
+    for actor, way in enumerate(replay.ways):
         for point in lens(way[:: max(1, len(way) // 60)]):
             _disc(draw, point, 0.16 * lens.scale, ACTORS[colour(actor)])
     return ground
 
 
-def _frame(told: ToldCase, lens: Lens, ground: Any, sample: int) -> Any:
+def _frame(replay: CaseReplay, lens: Lens, ground: Any, sample: int) -> Any:
     draw_module = needed("PIL.ImageDraw", "GIFs need", "report", "pillow")
     fine = ground.copy()
     draw = draw_module.Draw(fine)
-    after = told.collided and sample > told.trajectory.contact_sample
-    for actor in reversed(range(len(told.shapes))):
-        _actor(draw, told, lens, actor, sample, after)
-    if told.contact_point and after:
-        _cross(draw, lens([told.contact_point])[0], 0.7 * lens.scale)
+    after = replay.collided and sample > replay.trajectory.contact_sample
+    for actor in reversed(range(len(replay.shapes))):
+        _actor(draw, replay, lens, actor, sample, after)
+    if replay.contact_point and after:
+        _cross(draw, lens([replay.contact_point])[0], 0.7 * lens.scale)
     small = fine.resize((WIDTH, round(fine.height / FINE)))
-    _caption(draw_module.Draw(small), told, sample, after)
+    _caption(draw_module.Draw(small), replay, sample, after)
     return small
 
 
-def _actor(draw: Any, told: ToldCase, lens: Lens, actor: int, sample: int, after: bool) -> None:
-    state, shape = told.trajectory.states[sample, actor], told.shapes[actor]
+def _actor(draw: Any, replay: CaseReplay, lens: Lens, actor: int, sample: int, after: bool) -> None:
+    state, shape = replay.trajectory.states[sample, actor], replay.shapes[actor]
     if state[State.PRESENT] < 0.5 or not np.isfinite(state[: State.HEADING + 1]).all():
         return
     x, y, heading = (float(v) for v in state[[State.X, State.Y, State.HEADING]])
@@ -131,12 +131,12 @@ def _disc(draw: Any, point: tuple[float, float], size: float, tint: str) -> None
     draw.ellipse([x - size, y - size, x + size, y + size], fill=tint)
 
 
-def _caption(draw: Any, told: ToldCase, sample: int, after: bool) -> None:
+def _caption(draw: Any, replay: CaseReplay, sample: int, after: bool) -> None:
     font = needed("PIL.ImageFont", "GIFs need", "report", "pillow").load_default(15)
-    draw.text((14, 12), f"{told.trajectory.time[sample]:.2f} s", fill=INK, font=font)
-    for actor, shape in enumerate(told.shapes):
-        now = float(told.speeds[sample, actor])
-        speed = told.unit.text(now, 0) if np.isfinite(now) else "-"
+    draw.text((14, 12), f"{replay.trajectory.time[sample]:.2f} s", fill=INK, font=font)
+    for actor, shape in enumerate(replay.shapes):
+        now = float(replay.speeds[sample, actor])
+        speed = replay.unit.text(now, 0) if np.isfinite(now) else "-"
         draw.text((14, 34 + 20 * actor), f"{shape.name}  {speed}", fill=ACTORS[colour(actor)], font=font)
     if after:
-        draw.text((14, 34 + 20 * len(told.shapes)), "after contact: not scored", fill=KERB, font=font)
+        draw.text((14, 34 + 20 * len(replay.shapes)), "after contact: not scored", fill=KERB, font=font)

@@ -21,7 +21,8 @@ from cortex_dsl.report.findings.case_replay import Runnable
 from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.markup import Element, element, picture, render
 from engine.program import Program
-from engine.road import build_network, outline
+from engine.road import build_network
+from engine.road.outline import outline
 from engine.scenes import Scenes, actor_columns
 from engine.search.run import Campaign
 from engine.tables import Floats
@@ -73,10 +74,10 @@ def show(scenario: Runnable, thing: Any, row: int = 0) -> Picture | Shown:
     if isinstance(thing, Scenes):
         return Picture(picture(scene_drawing(scenario.program, thing, row_of(thing, row))))
     if isinstance(thing, Case):
-        from cortex_dsl.report.findings.case_replay import tell_case
+        from cortex_dsl.report.findings.case_replay import replay_case
         from cortex_dsl.report.page.case_page import case_page
 
-        return _framed(case_page(tell_case(scenario, scenario.scene(thing)), thing))
+        return _framed(case_page(replay_case(scenario, scenario.scene(thing)), thing))
     if isinstance(thing, Campaign):
         html = render(campaign_table(thing))
         return Shown(html, html)
@@ -85,11 +86,11 @@ def show(scenario: Runnable, thing: Any, row: int = 0) -> Picture | Shown:
 
 def replay(scenario: Runnable, scenes: Scenes, row: int = 0) -> Shown:
     """One valid scene run in the world host, as a page that plays."""
-    from cortex_dsl.report.findings.case_replay import tell_case
+    from cortex_dsl.report.findings.case_replay import replay_case
     from cortex_dsl.report.page.case_page import case_page
     from engine.search.assessment import take
 
-    return _framed(case_page(tell_case(scenario, take(scenes, slice(row, row + 1)))))
+    return _framed(case_page(replay_case(scenario, take(scenes, slice(row, row + 1)))))
 
 
 def _framed(page: str) -> Shown:

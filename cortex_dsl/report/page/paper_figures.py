@@ -12,12 +12,11 @@ import numpy as np
 
 from cortex_dsl.api.runs import OpenedRun, first_cases
 from cortex_dsl.report.findings.analysis_report import HeatMap, heat_maps
-from cortex_dsl.report.findings.case_replay import ToldCase, colour, outline_corners
+from cortex_dsl.report.findings.case_replay import CaseReplay, colour, outline_corners
+from cortex_dsl.report.findings.search_report import METRICS, PaperMetric, method_name
 from cortex_dsl.report.findings.study_report import BOXED, measure_called
 from cortex_dsl.report.page.film import ACTORS, ASPHALT, HOT, KERB
-from cortex_dsl.report.page.run_charts import METRICS, PaperMetric
-from cortex_dsl.report.page.run_page import told_case
-from cortex_dsl.report.page.summary import method_name
+from cortex_dsl.report.page.run_page import replay_of_case
 from engine.extras import needed
 from engine.search.journal_reader import Record
 from engine.study.comparisons import Comparison, Measure, compare_all, sample
@@ -76,7 +75,7 @@ def _run_figures(run: OpenedRun) -> Iterator[tuple[str, Any]]:
     for number, found in enumerate(heat_maps(run.record.manifest.parameters, run.record.evaluations), start=1):
         yield f"params-{number}", _heat(found)
     for case in first_cases(run.record, CASES):
-        yield f"case-{case.rank}", _scene(told_case(run, case))
+        yield f"case-{case.rank}", _scene(replay_of_case(run, case))
 
 
 def _course(record: Record) -> Any:
@@ -112,26 +111,26 @@ def _label(name: str, unit: str) -> str:
     return (f"{name} [{unit}]" if unit else name).replace("$", r"\$")
 
 
-def _scene(told: ToldCase) -> Any:
+def _scene(replay: CaseReplay) -> Any:
     """The road from above, ways, and everybody at the key moment."""
-    frame, states = told.frame, told.trajectory.states[told.key_sample]
+    frame, states = replay.frame, replay.trajectory.states[replay.key_sample]
     figure = new_figure(3.6, 3.6 * frame.height / frame.width)
     axes = figure.subplots()
-    for ring in told.road.intersections:
+    for ring in replay.road.intersections:
         axes.fill(*ring.T, color=ASPHALT, linewidth=0)
-    for line in told.road.kerbs:
+    for line in replay.road.kerbs:
         axes.plot(*line.T, color=KERB, linewidth=0.8)
-    for line in (*told.road.middle_lines, *told.road.lane_lines):
+    for line in (*replay.road.middle_lines, *replay.road.lane_lines):
         axes.plot(*line.T, color=KERB, linewidth=0.5, linestyle=(0, (6, 6)))
-    for actor in reversed(range(len(told.shapes))):
-        tint, shape = ACTORS[colour(actor)], told.shapes[actor]
-        axes.plot(*told.ways[actor].T, color=tint, linewidth=0.9, linestyle=":")
+    for actor in reversed(range(len(replay.shapes))):
+        tint, shape = ACTORS[colour(actor)], replay.shapes[actor]
+        axes.plot(*replay.ways[actor].T, color=tint, linewidth=0.9, linestyle=":")
         if states[actor, State.PRESENT] > 0.5:
             x, y, heading = (float(v) for v in states[actor, [State.X, State.Y, State.HEADING]])
             corners = outline_corners(x, y, heading, shape.length, shape.width)
             axes.fill(*zip(*corners, strict=True), color=tint, label=_label(shape.name, ""), zorder=3)
-    if told.contact_point:
-        axes.plot(*told.contact_point, marker="x", color=HOT, markersize=7, markeredgewidth=1.6, zorder=4)
+    if replay.contact_point:
+        axes.plot(*replay.contact_point, marker="x", color=HOT, markersize=7, markeredgewidth=1.6, zorder=4)
     axes.set(xlim=(frame.left, frame.left + frame.width), ylim=(frame.bottom, frame.bottom + frame.height), aspect=1)
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
@@ -170,7 +169,7 @@ def _study_figures(study: Study) -> Iterator[tuple[str, Any]]:
 
 
 def _panels(study: Study, draw: Callable[[Any, int], None]) -> Any:
-    """A figure with a panel for each scenario; the methods are told once, below."""
+    """A figure with a panel for each scenario; the methods are named once, below."""
     count = len(study.plan.subjects)
     across = min(ACROSS, count)
     down = -(-count // across)

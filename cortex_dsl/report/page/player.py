@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.report.findings.case_replay import Approach, Shape, ToldCase
+from cortex_dsl.report.findings.case_replay import Approach, CaseReplay, Shape
 from cortex_dsl.report.findings.readable import fixed
 from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.charts import Course, Mark, line_chart
@@ -88,12 +88,12 @@ def packed(values: Floats, scale: float) -> list[int | None]:
 SPEEDS = (0.25, 0.5, 1, 2, 4)
 
 
-def player(told: ToldCase, number: int) -> Element:
+def player(replay: CaseReplay, number: int) -> Element:
     """The drawing with its controls and plots; `replay.js` moves it by the data of the same number."""
     return element(
         "div",
-        element("div", _stage(told), _controls(told), class_="stage-column"),
-        element("div", _plots(told), class_="plots"),
+        element("div", _stage(replay), _controls(replay), class_="stage-column"),
+        element("div", _plots(replay), class_="plots"),
         class_="player",
         data_replay=number,
         tabindex=0,
@@ -101,64 +101,64 @@ def player(told: ToldCase, number: int) -> Element:
     )
 
 
-def player_data(told: ToldCase) -> dict[str, Any]:
+def player_data(replay: CaseReplay) -> dict[str, Any]:
     """What the player replays."""
-    frame = told.frame
+    frame = replay.frame
     return {
-        **replay_data(told.trajectory, told.shapes, told.approach, told.key_time, told.speeds),
-        "speed_per_si": told.unit.per_si,
-        "touched": bool(told.outcomes.collided[0]),
+        **replay_data(replay.trajectory, replay.shapes, replay.approach, replay.key_time, replay.speeds),
+        "speed_per_si": replay.unit.per_si,
+        "touched": bool(replay.outcomes.collided[0]),
         "frame": [frame.left, -frame.bottom - frame.height, frame.width, frame.height],
-        "point": told.contact_point,
+        "point": replay.contact_point,
     }
 
 
-def still(told: ToldCase, **attributes: str) -> Element:
+def still(replay: CaseReplay, **attributes: str) -> Element:
     """The scene at its key moment."""
-    frame, sample = told.frame, told.key_sample
-    point = told.contact_point
+    frame, sample = replay.frame, replay.key_sample
+    point = replay.contact_point
     return scene_svg.scene(
         frame,
-        f"{told.program.name} from above, {_key_words(told)}",
-        scene_svg.road_layer(told.road, told.program.road_spec.lane_width),
-        scene_svg.way_layer(told.ways),
-        _ghosts(told),
-        element("g", scene_svg.actor_layer(told.shapes, told.trajectory.states[sample]), class_="actors"),
+        f"{replay.program.name} from above, {_key_words(replay)}",
+        scene_svg.road_layer(replay.road, replay.program.road_spec.lane_width),
+        scene_svg.way_layer(replay.ways),
+        _ghosts(replay),
+        element("g", scene_svg.actor_layer(replay.shapes, replay.trajectory.states[sample]), class_="actors"),
         scene_svg.contact_mark(*point) if point else None,
         scene_svg.scale_bar(frame),
         **attributes,
     )
 
 
-def _key_words(told: ToldCase) -> str:
-    what = "at contact" if told.collided else "at the closest approach"
-    return f"{what}, after {fixed(told.key_time, 2)} s"
+def _key_words(replay: CaseReplay) -> str:
+    what = "at contact" if replay.collided else "at the closest approach"
+    return f"{what}, after {fixed(replay.key_time, 2)} s"
 
 
-def _ghosts(told: ToldCase) -> Node:
+def _ghosts(replay: CaseReplay) -> Node:
     """The outlines at contact, which stay while what follows is shown."""
-    if not told.collided:
+    if not replay.collided:
         return None
-    states = told.trajectory.states[told.trajectory.contact_sample]
-    return element("g", scene_svg.actor_layer(told.shapes, states, "ghost"), class_="ghosts")
+    states = replay.trajectory.states[replay.trajectory.contact_sample]
+    return element("g", scene_svg.actor_layer(replay.shapes, states, "ghost"), class_="ghosts")
 
 
-def _stage(told: ToldCase) -> Element:
+def _stage(replay: CaseReplay) -> Element:
     chips = [
         element("span", element("i", class_=f"swatch actor-{scene_svg.colour(actor)}"), shape.name, class_="chip")
-        for actor, shape in enumerate(told.shapes)
+        for actor, shape in enumerate(replay.shapes)
     ]
     return element(
         "div",
-        still(told),
+        still(replay),
         element("div", chips, class_="legend"),
         element("div", "after contact: physics for illustration, not scored", class_="after-note", hidden=True),
         class_="stage",
     )
 
 
-def _controls(told: ToldCase) -> Element:
-    last = len(told.trajectory.time) - 1
+def _controls(replay: CaseReplay) -> Element:
+    last = len(replay.trajectory.time) - 1
     return element(
         "div",
         element("button", "▶", type="button", class_="play", aria_label="play or pause", title="play or pause (space)"),
@@ -166,7 +166,7 @@ def _controls(told: ToldCase) -> Element:
         element("button", "▸", type="button", class_="step", data_by=1, title="one step on (right arrow)"),
         element(
             "div",
-            element("div", list(_ticks(told)), class_="ticks", aria_hidden="true"),
+            element("div", list(_ticks(replay)), class_="ticks", aria_hidden="true"),
             element(
                 "input",
                 type="range",
@@ -174,12 +174,12 @@ def _controls(told: ToldCase) -> Element:
                 min=0,
                 max=last,
                 step="any",
-                value=told.key_sample,
+                value=replay.key_sample,
                 aria_label="time",
             ),
             class_="track",
         ),
-        element("output", f"{fixed(told.key_time, 2)} s", class_="clock"),
+        element("output", f"{fixed(replay.key_time, 2)} s", class_="clock"),
         element(
             "span",
             [
@@ -204,51 +204,53 @@ def _controls(told: ToldCase) -> Element:
     )
 
 
-def _ticks(told: ToldCase) -> Iterator[Element]:
+def _ticks(replay: CaseReplay) -> Iterator[Element]:
     """Where on the scrubber things happen, and where the scored run is over."""
-    time = told.trajectory.time
+    time = replay.trajectory.time
     end = float(time[-1]) or 1.0
-    if told.collided and time[-1] > told.key_time:
-        start = 100 * told.key_time / end
+    if replay.collided and time[-1] > replay.key_time:
+        start = 100 * replay.key_time / end
         yield element("i", class_="after", style=f"left:{start:.2f}%;width:{100 - start:.2f}%")
-    for moment in told.moments:
+    for moment in replay.moments:
         if moment.kind in ("brake", "closest", "contact", "fastest", "left_road"):
             text = f"{moment.time:.2f} s {moment.text}"
             yield element("i", class_=f"tick {moment.kind}", style=f"left:{100 * moment.time / end:.2f}%", title=text)
 
 
-def _plots(told: ToldCase) -> Iterator[Element]:
-    time, near = told.trajectory.time, told.approach
-    marks = [Mark(told.key_time, "after", to_end=True)] if told.collided else []
-    marks.append(Mark(told.key_time, "contact" if told.collided else "closest"))
-    speeds = [_speed(told, actor) for actor in range(len(told.shapes))]
-    yield _plot("speed", told.unit.name, speeds, [c.name for c in speeds], told, marks)
-    if len(told.shapes) > 1:
-        other = told.shapes[told.pair + 1].name
-        distance = _distance(told)
-        closing = Course("closing", "first", time, told.unit.per_si * near.closing_speed)
-        yield _plot("distance", "m", [distance], [f"outlines of ego and {other}"], told, marks)
-        yield _plot("closing speed", told.unit.name, [closing], ["centres, positive while they approach"], told, marks)
+def _plots(replay: CaseReplay) -> Iterator[Element]:
+    time, near = replay.trajectory.time, replay.approach
+    marks = [Mark(replay.key_time, "after", to_end=True)] if replay.collided else []
+    marks.append(Mark(replay.key_time, "contact" if replay.collided else "closest"))
+    speeds = [_speed(replay, actor) for actor in range(len(replay.shapes))]
+    yield _plot("speed", replay.unit.name, speeds, [c.name for c in speeds], replay, marks)
+    if len(replay.shapes) > 1:
+        other = replay.shapes[replay.pair + 1].name
+        distance = _distance(replay)
+        closing = Course("closing", "first", time, replay.unit.per_si * near.closing_speed)
+        yield _plot("distance", "m", [distance], [f"outlines of ego and {other}"], replay, marks)
+        yield _plot(
+            "closing speed", replay.unit.name, [closing], ["centres, positive while they approach"], replay, marks
+        )
 
 
-def _distance(told: ToldCase) -> Course:
+def _distance(replay: CaseReplay) -> Course:
     """Down to 0 at the moment of contact, which lies between two samples."""
-    time, near = told.trajectory.time, told.approach.distance
-    if bool(told.outcomes.collided[0]):
-        after = told.trajectory.contact_sample + 1
-        time, near = np.insert(time, after, told.key_time), np.insert(near, after, 0.0)
+    time, near = replay.trajectory.time, replay.approach.distance
+    if bool(replay.outcomes.collided[0]):
+        after = replay.trajectory.contact_sample + 1
+        time, near = np.insert(time, after, replay.key_time), np.insert(near, after, 0.0)
     return Course("apart", "warn", time, near)
 
 
-def _speed(told: ToldCase, actor: int) -> Course:
-    values = told.unit.per_si * told.speeds[:, actor]
-    return Course(told.shapes[actor].name, f"actor-{scene_svg.colour(actor)}", told.trajectory.time, values)
+def _speed(replay: CaseReplay, actor: int) -> Course:
+    values = replay.unit.per_si * replay.speeds[:, actor]
+    return Course(replay.shapes[actor].name, f"actor-{scene_svg.colour(actor)}", replay.trajectory.time, values)
 
 
 def _plot(
-    name: str, unit: str, courses: Sequence[Course], labels: Sequence[str], told: ToldCase, marks: Sequence[Mark]
+    name: str, unit: str, courses: Sequence[Course], labels: Sequence[str], replay: CaseReplay, marks: Sequence[Mark]
 ) -> Element:
-    end = float(told.trajectory.time[-1]) or 1.0
+    end = float(replay.trajectory.time[-1]) or 1.0
     chart = line_chart(
         courses, name, width=380, height=132, unit="", x_range=(0.0, end), marks=marks, cursor=True, x_label=""
     )

@@ -1,40 +1,18 @@
 """The charts of one run: the paper's metrics over the generations, heat maps of params, what each param did."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from cortex_dsl.report.findings.analysis_report import HeatMap, Sides
-from cortex_dsl.report.findings.readable import fixed, percent, significant
+from cortex_dsl.report.findings.readable import percent, significant
+from cortex_dsl.report.findings.search_report import METRICS, PaperMetric, whole_run
 from cortex_dsl.report.page.charts import Course, line_chart
 from cortex_dsl.report.page.markup import Element, Node, element, figure, prose
 from cortex_dsl.report.page.scene_svg import number
-from cortex_dsl.report.page.summary import whole_run
 from engine.search.journal_reader import Record
 from engine.tables import Floats
 from engine.vocabulary import Verdict
-
-
-@dataclass(frozen=True)
-class PaperMetric:
-    """One of the five metrics of the paper."""
-
-    name: str
-    meaning: str
-    field: str
-    """Of `engine.search.evaluations.Figures`."""
-    decimals: int
-    unit: str = ""
-
-
-METRICS = (
-    PaperMetric("RL", "mean risk of valid scenes", "rl", 2),
-    PaperMetric("NC", "scenes with a collision", "nc", 0),
-    PaperMetric("MDG", "mean least distance", "mdg", 2, "m"),
-    PaperMetric("MDEC", "the same, without collisions", "mdec", 2, "m"),
-    PaperMetric("NIS", "invalid scenes", "nis", 0),
-)
 
 
 def metric_charts(record: Record) -> Iterator[Element]:
@@ -48,7 +26,7 @@ def metric_charts(record: Record) -> Iterator[Element]:
                 "figcaption",
                 element("b", metric.name),
                 element("span", f" {metric.meaning}{f' [{metric.unit}]' if metric.unit else ''}"),
-                element("span", figure(f"by_individual.{metric.field}", total, _value(metric, total)), class_="total"),
+                element("span", figure(f"by_individual.{metric.field}", total, metric.text(total)), class_="total"),
             ),
             line_chart(
                 _courses(record, metric),
@@ -80,10 +58,6 @@ def _yield_chart(record: Record) -> Element:
         line_chart([Course("found", "first", x, found)], "colliding sets of params found so far", x_label="generation"),
         class_="panel",
     )
-
-
-def _value(metric: PaperMetric, value: float) -> str:
-    return f"{fixed(value, metric.decimals)} {metric.unit}".strip()
 
 
 def _courses(record: Record, metric: PaperMetric) -> list[Course]:

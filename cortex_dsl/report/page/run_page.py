@@ -1,14 +1,17 @@
 """The report of one search: a page for whoever decides, and for the engineer who has to answer for it."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 from cortex_dsl.api.runs import WORST, OpenedRun, first_cases
-from cortex_dsl.report.findings.case_replay import ToldCase, tell_case
+from cortex_dsl.report.documents import plain
+from cortex_dsl.report.findings.analysis_report import analysis_content, heat_map_content, heat_maps
+from cortex_dsl.report.findings.case_replay import CaseReplay, case_content, replay_case
 from cortex_dsl.report.findings.readable import counted, first_line, fixed
-from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections, summary
-from cortex_dsl.report.page.markup import Element, Node, element, page, part, top_bar
+from cortex_dsl.report.findings.search_report import headline, method_name, search_content, whole_run
+from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections
+from cortex_dsl.report.page.markup import Element, Node, element, figure, page, part, top_bar
 from cortex_dsl.report.page.player import player_data
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
@@ -16,6 +19,7 @@ from engine.search.evaluations import distinct_collisions
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
 from engine.search.journal import finite
 from engine.search.journal_reader import Record
+from engine.search.probability.estimates import kept
 from engine.search.ranking import Case
 from engine.search.result_files import collisions_by_partner
 
@@ -40,7 +44,7 @@ class RunPage:
 
     run: OpenedRun
     worst: tuple[Case, ...]
-    told: tuple[ToldCase, ...]
+    replays: tuple[CaseReplay, ...]
     analysis: Analysis
 
     @property
@@ -51,18 +55,18 @@ class RunPage:
 def run_page(run: OpenedRun, cases: int = CASES, budget: int = BUDGET) -> str:
     """The page of a run, as text; `budget` simulations find out which params matter (0: none)."""
     chosen = first_cases(run.record, cases)
-    told = tuple(told_case(run, case) for case in chosen)
+    replays = tuple(replay_of_case(run, case) for case in chosen)
     record, scenario = run.record, run.scenario
     analysis = analyse(scenario.program, record.evaluations, scenario.config, record.manifest.profile, budget, WORST)
-    return render_page(RunPage(run, chosen, told, analysis))
+    return render_page(RunPage(run, chosen, replays, analysis))
 
 
-def told_case(run: OpenedRun, case: Case) -> ToldCase:
+def replay_of_case(run: OpenedRun, case: Case) -> CaseReplay:
     """One case of a run, run again."""
     manifest = run.record.manifest
     remark = f"case {case.rank} of a search in {manifest.file}: risk {case.score}"
     scenes = run.scene(case)
-    return tell_case(run.scenario, scenes, manifest.profile, remark, f"{case.rank:02d}.scn")
+    return replay_case(run.scenario, scenes, manifest.profile, remark, f"{case.rank:02d}.scn")
 
 
 def render_page(found: RunPage) -> str:
@@ -75,31 +79,27 @@ def render_page(found: RunPage) -> str:
         element("main", _hero(found), parts, _footer(found)),
     ]
     data = {
-        "run": finite(numbers(found.record, found.worst)),
-        "replays": [player_data(told) for told in found.told],
+        "run": plain(content(found)),
+        "replays": [player_data(replay) for replay in found.replays],
         "evaluations": finite(run_sections.dots(found.record)),
     }
-    return page(f"{manifest.name}: {summary.method_name(manifest.method)}", body, data, SCRIPTS)
+    return page(f"{manifest.name}: {method_name(manifest.method)}", body, data, SCRIPTS)
 
 
-def numbers(record: Record, worst: Sequence[Case]) -> dict[str, Any]:
-    """Every number of the run by its name in the journal, for programs that read the page."""
-    manifest = record.manifest
-    everyone, simulated = summary.whole_run(record)
+def content(found: RunPage) -> dict[str, Any]:
+    """Every number of the page, for programs that read it."""
+    record, program = found.record, found.run.scenario.program
+    answers = [_answer(found, case) for case in found.worst]
     return {
-        "name": manifest.name,
-        "method": manifest.method,
-        "preset": manifest.preset,
-        "seed": manifest.seed,
-        "program_digest": manifest.program_digest,
-        "status": record.status,
-        "seconds": record.seconds,
-        "distinct_collisions": distinct_collisions(record.evaluations),
-        **collisions_by_partner(record.evaluations, manifest.actors),
-        "by_individual": asdict(everyone),
-        "by_simulation": asdict(simulated),
-        "generations": [asdict(row) for row in record.generations],
-        "cases": [{**asdict(case), "key": list(case.key)} for case in worst],
+        **search_content(program, record),
+        "distinct_failures": len(found.analysis.distinct),
+        "cases": [
+            {**case_content(replay, case), "avoidability": answer}
+            for case, replay, answer in zip(found.worst, found.replays, answers, strict=True)
+        ],
+        "analysis": analysis_content(program.space, found.analysis),
+        "heat_maps": [heat_map_content(each) for each in heat_maps(record.manifest.parameters, record.evaluations)],
+        "probability": kept(found.run.folder, program.digest),
     }
 
 
@@ -108,11 +108,11 @@ def _hero(found: RunPage) -> Element:
     description = first_line(found.run.scenario.program.description)
     return element(
         "header",
-        element("p", f"Search for corner cases · {summary.method_name(manifest.method)}", class_="kicker"),
+        element("p", f"Search for corner cases · {method_name(manifest.method)}", class_="kicker"),
         element("h1", manifest.name),
         element("p", description, class_="description") if description else None,
         _unfinished(record),
-        element("p", summary.headline(record), class_="headline"),
+        element("p", headline(record), class_="headline"),
         element("div", list(_tiles(found)), class_="tiles"),
         class_="hero",
     )
@@ -127,7 +127,7 @@ def _unfinished(record: Record) -> Node:
 
 def _tiles(found: RunPage) -> Iterator[Element]:
     record = found.record
-    _, simulated = summary.whole_run(record)
+    _, simulated = whole_run(record)
     distinct = distinct_collisions(record.evaluations)
     different, style = len(found.analysis.distinct), "hot" if distinct else ""
     yield _tile("distinct_collisions", distinct, f"{distinct:,}", "sets of params that led to a collision", style)
@@ -154,7 +154,7 @@ def _partner_tiles(record: Record) -> Iterator[Element]:
 
 
 def _tile(name: str, value: float, text: str, meaning: str, style: str = "") -> Element:
-    number = element("b", summary.figure(name, value, text))
+    number = element("b", figure(name, value, text))
     return element("div", number, element("span", meaning), class_=f"tile {style}".strip())
 
 
@@ -164,7 +164,7 @@ def _parts(found: RunPage) -> Iterator[Node]:
         element("h2", "In plain words"),
         element(
             "div",
-            list(summary.paragraphs(found.record, len(found.analysis.distinct), found.analysis.system)),
+            list(run_sections.paragraphs(found.record, len(found.analysis.distinct), found.analysis.system)),
             class_="answers",
         ),
         id="summary",
@@ -184,7 +184,7 @@ def _parts(found: RunPage) -> Iterator[Node]:
 
 
 def _cases(found: RunPage) -> Node:
-    if not found.told:
+    if not found.replays:
         return None
     note = (
         "Worst first, no two of them nearly the same; their numbers are those of the files in the run's folder "
@@ -207,8 +207,8 @@ def _cases(found: RunPage) -> Node:
         for case in found.worst
     ]
     cards = [
-        case_page.card(told, case_page.Place(case, found.run.folder, _answer(found, case)), number)
-        for number, (case, told) in enumerate(zip(found.worst, found.told, strict=True))
+        case_page.card(replay, case_page.Place(case, found.run.folder, _answer(found, case)), number)
+        for number, (case, replay) in enumerate(zip(found.worst, found.replays, strict=True))
     ]
     return part("cases", "The worst cases", note, element("ol", tabs, class_="tabs"), cards)
 

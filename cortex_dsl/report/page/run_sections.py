@@ -1,6 +1,6 @@
-"""Sections of a run's page: where it failed, how probable a collision is, how its runs ended, how to do it again."""
+"""Sections of a run's page: plain words, where it failed, how probable a collision is, how runs ended, do it again."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from shlex import quote
 from typing import Any
 
@@ -19,14 +19,116 @@ from cortex_dsl.report.findings.analysis_report import (
     interval_text,
     probability_text,
 )
-from cortex_dsl.report.findings.readable import fixed, percent
-from cortex_dsl.report.findings.search_report import End, ends_of
+from cortex_dsl.report.findings.readable import counted, duration, fixed, percent, ratio
+from cortex_dsl.report.findings.search_report import (
+    End,
+    ends_of,
+    first_collision,
+    limits,
+    method_name,
+    partners_text,
+    whole_run,
+    why_invalid,
+    worst_words,
+)
 from cortex_dsl.report.page import markup, run_charts
-from cortex_dsl.report.page.markup import Element, Node, element, part, table
-from engine.search.evaluations import Evaluations
+from cortex_dsl.report.page.markup import Element, Node, element, figure, part, prose, table
+from engine.search.evaluations import Evaluations, distinct_collisions, partners
 from engine.search.journal_reader import Record
 from engine.search.probability.estimates import Probability, kept
 from engine.vocabulary import EndReason, Verdict
+
+# -- in plain words: what was searched, how much, what was found, and what it does not show ----------------------------
+
+
+def paragraphs(record: Record, different: int, system: Sequence[str] = ()) -> Iterator[Node]:
+    """The four questions with their answers; `different`: how many failures count as different."""
+    yield _answer("What was searched", _searched(record))
+    yield _answer("How much", _how_much(record))
+    yield _answer("What was found", _found(record, different))
+    yield _answer(
+        "What this does not show",
+        element("ul", [element("li", prose(text)) for text in limits(record, system)]),
+        "limits",
+    )
+
+
+def _answer(question: str, answer: Node, name: str = "") -> Node:
+    return element("div", element("h3", question), element("div", answer), class_=f"answer {name}".strip())
+
+
+def _searched(record: Record) -> Node:
+    manifest = record.manifest
+    genes = [f"{p.name} ({_range(p)})" for p in manifest.parameters]
+    others = ", ".join(manifest.actors[1:]) or "nobody else"
+    return element(
+        "p",
+        f"The scenario {manifest.name}, in which {manifest.actors[0]} drives with {others}. "
+        f"The search could choose {counted(len(genes), 'param')}: {', '.join(genes)}. "
+        f"Everything else that the file leaves open was drawn at random for each scene.",
+    )
+
+
+def _range(parameter: Any) -> str:
+    if parameter.options:
+        return ", ".join(parameter.options)
+    return f"{parameter.low:g} to {parameter.high:g} {parameter.unit}".strip()
+
+
+def _how_much(record: Record) -> Node:
+    manifest, search = record.manifest, record.manifest.settings["search"]
+    everyone, simulated = whole_run(record)
+    preset, name = f" (preset {manifest.preset})" if manifest.preset else "", method_name(manifest.method)
+    planned = search["generations"]
+    cut = "" if len(record.generations) == planned else f" of {planned:,} planned"
+    took = f" It took {duration(record.seconds)}." if record.seconds == record.seconds else ""
+    return element(
+        "p",
+        f"{name[:1].upper()}{name[1:]}{preset}, seed {manifest.seed}: ",
+        f"{counted(len(record.generations), 'generation')}{cut} of {search['population']:,}, ",
+        figure("by_individual.individuals", everyone.individuals, counted(everyone.individuals, "individual")),
+        ". ",
+        figure("by_simulation.runs", simulated.runs, counted(simulated.runs, "simulation")),
+        " were distinct",
+        "; the others repeat the best of the generation before." if record.evaluations.reused.any() else ".",
+        took,
+    )
+
+
+def _found(record: Record, different: int) -> Node:
+    _, simulated = whole_run(record)
+    distinct = distinct_collisions(record.evaluations)
+    first = first_collision(record)
+    share = percent(ratio(simulated.colliding_runs, simulated.valid_runs))
+    return element(
+        "p",
+        figure("distinct_collisions", distinct, counted(distinct, "different set")),
+        " of params led to a collision of the ego",
+        [", ", figure("distinct_failures", different, counted(different, "of them", "of them")), " clearly different"]
+        if distinct
+        else None,
+        ": ",
+        figure("by_simulation.colliding_runs", simulated.colliding_runs, f"{simulated.colliding_runs:,}"),
+        " of ",
+        figure("by_simulation.valid_runs", simulated.valid_runs, counted(simulated.valid_runs, "valid simulation")),
+        f", {share}. " if simulated.valid_runs else ". ",
+        _partners(record),
+        f"The first came with simulation {first:,}. " if first else "",
+        figure("by_simulation.nis", simulated.nis, counted(simulated.nis, "individual")),
+        f" ({percent(ratio(simulated.nis, simulated.individuals))})",
+        f" {'was' if simulated.nis == 1 else 'were'} invalid{why_invalid(record)}. ",
+        worst_words(record),
+    )
+
+
+def _partners(record: Record) -> str:
+    """With whom the ego collided, and with whom never."""
+    actors = record.manifest.actors
+    text = partners_text(actors, partners(record.evaluations, len(actors)))
+    return f"By partner: {text.removeprefix('with ')}. " if text else ""
+
+
+# -- where it failed: heat maps of pairs of params, and a map of all simulations to explore ----------------------------
 
 DOTS = 12_000
 """Individuals that the map of all simulations shows at most."""

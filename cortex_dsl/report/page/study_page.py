@@ -6,17 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.report.findings.study_report import BOXED, measure_called
+from cortex_dsl.report.documents import plain
+from cortex_dsl.report.findings.search_report import METRICS, PaperMetric, method_name
+from cortex_dsl.report.findings.study_report import BOXED, distinct_simulations, measure_called, study_content
 from cortex_dsl.report.page import markup, study_tables
 from cortex_dsl.report.page.charts import Box, Course, box_chart, line_chart
 from cortex_dsl.report.page.markup import Element, Node, element, page, part, top_bar
-from cortex_dsl.report.page.run_charts import METRICS, PaperMetric
-from cortex_dsl.report.page.summary import method_name
-from engine.search.journal import finite
 from engine.study.comparisons import Measure, sample
 from engine.study.database import Study
 from engine.study.run_records import curve_of, smoothed
-from engine.study.study_files import test_row
 from engine.study.verdict import FAMILIES, RULE, Findings, findings
 
 LINKS = (
@@ -40,7 +38,7 @@ def study_page(study: Study) -> str:
         top_bar([(place, name) for place, name in LINKS if place[1:] in names]),
         element("main", _hero(study, found), parts, _footer(study)),
     ]
-    data = {"study": finite({"verdict": list(found.verdict), "tests": [test_row(row) for row in found.comparisons]})}
+    data = {"study": plain(study_content(study, found))}
     return page(_title(study), body, data, ("page.js",))
 
 
@@ -53,13 +51,12 @@ def _title(study: Study) -> str:
 
 def _hero(study: Study, found: Findings) -> Element:
     plan, records = study.plan, study.records
-    simulations = sum(record.figures.simulations.runs for record in records)
     tiles = (
         (f"{len(plan.subjects):,}", "scenarios"),
         (f"{len(plan.methods):,}", "methods"),
         (f"{plan.runs:,}", "runs of each"),
         (f"{plan.individuals:,}", "individuals in each run"),
-        (f"{simulations:,}", "distinct simulations"),
+        (f"{distinct_simulations(study):,}", "distinct simulations"),
     )
     unfinished = f"This study is not finished: {len(records):,} runs are." if not study.complete else ""
     return element(

@@ -1,9 +1,9 @@
 """The tables of a study on its page: the primary outcome, every test, random sampling, and the paper beside it."""
 
-from cortex_dsl.report.findings.readable import counted, fixed, percent
-from cortex_dsl.report.findings.study_report import differences, p_text, quartiles, told
+from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio
+from cortex_dsl.report.findings.search_report import method_name
+from cortex_dsl.report.findings.study_report import differences, p_text, quartiles, value_text
 from cortex_dsl.report.page.markup import Element, Node, element, figure, part, table
-from cortex_dsl.report.page.summary import method_name
 from engine.search.statistics import Interval
 from engine.study.comparisons import DISTINCT_FAILURES, PRIMARY, Comparison, Spread
 from engine.study.database import Study
@@ -20,7 +20,7 @@ def primary(study: Study, found: Findings) -> Node:
             element("td", method_name(row.method)),
             element("td", _figure(row, "median", row.spread.median), class_="number"),
             element("td", _quartiles(row.spread, row), class_="number quiet"),
-            element("td", told(row.baseline_spread.median, row), class_="number"),
+            element("td", value_text(row.baseline_spread.median, row), class_="number"),
             element("td", _quartiles(row.baseline_spread, row), class_="number quiet"),
             element("td", p_text(row.p_holm), " ", element("b", row.marks), class_="number"),
             element("td", fixed(row.a12, 2), class_="number"),
@@ -60,7 +60,7 @@ def primary(study: Study, found: Findings) -> Node:
 
 def _figure(row: Comparison, field: str, value: float) -> Node:
     name = f"{row.scenario}.{row.method}.{row.measure.name}.{field}"
-    return figure(name, value, told(value, row))
+    return figure(name, value, value_text(value, row))
 
 
 def _quartiles(spread: Spread, row: Comparison) -> str:
@@ -87,7 +87,7 @@ def tests(found: Findings) -> Node:
             element("td", "exploratory" if row.measure.exploratory else row.measure.family, class_="quiet"),
             element("td", row.method),
             element("td", _figure(row, "median", row.spread.median), class_="number"),
-            element("td", told(row.baseline_spread.median, row), class_="number"),
+            element("td", value_text(row.baseline_spread.median, row), class_="number"),
             element("td", p_text(row.p), class_="number quiet"),
             element("td", p_text(row.p_holm), " ", element("b", row.marks), class_="number"),
             element("td", fixed(row.a12, 2), class_="number"),
@@ -126,9 +126,9 @@ def rates(found: Findings) -> Node:
         element(
             "tr",
             element("th", row.scenario, scope="row"),
-            element("td", percent(row.valid / row.individuals if row.individuals else float("nan")), class_="number"),
+            element("td", percent(ratio(row.valid, row.individuals)), class_="number"),
             element("td", _percents(row.valid_rate), class_="number quiet"),
-            element("td", percent(row.collisions / row.valid if row.valid else float("nan")), class_="number"),
+            element("td", percent(ratio(row.collisions, row.valid)), class_="number"),
             element("td", _percents(row.collision_rate), class_="number quiet"),
         )
         for row in found.rates

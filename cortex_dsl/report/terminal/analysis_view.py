@@ -45,7 +45,7 @@ from engine.search.statistics import Interval
 
 def avoidance_view(analysis: Analysis) -> RenderableType:
     avoided = analysis.avoided
-    told = {*avoided.by, *(answer.avoidance for answer in analysis.avoidability if answer is not None)}
+    kinds = {*avoided.by, *(answer.avoidance for answer in analysis.avoidability if answer is not None)}
     shares = [
         (
             Text(whole(avoided.by.get(kind, 0))),
@@ -53,7 +53,7 @@ def avoidance_view(analysis: Analysis) -> RenderableType:
             Text(AVOIDANCES[kind][0], AVOIDANCES[kind][1]),
             Text(AVOIDANCES[kind][2], "quiet"),
         )
-        for kind in sorted(told)
+        for kind in sorted(kinds)
     ]
     head = f"of {counted(avoided.driven, 'different collision')} that this search kept; shares of these, no rates:"
     table = columns(right(), right(), left(), left(wrap=True), rows=shares)

@@ -216,8 +216,8 @@ def _format_remarks(written: Written) -> RenderableType:
         key = name, re.sub(r"\d+(\.\d+)?", "#", sentence)
         alike.setdefault(key, []).append((sentence, numbers))
     rows, before = [], ""
-    for (name, _), told in alike.items():
-        text = Text.assemble(told[0][0], (_of_which(written, [n for _, n in told]), "quiet"))
+    for (name, _), same in alike.items():
+        text = Text.assemble(same[0][0], (_of_which(written, [n for _, n in same]), "quiet"))
         rows.append((Text("" if name == before else name, "title"), text))
         before = name
     return columns(left(), left(wrap=True), rows=rows)

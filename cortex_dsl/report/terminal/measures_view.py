@@ -24,9 +24,9 @@ def measures_view(
 ) -> RenderableType:
     """Those of the deciding pair with their meaning, then those of its two actors side by side.
 
-    An infinite one says that the danger it measures was not there. Speeds are told in `unit`.
+    An infinite one says that the danger it measures was not there. Speeds are shown in `unit`.
     """
-    metrics = [_told(metric, unit) for metric in metrics]
+    metrics = [_in_unit(metric, unit) for metric in metrics]
     of_pair = [metric for metric in metrics if metric.actors == (0, pair + 1) and metric.name not in IN_RISK]
     of_actors = [metric for metric in metrics if metric.actors in ((0,), (pair + 1,))]
     parts: list[RenderableType] = []
@@ -41,7 +41,7 @@ def measures_view(
     return Group(*parts, columns(left(), left(wrap=True), rows=rows))
 
 
-def _told(metric: Metric, unit: SpeedUnit) -> Metric:
+def _in_unit(metric: Metric, unit: SpeedUnit) -> Metric:
     return replace(metric, value=unit.per_si * metric.value, unit=unit.name) if metric.unit == M_S.name else metric
 
 

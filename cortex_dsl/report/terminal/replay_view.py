@@ -10,7 +10,7 @@ from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.text import Text
 
-from cortex_dsl.report.findings.case_replay import ToldCase, outline_corners
+from cortex_dsl.report.findings.case_replay import CaseReplay, outline_corners
 from cortex_dsl.report.findings.readable import fixed
 from cortex_dsl.report.terminal.canvas import Canvas
 from cortex_dsl.report.terminal.scene_view import DRAWING_COLUMNS, draw_scene
@@ -26,37 +26,39 @@ PAUSE = 1.0
 class Film:
     """A case and the drawing of all that does not move."""
 
-    told: ToldCase
+    replay: CaseReplay
     still: Canvas
     ascii_only: bool
 
     @staticmethod
-    def of(told: ToldCase, width: int, height: int, *, ascii_only: bool) -> "Film":
+    def of(replay: CaseReplay, width: int, height: int, *, ascii_only: bool) -> "Film":
         """With a drawing that fits a console of this size, whose rows are half its columns less four."""
         columns = max(28, min(DRAWING_COLUMNS, width - 4, 2 * (height - 3 + 4)))
-        return Film(told, draw_scene(told.road, told.trajectory, None, columns, ascii_only=ascii_only), ascii_only)
+        return Film(
+            replay, draw_scene(replay.road, replay.trajectory, None, columns, ascii_only=ascii_only), ascii_only
+        )
 
     def frame(self, place: float) -> RenderableType:
         """Everybody at a place between samples, and what is measured then."""
         canvas = replace(self.still, dots=dict(self.still.dots), styles=dict(self.still.styles), marks={})
-        for actor in reversed(range(len(self.told.shapes))):
+        for actor in reversed(range(len(self.replay.shapes))):
             self._draw(canvas, actor, place)
-        if self.told.contact_point and place * self._step >= self.told.key_time - 1e-9:
-            canvas.mark(self.told.contact_point, "X" if self.ascii_only else "✕", "bad")
+        if self.replay.contact_point and place * self._step >= self.replay.key_time - 1e-9:
+            canvas.mark(self.replay.contact_point, "X" if self.ascii_only else "✕", "bad")
         drawing = Text("\n").join(canvas.lines(ascii_only=self.ascii_only))
         return Group(drawing, *self._lines(place))
 
     def _draw(self, canvas: Canvas, actor: int, place: float) -> None:
         pose = self._pose(actor, place)
         if pose is not None:
-            shape = self.told.shapes[actor]
+            shape = self.replay.shapes[actor]
             canvas.fill(outline_corners(*pose, shape.length, shape.width), actor_style(actor))
 
     def _pose(self, actor: int, place: float) -> tuple[float, float, float] | None:
         """x, y, heading; None while the actor is not in the scene."""
-        before = min(math.floor(place), len(self.told.trajectory.time) - 1)
-        after = min(before + 1, len(self.told.trajectory.time) - 1)
-        a, b = self.told.trajectory.states[[before, after], actor]
+        before = min(math.floor(place), len(self.replay.trajectory.time) - 1)
+        after = min(before + 1, len(self.replay.trajectory.time) - 1)
+        a, b = self.replay.trajectory.states[[before, after], actor]
         poses = np.array([a[: State.HEADING + 1], b[: State.HEADING + 1]])
         if a[State.PRESENT] < 0.5 or not np.isfinite(poses[0]).all():
             return None
@@ -68,54 +70,54 @@ class Film:
 
     @property
     def _step(self) -> float:
-        time = self.told.trajectory.time
+        time = self.replay.trajectory.time
         return float(time[1] - time[0]) if len(time) > 1 else 1.0
 
     def _lines(self, place: float) -> Iterator[Text]:
-        sample = min(round(place), len(self.told.trajectory.time) - 1)
-        if self.told.collided and place * self._step <= self.told.key_time + 1e-9:
-            sample = min(sample, self.told.trajectory.contact_sample)  # at contact it is told what led to it
+        sample = min(round(place), len(self.replay.trajectory.time) - 1)
+        if self.replay.collided and place * self._step <= self.replay.key_time + 1e-9:
+            sample = min(sample, self.replay.trajectory.contact_sample)  # at contact the line says what led to it
         line = Text.assemble((f"{place * self._step:6.2f} s  ", "title"))
-        for actor, shape in enumerate(self.told.shapes):
-            speed = self.told.unit.text(float(self.told.speeds[sample, actor]))
+        for actor, shape in enumerate(self.replay.shapes):
+            speed = self.replay.unit.text(float(self.replay.speeds[sample, actor]))
             line.append(f" {shape.name} {speed} ", actor_style(actor))
         yield line
         yield Text(self._event(place, sample), "quiet")
 
     def _event(self, place: float, sample: int) -> str:
         """How far apart the deciding pair is, or what is shown after contact."""
-        told = self.told
-        since = place * self._step - told.key_time
-        if told.collided and since >= -1e-9:
+        replay = self.replay
+        since = place * self._step - replay.key_time
+        if replay.collided and since >= -1e-9:
             return "contact" if since < self._step else "after contact: physics for illustration, not scored"
-        apart = float(told.approach.distance[sample])
-        closing = told.unit.text(float(told.approach.closing_speed[sample]))
+        apart = float(replay.approach.distance[sample])
+        closing = replay.unit.text(float(replay.approach.closing_speed[sample]))
         if not math.isfinite(apart):
             return ""
-        other = told.shapes[told.pair + 1].name
+        other = replay.shapes[replay.pair + 1].name
         return f"{other} {fixed(apart, 2)} m away, closing at {closing}"
 
 
-def play(told: ToldCase, console: Console, speed: float = 1.0) -> None:
+def play(replay: CaseReplay, console: Console, speed: float = 1.0) -> None:
     """Play a case in the console's terminal, or draw its key moment where nobody watches."""
-    film = Film.of(told, console.width, console.height, ascii_only=console.options.ascii_only)
-    step = float(told.trajectory.time[1]) if len(told.trajectory.time) > 1 else 1.0
+    film = Film.of(replay, console.width, console.height, ascii_only=console.options.ascii_only)
+    step = float(replay.trajectory.time[1]) if len(replay.trajectory.time) > 1 else 1.0
     if not console.is_terminal or console.is_dumb_terminal:
-        console.print(film.frame(told.key_time / step))
+        console.print(film.frame(replay.key_time / step))
         return
     with Live(console=console, auto_refresh=False, transient=False) as live:
-        for time in _times(told, speed):
+        for time in _times(replay, speed):
             live.update(film.frame(time / step), refresh=True)
 
 
-def _times(told: ToldCase, speed: float) -> Iterator[float]:
+def _times(replay: CaseReplay, speed: float) -> Iterator[float]:
     """Simulated time of one frame after another, at the speed that was asked for, with a pause at contact."""
-    last, start, paused = float(told.trajectory.time[-1]), monotonic(), not told.collided
+    last, start, paused = float(replay.trajectory.time[-1]), monotonic(), not replay.collided
     pause = 0.0
     while (now := speed * (monotonic() - start - pause)) < last:
-        if not paused and now >= told.key_time:
+        if not paused and now >= replay.key_time:
             paused = True
-            yield told.key_time
+            yield replay.key_time
             sleep(PAUSE)
             pause += PAUSE
         else:

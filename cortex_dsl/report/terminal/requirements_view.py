@@ -63,7 +63,7 @@ def culprit_line(program: Program, tally: Tally, culprit: int | None) -> Text:
 
 
 def requirements_view(program: Program, tally: Tally, culprit: int | None = None) -> RenderableType:
-    """The table and its culprit, which the counts tell where nothing better is known."""
+    """The table and its culprit, which the counts show where nothing better is known."""
     culprit = first_culprit(program, tally) if culprit is None else culprit
     return Group(requirements_table(program, tally, culprit), Text(), culprit_line(program, tally, culprit))
 
@@ -157,7 +157,7 @@ def _conflict(account: "Account") -> Text | None:
 
 WEIGHING_BAR = 16
 LEAST_SHRINK = 0.05
-"""Share of a range that must be gone before it is told."""
+"""Share of a range that must be gone before it is shown."""
 FEWEST = 40
 """Accepted draws below which their range says little."""
 MOST_ROWS = 8

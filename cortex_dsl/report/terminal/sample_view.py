@@ -62,10 +62,10 @@ def _params_kept(program: Program, tally: Tally) -> list[Text]:
     if not len(program.space):
         return []
     hopeless = int(tally.verdicts[Verdict.INFEASIBLE])
-    told = [Text("a scene keeps its params: each of its attempts draws all the rest anew", "quiet")]
+    lines = [Text("a scene keeps its params: each of its attempts draws all the rest anew", "quiet")]
     if hopeless:
-        told.append(Text(f"{hopeless:,} of {counted(tally.scenes, 'draw')} of the params can have no scene", "warn"))
-    return told
+        lines.append(Text(f"{hopeless:,} of {counted(tally.scenes, 'draw')} of the params can have no scene", "warn"))
+    return lines
 
 
 def verdicts_table(tally: Tally) -> RenderableType:

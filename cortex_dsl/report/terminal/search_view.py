@@ -13,6 +13,7 @@ from cortex_dsl.report.findings.readable import counted, duration, fixed, percen
 from cortex_dsl.report.findings.search_report import (
     METRICS,
     End,
+    PaperMetric,
     SearchReport,
     ends_of,
     method_name,
@@ -112,12 +113,12 @@ def generations_table(report: SearchReport, width: int) -> RenderableType:
     first, last = (report.campaign.generations[i].by_individual for i in (0, -1))
     rows = [
         (
-            Text(name, "title"),
-            _meaning(meaning, unit),
-            *(_value(f, name_, decimals) for f in (first, last, report.campaign.by_individual)),
-            Text(_course(report, name_, curve), method_style(report.method)),
+            Text(metric.name, "title"),
+            _meaning(metric.brief, metric.unit),
+            *(_value(f, metric) for f in (first, last, report.campaign.by_individual)),
+            Text(_course(report, metric.field, curve), method_style(report.method)),
         )
-        for name, meaning, name_, decimals, unit in METRICS
+        for metric in METRICS
     ]
     head = (left(), left(wrap=True), right("first"), right("last"), right("whole run"), left("course"))
     return columns(*head, rows=rows, header=True)
@@ -129,13 +130,13 @@ def comparison_table(reports: Sequence[SearchReport], width: int) -> RenderableT
         return methods_table(reports)
     rows = []
     curve = max(6, min(16, (width - BESIDE_TWO_CURVES) // 2))
-    for name, meaning, field, decimals, unit in METRICS:
-        cells: list[Text] = [Text(name, "title"), _meaning(meaning, unit)]
-        highest = max((value for report in reports for value in _values(report, field)), default=0.0)
+    for metric in METRICS:
+        cells: list[Text] = [Text(metric.name, "title"), _meaning(metric.brief, metric.unit)]
+        highest = max((value for report in reports for value in _values(report, metric.field)), default=0.0)
         for report in reports:
             cells += [
-                _value(report.campaign.by_individual, field, decimals),
-                Text(_course(report, field, curve, highest), method_style(report.method)),
+                _value(report.campaign.by_individual, metric),
+                Text(_course(report, metric.field, curve, highest), method_style(report.method)),
             ]
         rows.append(tuple(cells))
     for title, meaning, value in (
@@ -157,10 +158,10 @@ def methods_table(reports: Sequence[SearchReport]) -> RenderableType:
     rows = []
     for report in reports:
         campaign = report.campaign
-        numbers = [_value(campaign.by_individual, field, decimals) for _, _, field, decimals, _ in METRICS]
+        numbers = [_value(campaign.by_individual, metric) for metric in METRICS]
         distinct = [Text(whole(campaign.distinct_collisions)), Text(whole(campaign.by_simulation.runs), "quiet")]
         rows.append((Text(method_name(report.method), method_style(report.method)), *numbers, *distinct))
-    head = [right(f"{name} {unit}".strip()) for name, _, _, _, unit in METRICS]
+    head = [right(f"{metric.name} {metric.unit}".strip()) for metric in METRICS]
     return columns(left("method"), *head, right("distinct"), right("simulated"), rows=rows, header=True)
 
 
@@ -232,8 +233,8 @@ def _meaning(meaning: str, unit: str) -> Text:
     return Text.assemble(meaning, (f" [{unit}]" if unit else "", "unit"))
 
 
-def _value(figures: Figures, field: str, decimals: int) -> Text:
-    return Text(fixed(float(getattr(figures, field)), decimals))
+def _value(figures: Figures, metric: PaperMetric) -> Text:
+    return Text(fixed(float(getattr(figures, metric.field)), metric.decimals))
 
 
 def _course(report: SearchReport, field: str, width: int, highest: float | None = None) -> str:

@@ -8,7 +8,14 @@ from rich.text import Text
 
 from cortex_dsl.report.findings.readable import counted, duration, fixed, percent, ratio
 from cortex_dsl.report.findings.search_report import method_style
-from cortex_dsl.report.findings.study_report import differences, missing_lines, p_text, quartiles, told
+from cortex_dsl.report.findings.study_report import (
+    differences,
+    distinct_simulations,
+    missing_lines,
+    p_text,
+    quartiles,
+    value_text,
+)
 from cortex_dsl.report.terminal.theme import MARGIN, columns, heading, indented, left, right, section
 from engine.paper import Claim, by_assumption, said
 from engine.paper import Study as StudyRow
@@ -91,7 +98,7 @@ def _rates_table(rows: Sequence[RandomRates], width: int) -> RenderableType:
             Text(percent(ratio(row.collisions, row.valid))),
             Text(_interval(row.collision_rate)),
             Text(fixed(row.against_paper.ratio, 2)),
-            Text("< 0.0001" if row.against_paper.p < 1e-4 else fixed(row.against_paper.p, 4)),
+            Text(p_text(row.against_paper.p)),
         )
         for row in rows
     ]
@@ -142,7 +149,7 @@ SHOWN = (
 )
 """Measures of the terminal's tables; the others stand in tests.csv."""
 STACKED = 3
-"""Most methods whose spreads are told in the terminal."""
+"""Most methods whose spreads the terminal shows."""
 SIDE_BY_SIDE = 98
 """Columns that two methods side by side take."""
 NEEDED = {3: 76, 7: 90}
@@ -176,14 +183,13 @@ def study_view(study: Study, findings: Findings, width: int) -> RenderableType:
 def _head(study: Study, findings: Findings) -> Iterator[RenderableType]:
     plan, records = study.plan, study.records
     search = plan.subjects[0].config.search
-    simulations = sum(record.figures.simulations.runs for record in records)
     seconds = sum(record.seconds for record in records)
     methods = ", ".join(f"{method} {plan.preset(method)}".strip() for method in plan.methods)
     note = (
         f"{len(plan.subjects)} x {len(plan.methods)} x {plan.runs} runs of {search.generations} x {search.population}"
     )
     yield heading("Study", f"{note}; {methods}; {_seeds(plan)}, profile {plan.profile}")
-    yield Text(f"{counted(simulations, 'simulation')}, {duration(seconds)} of work", "quiet")
+    yield Text(f"{counted(distinct_simulations(study), 'simulation')}, {duration(seconds)} of work", "quiet")
     if not study.complete:
         total = plan.runs * len(plan.subjects) * len(plan.methods)
         yield Text(f"not complete: {len(records):,} of {total:,} runs", "warn")
@@ -249,12 +255,12 @@ def _matrix(plan: Plan, rows: Sequence[Comparison], room: int) -> RenderableType
     body = [
         [
             _method(plan.baseline),
-            *(Text(told(of[0].baseline_spread.median, of[0])) for of in (_of(rows, n) for n in names)),
+            *(Text(value_text(of[0].baseline_spread.median, of[0])) for of in (_of(rows, n) for n in names)),
         ]
     ]
     for method in plan.contenders:
         mine = [next(row for row in _of(rows, name) if row.method == method) for name in names]
-        body.append([_method(method), *(Text(told(row.spread.median, row), _style(row)) for row in mine)])
+        body.append([_method(method), *(Text(value_text(row.spread.median, row), _style(row)) for row in mine)])
     heads = (_of(rows, name)[0].title.replace("distinct ", "d. ").replace("last 10", "end") for name in names)
     return columns(left(), *map(right, heads), rows=body, header=True)
 
@@ -274,7 +280,7 @@ def _name(row: Comparison) -> Text:
 
 def _spread(spread: Spread, row: Comparison) -> tuple[Text, Text]:
     low, high = quartiles(spread, row)
-    return Text(told(spread.median, row)), Text(f"[{low}, {high}]")
+    return Text(value_text(spread.median, row)), Text(f"[{low}, {high}]")
 
 
 def _style(row: Comparison) -> str:
@@ -330,5 +336,5 @@ def _table(claims: Sequence[Claim]) -> RenderableType:
 
 
 def _remark(claim: Claim) -> str:
-    told = [claim.remark, f"inferred, if {claim.assumption}" if claim.inferred else ""]
-    return "".join(f"; {text}" for text in told if text)
+    remarks = [claim.remark, f"inferred, if {claim.assumption}" if claim.inferred else ""]
+    return "".join(f"; {text}" for text in remarks if text)

@@ -204,7 +204,7 @@ TOO_MANY_BODIES = Problem(
         "What a `do` runs is written out in its place when the file is compiled. Twelve behaviors of which each runs "
         "the next one twice are written out 4,096 times.",
         "behavior B0():\n    wait\n"
-        + "".join(f"behavior B{k}():\n    do B{k - 1}()\n    do B{k - 1}()\n" for k in range(1, 12))
+        + "".join(map("behavior B{0}():\n    do B{1}()\n    do B{1}()\n".format, range(1, 12), range(11)))
         + "\nego = new Car on road, with behavior B11()\n",
         "behavior B0():\n    wait\n\nbehavior B1():\n    while True:\n        do B0()\n\n"
         "ego = new Car on road, with behavior B1()\n",
@@ -232,7 +232,7 @@ TOO_DEEP_BODIES = Problem(
         "each runs the next one becomes a block within a block, as if all of it were written in one place. A chain of "
         "`elif`, too, is one `if` inside the `else` of another.",
         "behavior B0():\n    wait\n"
-        + "".join(f"behavior B{k}():\n    do B{k - 1}()\n" for k in range(1, 70))
+        + "".join(map("behavior B{}():\n    do B{}()\n".format, range(1, 70), range(69)))
         + "\nego = new Car on road, with behavior B69()\n",
         "behavior B0():\n    wait\n\nbehavior B1():\n    do B0()\n\nego = new Car on road, with behavior B1()\n",
     ),

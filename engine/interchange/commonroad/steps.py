@@ -8,7 +8,8 @@ import numpy as np
 from engine.interchange.contract import InterchangeError
 from engine.interchange.recording import SAME_INSTANT, Contact, RecordedActor, Recording, SignalTimes
 from engine.kernels.geometry import Box, box_distance
-from engine.road import build_network, outline
+from engine.road import build_network
+from engine.road.outline import outline
 from engine.tables import Floats
 from engine.vocabulary import State
 

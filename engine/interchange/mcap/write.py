@@ -19,7 +19,8 @@ from engine.interchange.kinds import KINDS
 from engine.interchange.recording import RecordedActor, Recording
 from engine.kernels.geometry import Box, box_distance
 from engine.program import RoadSpec
-from engine.road import build_network, outline
+from engine.road import build_network
+from engine.road.outline import outline
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, State
 

@@ -16,12 +16,12 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from engine.outcomes import Assessment
-from engine.scenes import StreamKey
 from engine.search.assessment import Evaluate, concatenate, take
 from engine.search.evaluations import Evaluations
 from engine.search.protocol import Box
 from engine.search.ranking import order_of_risk
 from engine.search.statistics import Interval, spearman
+from engine.streams import StreamKey
 from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import GeneKind, Verdict
 

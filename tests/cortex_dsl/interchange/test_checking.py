@@ -12,7 +12,7 @@ from cortex_dsl import compile_text
 from cortex_dsl.interchange.cases import ExportCase, case_of_scene
 from cortex_dsl.interchange.formats import FORMATS, checker_of, missing_extra, writer_of
 from engine.interchange.contract import ExportOptions, Finding
-from engine.interchange.mcap import write_mcap
+from engine.interchange.mcap.write import write_mcap
 from engine.interchange.recording import Recording
 from engine.vocabulary import State
 

@@ -12,7 +12,7 @@ from cortex_dsl.report.documents import document, plain
 from cortex_dsl.report.findings.readable import column_decimals, counted, duration, fixed, percent, significant
 from cortex_dsl.report.terminal.canvas import Canvas, Window
 from cortex_dsl.report.terminal.theme import bar, sparkline
-from engine.scenes import StreamKey
+from engine.streams import StreamKey
 from engine.vocabulary import Verdict
 
 

@@ -33,7 +33,8 @@ def _plotted(scenario: Scenario, width: int, ascii_only: bool) -> RenderableType
 
 def _still(scenario: Scenario, width: int, ascii_only: bool) -> RenderableType:
     from engine import batch
-    from engine.road import build_network, outline
+    from engine.road import build_network
+    from engine.road.outline import outline
 
     scenes = scenario.sample(1, seed=2)
     assert scenes.valid[0]

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cortex_dsl.report.findings.story import Moment, tell
+from cortex_dsl.report.findings.story import Moment, story_of
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Trajectory
@@ -17,7 +17,7 @@ def kinds(moments: list[Moment]) -> list[str]:
 
 def test_told_in_the_order_of_time(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
     """Start, fastest closing, braking, closest approach, standstill, off the road, end."""
-    moments = tell(program, outcomes, trajectory)
+    moments = story_of(program, outcomes, trajectory)
     assert [moment.time for moment in moments] == sorted(moment.time for moment in moments)
     assert kinds(moments) == ["start", "start", "fastest", "brake", "closest", "rest", "left_road", "end"]
 
@@ -27,21 +27,21 @@ def test_one_time_is_told_from_causes_to_effects(program: Program, outcomes: Out
     states = trajectory.states.copy()
     states[1:, 0, State.BRAKE] = 0.5
     at_once = replace(outcomes, max_closing_time=np.zeros((1, 1)), left_road_time=np.array([[np.nan, 0.0]]))
-    moments = tell(program, at_once, replace(trajectory, states=states))
+    moments = story_of(program, at_once, replace(trajectory, states=states))
     assert kinds(moments)[:5] == ["start", "start", "left_road", "fastest", "brake"]
     assert moments[2].text == "starts off the road"
 
 
 def test_speeds_of_a_story_are_in_one_unit(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
     """Closing speeds can be compared with the speeds above them: 19.84 m/s is 71.4 km/h."""
-    told = " ".join(moment.text for moment in tell(program, outcomes, trajectory))
+    told = " ".join(moment.text for moment in story_of(program, outcomes, trajectory))
     assert "71.4 km/h" in told
     assert "m/s" not in told
 
 
 def test_contact_replaces_the_closest_approach(program: Program, collision: Outcomes, trajectory: Trajectory) -> None:
     """Distance zero is called contact, once."""
-    told = kinds(tell(program, collision, trajectory))
+    told = kinds(story_of(program, collision, trajectory))
     assert told.count("contact") == 1
     assert "closest" not in told
     assert "end" not in told
@@ -53,13 +53,13 @@ def test_short_pauses_in_braking_are_not_told(program: Program, outcomes: Outcom
     states[:, 0, State.BRAKE] = 0.0
     states[10:20:2, 0, State.BRAKE] = 0.5
     states[50:55, 0, State.BRAKE] = 0.5
-    told = tell(program, outcomes, replace(trajectory, states=states))
+    told = story_of(program, outcomes, replace(trajectory, states=states))
     assert [moment.time for moment in told if moment.kind == "brake"] == [0.45, 2.45]
 
 
 def test_a_rule_is_named_with_its_line(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
     """Whoever reads the end finds the line that caused it."""
-    assert "(line 43)" in tell(program, outcomes, trajectory)[-1].text
+    assert "(line 43)" in story_of(program, outcomes, trajectory)[-1].text
 
 
 def test_every_reason_of_an_end_has_words(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
@@ -71,4 +71,4 @@ def test_every_reason_of_an_end_has_words(program: Program, outcomes: Outcomes, 
             end_rule=np.array([-1], dtype=np.int32),
             contact_actors=np.array([[0, 1]], dtype=np.int32),
         )
-        assert tell(program, ended, trajectory)[-1].text
+        assert story_of(program, ended, trajectory)[-1].text

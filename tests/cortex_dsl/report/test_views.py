@@ -24,7 +24,8 @@ from cortex_dsl.report.terminal.theme import THEME, title_of
 from engine.metrics import Metric, Recorded
 from engine.outcomes import Outcomes
 from engine.program import Program, RoadSpec, Rule
-from engine.road import build_network, outline
+from engine.road import build_network
+from engine.road.outline import outline
 from engine.scenes import Scenes, Trajectory
 from engine.vocabulary import EndReason, RuleKind, State, Verdict
 

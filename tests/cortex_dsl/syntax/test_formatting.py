@@ -9,11 +9,12 @@ from hypothesis import strategies as st
 
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.source import Source
-from cortex_dsl.syntax import nodes, parse, unparse
+from cortex_dsl.syntax import nodes, parse
 from cortex_dsl.syntax.formatting import format_source
 from cortex_dsl.syntax.parser import read_tokens
 from cortex_dsl.syntax.pieces import tidy
 from cortex_dsl.syntax.scanning import pieces
+from cortex_dsl.syntax.unparse import unparse
 
 GOLDEN = Path(__file__).parent / "golden"
 FORMATTED = Path(__file__).parent / "formatted"

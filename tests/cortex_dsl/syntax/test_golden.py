@@ -15,8 +15,9 @@ import pytest
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.report.findings.snippet import render_text
 from cortex_dsl.source import Source, Span
-from cortex_dsl.syntax import parse, unparse
+from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.nodes import Node
+from cortex_dsl.syntax.unparse import unparse
 
 GOLDEN = Path(__file__).parent / "golden"
 CASES = sorted(path.stem for path in GOLDEN.glob("*.scn"))

@@ -9,12 +9,13 @@ from pathlib import Path
 import pytest
 
 from cortex_dsl.diagnostics import CompileError, Severity
-from cortex_dsl.resources import resource
+from cortex_dsl.installation import resource
 from cortex_dsl.source import Source
-from cortex_dsl.syntax import errors, parse, parse_tree, unparse
+from cortex_dsl.syntax import errors, parse, parse_tree
 from cortex_dsl.syntax.errors import CODES, Code
 from cortex_dsl.syntax.literals import SPOKEN_UNITS, UNIT_WORDS
 from cortex_dsl.syntax.nodes import Assign, Module, Number
+from cortex_dsl.syntax.unparse import unparse
 from cortex_dsl.syntax.words import RESERVED, TEMPORAL_PREFIXES
 
 GRAMMAR = resource("grammar/cortex.lark").read_text(encoding="utf-8")

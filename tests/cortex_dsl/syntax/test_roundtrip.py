@@ -8,7 +8,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cortex_dsl.source import Source
-from cortex_dsl.syntax import nodes, parse, unparse
+from cortex_dsl.syntax import nodes, parse
+from cortex_dsl.syntax.unparse import unparse
 
 
 def children(value: Any) -> Iterator[nodes.Node]:

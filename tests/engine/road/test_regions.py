@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.program import RoadSpec
-from engine.road import LaneRole, build_network, outline, regions, road_tables
+from engine.road import LaneRole, build_network, regions, road_tables
 from engine.road.junction import Junction
+from engine.road.outline import outline
 from engine.tables import ROAD_REGION
 
 few = settings(max_examples=15, deadline=None)

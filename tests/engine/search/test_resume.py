@@ -17,8 +17,9 @@ from engine.search.evaluations import Evaluations
 from engine.search.journal import Journal
 from engine.search.journal_reader import read_journal
 from engine.search.manifest import Manifest
+from engine.search.past import ForeignPastError
 from engine.search.protocol import Box
-from engine.search.run import Campaign, ForeignPastError, Progress, run_campaign
+from engine.search.run import Campaign, Progress, run_campaign
 from engine.search.searchers import SEARCHERS, build_searcher
 from engine.search.store import JOURNAL, StoreError, hold
 

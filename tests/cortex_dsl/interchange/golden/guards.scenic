@@ -5,7 +5,7 @@
 # stream: 1.sample.0.0.0.0
 # digest: a8487e4f4735495ab1a9fe87e1516a97
 # risk: none, the run was aborted
-# version: cortexc 0.1.0
+# version: cortexc 0.2.0
 #
 # To look at it: scenic --2d guards.scenic
 #

@@ -5,7 +5,7 @@
 # stream: 1.sample.0.0.0.0
 # digest: 8529c9ab9f8c92a605a2bb6456019311
 # risk: 12 of 22 (C 0, MD 4, D_MS 4, TTC_MS 4; profile paper)
-# version: cortexc 0.1.0
+# version: cortexc 0.2.0
 #
 # To look at it: scenic --2d library.scenic
 #

@@ -5,7 +5,7 @@
 # stream: 1.sample.0.0.0.0
 # digest: 3d24d72bfd63f273488f2f232abc3fbe
 # risk: 8 of 22 (C 0, MD 4, D_MS 0, TTC_MS 4; profile paper)
-# version: cortexc 0.1.0
+# version: cortexc 0.2.0
 #
 # To look at it: scenic --2d modular.scenic
 #

@@ -5,7 +5,7 @@
 # stream: 1.sample.0.0.0.0
 # digest: e2bf42a5f8c2340f1c2d07808e46a41e
 # risk: 5 of 22 (C 0, MD 3, D_MS 0, TTC_MS 2; profile paper)
-# version: cortexc 0.1.0
+# version: cortexc 0.2.0
 #
 # To look at it: scenic --2d monitors.scenic
 #

@@ -5,7 +5,7 @@
 # stream: 1.sample.0.0.0.0
 # digest: 00f72e2de742c57ff71966167a144ab0
 # risk: 7 of 22 (C 0, MD 3, D_MS 0, TTC_MS 4; profile paper)
-# version: cortexc 0.1.0
+# version: cortexc 0.2.0
 #
 # To look at it: scenic --2d picks.scenic
 #

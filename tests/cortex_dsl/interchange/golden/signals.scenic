@@ -5,7 +5,7 @@
 # stream: 1.sample.0.0.0.0
 # digest: 1a1f7e316c0f24135de1e72d0b7ed9c4
 # risk: 6 of 22 (C 0, MD 4, D_MS 0, TTC_MS 2; profile paper)
-# version: cortexc 0.1.0
+# version: cortexc 0.2.0
 #
 # To look at it: scenic --2d signals.scenic
 #

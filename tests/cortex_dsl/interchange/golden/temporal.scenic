@@ -5,7 +5,7 @@
 # stream: 1.sample.0.0.0.0
 # digest: 60631348faac0b1beb6979cea633c61b
 # risk: none, the run was aborted
-# version: cortexc 0.1.0
+# version: cortexc 0.2.0
 #
 # To look at it: scenic --2d temporal.scenic
 #

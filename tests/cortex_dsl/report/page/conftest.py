@@ -1,11 +1,13 @@
 """One small search whose names are as hostile as the language lets them be, and a browser to look at its page."""
 
+import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from cortex_dsl.api.runs import OpenedRun, open_run
@@ -112,3 +114,71 @@ def read(page_text: str) -> Reader:
     reader = Reader()
     reader.feed(page_text)
     return reader
+
+
+# -- numbers of a page that its data must hold -------------------------------------------------------------------------
+
+NUMBER = re.compile(r"(?<![\w.])\d[\d,]*(?:\.\d+)?(?:e[+-]?\d+)?(?![\w])")
+UNSEEN = ("script", "style", "svg", "pre")
+"""What a reader of the text does not see, or what is a text of its own: sources and commands."""
+BULK = frozenset({"rows", "distinct", "runs", "failures", "tried", "failed", "key"})
+"""Long lists of row numbers and cells, in which any number would be found."""
+
+
+class Words(HTMLParser):
+    """The text of a page as it is read, piece by piece."""
+
+    def __init__(self) -> None:
+        super().__init__(convert_charrefs=True)
+        self.pieces: list[str] = []
+        self._unseen = 0
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self._unseen += tag in UNSEEN
+
+    def handle_endtag(self, tag: str) -> None:
+        self._unseen -= tag in UNSEEN
+
+    def handle_data(self, data: str) -> None:
+        if not self._unseen:
+            self.pieces.append(data)
+
+
+def numbers_in(value: Any) -> Iterator[float]:
+    """Every number of a document: values, lengths of lists, and those inside sentences."""
+    if isinstance(value, bool) or value is None:
+        return
+    if isinstance(value, int | float):
+        yield float(value)
+    elif isinstance(value, str):
+        yield from (float(text.replace(",", "")) for text in NUMBER.findall(value))
+    elif isinstance(value, list):
+        yield float(len(value))
+        for item in value:
+            yield from numbers_in(item)
+    else:
+        for name, item in value.items():
+            yield from numbers_in(name)
+            yield from [float(len(item))] if name in BULK and isinstance(item, list) else numbers_in(item)
+
+
+def missing_numbers(page: str, data: Any, constants: Sequence[str]) -> list[str]:
+    """Numbers that a page shows and its data does not hold: as they are, as a share in percent, or as a speed."""
+    words = Words()
+    words.feed(page)
+    text = " ".join(" ".join(words.pieces).split())
+    for constant in constants:
+        text = text.replace(" ".join(constant.replace("`", " ").split()), " ").replace(constant, " ")
+    known = np.array(sorted({abs(number) for number in numbers_in(data)}))
+    return [
+        f"{match[0]} in {text[max(0, match.start() - 60) : match.end() + 20]!r}"
+        for match in NUMBER.finditer(text)
+        if not _is_known(match[0], known)
+    ]
+
+
+def _is_known(shown: str, known: np.ndarray) -> bool:
+    plain = shown.replace(",", "")
+    mantissa, _, power = plain.partition("e")
+    ulp = 10.0 ** (int(power or 0) - len(mantissa.partition(".")[2]))
+    return bool(np.any(np.abs(np.outer((1.0, 100.0, 3.6), known) - float(plain)) <= 0.501 * ulp))

@@ -14,7 +14,7 @@ from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.report.findings.analysis_report import heat_maps, information
 from cortex_dsl.report.page.charts import Box, Course, box_chart, line_chart, nice_ticks
 from cortex_dsl.report.page.player import packed
-from cortex_dsl.report.page.summary import clopper_pearson
+from engine.search.statistics import clopper_pearson
 
 LEFT_TURN = Path(__file__).parents[4] / "examples" / "left_turn.scn"
 NUMBERS = st.floats(-1e6, 1e6)

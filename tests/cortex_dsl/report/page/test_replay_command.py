@@ -8,7 +8,7 @@ from rich.console import Console
 
 from cortex_dsl.api.runs import OpenedRun, every_case
 from cortex_dsl.cli import main
-from cortex_dsl.report.page.run_page import told_case
+from cortex_dsl.report.page.run_page import replay_of_case
 from cortex_dsl.report.terminal import replay_view
 from cortex_dsl.report.terminal.replay_view import Film
 from cortex_dsl.report.terminal.theme import THEME
@@ -27,7 +27,7 @@ def test_one_frame_when_piped(folder: Path, capsys: pytest.CaptureFixture[str]) 
 
 def test_frames_move(opened: OpenedRun) -> None:
     """Two frames of a film differ, and the first has no mark of contact."""
-    told = told_case(opened, every_case(opened.record)[0])
+    told = replay_of_case(opened, every_case(opened.record)[0])
     film = Film.of(told, 80, 40, ascii_only=True)
 
     def text(place: float) -> str:
@@ -45,7 +45,7 @@ def test_it_plays_in_a_terminal(opened: OpenedRun, monkeypatch: pytest.MonkeyPat
     now = [0.0]
     monkeypatch.setattr(replay_view, "monotonic", lambda: now[0])
     monkeypatch.setattr(replay_view, "sleep", lambda seconds: now.__setitem__(0, now[0] + seconds))
-    told = told_case(opened, every_case(opened.record)[0])
+    told = replay_of_case(opened, every_case(opened.record)[0])
     taken = []
     for speed in (1.0, 4.0):
         now[0] = 0.0

@@ -7,16 +7,21 @@ from dataclasses import asdict
 from itertools import accumulate
 from math import isnan
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from cortex_dsl.api.runs import OpenedRun, box_of, first_cases
 from cortex_dsl.cli import main
-from cortex_dsl.report.page.run_sections import how_runs_ended
+from cortex_dsl.report.findings.analysis_report import DRIVER
+from cortex_dsl.report.page.analysis_sections import KINDS
+from cortex_dsl.report.page.run_sections import STREAMS, how_runs_ended
 from engine.search.evaluations import distinct_collisions, figures
 from engine.search.insight.diversity import distinct_failures
 from engine.vocabulary import State
+
+from .conftest import missing_numbers
 
 
 def test_every_figure_is_the_journals(read, opened: OpenedRun) -> None:
@@ -61,6 +66,37 @@ def test_embedded_numbers_equal_the_journal(read, opened: OpenedRun) -> None:
     for row in block["cases"]:
         assert row["genome"] == record.evaluations.genomes[row["row"]].tolist()
         assert row["key"] == record.evaluations.keys[row["row"], row["rollout"]].tolist()
+
+
+SAID_OF_ALL = (
+    DRIVER,
+    KINDS,
+    STREAMS,
+    "at least a third of the params by a tenth of their range",
+    "0.25× 0.5× 1× 2× 4×",
+    "(95 % interval of Clopper and Pearson)",
+    "brackets 95 %",
+)
+"""What a page says of every run: the numbers in it are no findings."""
+
+
+def test_every_number_of_the_page_stands_in_its_data(read, page_text: str, opened: OpenedRun) -> None:
+    """Whoever reads the JSON misses nothing that the page says; durations are told apart, in other units."""
+    page = re.sub(r"It took [^.]*(\.\d)?[^.]*\.", "", page_text)
+    for path in (opened.folder, opened.folder.parent):
+        page = page.replace(str(path), "")
+    assert missing_numbers(page, json.loads(read.blocks["run"]), SAID_OF_ALL) == []
+
+
+def test_named_figures_are_found_by_their_names(read) -> None:
+    """The name of a figure is its place in the data; those of a case stand under its rank."""
+    data = json.loads(read.blocks["run"])
+    data["case"] = {str(case["rank"]): case for case in data["cases"]}
+    for name, shown in read.figures.items():
+        value: Any = data
+        for step in name.split("."):
+            value = value[step]
+        assert all(value == number or (value is None and isnan(number)) for number, _ in shown), name
 
 
 def test_replays_are_the_simulation(read, opened: OpenedRun) -> None:

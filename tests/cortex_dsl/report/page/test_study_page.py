@@ -7,12 +7,12 @@ from typing import Any
 import pytest
 
 from cortex_dsl.cli import main
+from cortex_dsl.report.findings.search_report import METRICS
 from cortex_dsl.report.findings.study_report import BOXED
-from cortex_dsl.report.page.run_charts import METRICS
 from engine.study.database import Study, read_study
-from engine.study.verdict import findings
+from engine.study.verdict import FAMILIES, RULE, findings
 
-from .conftest import HOSTILE, SCENARIO, Reader
+from .conftest import HOSTILE, SCENARIO, Reader, missing_numbers
 
 EXAMPLE = Path(__file__).parents[4] / "examples" / "left_turn.scn"
 
@@ -52,6 +52,25 @@ def test_figures_are_the_studys(study: Study, study_file: Path) -> None:
             assert value == truth[name] or (value != value and truth[name] != truth[name])
     assert len(json.loads(reader.blocks["study"])["tests"]) == len(found.comparisons)
     assert not [tag for tag, attributes in reader.tags if "onerror" in attributes]
+
+
+SAID_OF_ALL = (
+    RULE.partition(" ")[2],
+    FAMILIES.partition(" ")[2],
+    "below 0.05, 0.01, 0.001",
+    "95 %",
+    "A12 above 0.5",
+    "A12",
+)
+"""What a page says of every study: the numbers in it are no findings."""
+
+
+def test_every_number_of_the_page_stands_in_its_data(study_folder: Path, study_file: Path) -> None:
+    """Whoever reads the JSON misses nothing that the page says."""
+    reader, text = Reader(), study_file.read_text(encoding="utf-8")
+    reader.feed(text)
+    page = text.replace(str(study_folder), "")
+    assert missing_numbers(page, json.loads(reader.blocks["study"]), SAID_OF_ALL) == []
 
 
 def test_figures_of_a_study(study_folder: Path, study: Study, tmp_path: Path) -> None:

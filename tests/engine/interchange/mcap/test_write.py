@@ -14,7 +14,8 @@ from mcap.reader import make_reader
 
 from engine.interchange import Export, InterchangeError, Recording
 from engine.interchange.mcap.write import write_mcap
-from engine.road import build_network, outline
+from engine.road import build_network
+from engine.road.outline import outline
 from engine.vocabulary import ActorKind, State
 from tests.engine.interchange.commonroad.recordings import LIGHTS, ROAD, SPEED, absent, crash, recording
 

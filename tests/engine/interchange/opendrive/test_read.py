@@ -64,7 +64,9 @@ def test_borders_stand_for_widths(tmp_path: Path) -> None:
     assert network(tmp_path, text).pose("1", -2, 10.0).y == pytest.approx(-5.5)
 
 
-@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+)
 @given(specs())
 def test_our_own_roads_are_read_where_they_lie(tmp_path: Path, spec: RoadSpec) -> None:
     """Each lane of every road that we write runs along our path, heading with its traffic."""

@@ -1,0 +1,51 @@
+"""What a search has done before: a new searcher is told its results again, and must propose what it proposed then."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from engine.errors import CortexError
+from engine.search.evaluations import (
+    Evaluations,
+    parent_rows,
+    results,
+)
+from engine.search.protocol import Proposal, Searcher
+
+
+class ForeignPastError(CortexError):
+    """A journal's generation is not the one that its searcher proposes: other settings, or another version."""
+
+    def __init__(self, generation: int) -> None:
+        super().__init__(
+            f"generation {generation} does not follow from the ones before it",
+            "use the version of cortexc that wrote it, or search anew",
+        )
+        self.generation = generation
+
+
+def follow(searcher: Searcher, past: Sequence[Evaluations]) -> None:
+    """Tell a new searcher a whole past again; nothing is simulated.
+
+    Raises:
+        ForeignPastError: it would not have proposed what `past` holds, in this way and from these parents.
+    """
+    for generation, evaluations in enumerate(past):
+        searcher.tell(results(retold(searcher.ask(), evaluations, generation)))
+
+
+def retold(proposals: Sequence[Proposal], evaluations: Evaluations, generation: int) -> Evaluations:
+    """A generation of the past, once it is sure that these proposals led to it."""
+    genomes = np.array([proposal.genome for proposal in proposals], dtype=np.float64).reshape(len(proposals), -1)
+    same = genomes.tobytes() == evaluations.genomes.tobytes() and all(
+        np.array_equal(asked, written)
+        for asked, written in (
+            ([proposal.birth for proposal in proposals], evaluations.births),
+            ([proposal.operator for proposal in proposals], evaluations.operator),
+            ([proposal.reused is not None for proposal in proposals], evaluations.reused),
+            (parent_rows(proposals), evaluations.parents),
+        )
+    )
+    if not same:
+        raise ForeignPastError(generation)
+    return evaluations
