@@ -250,8 +250,10 @@ class Scenario:
             MissingExtraError, PluginError: the method cannot be used here.
         """
         from engine.search.run import search
+        from engine.search.workers import Workers
 
         arguments.settings(settings)
+        arguments.kind("workers", workers, (Workers, NoneType), "`engine.search.workers.Workers` are some")
         arguments.kind("method", method, str, "`known_searchers` tells all")
         arguments.callback("on_generation", on_generation)
         config = replace(
@@ -280,7 +282,7 @@ class Scenario:
         from engine.search.ranking import Case
 
         arguments.kind("case", case, Case, "a campaign has some in `worst`")
-        return self.scene_of(np.array(case.genome), np.array(case.key, dtype=np.int64))
+        return self.scene_of(np.array(case.genome), np.array(case.key))
 
     def scene_of(self, genome: "ArrayLike", key: "ArrayLike") -> "Scenes":
         """The one scene of a genome (d,) and a stream key (6,)."""

@@ -212,6 +212,8 @@ def read_study(folder: Path) -> Study:
         try:
             manifest = {field: json.loads(value) for field, value in connection.execute("SELECT * FROM manifest")}
             plan = _plan(folder, connection, manifest)
+            if not plan.subjects or not plan.methods:
+                raise ValueError("it has lost its scenarios or its methods")
             records = _records(connection)
         except (ValueError, KeyError, TypeError, IndexError, AttributeError, ArchiveError) as error:
             raise _damaged(folder, error.message if isinstance(error, CortexError) else str(error)) from error

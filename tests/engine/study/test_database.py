@@ -2,6 +2,7 @@
 
 import sqlite3
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -123,6 +124,15 @@ def test_a_lost_or_foreign_program_is_told(plan: Plan, carry_out: Callable, tmp_
     programs = study.folder / "programs"
     (programs / "01.npz").write_bytes((programs / "02.npz").read_bytes())
     with pytest.raises(StoreError, match="damaged"):
+        read_study(study.folder)
+
+
+def test_a_study_without_its_scenarios_is_told(plan: Plan, carry_out: Callable, tmp_path: Path) -> None:
+    study = carry_out(replace(plan, runs=1, methods=("random",)), tmp_path / "a")
+    with closing(sqlite3.connect(study.folder / STUDY)) as connection:
+        connection.execute("DELETE FROM scenario")
+        connection.commit()
+    with pytest.raises(StoreError, match="damaged: it has lost"):
         read_study(study.folder)
 
 
