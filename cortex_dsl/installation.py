@@ -66,8 +66,7 @@ def _engine_spec() -> ModuleSpec | None:
         return None
 
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Find the files that the repository keeps beside the packages and a wheel inside this one: grammar and examples.
+# -- files that a clone keeps beside the packages, and a wheel inside this one: grammar and examples -------------------
 
 
 def resource(name: str) -> Traversable:

@@ -9,7 +9,6 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import Any
 
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.semantics.composition.setting_up import pinned_scenario
@@ -35,22 +34,6 @@ class Edit:
 
     span: Span
     text: str
-
-
-def concrete_source(
-    program: Program,
-    module: nodes.Module,
-    scenes: Scenes,
-    row: int,
-    config: SimulationConfig,
-    *,
-    overrides: Mapping[str, str] = NO_OVERRIDES,
-    remark: str = "",
-    **imports: Any,
-) -> str:
-    """The scenario that is scene `row` and nothing else: the main text of `concrete_files`."""
-    files = concrete_files(program, module, scenes, row, config, overrides=overrides, remark=remark, **imports)
-    return next(iter(files.values()))
 
 
 def concrete_files(

@@ -28,8 +28,7 @@ from cortex_dsl.semantics.quantities.units import UNITS, dimension_name
 from cortex_dsl.syntax.words import KEYWORDS, Keyword, Role
 from engine.vocabulary import ManeuverType
 
-# ----------------------------------------------------------------------------------------------------------------------
-# What may follow a dot: found by asking the value that stands before it.
+# -- what may follow a dot: found by asking the value that stands before it --------------------------------------------
 #
 # While `lane.` is being written the text is broken. It is mended by leaving the dot out, compiled, and whatever value
 # stood there is asked for every attribute there is.

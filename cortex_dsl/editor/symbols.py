@@ -26,9 +26,6 @@ class SymbolKind(Enum):
     IMPORT = "import"
 
 
-CALLED = (SymbolKind.BEHAVIOR, SymbolKind.MONITOR, SymbolKind.SCENARIO)
-
-
 @dataclass(frozen=True)
 class Symbol:
     """A definition."""

@@ -150,7 +150,7 @@ FORMATS: Mapping[str, Format] = {
 """By the name that `--to` takes."""
 
 
-MODES: Mapping[str, str] = {
+CHECKED_BY_MODE: Mapping[str, str] = {
     "trajectory": _MOTION,
     "maneuver": "the rules of a file; its motion is not looked at, as it is for a simulator to play",
 }
@@ -185,7 +185,7 @@ def checker_of(name: str) -> Checker:
 
 def checked_of(name: str, mode: str) -> str:
     """What a check looks at."""
-    return FORMATS[name].checked.format(mode=MODES[mode])
+    return FORMATS[name].checked.format(mode=CHECKED_BY_MODE[mode])
 
 
 def _function(place: str) -> Any:

@@ -16,8 +16,7 @@ from cortex_dsl.lowering.instructions import CodeBuffer, ExpressionWriter, Local
 from engine.frozen import frozen
 from engine.vocabulary import Op
 
-# ----------------------------------------------------------------------------------------------------------------------
-# `do choose` and `do shuffle` to rows: one draw of the behaviour stream decides among the options that are allowed.
+# -- `do choose` and `do shuffle`: one draw of the behaviour stream decides among the options allowed ------------------
 #
 # The options' shares lie side by side on a line: each its weight, or nothing where it is not allowed. A uniform number
 # times the line's length falls on one of them. Where the line has no length there is no way to go on: the run aborts.

@@ -1,4 +1,7 @@
-"""Expressions to rows, for scene code and step code alike. Shared sub-expressions are computed once."""
+"""Symbolic code: rows whose registers have no numbers yet, and expressions as such rows.
+
+Scene code and step code are written alike. Shared sub-expressions are computed once.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -8,8 +11,7 @@ from cortex_dsl.semantics.quantities.bounds import changes, operands
 from engine.frozen import frozen
 from engine.vocabulary import Op
 
-# ----------------------------------------------------------------------------------------------------------------------
-# Symbolic operands and rows: code before registers have numbers.
+# -- operands and rows: code before registers have numbers -------------------------------------------------------------
 #
 # Variants of one scenario usually run the same code on other constants (another lane, another path). So code is first
 # written with symbolic operands in which every constant has a running number instead of a value; variants whose rows

@@ -85,9 +85,6 @@ class Workers:
     """Of a Dask scheduler; `local` starts a cluster of `jobs` processes for the time of the search."""
 
 
-THREADS = Workers()
-
-
 def workers_for(engine: str, jobs: int) -> Workers:
     """What suits a host: the kernels of `batch` let go of the interpreter's lock, steps of the world do not."""
     return Workers("processes" if engine == "world" and jobs > 1 else "threads", jobs)

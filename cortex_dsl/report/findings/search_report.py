@@ -1,5 +1,5 @@
-"""What the views of a search are given: the campaign and where its results lie, its metrics and methods by name, how
-its runs ended, and with whom the ego collided.
+"""What there is to say of a search: the campaign and where its results lie, its metrics and methods by name, how its
+runs ended, with whom the ego collided, and all of it in plain words and as the content of a document.
 """
 
 from collections.abc import Iterator, Sequence

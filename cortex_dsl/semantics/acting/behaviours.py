@@ -210,6 +210,3 @@ def started_monitors(ev: Evaluator) -> Iterator[ir.Monitor]:
             ev.report(mistake)
         else:
             yield ir.Monitor(name or call.name, block, True, span)
-
-
-Required = tuple[str | None, MonitorCall, Span]

@@ -55,8 +55,7 @@ from engine.vocabulary import Command, ManeuverType, State
 REFERENCE_DECELERATION = 6.0
 REFERENCE_DELAY = 0.35
 AVOIDANCE_THRESHOLD = 10.0
-AVOIDING_SPEED = 25.0
-"""Defaults of Scenic's `DriveAvoidingCollisions` [m, m/s]."""
+"""Default of Scenic's `DriveAvoidingCollisions` [m]."""
 CLEAR = 4.0
 """Time to collision above which braking ends [s]."""
 STANDSTILL = 0.01

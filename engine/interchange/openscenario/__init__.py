@@ -1,7 +1,7 @@
 """ASAM OpenSCENARIO XML 1.0 to 1.3: a recording as a scenario for other players.
 
 versions (what differs) -> document (shared parts) -> write (an exact replay) | maneuvers (what actors intend); read,
-check
+check.
 """
 
 from engine.interchange.openscenario.write import write_trajectories

@@ -91,11 +91,11 @@ def test_a_check_says_what_it_did_not_look_at(cortexc: Command, run: Path, tmp_p
 def test_versions_and_modes_are_those_of_the_engine() -> None:
     """The command names them before it imports the engine."""
     from cortex_dsl.cli import export
-    from cortex_dsl.interchange.formats import MODES as CHECKED
+    from cortex_dsl.interchange.formats import CHECKED_BY_MODE
     from engine.interchange.contract import MODES, OSC_VERSIONS
 
     assert (export.OSC_VERSIONS, export.MODES) == (OSC_VERSIONS, MODES)
-    assert set(CHECKED) == set(MODES)
+    assert set(CHECKED_BY_MODE) == set(MODES)
 
 
 def test_findings_are_shown(cortexc: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl.api.concrete import concrete_source
+from cortex_dsl.api.concrete import concrete_files
 from cortex_dsl.pipeline import compile_source
 from cortex_dsl.source import Source
 from engine.config import SimulationConfig
@@ -27,7 +27,7 @@ def test_copy_gives_the_same_actors(path: Path) -> None:
     columns = len(Column) * len(program.actors)
     assert scenes.valid.any()
     for row in np.flatnonzero(scenes.valid):
-        text = concrete_source(program, compiled.module, scenes, int(row), SimulationConfig())
+        (text,) = concrete_files(program, compiled.module, scenes, int(row), SimulationConfig()).values()
         copy = compile_source(Source("copy.scn", text)).program
         again = sample(copy, np.zeros((1, 0)), keys[row : row + 1], SimulationConfig())
         assert (len(copy.variants), len(copy.space)) == (1, 0)

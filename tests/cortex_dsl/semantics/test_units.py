@@ -1,4 +1,4 @@
-"""Units and dimensions: laws that hold for every number."""
+"""Units and dimensions: laws that hold for every number, and the tables of their words and sizes."""
 
 from collections.abc import Callable
 
@@ -12,7 +12,7 @@ from cortex_dsl.semantics.quantities.bounds import closed_value
 from cortex_dsl.semantics.quantities.units import UNITS, dimension_name, power, product, quotient, root, si_formula
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
-from cortex_dsl.syntax.literals import UNIT_WORDS
+from cortex_dsl.syntax.literals import SPOKEN_UNITS, UNIT_WORDS
 from engine.vocabulary import Column
 
 exponents = st.integers(-6, 6)
@@ -94,3 +94,9 @@ def test_bare_numbers_adopt_what_is_around_them(said: Callable[..., list[str]]) 
     """A number without unit takes the dimension of the other side, of its place, or is pure in a product."""
     text = "x = 3 m + 2\nrequire (distance from ego to intersection) - x < 7\n"
     assert said(text + "other = new Car at (1, 2), with speed 2 * 4, facing 0.5\n") == []
+
+
+def test_what_people_write_leads_to_a_unit() -> None:
+    """Every spoken form stands for a unit that exists, and is none itself."""
+    assert set(SPOKEN_UNITS.values()) <= set(UNIT_WORDS)
+    assert not set(SPOKEN_UNITS) & set(UNIT_WORDS)
