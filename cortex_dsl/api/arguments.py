@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -67,6 +68,25 @@ def kind(name: str, value: object, expected: type | tuple[type, ...], cure: str)
         raise ArgumentKindError(f"{name}: expected {wanted}, got {type(value).__name__}", cure)
 
 
+def path_of(name: str, value: object, cure: str = "name it by its path") -> Path:
+    """A path that a file system can be asked for.
+
+    Raises:
+        ArgumentKindError: it is none.
+        ArgumentError: no file can have this name.
+    """
+    kind(name, value, (str, Path), cure)
+    if "\0" in str(value):
+        raise ArgumentError(f"{name}: no file can be called {str(value)!r}", cure)
+    return Path(str(value))
+
+
+def callback(name: str, value: object) -> None:
+    """Raises ArgumentKindError where something that is to be called cannot be."""
+    if value is not None and not callable(value):
+        raise ArgumentKindError(f"{name}: expected a function, got {type(value).__name__}", LEFT_OUT)
+
+
 def one_of(name: str, value: object, choices: Iterable[str]) -> str:
     """A word that is among those that there are.
 
@@ -95,15 +115,24 @@ def settings(given: Mapping[str, object]) -> None:
             raise ArgumentKindError(f"a search has no setting `{name}`", meant)
         if name in COUNTS:
             whole(name, value, 0 if name in ("seed", "run", "probes") else 1)
+        else:
+            kind(name, value, str, LEFT_OUT)
 
 
 def genome_of(program: Program, genome: "ArrayLike") -> "Floats":
     """A value (d,) for each param.
 
     Raises:
+        ArgumentKindError: these are no numbers.
         ArgumentError: it has another length.
     """
-    values, names = np.asarray(genome, dtype=np.float64), program.space.names
+    names = program.space.names
+    try:
+        values = np.asarray(genome, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ArgumentKindError(
+            f"genome: expected numbers, {error}", f"give one for each of {', '.join(names)}"
+        ) from error
     if values.shape != (len(names),):
         raise ArgumentError(
             f"genome: expected a value for each of {', '.join(names)}, got shape {values.shape}",
@@ -116,11 +145,17 @@ def key_of(key: "ArrayLike") -> "Ints":
     """A stream key (6,).
 
     Raises:
+        ArgumentKindError: these are no whole numbers.
         ArgumentError: it has another shape.
     """
     from engine.streams import StreamKey
 
-    keys = np.asarray(key, dtype=np.int64)
+    try:
+        keys = np.asarray(key, dtype=np.int64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ArgumentKindError(
+            f"key: expected whole numbers, {error}", "take a row of `keys` of some scenes"
+        ) from error
     if keys.shape != (len(StreamKey._fields),):
         raise ArgumentError(
             f"key: expected {', '.join(StreamKey._fields)}, got shape {keys.shape}",

@@ -8,7 +8,10 @@
 from collections.abc import Iterable
 from pathlib import Path
 from shlex import join
+from types import NoneType
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from cortex_dsl.api import arguments
 from cortex_dsl.api.runs import OpenedRun, every_case
@@ -61,11 +64,12 @@ def export(
     from engine.atomic import standing, write_all
     from engine.interchange.contract import ExportOptions
 
+    arguments.kind("formats", formats, Iterable, "name one, or several in a list")
+    folder = arguments.path_of("out", out, "name a folder")
     names = _formats([formats] if isinstance(formats, str) else formats)
     gathered = gather(_cases(what, case, top, seed), names, ExportOptions(osc, mode))
     for refused in gathered.refused.values():
         raise refused
-    folder = Path(out)
     with store_errors(folder):
         there = standing(folder, gathered.files)
     if there.other and not force:
@@ -108,8 +112,9 @@ def read_recording(file: str | Path, *, ego: str | None = None, step: float | No
     Raises:
         ArgumentError, InterchangeError: as `measure`.
     """
-    arguments.kind("file", file, (str, Path), "name a recording by its path")
-    path = Path(file)
+    path = arguments.path_of("file", file, "name a recording by its path")
+    arguments.kind("ego", ego, (str, NoneType), arguments.LEFT_OUT)
+    arguments.kind("step", step, (int, float, np.integer, NoneType), arguments.LEFT_OUT)
     if path.suffix.lower() == SCENARIO:
         from engine.interchange.openscenario.read import read_openscenario
 

@@ -14,7 +14,7 @@ from errno import ENOENT
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cortex_dsl.api.arguments import kind
+from cortex_dsl.api.arguments import callback, kind, path_of, whole
 from cortex_dsl.api.run_folder import Found, OnRemoved, Work, campaign_of, carry_out, default_workers, worst_files
 from cortex_dsl.api.scenario import Scenario, load
 from cortex_dsl.diagnostics import CompileError
@@ -137,7 +137,7 @@ def open_run(folder: str | Path) -> OpenedRun:
     Raises:
         StoreError: there is no readable journal, or this version of cortexc compiles the scenario to something else.
     """
-    folder = _run_folder(Path(folder))
+    folder = _run_folder(path_of("folder", folder, "name the folder of a run"))
     record = read_journal(folder / JOURNAL)
     manifest = record.manifest
     compiled = _compiled(folder, manifest)
@@ -240,6 +240,9 @@ def resume(
         StoreError: there is no run to go on with, this version would go on otherwise, or another process is at it.
         and as `search_and_keep`.
     """
+    generations = None if generations is None else whole("generations", generations, 0)
+    callback("on_generation", on_generation)
+    callback("on_removed", on_removed)
     return go_on(
         open_run(folder), generations=generations, on_generation=on_generation, on_removed=on_removed, workers=workers
     )

@@ -20,6 +20,7 @@ Arrays are row-aligned and in SI units, genomes in the file's own; their shapes 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -58,7 +59,7 @@ def load(path: str | Path, config: Config | None = None, scenario: str | None = 
         CompileError: with every mistake in the file.
         UnreadableFileError: the file cannot be read.
     """
-    arguments.kind("path", path, (str, Path), "name a file; `compile_text` takes the text itself")
+    arguments.path_of("path", path, "name a file; `compile_text` takes the text itself")
     try:
         with arguments.drawn_errors():
             source = read_source(path)
@@ -81,13 +82,15 @@ def compile_text(
         CompileError: with every mistake in the text.
     """
     arguments.kind("text", text, str, "`load` takes the path of a file")
-    files = DISK if folder is None else Folder(Path(folder))
+    files = DISK if folder is None else Folder(arguments.path_of("folder", folder))
     return _compiled(Source(name, text), config, scenario, files, params)
 
 
 def _compiled(
     source: Source, config: Config | None, scenario: str | None, files: Folder, params: Mapping[str, object]
 ) -> "Scenario":
+    arguments.kind("config", config, (Config, NoneType), arguments.LEFT_OUT)
+    arguments.kind("scenario", scenario, (str, NoneType), arguments.LEFT_OUT)
     overrides = {param: str(value) for param, value in params.items()}
     with arguments.drawn_errors():
         compiled = compile_source(source, overrides, scenario=scenario, files=files)
@@ -101,6 +104,10 @@ def in_file(config: SimulationConfig, settings: Settings) -> SimulationConfig:
     """The config, with what the file itself says about its simulation put in."""
     said = {name: getattr(settings, name) for name in ("time_step", "max_time", "max_attempts")}
     return replace(config, **{name: value for name, value in said.items() if value is not None})
+
+
+MOST_SCENES = 1 << 32
+"""As many as one seed has streams for."""
 
 
 @dataclass(frozen=True)
@@ -133,6 +140,10 @@ class Scenario:
         from engine.streams import key_rows
 
         count, jobs = arguments.whole("count", count, 0), arguments.whole("jobs", jobs, 1)
+        if count > MOST_SCENES:
+            raise ArgumentError(
+                f"count: expected at most {MOST_SCENES:,}, got {count:,}", "draw fewer, by several seeds"
+            )
         keys = key_rows(arguments.whole("seed", seed, 0), Method.SAMPLE, 0, 0, range(count))
         if genome is None:
             return sample(self.program, draw_genomes(self.program.space, keys), keys, self.config.simulation, jobs)
@@ -241,6 +252,8 @@ class Scenario:
         from engine.search.run import search
 
         arguments.settings(settings)
+        arguments.kind("method", method, str, "`known_searchers` tells all")
+        arguments.callback("on_generation", on_generation)
         config = replace(
             self.config,
             search=replace(self.config.search, **settings),
@@ -248,7 +261,9 @@ class Scenario:
         )
         if out is None:
             return search(self.program, method, config, profile, on_generation, workers=workers)
-        return self._kept(method, Path(out), config, profile=profile, on_generation=on_generation, workers=workers)
+        return self._kept(
+            method, arguments.path_of("out", out), config, profile=profile, on_generation=on_generation, workers=workers
+        )
 
     def _kept(self, method: str, out: Path, config: Config, **how: Any) -> "Campaign":
         """A search in a run directory of its own."""

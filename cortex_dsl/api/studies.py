@@ -105,11 +105,14 @@ def study(
     scenarios = _scenarios([files] if isinstance(files, Files) else _several("files", files))
     subjects = [_subject(name, scenario, preset, settings) for name, scenario in scenarios]
     words = [methods] if isinstance(methods, str) else _several("methods", methods)
+    for word in words:
+        arguments.kind("methods", word, str, "`known_searchers` tells all")
+    arguments.callback("on_run", on_run)
     plan = Plan(with_own_seeds(subjects), tuple(dict.fromkeys(map(canonical, words))), runs, profile)
     check(plan)
     if out is None:
         return _in_memory(plan, Workers("processes", jobs), on_run)
-    folder = new_directory(Path(out))
+    folder = new_directory(arguments.path_of("out", out, "name a folder"))
     with hold(folder), closing(StudyStore.create(folder, plan, facts(plan, ()))) as store:
         carry_out(plan, (), _both(store.write, on_run), Workers("processes", jobs))
     return _told(folder)
@@ -121,7 +124,7 @@ def resume_study(folder: str | Path, *, jobs: int = 1, on_run: "OnRun | None" = 
     Raises:
         StoreError: no readable study, another process is at it, or another version of the engine began it.
     """
-    folder, jobs = Path(folder), arguments.whole("jobs", jobs, 1)
+    folder, jobs = arguments.path_of("folder", folder, "name the folder of a study"), arguments.whole("jobs", jobs, 1)
     found = read_study(folder)
     if not found.complete:
         insist_on_same_engine(found)
@@ -189,7 +192,7 @@ def _scenarios(files: Iterable[Files]) -> list[tuple[str, Scenario]]:
         if isinstance(each, Scenario):
             loaded.append((Path(each.compiled.source.name), each))
         else:
-            loaded += [(path, load(path)) for path in _unfolded(Path(each))]
+            loaded += [(path, load(path)) for path in _unfolded(arguments.path_of("files", each))]
     return list(zip(short_names([path for path, _ in loaded]), [scenario for _, scenario in loaded], strict=True))
 
 

@@ -80,6 +80,8 @@ def _opened(path: Path) -> sqlite3.Connection:
 def _record(connection: sqlite3.Connection) -> Record:
     manifest = _manifest(connection)
     status, seconds = connection.execute("SELECT status, seconds FROM status").fetchone()
+    if not isinstance(status, str) or not isinstance(seconds, float | int | None):
+        raise TypeError("a status is a word and its seconds a number")
     figures = connection.execute("SELECT generation, figures FROM generation ORDER BY generation").fetchall()
     return Record(
         manifest=manifest,

@@ -16,15 +16,17 @@ from typing import Any
 
 import numpy as np
 
-from cortex_dsl.api.arguments import row_of
+from cortex_dsl.api.arguments import kind, path_of, row_of
 from cortex_dsl.report.findings.case_replay import Runnable
 from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.markup import Element, element, picture, render
+from engine.errors import ArgumentKindError
 from engine.program import Program
 from engine.road import build_network
 from engine.road.outline import outline
 from engine.scenes import Scenes, actor_columns
 from engine.search.run import Campaign
+from engine.search.store import store_errors
 from engine.tables import Floats
 from engine.vocabulary import Column, State
 
@@ -44,8 +46,7 @@ class Shown:
 
     def save(self, path: str | Path) -> Path:
         """Write it as a file of its own."""
-        Path(path).write_text(self.text, encoding="utf-8")
-        return Path(path)
+        return _saved(path, self.text)
 
 
 @dataclass(frozen=True)
@@ -59,15 +60,21 @@ class Picture:
 
     def save(self, path: str | Path) -> Path:
         """Write it as a file of its own."""
-        Path(path).write_text(self.svg, encoding="utf-8")
-        return Path(path)
+        return _saved(path, self.svg)
+
+
+def _saved(path: str | Path, text: str) -> Path:
+    place = path_of("path", path, "name a file")
+    with store_errors(place):
+        place.write_text(text, encoding="utf-8")
+    return place
 
 
 def show(scenario: Runnable, thing: Any, row: int = 0) -> Picture | Shown:
     """One of some scenes as a picture, a case as a page that plays, a campaign as a table of what it found.
 
     Raises:
-        TypeError: it is nothing of these.
+        ArgumentKindError: it is nothing of these.
     """
     from engine.search.ranking import Case
 
@@ -81,7 +88,9 @@ def show(scenario: Runnable, thing: Any, row: int = 0) -> Picture | Shown:
     if isinstance(thing, Campaign):
         html = render(campaign_table(thing))
         return Shown(html, html)
-    raise TypeError(f"expected scenes, a case or a campaign, got {type(thing).__name__}")
+    raise ArgumentKindError(
+        f"thing: expected scenes, a case or a campaign, got {type(thing).__name__}", "`sample` and `search` make them"
+    )
 
 
 def replay(scenario: Runnable, scenes: Scenes, row: int = 0) -> Shown:
@@ -90,6 +99,8 @@ def replay(scenario: Runnable, scenes: Scenes, row: int = 0) -> Shown:
     from cortex_dsl.report.page.case_page import case_page
     from engine.search.assessment import take
 
+    kind("scenes", scenes, Scenes, "`sample` draws some, `scene` is that of a case")
+    row = row_of(scenes, row)
     return _framed(case_page(replay_case(scenario, take(scenes, slice(row, row + 1)))))
 
 

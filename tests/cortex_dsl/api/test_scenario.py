@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import cortex_dsl as cx
 from cortex_dsl import Scenario, compile_text, load
 from cortex_dsl.cli import main
 from cortex_dsl.diagnostics import CompileError
@@ -208,3 +209,43 @@ def test_a_keyword_is_not_called_an_option(params: dict[str, Any]) -> None:
     assert all("-p" not in f"{each.message} {each.reason} {each.cure}" for each in caught.value.diagnostics)
     assert "EGO_SPE" in str(caught.value)
     assert ("did you mean `EGO_SPEED`?" in str(caught.value)) == ("EGO_SPED" in params)
+
+
+WRONG: dict[str, Callable[[Scenario, Path], object]] = {
+    "load a name with a zero": lambda _, __: cx.load("a\0b"),
+    "load config": lambda _, __: load(EXAMPLE, config=3),  # type: ignore[arg-type]
+    "load scenario": lambda _, __: load(EXAMPLE, scenario=3),  # type: ignore[arg-type]
+    "sample far too many": lambda s, _: s.sample(10**30),
+    "genome of a word": lambda s, _: s.sample(genome="x"),  # type: ignore[arg-type]
+    "genome of a dict": lambda s, _: s.sample(genome={}),  # type: ignore[arg-type]
+    "key of a word": lambda s, _: s.scene_of(s.program.space.low, "x"),
+    "show nothing": lambda s, _: s.show(None),  # type: ignore[arg-type]
+    "replay nothing": lambda s, _: s.replay(None),  # type: ignore[arg-type]
+    "replay no row": lambda s, _: s.replay(s.sample(2), "x"),  # type: ignore[arg-type]
+    "save below no folder": lambda s, tmp: s.show(s.sample()).save(tmp / "none" / "a.svg"),
+    "save over a folder": lambda s, tmp: s.show(s.sample()).save(tmp),
+    "method": lambda s, _: s.search(3),  # type: ignore[arg-type]
+    "aggregate": lambda s, _: s.search(aggregate=3),
+    "on_generation": lambda s, _: s.search(on_generation=3),  # type: ignore[arg-type]
+    "out of a search": lambda s, _: s.search(out=3),  # type: ignore[arg-type]
+    "run": lambda _, __: cx.open_run(None),  # type: ignore[arg-type]
+    "run to resume": lambda _, __: cx.resume(3),  # type: ignore[arg-type]
+    "generations to resume": lambda _, tmp: cx.resume(tmp, generations="x"),  # type: ignore[arg-type]
+    "formats": lambda s, tmp: cx.export(s, None, tmp),  # type: ignore[arg-type]
+    "out of an export": lambda s, _: cx.export(s, ["csv"], None),  # type: ignore[arg-type]
+    "ego": lambda _, __: cx.measure("a.csv", ego=3),  # type: ignore[arg-type]
+    "step": lambda _, __: cx.measure("a.csv", step="x"),  # type: ignore[arg-type]
+    "methods of a study": lambda s, _: cx.study(s, [3]),  # type: ignore[list-item]
+    "out of a study": lambda s, _: cx.study(s, out=3),  # type: ignore[arg-type]
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG.values(), ids=WRONG)
+def test_wrong_arguments_are_cortex_errors(
+    scenario: Scenario, tmp_path: Path, wrong: Callable[[Scenario, Path], object]
+) -> None:
+    """What is wrong and its cure, before anything is done."""
+    with pytest.raises(CortexError) as caught:
+        wrong(scenario, tmp_path)
+    assert caught.value.message
+    assert caught.value.cure

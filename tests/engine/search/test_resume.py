@@ -146,6 +146,8 @@ def test_one_process_at_a_time(tmp_path: Path) -> None:
         "UPDATE manifest SET value = '{' WHERE field = 'settings'",
         "DELETE FROM status",
         "UPDATE generation SET figures = '[]'",
+        "UPDATE status SET status = x'ff'",
+        "UPDATE status SET seconds = 'long'",
         "DROP TABLE pace",
     ],
 )
