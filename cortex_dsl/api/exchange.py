@@ -1,7 +1,7 @@
 """Cases for other people's tools, and recordings from them: `cortexc export` and `cortexc measure` in Python.
 
 >>> import cortex_dsl as cx
->>> cx.export(cx.open_run("runs/mine"), ["xosc", "csv"], "elsewhere", top=3)
+>>> cx.export(cx.open_run("runs/left_turn-ga-001"), ["xosc", "csv"], "elsewhere", top=3)
 >>> cx.measure("elsewhere/left_turn-case01.csv").risk.score
 """
 

@@ -64,7 +64,8 @@ class Found:
     manifest: Manifest
     worst_files: Sequence[Path] = ()
     """Concrete scenarios of the worst cases, in their order; fewer where some could not be written."""
-    trouble: StoreError | None = None
+    failure: StoreError | None = None
+    """What kept it from being put away whole."""
 
 
 @dataclass(frozen=True)
@@ -132,14 +133,14 @@ def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Fou
     campaign = campaign_of(replace(work, on_generation=on_generation), record)
     found = Found(campaign, work.folder, work.manifest)
     if removed:
-        return replace(found, trouble=removed[0])
+        return replace(found, failure=removed[0])
     try:
         journal.complete(campaign)
         write_exports(work.folder, campaign, work.manifest)
         files = _write_worst(work, campaign)
         journal.finish(campaign)
     except StoreError as error:
-        return replace(found, trouble=error)
+        return replace(found, failure=error)
     return replace(found, worst_files=files)
 
 

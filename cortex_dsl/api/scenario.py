@@ -235,8 +235,8 @@ class Scenario:
         out: str | Path | None = None,
         **settings: Any,
     ) -> "Campaign":
-        """Hunt for the worst by `method`, a name of `engine.search.searchers.known_searchers()` such as `ga`, `random`,
-        `niching`, `cmaes`; `preset` of the genetic algorithm is `cortex` or `cortex-literal`.
+        """Search for the worst by `method`, a name of `engine.search.searchers.known_searchers()` such as `ga`,
+        `random`, `niching`, `cmaes`; `preset` of the genetic algorithm is `cortex` or `cortex-literal`.
 
         Settings are fields of `engine.config.SearchConfig`: generations, population, seed, rollouts, aggregate, jobs,
         engine. `on_generation` is called with a `Progress` after each generation; `workers` run the simulations (see
@@ -273,8 +273,8 @@ class Scenario:
         from engine.search.store import new_directory
 
         found = search_and_keep(replace(self, config=config), method, new_directory(out), **how)
-        if found.trouble is not None:
-            raise found.trouble
+        if found.failure is not None:
+            raise found.failure
         return found.campaign
 
     def scene(self, case: "Case") -> "Scenes":

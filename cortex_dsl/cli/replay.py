@@ -18,7 +18,7 @@ MOST_CASES = 10_000_000
 
 
 @dataclass(frozen=True)
-class Found:
+class Replayed:
     """A case, and of which run it is."""
 
     shown: "CaseReplay"
@@ -46,7 +46,7 @@ def _check_target(path: Path | None) -> None:
         raise UsageError(f"`{path}`: a replay becomes a page or a film", "name a file that ends in .html or .gif")
 
 
-def _of_run(folder: Path, rank: int) -> Found:
+def _of_run(folder: Path, rank: int) -> Replayed:
     """Case `rank` of a run, 1 the worst."""
     from cortex_dsl.api.runs import every_case
     from cortex_dsl.cli.search_output import opened_run, usage_errors
@@ -59,10 +59,10 @@ def _of_run(folder: Path, rank: int) -> Found:
         raise UsageError(f"`{folder}` has no case {rank:,}", cure)
     case = cases[rank - 1]
     with usage_errors():
-        return Found(replay_of_case(run, case), case, run.folder)
+        return Replayed(replay_of_case(run, case), case, run.folder)
 
 
-def _of_file(options: argparse.Namespace, terminal: Terminal) -> Found | int:
+def _of_file(options: argparse.Namespace, terminal: Terminal) -> Replayed | int:
     """The run that `cortexc FILE.scn` shows."""
     from cortex_dsl.cli.draw_modes import drawn_scene
     from cortex_dsl.report.findings.case_replay import replay_case
@@ -73,10 +73,10 @@ def _of_file(options: argparse.Namespace, terminal: Terminal) -> Found | int:
     drawn = drawn_scene(words, terminal)
     if isinstance(drawn, Exit):
         return drawn
-    return Found(replay_case(drawn.scenario, drawn.scenes, drawn.run.profile, name=options.what.name))
+    return Replayed(replay_case(drawn.scenario, drawn.scenes, drawn.run.profile, name=options.what.name))
 
 
-def _play(found: Found, speed: float, terminal: Terminal) -> None:
+def _play(found: Replayed, speed: float, terminal: Terminal) -> None:
     from cortex_dsl.report.terminal.replay_view import play
 
     try:
@@ -85,7 +85,7 @@ def _play(found: Found, speed: float, terminal: Terminal) -> None:
         terminal.out.print()
 
 
-def _content(found: Found, path: Path, speed: float) -> str | bytes:
+def _content(found: Replayed, path: Path, speed: float) -> str | bytes:
     from engine.extras import MissingExtraError
 
     if path.suffix.lower() == ".html":

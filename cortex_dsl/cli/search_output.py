@@ -78,8 +78,8 @@ def show_found(found: Sequence[Found], scenario: Scenario, request: CompileReque
             if each.campaign.stopped and each.folder.is_dir():
                 terminal.err.print(f"to go on: cortexc resume {shlex.quote(str(each.folder))}", soft_wrap=True)
     for each in found:
-        if each.trouble is not None:
-            raise UsageError(each.trouble.message, each.trouble.cure)
+        if each.failure is not None:
+            raise UsageError(each.failure.message, each.failure.cure)
     if mistake is not None:
         show(scenario.compiled.source, [mistake], replace(request, json=False), terminal)
         return Exit.DIAGNOSTICS

@@ -89,12 +89,12 @@ class View:
     def tree_end(self) -> int:
         return len(self.analysis.source.text)
 
-    def worth(self, sightings: ObservedValues) -> str:
+    def worth(self, values: ObservedValues) -> str:
         """What values are; where there are errors, not all of them have been seen."""
         partly = any(diagnostic.severity is Severity.ERROR for diagnostic in self.analysis.diagnostics)
-        return described(sightings, partly=partly)
+        return described(values, partly=partly)
 
-    def sightings(self, span: Span) -> ObservedValues:
+    def observed_at(self, span: Span) -> ObservedValues:
         """Values of the expression that ends like `span`, if it has been there when the text was last compiled."""
         return ending_at(self.analysis.seen, span) if self.fresh else ()
 

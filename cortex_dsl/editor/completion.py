@@ -43,10 +43,8 @@ class Member:
 
 def members(view: View, place: Place) -> list[Member]:
     """Everything that may follow the dot before a place; where there is no telling, all that follows any dot."""
-    for sightings in _values_before_dot(view, place):
-        found = [
-            member for name in _names_before_dot(sightings[0]) if (member := _asked(sightings[0], name)) is not None
-        ]
+    for values in _values_before_dot(view, place):
+        found = [member for name in _names_before_dot(values[0]) if (member := _asked(values[0], name)) is not None]
         if found:
             return found
     return [Member(name) for name in sorted({*ATTRIBUTE_DOCS, *PROPERTIES})]
@@ -67,10 +65,10 @@ def _values_before_dot(view: View, place: Place) -> Iterator[ObservedValues]:
         yield known
 
 
-def _while_running(sighting: ObservedValue) -> ObservedValue:
+def _while_running(observed: ObservedValue) -> ObservedValue:
     """Any object of the scene, at a moment of the run."""
-    actor = next(iter(sighting.evaluator.run.built.actors), None)
-    return ObservedValue(sighting.evaluator.at_moment(Moment(running=True, actor=actor)), actor)
+    actor = next(iter(observed.evaluator.run.built.actors), None)
+    return ObservedValue(observed.evaluator.at_moment(Moment(running=True, actor=actor)), actor)
 
 
 def mended(view: View, place: Place, dot: int) -> str:
@@ -84,23 +82,23 @@ def mended(view: View, place: Place, dot: int) -> str:
     return view.text[:dot] + closers + (rest[-1:] if rest[-1:] in (",", ":") else "") + view.text[end:]
 
 
-def _names_before_dot(sighting: ObservedValue) -> list[str]:
+def _names_before_dot(observed: ObservedValue) -> list[str]:
     """Names worth asking for."""
-    match sighting.value:
+    match observed.value:
         case EnumValue():
             return [member.name for member in ManeuverType]
         case GlobalParameters():
-            return list(sighting.evaluator.run.params)
+            return list(observed.evaluator.run.params)
         case Namespace(names=names):
             return list(names)
     return sorted({*attributes.attribute_names(), *PROPERTIES, *FLAGS})
 
 
-def _asked(sighting: ObservedValue, name: str) -> Member | None:
+def _asked(observed: ObservedValue, name: str) -> Member | None:
     """The attribute of a value, if it has it."""
-    evaluator = sighting.evaluator
+    evaluator = observed.evaluator
     try:
-        value: Value = attributes.get(evaluator, sighting.value, name, evaluator.algebra.span)
+        value: Value = attributes.get(evaluator, observed.value, name, evaluator.algebra.span)
     except (Rejection, NeedsExpansion):
         return Member(name)
     except Mistake:

@@ -21,23 +21,23 @@ def ending_at(seen: Mapping[Span, ObservedValues], span: Span) -> ObservedValues
     return seen[max(fitting, key=lambda each: each.start)] if fitting else ()
 
 
-def described(sightings: ObservedValues, *, partly: bool = False) -> str:
+def described(observed: ObservedValues, *, partly: bool = False) -> str:
     """What values are, in one line: kind, range or options; empty where nothing was seen.
 
     `partly`: there may be more values than those seen.
     """
-    if not sightings:
+    if not observed:
         return ""
-    kinds = list(dict.fromkeys(_kind(sighting) for sighting in sightings))
+    kinds = list(dict.fromkeys(_kind(each) for each in observed))
     if len(kinds) > 1:
         return ", or ".join(kinds[:3])
-    value = sightings[0].value
-    details = _numbers(sightings) if isinstance(value, Quantity) else _options(sightings, partly)
+    value = observed[0].value
+    details = _numbers(observed) if isinstance(value, Quantity) else _options(observed, partly)
     return ", ".join(filter(None, (kinds[0], details)))
 
 
-def _kind(sighting: ObservedValue) -> str:
-    value = sighting.value
+def _kind(observed: ObservedValue) -> str:
+    value = observed.value
     if isinstance(value, Quantity) and value.dimension is None and isinstance(value.expr, ir.Literal):
         return "a number"
     if isinstance(value, tuple) and value:
@@ -46,15 +46,15 @@ def _kind(sighting: ObservedValue) -> str:
     return kind_name(value)
 
 
-def _options(sightings: ObservedValues, partly: bool) -> str:
+def _options(observed: ObservedValues, partly: bool) -> str:
     """Names of things, where they have any that the kind does not say."""
-    names = list(dict.fromkeys(option_name(sighting.value) for sighting in sightings if _is_thing(sighting.value)))
+    names = list(dict.fromkeys(option_name(each.value) for each in observed if _is_thing(each.value)))
     if not names:
         return ""
     shown = ", ".join(f"`{name}`" for name in names[:MOST_OPTIONS]) + (", …" if len(names) > MOST_OPTIONS else "")
     if len(names) > 1:
         return f"one of {shown}"
-    return f"such as {shown}" if partly and not isinstance(sightings[0].value, Actor | Truth) else shown
+    return f"such as {shown}" if partly and not isinstance(observed[0].value, Actor | Truth) else shown
 
 
 def _is_thing(value: Value) -> bool:
@@ -63,14 +63,14 @@ def _is_thing(value: Value) -> bool:
     return option_name(value) != kind_name(value) and not isinstance(value, tuple)
 
 
-def _numbers(sightings: ObservedValues) -> str:
+def _numbers(observed: ObservedValues) -> str:
     """The numbers between which the values lie, where that is known."""
-    first = sightings[0]
+    first = observed[0]
     assert isinstance(first.value, Quantity)
     if isinstance(first.value.expr, ir.Gene):
         gene = list(first.evaluator.file.genes.values())[first.value.expr.index]
         return gene_range(gene, si_word(first.value.dimension))
-    ends = [s.evaluator.interval(s.value.expr) for s in sightings if isinstance(s.value, Quantity)]
+    ends = [s.evaluator.interval(s.value.expr) for s in observed if isinstance(s.value, Quantity)]
     low, high = min(low for low, _ in ends), max(high for _, high in ends)
     unit = si_word(first.value.dimension) or si_formula(first.value.dimension or ir.PURE)
     told = _between(low, high, "" if unit == "1" else unit)
@@ -78,12 +78,12 @@ def _numbers(sightings: ObservedValues) -> str:
     return f"{told} ({_between(low / own.factor, high / own.factor, own.word)})" if told and own else told
 
 
-def _own_unit(sighting: ObservedValue) -> Unit | None:
+def _own_unit(observed: ObservedValue) -> Unit | None:
     """The unit in which a param behind a number is written, where it is another than that of SI."""
-    assert isinstance(sighting.value, Quantity)
-    words = param_units(sighting.value.expr, sighting.evaluator.file.genes)
+    assert isinstance(observed.value, Quantity)
+    words = param_units(observed.value.expr, observed.evaluator.file.genes)
     units = (UNITS[word] for word in words if word in UNITS)
-    return next((u for u in units if u.dimension == sighting.value.dimension and u.factor != 1.0), None)
+    return next((u for u in units if u.dimension == observed.value.dimension and u.factor != 1.0), None)
 
 
 def _between(low: float, high: float, unit: str) -> str:

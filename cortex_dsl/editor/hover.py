@@ -57,7 +57,7 @@ def _word(view: View, index: int, token: Token) -> str:
 
 def _name(view: View, token: Token) -> str:
     symbol = view.known(token.start).get(token.text)
-    here = view.worth(view.sightings(token.span))
+    here = view.worth(view.observed_at(token.span))
     if symbol is not None:
         return symbol_text(view, symbol, here)
     if token.text in BUILTINS:
@@ -114,7 +114,7 @@ def property_text(name: str) -> str:
 
 
 def _attribute(view: View, token: Token) -> str:
-    worth = view.worth(view.sightings(token.span))
+    worth = view.worth(view.observed_at(token.span))
     doc = attribute_doc(token.text)
     return joined(code(token.text), worth, doc) if worth or doc else ""
 

@@ -20,7 +20,7 @@ from cortex_dsl.semantics.evaluation import calls, geometry, objects, operators
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.model.choices import Decisions, Oracle
 from cortex_dsl.semantics.model.context import Evaluator, Handler, Moment, Observer
-from cortex_dsl.semantics.model.state import FileContext, RuleKey, Variant
+from cortex_dsl.semantics.model.state import FileContext, RuleKey, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Value
 from cortex_dsl.semantics.names.builtins import OFF_ROAD, PROPERTIES
 from cortex_dsl.semantics.quantities.algebra import Term
@@ -80,7 +80,7 @@ def elaborate_variant(
     module: nodes.Module, file: FileContext, oracle: Oracle, observe: Observer | None = None
 ) -> Draft | None:
     """One variant; None when it has errors. `observe` is called with every value."""
-    run = Variant(file, Decisions(oracle))
+    run = VariantState(file, Decisions(oracle))
     ev = Evaluator(run, HANDLERS, observe=observe)
     try:
         run_module(ev, module.statements)
@@ -110,7 +110,7 @@ def elaborate_variant(
     return Draft(variant, run.built.rule_conditions, actors[0].span)
 
 
-def _rejected(run: Variant, rejection: Rejection) -> ir.Variant:
+def _rejected(run: VariantState, rejection: Rejection) -> ir.Variant:
     return ir.Variant(
         probability=run.decisions.oracle.probability,
         choices=tuple(run.decisions.choices),

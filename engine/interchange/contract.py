@@ -9,7 +9,7 @@ from itertools import islice
 
 from engine.errors import CortexError
 
-# -- errors, and how a stranger's words are told -----------------------------------------------------------------------
+# -- errors, and how a stranger's words are shown ----------------------------------------------------------------------
 
 MOST_CHOICES = 12
 MOST_COMPARED = 2000

@@ -72,9 +72,11 @@ def test_it_is_caught_like_any_other(folder: Path) -> None:
 
 
 def test_the_command_says_why(folder: Path) -> None:
-    """In its own way, and as its one document."""
+    """In its own way, two lines that name the other one, and as its one document."""
     done = python(folder, "-m", "cortex_dsl", EXAMPLE)
     assert done.returncode == 2
+    assert str(folder / "engine") in done.stderr
+    assert len(done.stderr.splitlines()) == 2
     assert done.stderr.startswith("cortexc: its package `engine` should be at ")
     assert done.stderr.endswith(f"  help: {CURE}\n")
     assert '"schema": "cortexc/error"' in python(folder, "-m", "cortex_dsl", EXAMPLE, "--check", "--json").stdout

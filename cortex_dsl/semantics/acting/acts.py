@@ -108,7 +108,7 @@ def _weight(body: Body, value: Value, node: nodes.Expression) -> Term:
 # -- the statements ----------------------------------------------------------------------------------------------------
 
 CLOCK_TOLERANCE = 1e-9
-"""Slack of `do ... for`: sums of time steps do not hit a duration exactly [s]."""
+"""Slack of `do ... for` and `terminate after`: sums of time steps do not hit a duration exactly [s]."""
 
 
 Act = Callable[[Body, nodes.Statement], ir.Block]

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.acting import bodies
+from cortex_dsl.semantics.acting.acts import CLOCK_TOLERANCE
 from cortex_dsl.semantics.acting.behaviours import Inliner, monitor_body, stop
 from cortex_dsl.semantics.acting.bodies import Body, Guards, Invocation
 from cortex_dsl.semantics.acting.statements import known_number, required_monitor
@@ -40,9 +41,6 @@ from engine.config import SimulationConfig
 from engine.frozen import frozen
 
 # -- the coroutine of a scenario that another one starts ---------------------------------------------------------------
-
-CLOCK_TOLERANCE = 1e-9
-"""Slack of `terminate after`: sums of time steps do not hit a duration exactly [s]."""
 
 
 @frozen

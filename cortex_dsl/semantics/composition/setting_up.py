@@ -20,7 +20,7 @@ from cortex_dsl.semantics.evaluation import making, objects
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
 from cortex_dsl.semantics.evaluation.making import checked
 from cortex_dsl.semantics.model.context import Evaluator, Moment
-from cortex_dsl.semantics.model.state import Variant
+from cortex_dsl.semantics.model.state import VariantState
 from cortex_dsl.semantics.model.values import (
     POISON,
     Actor,
@@ -299,7 +299,7 @@ def _set_up_by(ev: Evaluator, statement: nodes.Statement, instance: Instance) ->
         run_statement(ev, statement)
 
 
-def number(run: Variant) -> None:
+def number(run: VariantState) -> None:
     """Number the objects made so far: the ego is 0, once there is one."""
     for actor in run.built.actors:
         if actor.index < 0 and actor is run.ego:

@@ -19,6 +19,7 @@ from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.evaluation import geometry, numbers
 from cortex_dsl.semantics.evaluation.geometry import as_meant, as_written
 from cortex_dsl.semantics.evaluation.making import Making, own_class
+from cortex_dsl.semantics.evaluation.random_values import SMALLEST_UNIFORM
 from cortex_dsl.semantics.evaluation.specifiers import Extent, Placement, place
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Pose, Value, Vector
@@ -36,8 +37,6 @@ POSITION_DEVIATION = 1.0
 """Standard deviation of x and of y at scale 1, as in Scenic [m]."""
 HEADING_DEVIATION = math.radians(5.0)
 """Of the heading, as in Scenic [rad]."""
-SMALLEST_UNIFORM = 2.0**-54
-"""Stands in for a uniform number of exactly 0, whose normal quantile would be infinite."""
 
 
 def announce(ev: Evaluator, statements: Sequence[nodes.Statement]) -> None:

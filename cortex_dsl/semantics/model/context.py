@@ -14,7 +14,7 @@ from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.semantics.errors.chance import NOT_CONSTANT
 from cortex_dsl.semantics.errors.names import UNKNOWN_NAME
 from cortex_dsl.semantics.errors.problems import Mistake, NeedsExpansion
-from cortex_dsl.semantics.model.state import FileContext, Scope, Variant
+from cortex_dsl.semantics.model.state import FileContext, Scope, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Instance, Poison, Quantity, Value
 from cortex_dsl.semantics.names.builtins import BUILTINS
 from cortex_dsl.semantics.quantities.algebra import Algebra
@@ -54,7 +54,7 @@ Observer = Callable[["Evaluator", nodes.Expression, Value], None]
 class Evaluator:
     """Evaluates expressions at one place: `scopes` are searched from the innermost to the module's names."""
 
-    run: Variant
+    run: VariantState
     handlers: Mapping[type, Handler]
     scopes: tuple[Mapping[str, Value], ...] = ()
     moment: Moment = SCENE

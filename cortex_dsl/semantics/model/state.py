@@ -218,7 +218,7 @@ class Depth:
 
 
 @dataclass
-class Variant:
+class VariantState:
     """One way of making all finite choices, while it is being elaborated."""
 
     file: FileContext

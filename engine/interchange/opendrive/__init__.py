@@ -3,13 +3,12 @@
 Sources: ASAM OpenDRIVE 1.7.0, User Guide and schema (2021).
 """
 
-from engine.interchange.opendrive.places import LanePlace, RoadMap, RoadPlace, road_map
+from engine.interchange.opendrive.places import LanePlace, RoadMap, road_map
 from engine.interchange.opendrive.write import SignalGroup, signal_groups, write_opendrive
 
 __all__ = [
     "LanePlace",
     "RoadMap",
-    "RoadPlace",
     "SignalGroup",
     "road_map",
     "signal_groups",

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from engine.interchange.opendrive.places import Carriageway, RoadMap, road_map
-from engine.interchange.recording import ARMS, PHASES, Provenance, SignalTimes, phase_of
+from engine.interchange.recording import ARMS, NO_PROVENANCE, PHASES, Provenance, SignalTimes, phase_of
 from engine.interchange.xml import Element, child, xml_text
 from engine.program import RoadSpec
 from engine.road import Intersection, Lane, Maneuver, Primitive
@@ -283,7 +283,6 @@ def add_controllers_of(element: Element, junction: Intersection) -> None:
 # -- the document as a whole -------------------------------------------------------------------------------------------
 
 REVISION = {"revMajor": 1, "revMinor": 7}
-NO_PROVENANCE = Provenance()
 
 
 def write_opendrive(

@@ -1,6 +1,6 @@
 """The cells of a table, CSV or Parquet, as columns of numbers and texts. What a cell cannot be is said with its place.
 
-Parquet goes through pyarrow, which only the extra brings: imported when asked for, and missed with a cure.
+Files of Parquet are opened by `parquet`.
 """
 
 import csv
@@ -20,11 +20,6 @@ from engine.interchange.contract import InterchangeError, quoted
 from engine.interchange.tables.columns import TEXTS, Chosen, Column, check_complete, choose
 from engine.interchange.tables.parquet import ParquetFile
 from engine.tables import Floats, Ints
-
-# -- Parquet files through pyarrow -------------------------------------------------------------------------------------
-
-
-# -- cells -------------------------------------------------------------------------------------------------------------
 
 MOST_ROWS = 1_000_000
 """A recording of twenty actors over an hour at ten samples a second has fewer."""

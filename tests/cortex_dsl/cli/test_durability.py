@@ -344,7 +344,7 @@ def test_a_folder_that_is_removed_is_told_at_once(cortexc: Command, left_turn: P
     run.mkdir()
     found = search_and_keep(scenario, "ga", run, on_generation=on_generation, on_removed=heard.append)
     assert [each if isinstance(each, int) else "removed" for each in heard] == [0, 1, "removed", 2, 3, 4]
-    assert isinstance(found.trouble, RemovedError)
+    assert isinstance(found.failure, RemovedError)
     assert len(found.campaign.generations) == 5
     assert not run.exists()
 

@@ -1,7 +1,6 @@
 """What the command does when something goes wrong: a slip, a path, a bug of ours, a reader that leaves."""
 
 import json
-import sys
 from pathlib import Path
 
 import pytest
@@ -92,19 +91,6 @@ def test_interrupted(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixt
     monkeypatch.setattr(cortex_dsl.cli.command_table, "execute", interrupted)
     assert main(["a.scn"]) == 130
     assert "interrupted" in capsys.readouterr().err
-
-
-def test_foreign_engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """Another package called `engine` is named in one line instead of failing somewhere inside."""
-    (tmp_path / "engine").mkdir()
-    (tmp_path / "engine" / "__init__.py").write_text("")
-    monkeypatch.syspath_prepend(tmp_path)
-    for name in [name for name in sys.modules if name.split(".")[0] == "engine"]:
-        monkeypatch.delitem(sys.modules, name)
-    assert main(["--version"]) == 2
-    error = capsys.readouterr().err
-    assert str(tmp_path / "engine") in error
-    assert len(error.splitlines()) == 2
 
 
 @pytest.mark.parametrize(

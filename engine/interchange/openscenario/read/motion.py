@@ -23,7 +23,7 @@ from engine.tables import Floats
 # -- positions ---------------------------------------------------------------------------------------------------------
 
 
-class RoadPlace(NamedTuple):
+class RoadPosition(NamedTuple):
     """Where on a road: on a lane and so far left of its middle, or without a lane left of the reference line."""
 
     road: str
@@ -40,7 +40,7 @@ class Placed:
     """Its heading is the one given, or else the one that follows from the place."""
     given: bool
     """Whether the file says a heading."""
-    on_road: RoadPlace | None = None
+    on_road: RoadPosition | None = None
 
 
 @dataclass(frozen=True)
@@ -70,15 +70,15 @@ def _world(node: Node, _: Surroundings) -> Placed:
 
 
 def _lane(node: Node, around: Surroundings) -> Placed:
-    lane = RoadPlace(node.text("roadId"), node.integer("laneId"), node.number("s"), _offset(node, "offset", 0.0))
+    lane = RoadPosition(node.text("roadId"), node.integer("laneId"), node.number("s"), _offset(node, "offset", 0.0))
     return _on_road(lane, node, around)
 
 
 def _road(node: Node, around: Surroundings) -> Placed:
-    return _on_road(RoadPlace(node.text("roadId"), None, node.number("s"), _offset(node, "t")), node, around)
+    return _on_road(RoadPosition(node.text("roadId"), None, node.number("s"), _offset(node, "t")), node, around)
 
 
-def _on_road(where: RoadPlace, node: Node, around: Surroundings) -> Placed:
+def _on_road(where: RoadPosition, node: Node, around: Surroundings) -> Placed:
     if around.road is None:
         raise node.error(
             f"<{node.tag}> needs the road, and the file names none that could be read",
@@ -102,7 +102,7 @@ def _relative_lane(node: Node, around: Surroundings) -> Placed:
     if where.lane is None:
         raise node.error("the other's lane is not known", "write a LanePosition")
     ds = _offset(node, "ds" if "ds" in node.attributes else "dsLane")
-    moved = RoadPlace(where.road, _counted(where.lane, lane), where.s + ds, _offset(node, "offset", 0.0))
+    moved = RoadPosition(where.road, _counted(where.lane, lane), where.s + ds, _offset(node, "offset", 0.0))
     return _on_road(moved, node, around)
 
 
@@ -115,7 +115,7 @@ def _relative_road(node: Node, around: Surroundings) -> Placed:
     return _on_road(moved, node, around)
 
 
-def _other_on_road(node: Node, around: Surroundings) -> RoadPlace:
+def _other_on_road(node: Node, around: Surroundings) -> RoadPosition:
     name = node.text("entityRef")
     where = around.others(name, node).on_road
     if where is None:
@@ -132,7 +132,7 @@ def _counted(lane: int, change: int) -> int:
     return target if (target > 0) == (lane > 0) and target else target + (1 if change > 0 else -1)
 
 
-def _oriented(pose: Pose, node: Node, where: RoadPlace | None = None) -> Placed:
+def _oriented(pose: Pose, node: Node, where: RoadPosition | None = None) -> Placed:
     """The pose with the element's `Orientation`: relative to the place's own heading, or absolute."""
     orientation = node.find("Orientation")
     if orientation is None or "h" not in orientation.attributes:
@@ -191,7 +191,7 @@ class Coast:
             return Placed(self.placed.pose.moved(way, 0.0), True)
         return self._along(where, way, self.road)
 
-    def _along(self, where: RoadPlace, way: float, network: OdrNetwork) -> Placed:
+    def _along(self, where: RoadPosition, way: float, network: OdrNetwork) -> Placed:
         road = network.roads[where.road]
         turn = self.placed.pose.heading - network.pose(*where).heading
         back = math.cos(self.placed.pose.heading - road.reference(where.s).heading) < 0.0
