@@ -23,7 +23,7 @@ operators draw from numpy's Philox4x64-10 under the same fields (`operator_gener
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from hashlib import sha256
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -36,6 +36,8 @@ from engine.vocabulary import Method, Purpose
 
 if TYPE_CHECKING:
     from numpy.random import Generator
+
+    from engine.program import Program
 
 
 class StreamKey(NamedTuple):
@@ -52,6 +54,8 @@ class StreamKey(NamedTuple):
 
 FIELD_BITS = StreamKey(seed=63, method=36, run=16, generation=16, index=32, rollout=16)
 """Width of each field. Keys are int64, hence 63."""
+SINGLE_DRAWS = 100
+"""How many genomes a single run draws until one allows a scene; Scenic, too, draws its params anew at every attempt."""
 NUMBER_BITS = 4
 """Of a method, those that `Method.CUSTOM` fills where the others come from its name."""
 NO_SEARCH = (Method.SINGLE, Method.SAMPLE, Method.CUSTOM)
@@ -86,6 +90,19 @@ def key_rows(
     rows[:, StreamKey._fields.index("index")] = index
     check_keys(rows)
     return rows
+
+
+def single_keys(program: "Program", seed: int | None) -> Iterator[Ints]:
+    """The keys that a single run tries, one after the other, until one allows a scene, (1, 6) each.
+
+    A concrete file names its own key, which counts where no seed is asked for.
+    """
+    pinned = program.settings.stream
+    if pinned is not None and seed is None:
+        yield np.array([parse_key(pinned)], dtype=np.int64)
+        return
+    for index in range(SINGLE_DRAWS if len(program.space) else 1):
+        yield key_rows(seed or 0, Method.SINGLE, 0, 0, [index])
 
 
 def check_keys(keys: Ints) -> None:

@@ -47,7 +47,6 @@ if TYPE_CHECKING:
     from engine.search.ranking import Case
     from engine.search.run import Campaign, OnGeneration
     from engine.search.workers import Workers
-    from engine.tables import Ints
     from engine.world import WorldRun
 
 
@@ -163,8 +162,10 @@ class Scenario:
         Without a seed: of the stream that a concrete file names, or else of seed 0.
         """
         from engine.sampling import draw_genomes, sample
+        from engine.streams import single_keys
 
-        for key in _keys(self.program, None if seed is None else arguments.whole("seed", seed, 0)):
+        seed = None if seed is None else arguments.whole("seed", seed, 0)
+        for key in single_keys(self.program, seed):
             scenes = sample(self.program, draw_genomes(self.program.space, key), key, self.config.simulation)
             yield scenes
             if scenes.verdict[0] not in (Verdict.EXHAUSTED, Verdict.INFEASIBLE):
@@ -345,21 +346,3 @@ class Scenario:
             name=name,
             laid_out=laid_out,
         )
-
-
-# -- the scene of a single run: genomes of a seed, one after the other, until one of them allows a scene ---------------
-
-DRAWS = 100
-"""How many genomes a single run draws until one allows a scene; Scenic, too, draws its params anew at every attempt."""
-
-
-def _keys(program: Program, seed: int | None) -> "Iterator[Ints]":
-    """The streams to try; a concrete file has just its own."""
-    from engine.streams import key_rows, parse_key
-
-    pinned = program.settings.stream
-    if pinned is not None and seed is None:
-        yield np.array([parse_key(pinned)], dtype=np.int64)
-        return
-    for index in range(DRAWS if len(program.space) else 1):
-        yield key_rows(seed or 0, Method.SINGLE, 0, 0, [index])
