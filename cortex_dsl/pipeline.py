@@ -8,7 +8,8 @@ from cortex_dsl import ir
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.files import DISK, Files
 from cortex_dsl.lowering import lower
-from cortex_dsl.semantics import elaborate, link
+from cortex_dsl.semantics.elaboration import elaborate
+from cortex_dsl.semantics.names.linking import link
 from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.nodes import Module

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 from cortex_dsl.diagnostics import CompileError, Diagnostic, Page, Severity
 from cortex_dsl.files import DISK
-from cortex_dsl.semantics import elaborate, link
+from cortex_dsl.semantics.elaboration import elaborate
 from cortex_dsl.semantics.errors import declared
+from cortex_dsl.semantics.names.linking import link
 from cortex_dsl.source import Source
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import errors as syntax

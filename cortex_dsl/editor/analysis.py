@@ -12,7 +12,7 @@ from cortex_dsl.editor.facts import described, ending_at
 from cortex_dsl.editor.lexer import Token, index_at, tokens_of
 from cortex_dsl.editor.symbols import Symbol, SymbolKind, symbols_of, visible
 from cortex_dsl.files import DISK, Files
-from cortex_dsl.semantics import elaborate
+from cortex_dsl.semantics.elaboration import elaborate
 from cortex_dsl.semantics.model.context import ObservedValue, ObservedValues, ValueRecorder
 from cortex_dsl.semantics.names.linking import ImportedFile, link
 from cortex_dsl.source import Source, Span

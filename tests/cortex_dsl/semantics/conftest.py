@@ -6,7 +6,7 @@ import pytest
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import CompileError, Diagnostic
-from cortex_dsl.semantics import elaborate
+from cortex_dsl.semantics.elaboration import elaborate
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 

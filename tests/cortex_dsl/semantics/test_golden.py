@@ -11,7 +11,7 @@ import pytest
 
 from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.report.findings.snippet import render_text
-from cortex_dsl.semantics import elaborate
+from cortex_dsl.semantics.elaboration import elaborate
 from cortex_dsl.semantics.errors import declared
 from cortex_dsl.semantics.model import state
 from cortex_dsl.source import Source

@@ -4,7 +4,7 @@ import pytest
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import CompileError
-from cortex_dsl.semantics import elaborate
+from cortex_dsl.semantics.elaboration import elaborate
 from cortex_dsl.semantics.names.linking import override_text
 from cortex_dsl.semantics.names.tree import param_entries
 from cortex_dsl.source import Source

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cortex_dsl.diagnostics import CompileError
-from cortex_dsl.semantics import elaborate
+from cortex_dsl.semantics.elaboration import elaborate
 from cortex_dsl.semantics.model import state
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
