@@ -28,7 +28,9 @@ DURATIONS = re.compile(
     r"in [\d.,]+ m?s, [\d.,]+ a second|[\d.,]+ simulations a second +[\d.,]+ m?s left|[\d.,]+ m?s of work"
     r"|(?<=It took )[\d.,]+ m?s"
     r"|\"(seconds|simulations_per_second|runs_per_second)\": ?[\d.e+-]+"
+    r"|\"(cortexc|lark|llvmlite|numba|numpy|pymunk|python|scipy)\": ?\"[^\"]*\""
 )
+"""What no two runs have in common: times, and the versions of what is installed."""
 
 COMPILING = "compiling kernels (once, about half a minute) …\n"
 """Said by whoever comes first, or finds that the cache of kernels was tidied."""

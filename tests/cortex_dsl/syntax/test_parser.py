@@ -189,4 +189,4 @@ def test_tables_are_cached_where_that_is_possible(tmp_path: Path) -> None:
     assert "Assign" in run(code, CORTEXC_CACHE=str(tmp_path / "new"))
     assert cached.read_bytes() != b"broken"
     (tmp_path / "file").write_text("")
-    assert "Assign" in run(code, CORTEXC_CACHE=str(tmp_path / "file" / "below"))
+    assert "Assign" in run(code, CORTEXC_CACHE=str(tmp_path / "file" / "below"), XDG_CACHE_HOME=str(tmp_path / "other"))

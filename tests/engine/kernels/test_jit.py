@@ -64,6 +64,8 @@ class Installation:
         self.folder = folder
         ours = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
         self.environment = {**ours, "PYTHONPATH": str(folder), "CORTEXC_CACHE": str(cache)}
+        # Python takes a file that is edited within a second, to the same length, for the one that it compiled.
+        self.environment["PYTHONDONTWRITEBYTECODE"] = "1"
         self.package = folder / "engine"
         (self.package / "kernels").mkdir(parents=True)
         names = (
