@@ -14,7 +14,7 @@ PYTHONS := python3.14 python3.13 python3.12 python3.11 python3
 help:
 	@echo "make demo      set up, then search examples/left_turn.scn for collisions"
 	@echo "make test      set up, then run the tests and the import contracts"
-	@echo "make quick     the tests that need no simulation: under a minute"
+	@echo "make quick     the tests of the language and of small parts"
 	@echo "make lowest    the tests, with the lowest versions that pyproject.toml declares"
 	@echo "make check     ruff, format, types and import contracts"
 	@echo "make format    let ruff lay the code out"
