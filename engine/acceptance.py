@@ -119,18 +119,18 @@ class Account:
 
 def account(weighing: Weighing, target: float | None = None) -> Account:
     """Everything at once, for a target of one's own or the default one."""
-    told = blames(weighing)
-    target = _default_target(weighing, told) if target is None else target
+    found = blames(weighing)
+    target = _default_target(weighing, found) if target is None else target
     relaxed = () if target is None else relaxations(weighing, target)
-    return Account(weighing, told, target, relaxed, smallest_conflict(weighing))
+    return Account(weighing, found, target, relaxed, smallest_conflict(weighing))
 
 
-def _default_target(weighing: Weighing, told: Sequence[Blame]) -> float | None:
+def _default_target(weighing: Weighing, found: Sequence[Blame]) -> float | None:
     """Twice the present acceptance and at least 1 %, or half of what one requirement can give if that is less.
 
     None where half of the attempts pass already, or no single requirement makes a difference.
     """
-    acceptance, best = weighing.acceptance, max((blame.without for blame in told), default=0.0)
+    acceptance, best = weighing.acceptance, max((blame.without for blame in found), default=0.0)
     if not acceptance < min(ENOUGH, best):
         return None
     return min(max(LEAST_TARGET, 2.0 * acceptance), 0.5 * (acceptance + best))

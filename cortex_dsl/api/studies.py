@@ -115,7 +115,7 @@ def study(
     folder = new_directory(arguments.path_of("out", out, "name a folder"))
     with hold(folder), closing(StudyStore.create(folder, plan, facts(plan, ()))) as store:
         carry_out(plan, (), _both(store.write, on_run), Workers("processes", jobs))
-    return _told(folder)
+    return _tabulated(folder)
 
 
 def resume_study(folder: str | Path, *, jobs: int = 1, on_run: "OnRun | None" = None) -> Studied:
@@ -132,7 +132,7 @@ def resume_study(folder: str | Path, *, jobs: int = 1, on_run: "OnRun | None" = 
             found = read_study(folder)  # as nobody can change it any more
             with closing(StudyStore.reopen(folder)) as store:
                 carry_out(found.plan, found.records, _both(store.write, on_run), Workers("processes", jobs))
-    return _told(folder)
+    return _tabulated(folder)
 
 
 def carry_out(plan: Plan, earlier: Sequence[RunRecord], on_run: "OnRun", workers: Workers) -> bool:
@@ -238,7 +238,7 @@ def _both(first: "OnRun", second: "OnRun | None") -> Callable[[Finished], None]:
     return on_run
 
 
-def _told(folder: Path) -> Studied:
+def _tabulated(folder: Path) -> Studied:
     """What a folder keeps, with the tables written beside it."""
     found = read_study(folder)
     done = Studied(found.plan, found.records, folder)

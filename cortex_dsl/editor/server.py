@@ -38,7 +38,7 @@ class ScenarioServer(LanguageServer):
     def offset(self, file: OpenFile, position: types.Position) -> int:
         return file.positions(self.encoding).offset(position.line, position.character)
 
-    def tell(self, file: OpenFile) -> None:
+    def publish(self, file: OpenFile) -> None:
         """Send what was found wrong."""
         found = messages.diagnostics(file, self.encoding)
         self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(file.uri, found))
@@ -49,7 +49,7 @@ class ScenarioServer(LanguageServer):
         for each in self.files.values():
             if each is file or each.imports(file):
                 each.files = Buffers(texts=texts)
-                each.check(self.tell, pause)
+                each.check(self.publish, pause)
 
     def file(self, uri: str) -> OpenFile:
         """An open file.

@@ -314,9 +314,9 @@ class Boxes:
             answers = narrowed(instruction.op, self[instruction.first], operands, makers)
             for slot, ends in zip(instruction.operands, answers, strict=True):
                 if ends is not None and slot != self.tape.unknown:
-                    told = demanded & (np.isfinite(ends[0]) | np.isfinite(ends[1]))
-                    self.demanded[slot] |= told
-                    self._intersect(slot, ends, told, requirement)
+                    bounded = demanded & (np.isfinite(ends[0]) | np.isfinite(ends[1]))
+                    self.demanded[slot] |= bounded
+                    self._intersect(slot, ends, bounded, requirement)
 
     def _intersect(self, slot: int, ends: Ends, where: Bools, requirement: int) -> None:
         """Narrow a slot in some boxes; where it is demanded, nothing left is the end of the box."""

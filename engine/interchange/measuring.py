@@ -69,8 +69,8 @@ def measure(recording: Recording, profile: str = "paper") -> Measured:
     trajectory = Trajectory(instants, steps, outlines[:, :2].copy(), contact)
     outcomes = _outcomes(recording, _judged(steps, end), outlines, end)
     metrics = measure_trajectory(trajectory, outcomes, rear_to_center=outlines[:, 2].tolist())
-    told = tuple(metric for metric in metrics if recording.commands or metric.name not in COMMANDS)
-    return Measured(outcomes, assess(outcomes, PROFILES[profile]), told, trajectory)
+    recorded = tuple(metric for metric in metrics if recording.commands or metric.name not in COMMANDS)
+    return Measured(outcomes, assess(outcomes, PROFILES[profile]), recorded, trajectory)
 
 
 # -- what can be measured ---------------------------------------------------------------------------------------------

@@ -31,10 +31,10 @@ def follow(searcher: Searcher, past: Sequence[Evaluations]) -> None:
         ForeignPastError: it would not have proposed what `past` holds, in this way and from these parents.
     """
     for generation, evaluations in enumerate(past):
-        searcher.tell(results(retold(searcher.ask(), evaluations, generation)))
+        searcher.tell(results(checked(searcher.ask(), evaluations, generation)))
 
 
-def retold(proposals: Sequence[Proposal], evaluations: Evaluations, generation: int) -> Evaluations:
+def checked(proposals: Sequence[Proposal], evaluations: Evaluations, generation: int) -> Evaluations:
     """A generation of the past, once it is sure that these proposals led to it."""
     genomes = np.array([proposal.genome for proposal in proposals], dtype=np.float64).reshape(len(proposals), -1)
     same = genomes.tobytes() == evaluations.genomes.tobytes() and all(

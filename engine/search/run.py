@@ -31,7 +31,7 @@ from engine.search.evaluations import (
     results,
 )
 from engine.search.insight.gene_effects import GeneEffect, gene_effects, probe_genes
-from engine.search.past import retold
+from engine.search.past import checked
 from engine.search.protocol import Box, Proposal, Searcher
 from engine.search.ranking import Case, worst_cases
 from engine.search.searchers import build_searcher, canonical, find_searcher
@@ -158,7 +158,7 @@ def run_campaign(
         for generation in range(config.generations):
             proposals = searcher.ask()
             if generation < len(past):
-                evaluations = retold(proposals, past[generation], generation)
+                evaluations = checked(proposals, past[generation], generation)
             else:
                 evaluations = _evaluate(proposals, [block for block, _ in done], evaluate, config, number)
             searcher.tell(results(evaluations))

@@ -60,7 +60,7 @@ class Measure:
         """Over how many generations it counts, where a run has so many."""
         return min(LAST, generations) if f"last {LAST}" in self.name else generations
 
-    def told(self, generations: int) -> str:
+    def title_for(self, generations: int) -> str:
         """Its name, where a run has so many generations: of ten or fewer the last ten are simply all."""
         return self.name if generations > LAST else self.name.replace(f"last {LAST}", f"all {generations}")
 
@@ -176,7 +176,7 @@ class Comparison:
     @property
     def title(self) -> str:
         """The measure's name; it says so where its last ten generations are all of them."""
-        return self.measure.told(self.generations)
+        return self.measure.title_for(self.generations)
 
     @property
     def stars(self) -> str:
@@ -218,8 +218,8 @@ class Comparison:
         """`22 of 30 never collided`, the baseline's behind it; empty where every run has its number."""
         spreads = ((self.method, self.spread), (self.baseline, self.baseline_spread))
         why = "never collided" if self.measure.name == FIRST else "have no such number"
-        told = [f"{name}: {each.missing} of {each.runs} {why}" for name, each in spreads if each.missing]
-        return "; ".join(told)
+        parts = [f"{name}: {each.missing} of {each.runs} {why}" for name, each in spreads if each.missing]
+        return "; ".join(parts)
 
     @property
     def _better(self) -> bool:

@@ -107,8 +107,8 @@ def _about(case: ExportCase, module: nodes.Module, sheet: Sheet, name: str) -> l
     docstring = [] if module.docstring is None else [write_docstring(module.docstring), ""]
     facts = [f"# {what}: {text}" for what, text in case.recording.provenance.facts.items()]
     remarks = [f"# - {remark}" for remark in sheet.remarks]
-    told = ["#", "# Not as in the original:", *remarks]
-    return [*docstring, *facts, "#", f"# To look at it: scenic --2d {name}", *told]
+    tail = ["#", "# Not as in the original:", *remarks]
+    return [*docstring, *facts, "#", f"# To look at it: scenic --2d {name}", *tail]
 
 
 def _model(case: ExportCase, road_file: str) -> list[str]:

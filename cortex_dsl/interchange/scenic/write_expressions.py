@@ -114,11 +114,11 @@ def _behaviour(to: "Expressions", node: nodes.Call, name: str) -> nodes.Expressi
         if here:
             kept.append(replace(argument, name=known, value=to(argument.value)))
         else:
-            to.sheet.remark(f"`{name}` is written without {_told(argument, number, name)}", argument.span)
+            to.sheet.remark(f"`{name}` is written without {_left_out(argument, number, name)}", argument.span)
     return replace(node, arguments=tuple(kept))
 
 
-def _told(argument: nodes.Argument, number: int, name: str) -> str:
+def _left_out(argument: nodes.Argument, number: int, name: str) -> str:
     parameters = BUILTINS[name].parameters
     return f"`{argument.name or parameters[number].name}`, which Scenic's has not"
 

@@ -122,7 +122,7 @@ def _shortfall(account: "Account", blame: "Blame") -> float:
 def amount_text(account: "Account", requirement: int, amount: float) -> str:
     """In the unit in which the file speaks of such things."""
     asked = account.weighing.program.requirements[requirement]
-    return f"{significant(amount / asked.told_scale, 3)} {asked.told_unit or asked.unit}".rstrip()
+    return f"{significant(amount / asked.display_scale, 3)} {asked.display_unit or asked.unit}".rstrip()
 
 
 def params_of_miss(account: "Account", blame: "Blame") -> str:

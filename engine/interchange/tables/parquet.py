@@ -117,12 +117,12 @@ class ParquetFile:
             return ()
         if not isinstance(found, list):
             return ()
-        told = cast("list[Any]", found)
-        if not all(isinstance(name, str) and name.strip() for name in told):
+        listed = cast("list[Any]", found)
+        if not all(isinstance(name, str) and name.strip() for name in listed):
             return ()
-        if len(set(told)) < len(told):
+        if len(set(listed)) < len(listed):
             raise InterchangeError("two actors have the same name in its metadata", "rename one of them", self.file)
-        return tuple(told)
+        return tuple(listed)
 
     def host(self) -> int | None:
         """The ego's idx, where the file tells it."""

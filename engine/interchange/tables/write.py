@@ -188,12 +188,13 @@ def wrapped(heading: Floats) -> Floats:
 
 def _remarks(recording: Recording) -> tuple[str, ...]:
     """What these columns cannot hold."""
-    told = ["omega-prime's columns hold neither steering angles nor pedals, and nothing of the road"]
+    remarks = ["omega-prime's columns hold neither steering angles nor pedals, and nothing of the road"]
     if again := _those_who_come_back(recording):
-        told.append(f"omega-prime's own check wants no gap in an actor's rows; {', '.join(again)} comes back after one")
+        names = ", ".join(again)
+        remarks.append(f"omega-prime's own check wants no gap in an actor's rows; {names} comes back after one")
     if recording.contact is not None:
-        told.append("times are whole nanoseconds: the row of first contact is the next one, less than 1e-7 m on")
-    return tuple(told)
+        remarks.append("times are whole nanoseconds: the row of first contact is the next one, less than 1e-7 m on")
+    return tuple(remarks)
 
 
 def _those_who_come_back(recording: Recording) -> Sequence[str]:

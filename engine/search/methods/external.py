@@ -113,10 +113,10 @@ class NonDominatedSorting(InCube):
     def _learn(self, results: Sequence[Result]) -> None:
         if self._bred is None or not len(self._bred):
             return
-        told = results[: len(self._bred)]
-        broken = np.array([[0.0 if result.selectable else 1.0] for result in told])
+        own = results[: len(self._bred)]
+        broken = np.array([[0.0 if result.selectable else 1.0] for result in own])
         static = needed("pymoo.problems.static", "`nsga2` needs", "search").StaticProblem
-        problem = static(self._algorithm.problem, F=objectives(told), G=broken)
+        problem = static(self._algorithm.problem, F=objectives(own), G=broken)
         self._algorithm.evaluator.eval(problem, self._bred)
         self._algorithm.tell(infills=self._bred)
 
@@ -219,11 +219,11 @@ class Illumination(InCube):
         measures = np.nan_to_num(np.array(rows))
         added = self._archive.add(self._points, objective, measures)
         if self._bred:
-            self._tell_emitters(objective, measures, added)
+            self._share_out(objective, measures, added)
 
-    def _tell_emitters(self, objective: np.ndarray, measures: np.ndarray, added: dict[str, Any]) -> None:
+    def _share_out(self, objective: np.ndarray, measures: np.ndarray, added: dict[str, Any]) -> None:
         """Each hears of what it proposed."""
         shares = np.array_split(np.arange(self._population), len(self._emitters))
         for emitter, share in zip(self._emitters, shares, strict=True):
-            told = {key: np.asarray(value)[share] for key, value in added.items()}
-            emitter.tell(self._points[share], objective[share], measures[share], told)
+            own = {key: np.asarray(value)[share] for key, value in added.items()}
+            emitter.tell(self._points[share], objective[share], measures[share], own)

@@ -186,7 +186,7 @@ def read_openscenario(
     end, on_end = _read_end(storyboard)
     parts = [part_of(entity, track) for entity, track in zip(entities, tracks, strict=True)]
     times = grid(parts, end, step, path.name)
-    parts = judged(parts, times.told)
+    parts = judged(parts, times.given)
     recording = replace(_recording(path, parts, times), provenance=_provenance(raw, path))
     on_motion = (remark for part in parts for remark in part.remarks)
     return Imported(recording, road, (*remarks, *said, *on_motion, *times.remarks, *on_end))
