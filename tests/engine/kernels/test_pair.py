@@ -177,7 +177,7 @@ def test_metrics_do_not_depend_on_the_axes(pair: tuple[Floats, Floats], turn: fl
             assert metrics.ttc_at_ms == pytest.approx(expected.ttc_at_ms, rel=rounding, abs=1e-9)
 
 
-@pytest.mark.parametrize(("noise", "told"), [(1e-12, False), (-1e-12, False), (1e-8, True)])
+@pytest.mark.parametrize(("noise", "known"), [(1e-12, False), (-1e-12, False), (1e-8, True)])
 def test_rounding_noise_is_no_approach(noise: float, known: bool) -> None:
     """Two who keep their distance have no D_MS, whichever way their closing speed was rounded."""
     metrics = measure(line(0, 0, 0, 5.0 + noise), line(20, 0, 0, 5.0))

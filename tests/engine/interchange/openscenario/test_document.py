@@ -75,7 +75,7 @@ def test_a_long_description_is_cut() -> None:
 
 
 @pytest.mark.parametrize(
-    ("date", "told"), [("2026-05-01", "2026-05-01T00:00:00"), ("yesterday", "1970-01-01T00:00:00")]
+    ("date", "written"), [("2026-05-01", "2026-05-01T00:00:00"), ("yesterday", "1970-01-01T00:00:00")]
 )
 def test_any_date_becomes_a_date_and_time(date: str, written: str) -> None:
     """The standard wants both."""
@@ -191,7 +191,7 @@ def test_axles_are_a_wheelbase_apart(kind: ActorKind) -> None:
     assert (float(front.get("maxSteering")), float(rear.get("maxSteering"))) == (MODELS[kind].max_steer, 0.0)
 
 
-@pytest.mark.parametrize(("speed", "told"), [(10.0, UNBOUNDED_SPEED), (140.0, 140.0), (-120.0, 120.0)])
+@pytest.mark.parametrize(("speed", "written"), [(10.0, UNBOUNDED_SPEED), (140.0, 140.0), (-120.0, 120.0)])
 def test_top_speed_is_finite_and_not_below_the_runs_own(speed: float, written: float) -> None:
     """No speed bounds a car, and a reader may cut what is above the maximum."""
     assert float(entity(ActorKind.CAR, speed=speed).find("Performance").get("maxSpeed")) == written
