@@ -63,7 +63,7 @@ _LOG = logging.getLogger(__name__)
 PAUSE = 0.15
 """Seconds without a keystroke after which a text is compiled."""
 PATIENCE = 2.0
-"""Seconds that a question waits for the compilation of the text that it is about."""
+"""Seconds that a request waits for the compilation of the text that it is about."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ class OpenFile:
         return self.files.identity(other.name) in read
 
     def check(self, publish: Callable[["OpenFile"], None], pause: float = PAUSE) -> None:
-        """Compile the text soon, off the loop, and tell; whatever an older text was about to tell is dropped."""
+        """Compile the text soon, off the loop, and call `publish`; a compilation of an older text is dropped."""
         if self.checking is not None:
             self.checking.cancel()
         self.checking = asyncio.create_task(self._check(self.generation, publish, pause))

@@ -1,4 +1,4 @@
-"""A case that is to leave: run again, recorded, and with everything said of where it comes from."""
+"""A case for export: run again, recorded, with its provenance."""
 
 import os
 import re
@@ -34,7 +34,7 @@ def signal_times(scenario: Scenario, scenes: Scenes, row: int = 0) -> SignalTime
     """The plan in scene `row`; None without lights, and where there is no scene.
 
     Programs do not keep these times. So the scene is drawn once more, by a program that gives them out as if they were
-    draws: requirements and random numbers are the same, thus the scene is.
+    draws: requirements and random numbers are the same, so the scene is the same.
     """
     whole = scenario.compiled.scenario
     number = int(scenes.variant[row])
@@ -67,7 +67,7 @@ PARTS = ("C", "MD", "D_MS", "TTC_MS")
 
 @dataclass(frozen=True)
 class ExportCase(RecordedCase):
-    """One simulation, row 0 of its scenes, and what was seen when it was run again."""
+    """One simulation, row 0 of its scenes, and the result of running it again."""
 
     scenario: Scenario
     scenes: Scenes
@@ -78,7 +78,7 @@ class ExportCase(RecordedCase):
 
     @property
     def road_provenance(self) -> Provenance:
-        """What may be said of the road, which all cases of a scenario share."""
+        """The text on the road, which all cases of a scenario share."""
         facts = {
             name: text for name, text in self.recording.provenance.facts.items() if name in ("scenario", "version")
         }
@@ -112,7 +112,7 @@ def road_name(scenario: Scenario) -> str:
 
 @dataclass(frozen=True)
 class _Origin:
-    """What is known before the run: which scene of which file, and the commands that show it again."""
+    """Where a case comes from: which scene of which file, and the commands that show it again."""
 
     scenario: Scenario
     scenes: Scenes
@@ -173,7 +173,7 @@ def _date() -> str:
     """What formats take for the date of a file: none of its own, so that the same case gives the same file.
 
     A case is its seed, not a moment: neither journals nor scenarios keep one, and the time at which a file was changed
-    is lost by the first copy. Whoever wants a date names it as builds do, in SOURCE_DATE_EPOCH
+    is lost by the first copy. A date can be given as for reproducible builds, in SOURCE_DATE_EPOCH
     (https://reproducible-builds.org/specs/source-date-epoch/).
     """
     epoch = os.environ.get("SOURCE_DATE_EPOCH", "")

@@ -144,7 +144,7 @@ def _stand_ins(sheet: Sheet) -> Iterator[str]:
 
 
 def check_scenic(case: ExportCase, folder: Path, names: Sequence[str], _options: ExportOptions) -> Iterator[Finding]:
-    """The road is there, and everybody stands where the run began."""
+    """Check that the road file exists, and that every actor stands where the run began."""
     for name in (each for each in names if each.endswith(".scenic")):
         text = (folder / name).read_text(encoding="utf-8")
         road = next((each for each in names if each.endswith(".xodr")), "")

@@ -67,7 +67,7 @@ def call(to: "Expressions", node: nodes.Call) -> nodes.Expression:
 
 
 def _builtin(to: "Expressions", function: nodes.Expression) -> str | None:
-    """The name of a function of the language, also in a behavior that nobody has; None for what the file defines."""
+    """Return the name of a function of the language, also in an unused behavior; None for names of the file."""
     called = to.value(function)
     if isinstance(called, BuiltinValue):
         return called.name
@@ -144,7 +144,7 @@ class Expressions:
     from_north: bool
     """Whether headings in the author's file are measured as Scenic measures them, because it has a `model` line."""
     recording: Recording
-    """Of the run: it says where everybody stood."""
+    """Of the run: where every actor stood."""
     make: "Callable[[Expressions, nodes.New], nodes.Expression]"
     """How a `new` is written; `objects.py`."""
 

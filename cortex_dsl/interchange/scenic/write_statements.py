@@ -76,7 +76,7 @@ def _param(file: Statements, node: nodes.Param) -> Block:
 
 
 def _param_entry(file: Statements, entry: nodes.ParamEntry) -> Block:
-    """A name of its own, because Scenic's params are none; and the param, for whoever reads a scene's."""
+    """Write a variable, because Scenic's params are none; and the param, for programs that read a scene's params."""
     if entry.name in LEFT_OUT_PARAMS:
         return ()
     value = file.to(entry.value)

@@ -89,7 +89,7 @@ def first_culprit(program: Program, tally: Tally) -> int | None:
 
 
 def most_to_blame(program: Program, tally: Tally, account: "Account | None") -> int | None:
-    """The requirement without which most would be accepted, or the tally's culprit where nothing was weighed.
+    """Return the requirement without which most attempts would pass, or the tally's culprit where there is no account.
 
     In the tally, a draw of the params counts once where it is proved hopeless, else as often as it was tried.
     """
