@@ -337,7 +337,7 @@ class Temporal:
 
 @frozen
 class Monitor:
-    """A coroutine without an actor: a monitor, or a scenario that `compose` runs. A child's number is above its parent's."""
+    """A coroutine without an actor: a monitor, or a scenario that `compose` runs. Children have higher numbers."""
 
     name: str
     body: Block

@@ -1,4 +1,4 @@
-"""MCAP files: a message at every sample, and in each of them everybody who is there, where and as fast as they were."""
+"""Check MCAP files: a message at every sample, with the place and speed of each actor that takes part then."""
 
 import json
 import math

@@ -27,11 +27,11 @@ MOST_STATES = 2_000_000
 ON_STEP = 0.01
 """How far from a whole step a sample may lie and still be on it, in steps."""
 DIGITS = 9
-"""Steps are told in nanoseconds."""
+"""Steps are compared in nanoseconds."""
 
 
 def read_table(path: Path, ego: str | None = None, step: float | None = None) -> Imported:
-    """The recording of a `.csv` or `.parquet` file; tables tell no road.
+    """Return the recording of a `.csv` or `.parquet` file; tables contain no road.
 
     `ego`: the name of the actor that is judged, else the one that the table calls so, else its first; `step` [s]: on
     which steps to measure, else the usual one of the table.
@@ -114,7 +114,7 @@ def _actor(track: TableTrack) -> RecordedActor:
 
 
 def _clock(tracks: Sequence[TableTrack], cells: Cells) -> tuple[Floats, tuple[str, ...]]:
-    """All instants at which anybody has a row."""
+    """Return all instants at which an actor has a row, and remarks on them."""
     time = np.unique(np.concatenate([track.time for track in tracks]))
     if len(time) > 2 * MAX_SAMPLES or len(time) * len(tracks) > MOST_STATES:
         message = f"{len(time):,} instants of {len(tracks):,} actors"
@@ -123,7 +123,7 @@ def _clock(tracks: Sequence[TableTrack], cells: Cells) -> tuple[Floats, tuple[st
     step = _step(time)
     steps = np.diff(time) / step
     uneven = np.count_nonzero(np.abs(steps - np.round(steps)) > ON_STEP)
-    if uneven > 2:  # one instant of contact between two steps is no disorder
+    if uneven > 2:  # one instant of contact between two steps is regular
         uneven_steps = f"{uneven:,} of {len(steps):,} steps are uneven"
         remarks.append(f"{uneven_steps}: motion is taken as linear, in steps of {step:g} s")
     return time, tuple(remarks)

@@ -57,14 +57,14 @@ KINDS: Mapping[str, ActorKind] = MappingProxyType(
 
 @dataclass(frozen=True)
 class TableTrack:
-    """One actor as a table tells it; SI units, headings not wrapped, positions of centres."""
+    """One actor as a table describes it; SI units, headings not wrapped, positions of centres."""
 
     label: str
     """What its rows are marked with: a name, or an idx."""
     name: str
     kind: ActorKind
     is_ego: bool
-    """The table says so."""
+    """Whether the table marks it as the ego."""
     time: Floats
     """(samples,) ascending; from the table's first [s]."""
     positions: Floats

@@ -2,8 +2,8 @@
 
 x, y, z is the centre of the box, velocities and accelerations are the centre's, yaw lies in (-pi, pi], an actor's idx
 is its number in the recording, the ego's 0. A time is a whole number of nanoseconds, which the instant of contact is
-not: its row stands at the next one, with everybody where linear motion has them then, less than 1e-7 m on. On the way
-back contact is searched anew, so nothing is lost by that.
+not: its row stands at the next one, with all actors where linear motion has them then, less than 1e-7 m on. A reader
+searches contact again, so nothing is lost by that.
 
 Source: omega-prime 0.3, its specification and `schemas.py` (ika, RWTH Aachen); its columns are those of ASAM OSI.
 """

@@ -1,4 +1,4 @@
-"""From tracks to a recording's samples: one grid of times for all, and everybody's state on it."""
+"""From tracks to a recording's samples: one grid of times for all, and the state of each entity on it."""
 
 import math
 from collections.abc import Sequence
@@ -67,7 +67,7 @@ class Grid(NamedTuple):
     """Times of all samples [s]."""
 
     given: Floats
-    """Those at which the file says something of somebody, from 0 to the end."""
+    """Those at which the file says something of an entity, from 0 to the end."""
     times: Floats
     """These, and with a step that is asked for, or where they are far apart, whole steps."""
     step: float
@@ -100,7 +100,7 @@ def usual_step(parts: Sequence[Part]) -> float:
 
 
 def _said_step(parts: Sequence[Part], given: Floats) -> tuple[float | None, tuple[str, ...]]:
-    """The step that a file of ours says, if its samples stand so far apart, as far as few of them can tell."""
+    """Return the step that a file of ours says, if its samples stand so far apart, as far as a few of them can show."""
     said = dict.fromkeys(step for part in parts if (step := step_in(part.entity.properties)) is not None)
     usual = usual_step(parts)
     few = len(given) < FEW
@@ -137,7 +137,7 @@ def states(part: Part, times: Floats) -> Floats:
 
 
 def _given_times(parts: Sequence[Part], end: float, file: str) -> Floats:
-    """Times from 0 to the end [s] at which the file says something of somebody."""
+    """Return the times from 0 to the end [s] at which the file says something of an entity."""
     times = _merged(np.concatenate([part.times for part in parts]))
     if not len(times):
         raise InterchangeError(
@@ -174,7 +174,7 @@ def _action_times(parts: Sequence[Part]) -> list[float]:
 
 
 def _merged(times: Floats) -> Floats:
-    """Ascending, and of instants that no format tells apart the first."""
+    """Return ascending times; of instants that no format can distinguish, the first."""
     times = np.sort(times)
     return times[np.diff(times, prepend=-math.inf) > SAME_INSTANT]
 

@@ -25,7 +25,7 @@ from engine.vocabulary import ActorKind, State
 FITS = 1e-6
 """How far a step of ours may lead from where the next vertex is [m]; our runs do to 2e-9 m."""
 FASTEST = 200.0
-"""What the language lets anybody be set to [m/s]."""
+"""Largest speed that the language lets an actor be set to [m/s]."""
 NOISE, NOISY_SHARE = 0.1, 0.2
 """How far one step of a recording from elsewhere may be off [m], and that share of its way besides."""
 MISFIT = "the speeds it carries do not fit its vertices, which are believed"
@@ -41,7 +41,7 @@ class Scored(NamedTuple):
     step: float
     """Usual distance of two samples [s]; further apart, there is a time between them without the actor."""
     fastest: float
-    """By the vertices of anybody [m/s]."""
+    """Fastest of all by their vertices [m/s]."""
 
 
 class Belief(NamedTuple):
@@ -120,7 +120,7 @@ def _wrong(steps: _Steps, actor: RecordedActor) -> str | None:
     off = np.abs(steps.way - (steps.speed * h - steps.acceleration * h * h / 2.0))
     strong = max(actor.max_acceleration, actor.max_braking) * (1.0 + FITS) + FITS
     off = np.maximum(off, np.abs(steps.aside)) - 10.0 * steps.rounding
-    stopping = np.where(steps.speed == 0.0, strong * h * h / 8.0, 0.0)  # who stops within the step then stands
+    stopping = np.where(steps.speed == 0.0, strong * h * h / 8.0, 0.0)  # an actor that stops in the step then stands
     return _described(steps, (off > FITS + stopping) | (np.abs(steps.acceleration) > strong))
 
 
@@ -153,13 +153,13 @@ def _described(steps: _Steps, wrong: np.ndarray) -> str | None:
 
 
 def _limits(times: Floats, actor: RecordedActor, scored: Scored) -> Floats:
-    """Of speeds that no step tells: those an actor comes in at, and those after contact."""
+    """Limits of speeds that do not follow from a step: those an actor comes in at, and those after contact."""
     top = max(min(actor.max_speed, FASTEST), scored.fastest) + FITS
     return np.where(times > scored.last + SAME_INSTANT, 2.0 * scored.fastest + 1.0, top)
 
 
 def _set_at_once(driven: _Steps, first: np.ndarray, steps: _Steps) -> str:
-    """A remark where an actor comes in faster than it ever drives: no step tells whether that is so."""
+    """Return a remark for an actor that comes in faster than it ever drives: no step can confirm that."""
     rows = driven.only(np.isin(driven.begin, steps.begin[first[: len(steps.begin)]]))
     drives = rows.speed - rows.acceleration * rows.length
     odd = np.abs(drives - rows.before) > 1e-3
@@ -172,7 +172,7 @@ def _set_at_once(driven: _Steps, first: np.ndarray, steps: _Steps) -> str:
     )
 
 
-# -- everybody together: first contact, and leaps ----------------------------------------------------------------------
+# -- all actors together: first contact, and leaps ---------------------------------------------------------------------
 
 LEAP = 0.5
 """A vertex this far from the middle of its neighbours is worth a remark [m] ..."""
@@ -181,7 +181,7 @@ HARD = 20.0
 
 
 def judged(parts: Sequence[Part], given: Floats) -> list[Part]:
-    """The parts with their speeds believed or not, and remarks; `told` are the times that the file speaks of [s]."""
+    """Return the parts with their speeds believed or not, and remarks; `given`: the times in the file [s]."""
     if not any(part.carried for part in parts):
         contact = math.inf
         return [replace(part, remarks=(*part.remarks, *_leaps(part, contact))) for part in parts]
