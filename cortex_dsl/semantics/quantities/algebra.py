@@ -197,9 +197,19 @@ class Algebra:
         """What the run knows of an object now."""
         return self.apply(Op.STATE, immediates=(actor, int(column)))
 
-    def time_to_contact(self, actor: int, other: int = -1) -> Term:
-        """Until the outlines of two touch at their velocities [s]; the least over all others where `other` is -1."""
-        return self.apply(Op.TTC, immediates=(actor, other))
+    def time_to_contact(self, actor: int, other: int = -1, *, noticed: bool = False) -> Term:
+        """Until the outlines of two touch at their velocities [s]; the least over all others where `other` is -1, or
+        over those that are not hidden from the actor.
+        """
+        return self.apply(Op.TTC, immediates=(actor, other, int(noticed)))
+
+    def sees(self, viewer: int, other: int, view: Term, outline: Term) -> Term:
+        """Whether one actor sees another now; -1 for who is no actor, but a packed view or outline."""
+        return self.apply(Op.SEES, view, outline, immediates=(viewer, other))
+
+    def notices(self, viewer: int, other: int) -> Term:
+        """Whether nothing hides one actor from another."""
+        return self.apply(Op.NOTICES, immediates=(viewer, other))
 
     def pack(self, *items: Term) -> Term:
         return self._interned(("pack", *items), _Pack, items)
@@ -324,7 +334,8 @@ region_box_distance, region_contains_box = map(_function, (Op.REGION_BOX_DISTANC
 box_distance = _function(Op.BOX_DISTANCE)
 """Between two outlines [m]."""
 in_view = _function(Op.CAN_SEE)
-"""`in_view(view, outline)`, a view being packed x, y, heading, opening angle, reach."""
+"""`in_view(view, outline)` at the start, a view being packed x, y, heading, opening angle, reach, number of the viewer
+or -1."""
 
 
 def region_sample(region: Term, u: Term, v: Term) -> tuple[Term, Term]:
