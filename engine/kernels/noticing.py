@@ -113,17 +113,19 @@ class Sighting(NamedTuple):
 
 
 @kernel
-def sighting_of(plan: Plan, run: Run, samples: int, other: int, outlines: Floats) -> Sighting:
-    """What the ego saw of `other` in the first `samples` samples of a run; `outlines` as in `pair.measure_pair`.
+def sighting_of(plan: Plan, run: Run, samples: int, ending: float, other: int, outlines: Floats) -> Sighting:
+    """What the ego saw of `other` in the first `samples` samples of a run and the part `ending` of a step after them;
+    `outlines` as in `pair.measure_pair`. What is seen at a sample holds for the step that follows.
 
     Where nobody else and no building can hide it, one that was seen needs no further look.
     """
     time_step = plan.layout.time_step
     hideable = len(plan.kinds) > 2 or len(plan.road.buildings) > 0
-    first, time, hidden = math.nan, math.nan, 0
+    first, time, hidden = math.nan, math.nan, 0.0
     for sample in range(samples):
         verdict = look_at(plan, run, sample, 0, other)
-        hidden += 1 if verdict == HIDDEN else 0
+        if verdict == HIDDEN:
+            hidden += 1.0 if sample + 1 < samples else ending
         if verdict == SEEN and math.isnan(first):
             first, time = sample * time_step, time_to_collision(_pair(plan, run, sample, samples, other, outlines))
             if not hideable:

@@ -85,7 +85,7 @@ def measure_run(plan: Plan, run: Run, values: Floats, row: int, outlines: Floats
         metrics = measure_pair(run.states, samples, plan.layout.time_step, other, outlines, touching == other, ending)
         for number in range(len(metrics)):
             out.pairs[row, other - 1, number] = metrics[number]
-        sighting = sighting_of(plan, run, samples, other, outlines)
+        sighting = sighting_of(plan, run, samples, ending, other, outlines)
         for number in range(len(sighting)):
             out.pairs[row, other - 1, FIRST_SEEN + number] = sighting[number]
     run.status[Status.SHADED] = -1

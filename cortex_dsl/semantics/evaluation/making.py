@@ -276,8 +276,8 @@ def checked(ev: Evaluator, kind: ActorKind, name: str, value: Value, span: Span)
 def _flag(ev: Evaluator, kind: ActorKind, name: str, value: Value, span: Span) -> Value:
     if name == "behavior":
         return _behaviour(kind, value, span)
-    if name == "allowCollisions":
-        return known_truth(ev, value, span, "`allowCollisions`")
+    if name in ("allowCollisions", "requireVisible"):
+        return known_truth(ev, value, span, f"`{name}`")
     if name == "name" and not isinstance(value, str):
         raise WRONG_KIND.mistake(span, what="`name`", expected="text", actual=kind_name(value), cure="")
     return value

@@ -318,6 +318,7 @@ FLAGS: Mapping[str, str] = {
     "name": "What reports call it.",
     "allowCollisions": "Whether it may overlap others at the start.",
     "regionContainedIn": "`None`: it may start off the road.",
+    "requireVisible": "Whether the ego must see it at the start.",
 }
 """Properties that are not numbers."""
 
@@ -325,7 +326,6 @@ IGNORED: Mapping[str, str] = {
     "blueprint": "the looks of a vehicle do not matter here",
     "color": "the looks of a vehicle do not matter here",
     "rolename": "objects have the name of their variable",
-    "requireVisible": "nothing has to be visible from the ego",
     "physics": "every object takes part",
 }
 """Properties of Scenic's scripts that are accepted and do nothing."""
