@@ -192,11 +192,23 @@ def inside_road(road: RoadTables, checked: Ints, values: Floats) -> bool:
 
 
 @kernel
-def overlap(checked: Ints, values: Floats) -> bool:
-    """Whether two actors touch that both must not overlap."""
+def overlap(road: RoadTables, checked: Ints, values: Floats) -> bool:
+    """Whether two actors touch that both must not overlap, or one that must not touches a building."""
     for one in range(len(checked)):
+        if checked[one] != 0 and _touches_building(road, _outline(values, one)):
+            return True
         for other in range(one):
             both = checked[one] != 0 and checked[other] != 0
             if both and box_distance(_outline(values, one), _outline(values, other)) == 0.0:
                 return True
+    return False
+
+
+@inlined
+def _touches_building(road: RoadTables, box: Box) -> bool:
+    walls = road.buildings
+    for number in range(len(walls)):
+        wall = Box(walls[number, 0], walls[number, 1], walls[number, 2], walls[number, 3], walls[number, 4])
+        if box_distance(box, wall) == 0.0:
+            return True
     return False
