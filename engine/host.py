@@ -1,6 +1,7 @@
 """What both hosts prepare around the kernels of `engine.kernels.rollout`: a plan, memory for runs, rows for results."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -23,8 +24,11 @@ PLAIN = ("C", "A", "W")
 """Contiguous, aligned, writable arrays: numba would compile the kernels again for any others."""
 
 
-def plan(program: Program, config: SimulationConfig) -> Plan:
-    """The part of a program that its runs read. Raises ValueError for settings that make no simulation."""
+def plan(program: Program, config: SimulationConfig, hold: int = 1, slides: Sequence[int] = ()) -> Plan:
+    """The part of a program that its runs read. Raises ArgumentError for settings that make no simulation.
+
+    `hold`: steps from one turn of the behaviours to the next; `slides`: cars whose tyres slip.
+    """
     _check(config)
     code = program.code
     models = [MODELS[ActorKind(kind)] for kind in code.actor_kind]
@@ -46,14 +50,16 @@ def plan(program: Program, config: SimulationConfig) -> Plan:
         present=_integers(code.actor_present),
         kinds=_integers(code.actor_kind),
         limits=np.array([(model.steer_rate, model.max_speed) for model in models]),
+        slides=np.isin(np.arange(len(code.actor_kind)), slides).astype(np.int32),
         road=program.road._make(np.require(array, requirements=PLAIN) for array in program.road),
         layout=Layout(
             variant_values=len(code.literals),
             scene_values=len(code.literals) + code.variant_values.shape[1],
             locals=int(code.sizes[Size.LOCALS]),
             time_step=float(config.time_step),
-            last_sample=samples_of(config),
+            last_sample=-(-samples_of(config) // hold) * hold,
             budget=int(config.instruction_budget),
+            hold=hold,
         ),
     )
 

@@ -32,6 +32,9 @@ class Layout(NamedTuple):
     """The sample at which the time limit ends a run."""
     budget: int
     """Instructions that one turn may take."""
+    hold: int
+    """Steps from one turn of rules, monitors and behaviours to the next, in which what they command is held; 1 but
+    where a run is made again with finer motion."""
 
 
 class Plan(NamedTuple):
@@ -70,6 +73,9 @@ class Plan(NamedTuple):
     """(actors,) `ActorKind`"""
     limits: Floats
     """(actors, 2): steering rate [rad/s], top speed [m/s]."""
+    slides: Ints
+    """(actors,) 1 for those whose tyres slip (`kernels.dynamics`): only where a run is made again to see whether that
+    matters."""
     road: RoadTables
     layout: Layout
 
@@ -100,6 +106,13 @@ class Slot(IntEnum):
     """1 for a body that contact physics has taken over: it neither behaves nor steps here."""
     AWAITED = 12
     """1 for an actor that has not come into the scene yet."""
+    DRIFT_SPEED = 13
+    """Of a car whose tyres slip: speed of its centre [m/s], angle from its heading to its motion [rad] …"""
+    DRIFT_ANGLE = 14
+    YAW_RATE = 15
+    """… yaw rate and speeds of its wheels [rad/s]."""
+    FRONT_WHEEL = 16
+    REAR_WHEEL = 17
 
 
 class Status(IntEnum):
