@@ -14,8 +14,7 @@ from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats, Ints, Size
-from engine.vehicles import MODELS
-from engine.vocabulary import ActorKind, Column, RuleKind, State
+from engine.vocabulary import Column, RuleKind, State
 
 MAX_SAMPLES = 100_000
 """Steps that a run may have; a record of so many takes 7 MB an actor."""
@@ -27,7 +26,6 @@ def plan(program: Program, config: SimulationConfig) -> Plan:
     """The part of a program that its runs read. Raises ValueError for settings that make no simulation."""
     _check(config)
     code = program.code
-    models = [MODELS[ActorKind(kind)] for kind in code.actor_kind]
     return Plan(
         code=_integers(code.step_code),
         pool=_numbers(code.pool),
@@ -45,7 +43,6 @@ def plan(program: Program, config: SimulationConfig) -> Plan:
         monitor_started=_integers(code.monitor_started),
         present=_integers(code.actor_present),
         kinds=_integers(code.actor_kind),
-        limits=np.array([(model.steer_rate, model.max_speed) for model in models]),
         road=program.road._make(np.require(array, requirements=PLAIN) for array in program.road),
         layout=Layout(
             variant_values=len(code.literals),
