@@ -1,6 +1,7 @@
 """What both hosts prepare around the kernels of `engine.kernels.rollout`: a plan, memory for runs, rows for results."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -19,11 +20,14 @@ from engine.vocabulary import Column, RuleKind, State
 MAX_SAMPLES = 100_000
 """Steps that a run may have; a record of so many takes 7 MB an actor."""
 PLAIN = ("C", "A", "W")
-"""Contiguous, aligned, writable arrays: numba would compile the kernels anew for any others."""
+"""Contiguous, aligned, writable arrays: numba would compile the kernels again for any others."""
 
 
-def plan(program: Program, config: SimulationConfig) -> Plan:
-    """The part of a program that its runs read. Raises ValueError for settings that make no simulation."""
+def plan(program: Program, config: SimulationConfig, hold: int = 1, slides: Sequence[int] = ()) -> Plan:
+    """The part of a program that its runs read. Raises ArgumentError for settings that make no simulation.
+
+    `hold`: steps from one turn of the behaviours to the next; `slides`: cars whose tyres slip.
+    """
     _check(config)
     code = program.code
     return Plan(
@@ -43,14 +47,16 @@ def plan(program: Program, config: SimulationConfig) -> Plan:
         monitor_started=_integers(code.monitor_started),
         present=_integers(code.actor_present),
         kinds=_integers(code.actor_kind),
+        slides=np.isin(np.arange(len(code.actor_kind)), slides).astype(np.int32),
         road=program.road._make(np.require(array, requirements=PLAIN) for array in program.road),
         layout=Layout(
             variant_values=len(code.literals),
             scene_values=len(code.literals) + code.variant_values.shape[1],
             locals=int(code.sizes[Size.LOCALS]),
             time_step=float(config.time_step),
-            last_sample=samples_of(config),
+            last_sample=-(-samples_of(config) // hold) * hold,
             budget=int(config.instruction_budget),
+            hold=hold,
         ),
     )
 
@@ -116,7 +122,7 @@ def empty_results(actors: int, scenes: Requested) -> Results:
 
 
 def outcomes(results: Results) -> Outcomes:
-    """Results under the names that everybody knows."""
+    """Return results as `Outcomes`, under their public names."""
     arrays = results._asdict()
     return Outcomes(**pair_arrays(arrays.pop("pairs")), **arrays)
 

@@ -32,6 +32,9 @@ class Layout(NamedTuple):
     """The sample at which the time limit ends a run."""
     budget: int
     """Instructions that one turn may take."""
+    hold: int
+    """Steps from one turn of rules, monitors and behaviours to the next, in which what they command is held; 1 but
+    where a run is made again with finer motion."""
 
 
 class Plan(NamedTuple):
@@ -68,6 +71,9 @@ class Plan(NamedTuple):
     """(actors,) 1 for those that take part from the start."""
     kinds: Ints
     """(actors,) `ActorKind`"""
+    slides: Ints
+    """(actors,) 1 for those whose tyres slip (`kernels.dynamics`): only where a run is made again to see whether that
+    matters."""
     road: RoadTables
     layout: Layout
 
@@ -98,6 +104,13 @@ class Slot(IntEnum):
     """1 for a body that contact physics has taken over: it neither behaves nor steps here."""
     AWAITED = 12
     """1 for an actor that has not come into the scene yet."""
+    DRIFT_SPEED = 13
+    """Of a car whose tyres slip: speed of its centre [m/s], angle from its heading to its motion [rad] …"""
+    DRIFT_ANGLE = 14
+    YAW_RATE = 15
+    """… yaw rate and speeds of its wheels [rad/s]."""
+    FRONT_WHEEL = 16
+    REAR_WHEEL = 17
 
 
 class Status(IntEnum):
@@ -183,7 +196,7 @@ def outline_of(plan: Plan, run: Run, sample: int, actor: int) -> Box:
 
 @inlined
 def place(plan: Plan, run: Run, sample: int, actor: int, present: float) -> None:
-    """An actor where its scene puts it, from this sample on or (`present` = 0) for later; nobody starts backwards."""
+    """Put an actor where its scene has it, from this sample on or (`present` = 0) for later; none starts backwards."""
     states = run.states
     states[sample, actor, :] = 0.0
     x, y = column_of(plan, run, actor, Column.X), column_of(plan, run, actor, Column.Y)

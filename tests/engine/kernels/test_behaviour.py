@@ -155,7 +155,7 @@ def test_locals_last_and_start_at_zero(car, hand, trace) -> None:
 
 
 def test_a_behaviour_that_never_acts_is_stuck(car, hand) -> None:
-    """It is stopped after its budget, and the row where it was is told; the run is an error."""
+    """It is stopped after its budget, and its row is returned; the run is an error."""
     car.emit(Op.YIELD, 0, 0)
     car.label("loop")
     car.emit(Op.JUMP, 0, "loop")
