@@ -261,6 +261,10 @@ PROPS = (
 )  # fmt: skip
 """Things of Scenic's CARLA model: obstacles here, all of one size."""
 
+LOW = frozenset(PROPS) - {"VendingMachine", "BusStop", "Container", "Kiosk", "TrafficWarning"}
+"""Props over which a driver sees: none is higher than a driver's eyes, 1.08 m above the road (AASHTO, "A Policy on
+Geometric Design of Highways and Streets", 2011, section 3.2.6)."""
+
 ACTOR_KINDS: Mapping[str, ActorKind] = {
     "Car": ActorKind.CAR,
     "Truck": ActorKind.TRUCK,
