@@ -267,7 +267,7 @@ class _Measured:
             kept=Kept.DECIDING,
         ),
     ]
-    """NaN where it never did; as the next."""
+    """NaN where it never did; as the next. Of recordings, which say nothing of views, all three are NaN."""
     ttc_at_first_sight: Annotated[Floats, Result("", "s", per=Per.PAIR, kept=Kept.DECIDING)]
     """Exact for the outlines at constant velocities; infinite where they were not on a collision course."""
     hidden_time: Annotated[Floats, Result("", "s", per=Per.PAIR, kept=Kept.DECIDING)]

@@ -136,7 +136,9 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         elif op == Op.TTC:
             registers[dst] = least_time_to_collision(plan, run, sample, a, b, int(code[row - 1, 4]) != 0)
         elif op == Op.SEES:
-            registers[dst] = 1.0 if _sees(plan, run, sample, row - 1) else 0.0
+            actors = a >= 0 and b >= 0
+            sees = can_see(plan, run, sample, a, b) if actors else _sees_place(plan, run, sample, row - 1)
+            registers[dst] = 1.0 if sees else 0.0
         elif op == Op.NOTICES:
             registers[dst] = 1.0 if notices(plan, run, sample, a, b) else 0.0
         elif op == Op.IS_RUNNING:
@@ -189,22 +191,18 @@ def _draw(run: Run) -> float:
 
 
 @kernel
-def _sees(plan: Plan, run: Run, sample: int, row: int) -> bool:
-    """`Op.SEES`, of actors, and of places that are packed in registers."""
+def _sees_place(plan: Plan, run: Run, sample: int, row: int) -> bool:
+    """`Op.SEES` where the viewer or what it looks at is a place."""
     code, registers = plan.code, run.registers
-    viewer, target = int(code[row, 2]), int(code[row, 3])
-    if viewer >= 0 and target >= 0:
-        return can_see(plan, run, sample, viewer, target)
-    at, there = int(code[row, 4]), int(code[row, 5])
-    if viewer >= 0:
-        if run.states[sample, viewer, State.PRESENT] == 0.0:
+    viewer, target, at, there = int(code[row, 2]), int(code[row, 3]), int(code[row, 4]), int(code[row, 5])
+    for actor in (viewer, target):
+        if actor >= 0 and run.states[sample, actor, State.PRESENT] == 0.0:
             return False
+    if viewer >= 0:
         view = view_of(plan, run, sample, viewer)
     else:
         view = View(registers[at], registers[at + 1], registers[at + 2], registers[at + 3], registers[at + 4])
     if target >= 0:
-        if run.states[sample, target, State.PRESENT] == 0.0:
-            return False
         box = outline_of(plan, run, sample, target)
     else:
         box = Box(

@@ -17,7 +17,7 @@ from engine.tables import SHADE, Floats
 from engine.vocabulary import Column, State
 
 
-@kernel
+@inlined
 def look_at(plan: Plan, run: Run, sample: int, viewer: int, target: int) -> int:
     """What becomes of one actor's look at another at a recorded sample: `sight.OUTSIDE`, `HIDDEN` or `SEEN`."""
     if not _both_present(run, sample, viewer, target):
@@ -61,7 +61,7 @@ def view_of(plan: Plan, run: Run, sample: int, viewer: int) -> View:
     )
 
 
-@kernel
+@inlined
 def look_past(plan: Plan, run: Run, sample: int, view: View, target: Box, viewer: int, looked_at: int) -> int:
     """What becomes of a look at an outline past all actors but two (-1: there is no such actor)."""
     others = len(plan.kinds) - (1 if viewer >= 0 else 0) - (1 if looked_at >= 0 else 0)
