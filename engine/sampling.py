@@ -237,7 +237,7 @@ def decided_by_genes(code: CodeTables, layout: Layout) -> Ints:
         for row in code.scene_code[start:end].tolist():
             geometry = row[0] >= Op.PATH_POSE
             reads = (register + i for register in row[2:] for i in range(PACKED if geometry else 1))
-            hidden = row[0] == Op.CAN_SEE and max(varying) >= row[4]  # outlines without number may hide
+            hidden = row[0] == Op.CAN_SEE and max(varying, default=-1) >= row[4]  # outlines without number may hide
             if hidden or not varying.isdisjoint(reads):
                 varying.update(range(row[1], row[1] + (WIDEST if geometry else 1)))
             else:

@@ -22,11 +22,11 @@ behavior Watch():
 {before}
 ego = new Car at (-80, -1.75), facing 0 deg, with speed 12 m/s, with behavior Watch()
 wall = new {kind} at (-60, -5), facing 0 deg, with regionContainedIn None{hiding}
-child = new Pedestrian at (-54, -5), facing 90 deg, with behavior Go(){child}
+child = new Pedestrian at (-53, -5), facing 90 deg, with behavior Go(){child}
 behavior Go():
-    while distance from self to ego > 22 m:
+    while distance from self to ego > 12.5 m:
         wait
-    do WalkForwardBehavior(1.5 m/s)
+    do WalkForwardBehavior(3 m/s)
 {after}
 terminate after 6 s
 """
@@ -83,9 +83,9 @@ def test_what_occludes_by_default(kind, hides):
 def test_everything_occludes_in_files_of_scenic():
     """There an angle counts from the north."""
     text = scene(kind="Bicycle", hiding=", with length 9 m, with width 2.4 m")
-    text = text.replace("facing 0 deg", "facing -90 deg").replace("facing 90 deg", "facing 0 deg")
-    assert run(text.replace("facing 0 deg", "facing -0 deg")).hidden_time[0, 1] == 0.0
-    assert run("model scenic.domains.driving.model\n" + text).hidden_time[0, 1] > 0.0
+    theirs = text.replace("facing 0 deg", "facing -90 deg").replace("facing 90 deg", "facing 0 deg")
+    assert run(text).hidden_time[0, 1] == 0.0
+    assert run("model scenic.domains.driving.model\n" + theirs).hidden_time[0, 1] > 0.0
 
 
 def test_conditions_on_who_is_near():
@@ -97,12 +97,12 @@ def test_conditions_on_who_is_near():
 
 def test_places():
     """A place is hidden by what stands before it."""
-    asked = "require {}(ego can see (-54, -5))\nrequire ego can see (-54, 5)"
+    asked = "require {}(ego can see (-53, -5))\nrequire ego can see (-53, 5)"
     assert is_valid(scene(after=asked.format("not ")))
     assert not is_valid(scene(after=asked.format("")))
     assert is_valid(scene(after=asked.format(""), hiding=", with occluding False"))
-    watching = "require eventually (ego can see (-54, -5))\n"
-    assert np.isfinite(run(scene(after=watching, condition="ego can see (-54, -5)")).end_time[0])
+    watching = "require eventually (ego can see (-53, -5))\n"
+    assert np.isfinite(run(scene(after=watching, condition="ego can see (-53, -5)")).end_time[0])
 
 
 # -- drivers of the library --------------------------------------------------------------------------------------------
@@ -111,7 +111,8 @@ CROSSING = """
 map intersection(approach=80 m{buildings})
 turn = filter(lambda m: m.type is ManeuverType.STRAIGHT, intersection.maneuvers)[0]
 other_way = filter(lambda m: m.type is ManeuverType.STRAIGHT, turn.conflictingManeuvers)[0]
-ego = new Car before intersection by 30 m along turn, with speed 10 m/s, with behavior {driver}
+ego = new Car before intersection by 30 m along turn, with speed 10 m/s, with behavior {driver},
+    with viewAngle 360 deg, with visibleDistance 100 m
 other = new Car before intersection by {away} m along other_way, with speed 10 m/s,
     with behavior FollowTrajectoryBehavior(10 m/s, other_way)
 terminate after 8 s
@@ -125,14 +126,14 @@ def test_buildings_hide_those_who_cross():
     corner = run(CROSSING.format(buildings=", buildings=3 m", driver=BRAKE, away=30))
     assert open_field.first_seen[0, 0] == 0.0
     assert corner.first_seen[0, 0] > 0.3
-    assert corner.hidden_time[0, 0] == pytest.approx(corner.first_seen[0, 0], abs=1e-9)
+    assert corner.hidden_time[0, 0] >= corner.first_seen[0, 0]
 
 
 @pytest.mark.parametrize(("buildings", "waits"), [("", True), (", buildings=2 m", False)])
 def test_nobody_waits_for_who_is_hidden(buildings, waits):
     """With a critical gap of 20 s a driver waits for one who is far off, unless a building hides that."""
     driver = "GapAcceptanceBehavior(10 m/s, turn, critical_gap=20 s)"
-    scenario = compile_text(CROSSING.format(buildings=buildings, driver=driver, away=79))
+    scenario = compile_text(CROSSING.format(buildings=buildings, driver=driver, away=70))
     states = scenario.watch(scenario.sample(1)).trajectory.states
     assert (states[:60, 0, State.SPEED].min() < 8.0) == waits
 
@@ -158,9 +159,9 @@ terminate after 12 s
 @pytest.mark.parametrize("hiding", ["", ", with occluding False"])
 def test_requirements_at_the_start(hiding):
     """Whatever stands below the requirement hides, too."""
-    required = "child = new Pedestrian at (-54, -5)\nrequire ego can see child\nwall = new"
+    required = "child = new Pedestrian at (-53, -5)\nrequire ego can see child\nwall = new"
     lines = scene(hiding=hiding).replace("wall = new", required, 1).split("\n")
-    assert is_valid("\n".join(line for line in lines if "behavior Go()," not in line)) == bool(hiding)
+    assert is_valid("\n".join(line for line in lines if not line.endswith("with behavior Go()"))) == bool(hiding)
 
 
 def test_start_and_run_agree():
@@ -199,7 +200,7 @@ def test_nobody_starts_in_a_building():
     assert is_valid(text.format(5))
 
 
-@pytest.mark.parametrize("argument", ["buildings=1 m", "buildings=60 m", "buildings=-1 m", "rows=2, buildings=45 m"])
+@pytest.mark.parametrize("argument", ["buildings=1 m", "buildings=60 m", "buildings=-1 m", "rows=2, buildings=48 m"])
 def test_buildings_without_room(argument):
     with pytest.raises(CompileError, match="buildings"):
         compile_text(f"map intersection({argument})\nego = new Car on road\n")
@@ -214,4 +215,4 @@ def test_the_drawn_area_ends_at_the_truck():
     states = scenario.watch(scenes).trajectory.states[0]
     area = shapely.Polygon(visible_area(scenario.program, scenes.values[0], states, 0))
     assert area.contains(shapely.Point(-66.0, -4.0))
-    assert not area.contains(shapely.Point(-54.0, -5.0))
+    assert not area.contains(shapely.Point(-53.0, -5.0))

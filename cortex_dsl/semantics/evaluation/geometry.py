@@ -128,27 +128,25 @@ def unhidden(ev: Evaluator, viewer: Actor, other: Actor) -> Term:
 
 def _seen(ev: Evaluator, viewer: Value, target: Value, viewer_span: Span, target_span: Span) -> Term:
     """Whether a part of an outline, or a place, is in the view of an object, or all around a point, and not hidden."""
-    nothing = ev.algebra.literal(0.0)
-    number, view = -1, nothing
-    if isinstance(viewer, Actor):
-        number = viewer.index
-    if not isinstance(viewer, Actor) or not ev.moment.running:
-        view = _view(ev, viewer, viewer_span)
     if not ev.moment.running:
-        return in_view(view, outline(ev, target, target_span))
+        return in_view(_view(ev, viewer, viewer_span), outline(ev, target, target_span))
+    nothing = ev.algebra.literal(0.0)
+    one, view = (viewer.index, nothing) if isinstance(viewer, Actor) else (-1, _view(ev, viewer, viewer_span))
     if isinstance(target, Actor):
-        return ev.algebra.sees(number, target.index, view, nothing)
-    return ev.algebra.sees(number, -1, view, outline(ev, target, target_span))
+        return ev.algebra.sees(one, target.index, view, nothing)
+    return ev.algebra.sees(one, -1, view, outline(ev, target, target_span))
 
 
 def _view(ev: Evaluator, viewer: Value, span: Span) -> Term:
     """Packed x, y, heading, opening angle and reach of a view, and the number of who looks."""
     pose = oriented(ev, viewer, span, "what sees")
     if isinstance(viewer, Actor):
-        angle, reach, number = size_of(viewer, "viewAngle"), size_of(viewer, "visibleDistance"), viewer.index
+        angle, reach = size_of(viewer, "viewAngle"), size_of(viewer, "visibleDistance")
+        number = ev.algebra.number_of(viewer)
     else:
-        angle, reach, number = ev.algebra.literal(math.tau), ev.algebra.literal(VIEW_DISTANCE), -1
-    return ev.algebra.pack(pose.x, pose.y, pose.heading, angle, reach, ev.algebra.literal(float(number)))
+        angle, reach = ev.algebra.literal(math.tau), ev.algebra.literal(VIEW_DISTANCE)
+        number = ev.algebra.literal(-1.0)
+    return ev.algebra.pack(pose.x, pose.y, pose.heading, angle, reach, number)
 
 
 # -- places -----------------------------------------------------------------------------------------------------------

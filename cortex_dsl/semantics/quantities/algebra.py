@@ -9,7 +9,7 @@ Transcendental operations on constants stay operations: a concrete copy of a cas
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.values import TOO_DEEP
@@ -129,6 +129,23 @@ class Constant(Term, ir.Literal):
     """A number that is known."""
 
 
+class Numbered(Protocol):
+    """What gets a number when everything is made: an object of the scene."""
+
+    index: int
+
+
+class _Number(Term, ir.Literal):
+    """The number of an object, whatever it is in the end."""
+
+    def __init__(self, span: Span, of: Numbered) -> None:
+        self.__dict__.update(span=span, of=of)
+
+    @property
+    def value(self) -> float:  # pyright: ignore[reportIncompatibleVariableOverride]
+        return float(self.__dict__["of"].index)
+
+
 class Operation(Term, ir.Apply):
     arguments: tuple[Term, ...]
 
@@ -184,6 +201,10 @@ class Algebra:
 
     def running(self, monitor: int) -> Term:
         return self._interned(("running", monitor), _Running, monitor)
+
+    def number_of(self, of: Numbered) -> Term:
+        """The number of an object, which may be unknown until all are made."""
+        return self._interned(("number", of), _Number, of)
 
     def random(self) -> Term:
         """A fresh number of the behaviour stream: never shared with another."""
