@@ -206,7 +206,7 @@ class Program:
 
 # -- as bytes ----------------------------------------------------------------------------------------------------------
 
-FORMAT = "cortexc program 1"
+FORMAT = "cortexc program 2"
 
 
 class ArchiveError(CortexError):

@@ -133,7 +133,7 @@ def test_the_view_keeps_within_its_width(
 
 
 def test_it_is_turned_into_other_formats(cortexc: Cortexc, head_on: Path, tmp_path: Path) -> None:
-    """Beside the file or in --out; nothing else is written over, and what was lost is told."""
+    """Beside the file or in --out; nothing else is written over, and what the format cannot carry is reported."""
     out = tmp_path / "out"
     result = cortexc("measure", head_on, "--to", "csv,parquet", "--out", out)
     assert result.code == Exit.FINE

@@ -1,4 +1,4 @@
-"""What a stranger's scenario can have wrong: each is told with a place and a cure."""
+"""Mistakes of scenarios from other tools: each is reported with a place and a cure."""
 
 from pathlib import Path
 
@@ -171,7 +171,7 @@ WAITS = (
 def test_storyboards_without_sense_are_refused(
     tmp_path: Path, init: list[tuple[str, str]], events: list[str], said: str
 ) -> None:
-    """Unknown names, motion that only a simulator knows, triggers that only a run can tell."""
+    """Unknown names, motion that only a simulator knows, triggers that depend on a run."""
     assert said in refused(tmp_path, scenario([EGO], init, events)).message
 
 
@@ -202,7 +202,7 @@ def test_options_without_sense_are_refused(tmp_path: Path) -> None:
 
 
 def test_more_samples_than_memory_holds_are_refused(tmp_path: Path) -> None:
-    """A vertex a year later, or a tiny step, costs nothing before it is told."""
+    """A vertex a year later, or a tiny step, is refused before it costs memory."""
     way = polyline((0.0, world(0)), (1e8, world(1)))
     assert "more than is read at once" in refused(tmp_path, simple(way)).message
     late = polyline((0.0, world(0)), (1000.0, world(1)))
