@@ -26,13 +26,13 @@ def look_at(plan: Plan, run: Run, sample: int, viewer: int, target: int) -> int:
     return look_past(plan, run, sample, view_of(plan, run, sample, viewer), box, viewer, target)
 
 
-@kernel
+@inlined
 def can_see(plan: Plan, run: Run, sample: int, viewer: int, target: int) -> bool:
     """Whether one actor sees another at a recorded sample."""
     return bool(look_at(plan, run, sample, viewer, target) == SEEN)
 
 
-@kernel
+@inlined
 def notices(plan: Plan, run: Run, sample: int, viewer: int, target: int) -> bool:
     """Whether nothing hides one actor from another at a recorded sample, wherever that looks."""
     if not _both_present(run, sample, viewer, target):
@@ -64,12 +64,12 @@ def view_of(plan: Plan, run: Run, sample: int, viewer: int) -> View:
 @inlined
 def look_past(plan: Plan, run: Run, sample: int, view: View, target: Box, viewer: int, looked_at: int) -> int:
     """What becomes of a look at an outline past all actors but two (-1: there is no such actor)."""
-    others = len(plan.kinds) - (1 if viewer >= 0 else 0) - (1 if looked_at >= 0 else 0)
-    if others == 0:
-        return look(view, target, run.shades, 0, 0, plan.road.buildings, -1, -1)
-    if run.status[Status.SHADED] != sample:
+    count = len(plan.kinds)
+    if count == (1 if viewer >= 0 else 0) + (1 if looked_at >= 0 else 0):
+        count = 0
+    elif run.status[Status.SHADED] != sample:
         _cast_shades(plan, run, sample)
-    return look(view, target, run.shades, 0, len(plan.kinds), plan.road.buildings, viewer, looked_at)
+    return look(view, target, run.shades, 0, count, plan.road.buildings, viewer, looked_at)
 
 
 @inlined
