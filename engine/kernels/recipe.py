@@ -192,10 +192,10 @@ def inside_road(road: RoadTables, checked: Ints, values: Floats) -> bool:
 
 
 @kernel
-def overlap(road: RoadTables, checked: Ints, values: Floats) -> bool:
+def overlap(buildings: Floats, checked: Ints, values: Floats) -> bool:
     """Whether two actors touch that both must not overlap, or one that must not touches a building."""
     for one in range(len(checked)):
-        if checked[one] != 0 and _touches_building(road, _outline(values, one)):
+        if checked[one] != 0 and _touches_building(buildings, _outline(values, one)):
             return True
         for other in range(one):
             both = checked[one] != 0 and checked[other] != 0
@@ -205,10 +205,9 @@ def overlap(road: RoadTables, checked: Ints, values: Floats) -> bool:
 
 
 @inlined
-def _touches_building(road: RoadTables, box: Box) -> bool:
-    walls = road.buildings
-    for number in range(len(walls)):
-        wall = Box(walls[number, 0], walls[number, 1], walls[number, 2], walls[number, 3], walls[number, 4])
-        if box_distance(box, wall) == 0.0:
+def _touches_building(buildings: Floats, box: Box) -> bool:
+    for number in range(len(buildings)):
+        x, y, heading = buildings[number, 0], buildings[number, 1], buildings[number, 2]
+        if box_distance(box, Box(x, y, heading, buildings[number, 3], buildings[number, 4])) == 0.0:
             return True
     return False
