@@ -222,7 +222,7 @@ class Algebra:
         """Until the outlines of two touch at their velocities [s]; the least over all others where `other` is -1, or
         over those that are not hidden from the actor.
         """
-        return self.apply(Op.TTC, immediates=(actor, other, int(noticed)))
+        return self.apply(Op.TTC, immediates=(actor, other, 1) if noticed else (actor, other))
 
     def sees(self, viewer: int, other: int, view: Term, outline: Term) -> Term:
         """Whether one actor sees another now; -1 for who is no actor, but a packed view or outline."""
