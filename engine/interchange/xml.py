@@ -20,7 +20,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 from xml.parsers import expat
 
-from engine.interchange.contract import Finding, InterchangeError, did_you_mean, quoted
+from engine.interchange.contract import Finding, InterchangeError, near_name, quoted
 
 NUMBER = re.compile(r"\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,4})?\s*", re.ASCII)
 """XML Schema's xs:double without its infinities; Python alone would take `1_000`, too."""
@@ -130,8 +130,9 @@ class Node:
         """
         value = self.attributes.get(name, default)
         if value is None:
-            near = did_you_mean(name, self.attributes, few=0)
-            raise self.error(f"<{self.tag}> lacks the attribute `{name}`", near or f'write {name}="…"')
+            near = near_name(name, self.attributes)
+            cure = f"did you mean `{near}`?" if near else f'write {name}="…"'
+            raise self.error(f"<{self.tag}> lacks the attribute `{name}`", cure)
         return value
 
     def number(self, name: str, default: float | None = None, low: float = -LARGEST, high: float = LARGEST) -> float:

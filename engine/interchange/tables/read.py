@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from engine.host import MAX_SAMPLES
-from engine.interchange.contract import ExportOptions, Finding, InterchangeError, quoted
+from engine.interchange.contract import ExportOptions, Finding, InterchangeError, name_cure, quoted
 from engine.interchange.measuring import same_run
 from engine.interchange.openscenario.read import Imported
 from engine.interchange.recording import RecordedActor, RecordedCase, Recording
 from engine.interchange.tables.cells import Cells, read_csv_cells, read_parquet_cells
 from engine.interchange.tables.columns import GAP
-from engine.interchange.tables.tracks import TableTrack, spelt, tracks_of
+from engine.interchange.tables.tracks import TableTrack, tracks_of
 from engine.tables import Floats
 from engine.vehicles import MODELS
 from engine.vocabulary import State
@@ -79,7 +79,7 @@ def _ego_first(tracks: Sequence[TableTrack], ego: str | None, cells: Cells) -> t
     """The tracks with the ego before all others, and what is to be said of the choice."""
     names = [track.name for track in tracks]
     if ego is not None and ego not in names:
-        raise InterchangeError(f"no actor is called `{quoted(ego)[1:-1]}`", spelt(names, ego), cells.file)
+        raise InterchangeError(f"no actor is called `{quoted(ego)[1:-1]}`", name_cure(ego, names), cells.file)
     remarks: tuple[str, ...] = ()
     if ego is not None:
         first = names.index(ego)
