@@ -12,7 +12,7 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
         "everywhere": "write `None`, as in `with regionContainedIn None`",
         "nowhere": "there is no empty region here",
         "simulation": "there is no clock: count steps in a variable, or write `do … for 5 s`, `terminate after 5 s`",
-        "print": "write `record ego.speed` to have a value told when a run is over",
+        "print": "write `record ego.speed` to have a value shown when a run is over",
         "Vector": "write `(x, y)`",
         "distance": "write `distance from a to b`, without the brackets of a call",
         "math": "functions such as `sqrt`, `sin` and `abs` are built in: write them without `math.`",

@@ -179,7 +179,7 @@ def _run_folder(path: Path) -> Path:
     if inside := sorted(each.parent for each in folder.glob(f"*/{JOURNAL}")):
         raise StoreError(f"`{folder}` holds {len(inside)} runs", f"name one of them, such as `{inside[0]}`")
     if is_study(folder):
-        raise StoreError(f"`{folder}` is a study, and no single run", f"`cortexc report {folder}` tells it")
+        raise StoreError(f"`{folder}` is a study, and no single run", f"`cortexc report {folder}` shows it")
     raise StoreError(
         f"there is no journal in `{folder}`", "if a search into it was ended before it began, start that search again"
     )

@@ -257,7 +257,7 @@ class Scenario:
 
         arguments.settings(settings)
         arguments.kind("workers", workers, (Workers, NoneType), "`engine.search.workers.Workers` are some")
-        arguments.kind("method", method, str, "`known_searchers` tells all")
+        arguments.kind("method", method, str, "`known_searchers` lists all")
         arguments.callback("on_generation", on_generation)
         config = replace(
             self.config,
@@ -333,7 +333,7 @@ class Scenario:
         row = arguments.row_of(self._own(scenes), row)
         if not scenes.valid[row]:
             raise ArgumentError(
-                f"scene {row} is not valid; only a valid one can be written", "`scenes.valid` tells which are"
+                f"scene {row} is not valid; only a valid one can be written", "`scenes.valid` says which are"
             )
         return concrete_files(
             self.program,

@@ -88,7 +88,7 @@ def _formats(options: argparse.Namespace) -> tuple[str, ...]:
 def _is_file(path: Path) -> bool:
     """Whether a scenario is named, and not a run."""
     if path.suffix.lower() in RECORDINGS:
-        raise UsageError(f"`{path}` is a recording already", f"`cortexc measure {path}` tells how bad it was")
+        raise UsageError(f"`{path}` is a recording already", f"`cortexc measure {path}` shows its metrics and risk")
     return path.suffix == ".scn" and not path.is_dir()
 
 
@@ -212,7 +212,7 @@ def _options(parser: Parser) -> None:
         "-p", "--param", metavar="NAME=VALUE", action="append", type=assignment, help="hold a param fixed"
     )
     parser.add_argument("--scenario", metavar="NAME", help="the scenario to run, where the file has several")
-    parser.add_argument("--to", metavar="FORMATS", help="one or more, with commas between; `list` tells about all")
+    parser.add_argument("--to", metavar="FORMATS", help="one or more, with commas between; `list` shows all")
     parser.add_argument(
         "--osc", choices=OSC_VERSIONS, metavar="V", help=f"OpenSCENARIO {', '.join(OSC_VERSIONS)} (1.2)"
     )

@@ -93,7 +93,7 @@ def named(text: str) -> tuple[str, ...]:
     except UnknownMethodError as error:
         names = [name for method, entry in known_searchers().items() for name in (method, entry.alias) if name]
         near = nearest(error.name, names)
-        cure = f"did you mean `{near}`?" if near else "`cortexc --method list` tells them all"
+        cure = f"did you mean `{near}`?" if near else "`cortexc --method list` lists them all"
         raise UsageError(f"--method: there is no method `{error.name.strip()}`", cure) from None
 
 

@@ -230,7 +230,7 @@ def _regular(path: Path) -> Path:
 def _unreadable(path: Path, error: OSError) -> InterchangeError:
     if isinstance(error, FileNotFoundError | NotADirectoryError):
         return InterchangeError("there is no such file", f"looked for {quoted(str(path))}", path.name)
-    return InterchangeError(f"it cannot be read: {error.strerror}", "mend that, or copy the file", path.name)
+    return InterchangeError(f"it cannot be read: {error.strerror}", "solve that, or copy the file", path.name)
 
 
 def _of_kind(node: Node, root: str) -> Node:
@@ -291,7 +291,7 @@ class _Reader:
         except expat.ExpatError as error:
             place = f"{self.file}, line {error.lineno}, column {error.offset + 1}"
             message = f"this is not well-formed XML: {expat.ErrorString(error.code)}"
-            raise InterchangeError(message, "mend the file there, or name an XML file", place) from None
+            raise InterchangeError(message, "correct the file there, or name an XML file", place) from None
         except (ValueError, LookupError) as error:
             message = f"its encoding cannot be read: {quoted(str(error))[1:-1]}"
             raise self._error(message, "save it as UTF-8") from None

@@ -72,7 +72,7 @@ def _cells(path: Path) -> Cells:
         return read_csv_cells(path) if path.suffix.lower() == ".csv" else read_parquet_cells(path)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
-        raise InterchangeError(f"it cannot be read: {reason}", "mend that, or copy the file", path.name) from None
+        raise InterchangeError(f"it cannot be read: {reason}", "solve that, or copy the file", path.name) from None
 
 
 def _ego_first(tracks: Sequence[TableTrack], ego: str | None, cells: Cells) -> tuple[list[TableTrack], tuple[str, ...]]:

@@ -107,7 +107,7 @@ def _times(cells: Cells) -> Floats:
     if last - first > LONGEST_SPAN * 10**9:
         row = int(np.flatnonzero(nanos == last)[0])
         message = f"this is {(last - first) / 1e9:,.0f} s after the first time"
-        raise InterchangeError(message, "mend it, or leave the row out", cells.place(row, "total_nanos"))
+        raise InterchangeError(message, "correct it or leave out the row", cells.place(row, "total_nanos"))
     return (nanos - first) / 1e9
 
 

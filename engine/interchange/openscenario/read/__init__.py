@@ -55,7 +55,7 @@ class _Stage:
 
     def track(self, name: str, node: Node) -> Track:
         if name not in self.tracks:
-            raise node.error(f"nobody is called `{name[:40]}`", name_cure(name, self.tracks))
+            raise node.error(f"no actor is called `{name[:40]}`", name_cure(name, self.tracks))
         return self.tracks[name]
 
     def does(self, timed: TimedAction) -> None:

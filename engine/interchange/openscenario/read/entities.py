@@ -60,7 +60,7 @@ def read_entities(scenario: Node, catalogs: Catalogs, ego: str | None) -> list[E
     """
     objects = scenario.need("Entities").every("ScenarioObject")
     if not objects:
-        raise scenario.need("Entities").error("nobody takes part", "write <ScenarioObject> elements")
+        raise scenario.need("Entities").error("no actor takes part", "write <ScenarioObject> elements")
     if len(objects) > MOST_ACTORS:
         raise objects[-1].error(f"{len(objects):,} take part", f"leave at most {MOST_ACTORS:,}")
     by_name: dict[str, Entity] = {}
@@ -90,7 +90,7 @@ def _ego(entities: list[Entity], ego: str | None, scenario: Node) -> Entity:
     for names in (shown, written):
         if ego in names:
             return entities[names.index(ego)]
-    raise InterchangeError(f"nobody is called `{ego}`", name_cure(ego, [*shown, *written]), scenario.file)
+    raise InterchangeError(f"no actor is called `{ego}`", name_cure(ego, [*shown, *written]), scenario.file)
 
 
 def _usual_ego(entities: list[Entity]) -> Entity:
