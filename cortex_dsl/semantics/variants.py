@@ -139,7 +139,9 @@ def _finished_actors(ev: Evaluator) -> list[Actor]:
 def _require_visible(ev: Evaluator, actors: Sequence[Actor]) -> None:
     """What `requireVisible` asks for: that the ego sees an object at the start."""
     ego = ev.run.ego
-    for actor in actors if ego is not None else ():
+    if ego is None:
+        return
+    for actor in actors:
         present = actor.scenario is None or actor.scenario.present
         if actor is not ego and present and actor.properties.get("requireVisible", False) is True:
             name, line = f"{actor.name} is visible from the ego", ev.file.line(actor.span)
