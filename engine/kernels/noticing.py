@@ -1,7 +1,7 @@
 """Who sees whom in a run: the view of an actor at a sample, past everybody else who takes part and all buildings.
 
 An actor sees another in the sector of its view (`viewAngle`, `visibleDistance`) where nothing hides it. A driver of the
-library turns its head: it *notices* whomever nothing hides. Who is absent neither sees, nor is seen, nor hides anybody.
+library turns its head: it *notices* whomever nothing hides, as far as the weather lets anybody see. Who is absent neither sees, nor is seen, nor hides anybody.
 """
 
 import math
@@ -33,12 +33,12 @@ def can_see(plan: Plan, run: Run, sample: int, viewer: int, target: int) -> bool
 
 
 @inlined
-def notices(plan: Plan, run: Run, sample: int, viewer: int, target: int) -> bool:
-    """Whether nothing hides one actor from another at a recorded sample, wherever that looks."""
+def notices(plan: Plan, run: Run, sample: int, viewer: int, target: int, reach: float) -> bool:
+    """Whether nothing hides one actor from another at a recorded sample, wherever that looks within a reach [m]."""
     if not _both_present(run, sample, viewer, target):
         return False
     x, y = run.states[sample, viewer, State.X], run.states[sample, viewer, State.Y]
-    around = View(x, y, 0.0, 2.0 * math.pi, math.inf)
+    around = View(x, y, 0.0, 2.0 * math.pi, reach)
     box = outline_of(plan, run, sample, target)
     return bool(look_past(plan, run, sample, around, box, viewer, target) == SEEN)
 

@@ -123,7 +123,15 @@ def sees(ev: Evaluator, viewer: Actor, other: Actor) -> Term:
 
 def unhidden(ev: Evaluator, viewer: Actor, other: Actor) -> Term:
     """Whether nothing hides one object from another, wherever that looks: what drivers of the library notice."""
-    return ev.algebra.notices(viewer.index, other.index)
+    return ev.algebra.notices(viewer.index, other.index, notice_reach(ev))
+
+
+def notice_reach(ev: Evaluator) -> Term:
+    """How far drivers of the library notice others: as far as the weather lets anybody see [m]."""
+    weather = ev.run.built.environment
+    return (
+        ev.algebra.literal(math.inf) if weather is None else weather.values.get("sight", ev.algebra.literal(math.inf))
+    )
 
 
 def _seen(ev: Evaluator, viewer: Value, target: Value, viewer_span: Span, target_span: Span) -> Term:

@@ -218,19 +218,21 @@ class Algebra:
         """What the run knows of an object now."""
         return self.apply(Op.STATE, immediates=(actor, int(column)))
 
-    def time_to_contact(self, actor: int, other: int = -1, *, noticed: bool = False) -> Term:
-        """Until the outlines of two touch at their velocities [s]; the least over all others where `other` is -1, or
-        over those that are not hidden from the actor.
+    def time_to_contact(self, actor: int, other: int = -1, reach: "Term | None" = None) -> Term:
+        """Until the outlines of two touch at their velocities [s]; the least over all others where `other` is -1. With
+        a reach, those alone count that the actor notices so far.
         """
-        return self.apply(Op.TTC, immediates=(actor, other, 1) if noticed else (actor, other))
+        if reach is None:
+            return self.apply(Op.TTC, immediates=(actor, other))
+        return self.apply(Op.TTC, reach, immediates=(actor, other, 1))
 
     def sees(self, viewer: int, other: int, view: Term, outline: Term) -> Term:
         """Whether one actor sees another now; -1 for who is no actor, but a packed view or outline."""
         return self.apply(Op.SEES, view, outline, immediates=(viewer, other))
 
-    def notices(self, viewer: int, other: int) -> Term:
-        """Whether nothing hides one actor from another."""
-        return self.apply(Op.NOTICES, immediates=(viewer, other))
+    def notices(self, viewer: int, other: int, reach: Term) -> Term:
+        """Whether nothing hides one actor from another within a reach [m]."""
+        return self.apply(Op.NOTICES, reach, immediates=(viewer, other))
 
     def pack(self, *items: Term) -> Term:
         return self._interned(("pack", *items), _Pack, items)
@@ -365,9 +367,9 @@ def region_sample(region: Term, u: Term, v: Term) -> tuple[Term, Term]:
     return x, y
 
 
-def lead_on(path: Term, actor: int) -> tuple[Term, Term]:
-    """Gap to who is ahead of an object on a path [m], and its speed along it [m/s]."""
-    gap, speed = path.algebra.items(path.algebra.apply(Op.LEAD, path, immediates=(actor,), width=2), 2)
+def lead_on(path: Term, actor: int, reach: Term) -> tuple[Term, Term]:
+    """Gap to who is ahead of an object on a path [m], and its speed along it [m/s], of those noticed within a reach."""
+    gap, speed = path.algebra.items(path.algebra.apply(Op.LEAD, path, reach, immediates=(actor,), width=2), 2)
     return gap, speed
 
 
