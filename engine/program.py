@@ -214,7 +214,7 @@ class ArchiveError(CortexError):
 
 
 def program_digest(space: ParamSpace, code: CodeTables, road: RoadTables, settings: Settings) -> str:
-    """32 hexadecimal digits over all numbers of a program; names, text and drawings do not count."""
+    """Return 32 hexadecimal digits over all numbers of a program; names, text and drawings do not count."""
     digest = blake2b(FORMAT.encode(), digest_size=16)
     for prefix, group in (("space", _arrays_of(space)), ("code", code._asdict()), ("road", road._asdict())):
         for name, array in group.items():
@@ -238,7 +238,7 @@ def save_program(program: Program, path: Path) -> None:
 
 
 def load_program(path: Path) -> Program:
-    """Read what `save_program` wrote.
+    """Return the program that `save_program` wrote.
 
     Raises:
         ArchiveError: not a program, of another format version, or damaged (its digest does not fit).
