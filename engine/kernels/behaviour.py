@@ -133,9 +133,8 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         elif op == Op.WITHIN:
             registers[dst] = 1.0 if sees_within(plan, run, sample, a, registers[b]) else 0.0
         elif op == Op.LEAD:
-            registers[dst], registers[dst + 1] = leader(
-                plan, run, sample, a, int(registers[b]), registers[int(code[row - 1, 4])]
-            )
+            reach = registers[int(code[row - 1, 4])]
+            registers[dst], registers[dst + 1] = leader(plan, run, sample, a, int(registers[b]), reach)
         elif op == Op.TTC:
             registers[dst] = least_time_to_collision(plan, run, sample, a, b, _reach(plan, run, row - 1))
         elif op == Op.SEES:

@@ -1,7 +1,8 @@
 """Who sees whom in a run: the view of an actor at a sample, past everybody else who takes part and all buildings.
 
 An actor sees another in the sector of its view (`viewAngle`, `visibleDistance`) where nothing hides it. A driver of the
-library turns its head: it *notices* whomever nothing hides, as far as the weather lets anybody see. Who is absent neither sees, nor is seen, nor hides anybody.
+library turns its head: it *notices* whomever nothing hides, as far as the weather lets anybody see. Who is absent
+neither sees, nor is seen, nor hides anybody.
 """
 
 import math

@@ -128,10 +128,8 @@ def unhidden(ev: Evaluator, viewer: Actor, other: Actor) -> Term:
 
 def notice_reach(ev: Evaluator) -> Term:
     """How far drivers of the library notice others: as far as the weather lets anybody see [m]."""
-    weather = ev.run.built.environment
-    return (
-        ev.algebra.literal(math.inf) if weather is None else weather.values.get("sight", ev.algebra.literal(math.inf))
-    )
+    weather, unlimited = ev.run.built.environment, ev.algebra.literal(math.inf)
+    return unlimited if weather is None else weather.values.get("sight", unlimited)
 
 
 def _seen(ev: Evaluator, viewer: Value, target: Value, viewer_span: Span, target_span: Span) -> Term:
