@@ -168,6 +168,8 @@ _ROWS = (
             Command.BRAKE),
     _action("SetSteerAction", "Steering angle, positive to the left; stays until the next.", Parameter("steer", ANGLE),
             Command.STEER),
+    _action("SetReverseAction", "Put the reverse gear in (`True`) or out; stays until the next.", Parameter("reverse"),
+            Command.REVERSE),
     _action("SetSpeedAction", "Set the speed at once.", Parameter("speed", SPEED, low=0.0, high=TOP_SPEED),
             Command.SPEED),
     # -- library behaviours

@@ -105,6 +105,6 @@ def test_sizes_are_those_of_the_models(kind: ActorKind) -> None:
     model, name = MODELS[kind], kind.name.title()
     row = (
         f"| `{name}` | {model.length:g} x {model.width:g} m | {model.mass / 1000:g} t "
-        f"| {model.max_acceleration:g} m/s² | {model.max_braking:g} m/s² |"
+        f"| {model.max_acceleration:g} m/s² | {model.max_braking:g} m/s² | {model.top_speed * 3.6:.0f} km/h |"
     )
     assert row in REFERENCE
