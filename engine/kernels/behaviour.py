@@ -205,7 +205,7 @@ def _command(run: Run, actor: int, command: int, value: float) -> None:
     elif command == Command.STEER:
         run.actors[actor, Slot.STEER] = value
     elif command == Command.REVERSE:
-        run.actors[actor, Slot.REVERSE] = value
+        run.actors[actor, Slot.REVERSE] = 1.0 if abs(value) > 0.0 else 0.0  # NaN is not true
     else:
         run.actors[actor, Slot.SET_SPEED] = value
 

@@ -45,6 +45,7 @@ OF_THE_RUN: Mapping[type, tuple[str, str]] = {
     nodes.Map: ("map", "all objects share the road of the file that is run"),
     nodes.Simulation: ("simulation", "the file that is run says how it is run"),
     nodes.Signals: ("signals", "the traffic lights belong to the road of the file that is run"),
+    nodes.Environment: ("environment", "all objects share the weather of the file that is run"),
     nodes.TerminateWhen: ("terminate when", "the file that is run says when it ends"),
     nodes.TerminateAfter: ("terminate after", "the file that is run says when it ends"),
 }

@@ -14,6 +14,7 @@ from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.lanes import region_of
 from cortex_dsl.semantics.evaluation.numbers import adopt
+from cortex_dsl.semantics.evaluation.surroundings import in_environment
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     Actor,
@@ -96,6 +97,11 @@ def size_of(actor: Actor, name: str) -> Term:
     return value
 
 
+def reach_of(ev: Evaluator, viewer: Actor) -> Term:
+    """How far an object sees in the environment [m]."""
+    return in_environment(ev, "visibleDistance", size_of(viewer, "visibleDistance"))
+
+
 def is_present(ev: Evaluator, actor: Actor) -> Term:
     return state(ev, actor, State.PRESENT)
 
@@ -119,7 +125,7 @@ def outline_of(ev: Evaluator, actor: Actor) -> Term:
 def sees(ev: Evaluator, viewer: Actor, other: Actor) -> Term:
     """Whether a corner or the centre of the other lies in the viewer's sector."""
     pose = current_pose(ev, viewer)
-    sector = (size_of(viewer, "viewAngle"), size_of(viewer, "visibleDistance"))
+    sector = (size_of(viewer, "viewAngle"), reach_of(ev, viewer))
     view = ev.algebra.pack(pose.x, pose.y, pose.heading, *sector)
     return in_view(view, outline_of(ev, other))
 
@@ -281,9 +287,10 @@ def can_see(ev: Evaluator, node: nodes.CanSee) -> Value:
     viewer, target = ev.evaluate_all((node.viewer, node.target))
     pose = oriented(ev, viewer, node.viewer.span, "what sees")
     if isinstance(viewer, Actor):
-        angle, reach = size_of(viewer, "viewAngle"), size_of(viewer, "visibleDistance")
+        angle, reach = size_of(viewer, "viewAngle"), reach_of(ev, viewer)
     else:
-        angle, reach = ev.algebra.literal(math.tau), ev.algebra.literal(VIEW_DISTANCE)
+        reach = in_environment(ev, "visibleDistance", ev.algebra.literal(VIEW_DISTANCE))
+        angle = ev.algebra.literal(math.tau)
     view = ev.algebra.pack(pose.x, pose.y, pose.heading, angle, reach)
     return Truth(in_view(view, outline(ev, target, node.target.span)))
 
