@@ -151,6 +151,8 @@ class RoadSpec:
     block: float = 100.0
     """Distance between the centres of neighbouring intersections [m]."""
     left_hand: bool = False
+    buildings: float | None = None
+    """How far back from the kerbs blocks of buildings stand between the arms [m]; None: there are none."""
 
 
 @frozen
@@ -234,7 +236,7 @@ def save_program(program: Program, path: Path) -> None:
     }
     header = json.dumps({"format": FORMAT, **_plain(program)})
     with path.open("wb") as file:
-        np.savez_compressed(file, header=np.array(header), allow_pickle=False, **arrays)
+        np.savez_compressed(file, header=np.array(header), **arrays)
 
 
 def load_program(path: Path) -> Program:

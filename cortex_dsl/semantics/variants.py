@@ -90,6 +90,7 @@ def elaborate_variant(
         _compose(ev, composer)
         actors = _finished_actors(ev)
         require_domains(ev, actors)
+        _require_visible(ev, actors)
         _rules(ev, module.statements, composer)
         behaviours = [_behaviour(ev, actor) for actor in actors]
     except Rejection as rejection:
@@ -137,6 +138,16 @@ def _finished_actors(ev: Evaluator) -> list[Actor]:
         end = len(ev.file.source.text.rstrip())
         ev.report(NO_EGO.at(Span(end, end), label="the file ends without one"))
     return sorted(ev.run.built.actors, key=lambda actor: actor.index)
+
+
+def _require_visible(ev: Evaluator, actors: Sequence[Actor]) -> None:
+    """What `requireVisible` asks for: that the ego sees an object at the start."""
+    ego = ev.run.ego
+    for actor in actors if ego is not None else ():
+        present = actor.scenario is None or actor.scenario.present
+        if actor is not ego and present and actor.properties.get("requireVisible", False) is True:
+            name, line = f"{actor.name} is visible from the ego", ev.file.line(actor.span)
+            ev.run.built.requirements.append(ir.Requirement(geometry.sees(ev, ego, actor), 1.0, name, line))
 
 
 def _compose(ev: Evaluator, composer: Composer | None) -> None:

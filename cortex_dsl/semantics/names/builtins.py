@@ -177,7 +177,7 @@ _ROWS = (
                Parameter("trajectory"), _LATERAL, _OBEY),
     _behaviour("FollowLaneBehavior", "Follow the lane and whatever comes after it, straight on where that can be.",
                _SPEED, _LANE, _LATERAL, _OBEY, _OPPOSITE),
-    _behaviour("CarFollowingBehavior", "Follow a lane or trajectory behind whoever is ahead on it (IDM).",
+    _behaviour("CarFollowingBehavior", "Follow a lane or trajectory behind the actor ahead on it (IDM).",
                _SPEED, Parameter("trajectory", default="the lane it is on"),
                Parameter("time_headway", TIME, "1.6 s", low=0.0),
                Parameter("min_gap", LENGTH, "2 m", low=0.0),
@@ -262,6 +262,10 @@ PROPS = (
     "PlantPot", "Mailbox", "Box", "Bench", "Barrel", "Kiosk", "IronPlate", "TrafficWarning",
 )  # fmt: skip
 """Things of Scenic's CARLA model: obstacles here, all of one size."""
+
+LOW = frozenset(PROPS) - {"VendingMachine", "BusStop", "Container", "Kiosk", "TrafficWarning"}
+"""Props over which a driver sees: none is higher than a driver's eyes, 1.08 m above the road (AASHTO, "A Policy on
+Geometric Design of Highways and Streets", 2011, section 3.2.6)."""
 
 ACTOR_KINDS: Mapping[str, ActorKind] = {
     "Car": ActorKind.CAR,
@@ -355,6 +359,7 @@ FLAGS: Mapping[str, str] = {
     "name": "What reports call it.",
     "allowCollisions": "Whether it may overlap others at the start.",
     "regionContainedIn": "`None`: it may start off the road.",
+    "requireVisible": "Whether the ego must see it at the start.",
 }
 """Properties that are not numbers."""
 
@@ -362,7 +367,6 @@ IGNORED: Mapping[str, str] = {
     "blueprint": "the looks of a vehicle do not matter here",
     "color": "the looks of a vehicle do not matter here",
     "rolename": "objects have the name of their variable",
-    "requireVisible": "nothing has to be visible from the ego",
     "physics": "every object takes part",
 }
 """Properties of Scenic's scripts that are accepted and do nothing."""
