@@ -5,8 +5,6 @@ unknown as expressions over genes, nuisance draws and, in behaviours, the runnin
 equal expressions of one variant are the same object, so passes may key on identity.
 """
 
-from collections.abc import Mapping
-
 from cortex_dsl.source import Source, Span
 from engine.frozen import frozen, frozen_identity
 from engine.program import RoadSpec, Settings
@@ -417,8 +415,8 @@ class Variant:
     monitors: tuple[Monitor, ...] = ()
     lights: Lights | None = None
     """Not lowered: what a program needs of them stands in its acts and rules."""
-    environment: Mapping[str, Expr] | None = None
-    """The arguments of `environment`, SI. Not lowered: columns of actors hold what it makes of them."""
+    environment: tuple[tuple[str, Expr], ...] = ()
+    """Arguments of `environment`, SI. Not lowered: the columns of actors hold what it makes of them."""
 
 
 @frozen

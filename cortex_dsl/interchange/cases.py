@@ -56,17 +56,17 @@ def _with_light_times(variant: ir.Variant) -> ir.Variant:
 def surroundings_of(scenario: Scenario, scenes: Scenes, row: int = 0) -> Surroundings | None:
     """The weather in scene `row`, which is worked out as the times of the lights are; None where the file says none."""
     whole, number = scenario.compiled.scenario, int(scenes.variant[row])
-    given = None if number < 0 else group_variants(whole).variants[number].environment
+    given = () if number < 0 else group_variants(whole).variants[number].environment
     if not given:
         return None
     values = _given_out(scenario, scenes, row, _with_environment)
-    return Surroundings(**dict(zip(given, values, strict=True)))
+    return Surroundings(**{name: value for (name, _), value in zip(given, values, strict=True)})
 
 
 def _with_environment(variant: ir.Variant) -> ir.Variant:
     if not variant.environment:
         return variant
-    given = tuple(variant.environment.values())
+    given = tuple(value for _, value in variant.environment)
     return replace(variant, draw_sites=(*variant.draw_sites, ir.DrawSite(HERE, "number", "", given)))
 
 

@@ -24,7 +24,8 @@ from cortex_dsl.semantics.model.choices import Decisions, Oracle
 from cortex_dsl.semantics.model.context import Evaluator, Handler, Moment, Observer
 from cortex_dsl.semantics.model.state import FileContext, RuleKey, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Value
-from cortex_dsl.semantics.names.builtins import OFF_ROAD, PROPERTIES
+from cortex_dsl.semantics.names.builtins import OFF_ROAD
+from cortex_dsl.semantics.names.properties import PROPERTIES
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
@@ -109,7 +110,7 @@ def elaborate_variant(
         local_count=run.built.local_count,
         draw_sites=tuple(run.decisions.draw_sites),
         monitors=tuple(monitor for monitor in run.built.monitors if monitor is not None),
-        environment=None if run.built.environment is None else dict(run.built.environment.values),
+        environment=() if run.built.environment is None else tuple(run.built.environment.values.items()),
         lights=None if run.built.signals is None else run.built.signals.as_ir(),
     )
     return Draft(variant, run.built.rule_conditions, actors[0].span)

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from cortex_dsl import ir
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor
-from cortex_dsl.semantics.names.builtins import ENVIRONMENT, PROPERTIES, Domain
+from cortex_dsl.semantics.names.properties import ENVIRONMENT, PROPERTIES, Domain
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 

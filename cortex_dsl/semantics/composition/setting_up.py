@@ -32,8 +32,8 @@ from cortex_dsl.semantics.model.values import (
     Value,
 )
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.names.builtins import FLAGS, IGNORED, PROPERTIES, all_properties
 from cortex_dsl.semantics.names.linking import ImportedFile
+from cortex_dsl.semantics.names.properties import FLAGS, IGNORED, PROPERTIES, all_properties
 from cortex_dsl.semantics.names.tree import bound_name, everything_in, speaks_of_run
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean

@@ -20,17 +20,8 @@ from cortex_dsl.semantics.evaluation.specifiers import Placement
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import POISON, ClassValue, Pose, Quantity, Unfinished, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name, shown
-from cortex_dsl.semantics.names.builtins import (
-    ACTOR_KINDS,
-    FLAGS,
-    IGNORED,
-    LOW,
-    MODEL_FIELDS,
-    PLACED,
-    PLACES,
-    PROPERTIES,
-    all_properties,
-)
+from cortex_dsl.semantics.names.builtins import ACTOR_KINDS, LOW, PLACED, PLACES
+from cortex_dsl.semantics.names.properties import FLAGS, IGNORED, MODEL_FIELDS, PROPERTIES, all_properties
 from cortex_dsl.semantics.names.tree import unit_word
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.semantics.quantities.units import SPEED, UNITS
@@ -134,9 +125,10 @@ class Making:
         speed, top = self.ev.interval(self._number("speed")), self.ev.interval(self._number("topSpeed"))
         if not all(map(math.isfinite, (*speed, *top))) or speed[1] <= top[0] * (1.0 + numbers.ROUNDING):
             return
-        given = next((each for each in self.given if each.property in ("speed", "topSpeed")), None)
+        places = {name: default.value.span for name, (_, default) in self.defaults.items()}
+        places |= {each.property: each.value.span for each in self.given}
         raise FASTER_THAN_TOP.mistake(
-            given.value.span if given else next(iter(self.defaults.values()))[1].value.span,
+            places["speed"],
             may="is" if speed[0] == speed[1] else "may become",
             actual=shown(speed[1], SPEED),
             name=self.own.node.name if self.own else self.kind.name.capitalize(),

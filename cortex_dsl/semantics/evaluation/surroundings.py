@@ -5,13 +5,14 @@ further than the sight. The properties themselves stay as the file gives them.
 """
 
 from cortex_dsl.semantics.errors.names import DUPLICATE, UNKNOWN_ARGUMENT
+from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.roads import ENVIRONMENT_LATE, ENVIRONMENT_TWICE
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.evaluation import numbers
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_arguments
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.state import Environment
-from cortex_dsl.semantics.names.builtins import ENVIRONMENT, Domain
+from cortex_dsl.semantics.names.properties import ENVIRONMENT, Domain
 from cortex_dsl.semantics.quantities.algebra import Term, minimum
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -26,8 +27,11 @@ def set_environment(ev: Evaluator, node: nodes.Environment) -> None:
         raise ENVIRONMENT_LATE.mistake(node.span, name=ev.run.built.actors[0].name)
     values: dict[str, Term] = {}
     for argument in evaluate_arguments(ev, node.arguments):
-        name = _name(argument, values)
-        values[name] = _value(ev, argument, ENVIRONMENT[name])
+        try:
+            name = _name(argument, values)
+            values[name] = _value(ev, argument, ENVIRONMENT[name])
+        except Mistake as mistake:
+            ev.report(mistake)
     ev.run.built.environment = Environment(values, node.span)
 
 
