@@ -200,12 +200,13 @@ class State(IntEnum):
 
 
 class Command(IntEnum):
-    """What an action sets. A pedal lasts one step; a steering angle stays until the next."""
+    """What an action sets. A pedal lasts one step; a steering angle and a gear stay until the next."""
 
     THROTTLE = 0
     BRAKE = 1
     STEER = 2
     SPEED = 3
+    REVERSE = 4
 
 
 class Op(IntEnum):

@@ -140,7 +140,7 @@ def _keys(statement: nodes.Statement, source: Source) -> Iterator[Key]:
             yield "name", name
         case nodes.ScenarioDefinition(name=name) | nodes.ClassDefinition(name=name):
             yield "name", name
-        case nodes.Map() | nodes.TerminateAfter() | nodes.Simulation() | nodes.Signals():
+        case nodes.Map() | nodes.TerminateAfter() | nodes.Simulation() | nodes.Signals() | nodes.Environment():
             yield type(statement).__name__, ""
         case nodes.Require(name=str(name)):
             yield "require", name
@@ -155,6 +155,7 @@ def called(key: Key) -> str:
         "TerminateAfter": "`terminate after`",
         "Simulation": "`simulation`",
         "Signals": "`signals`",
+        "Environment": "`environment`",
     }
     kind, name = key
     return f"`{name}`" if name else words.get(kind, f"the {kind}")

@@ -227,6 +227,8 @@ def _command(run: Run, actor: int, command: int, value: float) -> None:
         run.actors[actor, Slot.BRAKE] = value
     elif command == Command.STEER:
         run.actors[actor, Slot.STEER] = value
+    elif command == Command.REVERSE:
+        run.actors[actor, Slot.REVERSE] = 1.0 if abs(value) > 0.0 else 0.0  # NaN is not true
     else:
         run.actors[actor, Slot.SET_SPEED] = value
 
@@ -267,3 +269,4 @@ def _hold_speed(plan: Plan, run: Run, sample: int, actor: int, target_speed: flo
     pedals = pedals_towards(target_speed, speed, max_acceleration, max_braking)
     run.actors[actor, Slot.THROTTLE] = pedals.throttle
     run.actors[actor, Slot.BRAKE] = pedals.brake
+    run.actors[actor, Slot.REVERSE] = 0.0  # target speeds are forward

@@ -288,7 +288,8 @@ def constant_speed(job: Job) -> ir.Block:
 
 
 def constant_throttle(job: Job) -> ir.Block:
-    return (job.forever(ir.Take(job.call.span, ((Command.THROTTLE, job.number("x")),))),)
+    forward = (Command.REVERSE, job.ev.algebra.truth(False))
+    return (job.forever(ir.Take(job.call.span, ((Command.THROTTLE, job.number("x")), forward))),)
 
 
 def brake(job: Job) -> ir.Block:

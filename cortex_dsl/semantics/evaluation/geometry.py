@@ -14,6 +14,7 @@ from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.lanes import region_of
 from cortex_dsl.semantics.evaluation.numbers import adopt
+from cortex_dsl.semantics.evaluation.surroundings import in_environment
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import (
     Actor,
@@ -152,6 +153,7 @@ def _view(ev: Evaluator, viewer: Value, span: Span) -> Term:
     else:
         angle, reach = ev.algebra.literal(math.tau), ev.algebra.literal(VIEW_DISTANCE)
         number = ev.algebra.literal(-1.0)
+    reach = in_environment(ev, "visibleDistance", reach)
     return ev.algebra.pack(pose.x, pose.y, pose.heading, angle, reach, number)
 
 
