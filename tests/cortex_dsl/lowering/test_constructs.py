@@ -4,6 +4,7 @@ import math
 As in `test_behaviours`, a throttle of n hundredths shows which act ran.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import permutations
