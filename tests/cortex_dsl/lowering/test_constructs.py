@@ -1,6 +1,5 @@
 """Guards, picks, monitors, temporal requirements and records: checked IR made by hand, lowered, and run in both hosts.
 
-import math
 As in `test_behaviours`, a throttle of n hundredths shows which act ran.
 """
 
