@@ -39,16 +39,14 @@ from cortex_dsl.semantics.evaluation.geometry import (
     between,
     current_pose,
     is_present,
-    notice_reach,
     others,
     outline_of,
-    sees,
     size_of,
     state,
-    unhidden,
 )
 from cortex_dsl.semantics.evaluation.lanes import Trajectory, index_of, lane_at, looked_up, trajectory
 from cortex_dsl.semantics.evaluation.roads import network_of
+from cortex_dsl.semantics.evaluation.seeing import notice_reach, sees, unhidden
 from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.algebra import Term, box_distance, cos, hypot, maximum, path_project, sin
