@@ -3,6 +3,7 @@
 import math
 
 from cortex_dsl.semantics.evaluation.geometry import oriented, outline, size_of
+from cortex_dsl.semantics.evaluation.surroundings import in_environment
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor, Truth, Value
 from cortex_dsl.semantics.quantities.algebra import Term, in_view

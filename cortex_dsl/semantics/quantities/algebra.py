@@ -101,8 +101,6 @@ class Constant(Term, ir.Literal):
 
 
 class Numbered(Protocol):
-    """What gets a number when everything is made: an object of the scene."""
-
     index: int
 
 
@@ -190,9 +188,7 @@ class Algebra:
         return self.apply(Op.STATE, immediates=(actor, int(column)))
 
     def time_to_contact(self, actor: int, other: int = -1, reach: "Term | None" = None) -> Term:
-        """Until the outlines of two touch at their velocities [s]; the least over all others where `other` is -1. With
-        a reach, those alone count that the actor notices so far.
-        """
+        """Until two touch at their velocities [s], or the least over all (-1); with a reach, of those noticed in it."""
         if reach is None:
             return self.apply(Op.TTC, immediates=(actor, other))
         return self.apply(Op.TTC, reach, immediates=(actor, other, 1))
@@ -328,8 +324,7 @@ region_box_distance, region_contains_box = map(_function, (Op.REGION_BOX_DISTANC
 box_distance = _function(Op.BOX_DISTANCE)
 """Between two outlines [m]."""
 in_view = _function(Op.CAN_SEE)
-"""`in_view(view, outline)` at the start, a view being packed x, y, heading, opening angle, reach, number of the viewer
-or -1."""
+"""`in_view(view, outline)` at the start, a view being packed x, y, heading, angle, reach, the viewer's number or -1."""
 
 
 def region_sample(region: Term, u: Term, v: Term) -> tuple[Term, Term]:
