@@ -12,7 +12,7 @@ from engine.kernels.conflict import Snapshot, time_to_collision
 from engine.kernels.geometry import Box, View
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.pair import center_velocity
-from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN, look
+from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN, in_reach, look
 from engine.kernels.stage import Plan, Run, Status, column_of, outline_of
 from engine.tables import SHADE, Floats
 from engine.vocabulary import Column, State
@@ -65,6 +65,8 @@ def view_of(plan: Plan, run: Run, sample: int, viewer: int) -> View:
 @inlined
 def look_past(plan: Plan, run: Run, sample: int, view: View, target: Box, viewer: int, looked_at: int) -> int:
     """What becomes of a look at an outline past all actors but two (-1: there is no such actor)."""
+    if not in_reach(view, target):
+        return OUTSIDE
     count = len(plan.kinds)
     if count == (1 if viewer >= 0 else 0) + (1 if looked_at >= 0 else 0):
         count = 0
