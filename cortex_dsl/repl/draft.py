@@ -187,9 +187,21 @@ def place(draft: Draft, entry: str) -> Placed:
 
 
 def place_new(draft: Draft, entry: str) -> Placed:
-    """Put an entry that replaces nothing at the end; a docstring at the beginning."""
-    at = 0 if ("docstring", "") in keys(entry) else len(draft.entries)
+    """Put an entry that replaces nothing at the end; a docstring at the beginning, the environment above all objects."""
+    at, own = len(draft.entries), keys(entry)
+    if ("docstring", "") in own:
+        at = 0
+    elif ("Environment", "") in own:
+        at = next((index for index, each in enumerate(draft.entries) if _makes_objects(each)), at)
     return Placed(draft.with_entry(entry, at), at)
+
+
+def _makes_objects(entry: str) -> bool:
+    try:
+        module = parse(Source("", entry + "\n"))
+    except CompileError:
+        return False
+    return any(isinstance(node, nodes.New) for statement in module.statements for node in everything_in(statement))
 
 
 def place_last(draft: Draft, entry: str) -> Placed | None:

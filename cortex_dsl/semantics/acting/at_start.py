@@ -1,8 +1,8 @@
 """What a temporal requirement says of the first sample: a scene whose start breaks it is no scene, as in Scenic.
 
 What the run knows at sample 0 follows from the scene: where everybody stands and how fast, that nobody steers or has a
-pedal down, and that the time is 0. With these in place of what is read from the run, a formula becomes a condition of
-the scene. What cannot be told so (what a behaviour remembers or draws, who is seen) is unknown, and logic has three
+pedal down, who sees whom, and that the time is 0. With these in place of what is read from the run, a formula becomes a
+condition of the scene. What cannot be told so (what a behaviour remembers or draws) is unknown, and logic has three
 values (Kleene, "Introduction to Metamathematics", 1952, section 64): of each part both are kept, whether it may hold
 and whether it surely holds, whatever the unknown is and however the run goes on:
 
@@ -14,7 +14,8 @@ from typing import NamedTuple
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.evaluation import geometry
+from cortex_dsl.semantics.model.context import SCENE, Evaluator
 from cortex_dsl.semantics.model.state import RuleKey
 from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.model.wording import spoken_unit
@@ -55,7 +56,8 @@ class _Start:
         self.ev = ev
         self.true, self.false = ev.algebra.truth(True), ev.algebra.truth(False)
         self.unknown = _Said(self.true, self.false)
-        self.states = {actor.index: _states(ev, actor) for actor in ev.run.built.actors}
+        self.actors = {actor.index: actor for actor in ev.run.built.actors}
+        self.states = {index: _states(ev, actor) for index, actor in self.actors.items()}
 
     def of(self, node: nodes.Expression) -> _Said:
         if not is_timed(node):
@@ -104,6 +106,10 @@ class _Start:
                 return self.states[actor].get(State(column))
             case Operation(op=Op.TIME):
                 return self.ev.algebra.literal(0.0)
+            case Operation(op=Op.SEES, immediates=(one, other)) if one >= 0 <= other and all(
+                map(_is_here, self.actors.values())
+            ):
+                return geometry.sees(self.ev.at_moment(SCENE), self.actors[one], self.actors[other])
             case Operation(op=op) if op > Op.STATE:
                 return None
             case Operation(op=op, immediates=immediates, width=width):
@@ -132,8 +138,13 @@ def _or(one: _Said, other: _Said) -> _Said:
 
 def _states(ev: Evaluator, actor: Actor) -> dict[State, Term]:
     """What the run knows of an actor at sample 0."""
-    speed, here = actor.properties["speed"], actor.scenario is None or actor.scenario.present
+    speed = actor.properties["speed"]
     assert isinstance(speed, Term)
     still = dict.fromkeys((State.STEER, State.ACCELERATION, State.THROTTLE, State.BRAKE), ev.algebra.literal(0.0))
     pose = {State.X: actor.pose.x, State.Y: actor.pose.y, State.HEADING: actor.pose.heading}
-    return {**still, **pose, State.SPEED: speed, State.PRESENT: ev.algebra.truth(here)}
+    return {**still, **pose, State.SPEED: speed, State.PRESENT: ev.algebra.truth(_is_here(actor))}
+
+
+def _is_here(actor: Actor) -> bool:
+    """Whether an actor takes part from the start."""
+    return actor.scenario is None or actor.scenario.present

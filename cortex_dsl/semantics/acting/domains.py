@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterable, Iterator
 
 from cortex_dsl import ir
+from cortex_dsl.semantics.evaluation.numbers import ROUNDING
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.names.properties import ENVIRONMENT, PROPERTIES, Domain
@@ -40,17 +41,19 @@ def _of_actor(ev: Evaluator, actor: Actor) -> Iterator[_Found]:
         value = actor.properties[name]
         assert isinstance(value, Term)
         condition = _within(ev, value, spec)
-        if name == "speed" and not _bounded(ev, value):
-            top = actor.properties["topSpeed"]
-            assert isinstance(top, Term)
-            below = value <= top
-            condition = below if condition is None else condition & below
+        if name == "speed":
+            condition = _below_top(ev, actor, value, condition)
         if condition is not None:
             yield condition, f"{name} of {actor.name}", actor.span
 
 
-def _bounded(ev: Evaluator, value: Term) -> bool:
-    return all(map(math.isfinite, ev.interval(value)))
+def _below_top(ev: Evaluator, actor: Actor, speed: Term, condition: Term | None) -> Term | None:
+    """With the top speed, where that may be less: one that is drawn, or that another scenario has overridden."""
+    top = actor.properties["topSpeed"]
+    assert isinstance(top, Term)
+    if ev.interval(speed)[1] <= ev.interval(top)[0] * (1.0 + ROUNDING):
+        return condition
+    return speed <= top if condition is None else condition & (speed <= top)
 
 
 def _within(ev: Evaluator, value: Term, spec: Domain) -> Term | None:
