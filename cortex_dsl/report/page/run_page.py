@@ -12,7 +12,7 @@ from cortex_dsl.report.findings.readable import counted, first_line, fixed
 from cortex_dsl.report.findings.search_report import headline, method_name, search_content, whole_run
 from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections
 from cortex_dsl.report.page.markup import Element, Node, element, figure, page, part, top_bar
-from cortex_dsl.report.page.player import player_data
+from cortex_dsl.report.page.player import SCRIPTS, player_data
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
 from engine.search.evaluations import distinct_collisions
@@ -25,7 +25,6 @@ from engine.search.result_files import collisions_by_partner
 
 CASES = 10
 """Cases that a page replays."""
-SCRIPTS = ("page.js", "replay.js")
 LINKS = (
     ("#summary", "Summary"),
     ("#cases", "Worst cases"),
@@ -83,7 +82,7 @@ def render_page(found: RunPage) -> str:
         "replays": [player_data(replay) for replay in found.replays],
         "evaluations": finite(run_sections.dots(found.record)),
     }
-    return page(f"{manifest.name}: {method_name(manifest.method)}", body, data, SCRIPTS)
+    return page(f"{manifest.name}: {method_name(manifest.method)}", body, data, ("page.js", *SCRIPTS))
 
 
 def content(found: RunPage) -> dict[str, Any]:
@@ -190,7 +189,8 @@ def _cases(found: RunPage) -> Node:
         "Worst first, no two of them nearly the same; their numbers are those of the files in the run's folder "
         "`worst`. "
         "Every replay is the simulation itself, run again. "
-        "Space plays and pauses, the arrows step, plus and minus change the speed, c comes closer."
+        "Space plays and pauses, the arrows step, plus and minus change the speed, c follows the ego, v shows "
+        "what it sees, and what is hidden from it."
     )
     tabs = [
         element(
