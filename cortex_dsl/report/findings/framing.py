@@ -64,6 +64,11 @@ class Frame:
         return self.width / self.height
 
     @property
+    def is_band(self) -> bool:
+        """Whether it is of the wide shape."""
+        return self.shape > (CARD + BAND) / 2.0
+
+    @property
     def turn_degrees(self) -> float:
         """By how much the world is turned, anticlockwise."""
         return -math.degrees(self.heading)
@@ -76,7 +81,7 @@ class Frame:
     @property
     def pixel(self) -> float:
         """What a pixel shows of the world, where a page has room for the whole picture [m]."""
-        return self.width / (STAGES[BAND] if self.shape > (CARD + BAND) / 2.0 else STAGES[CARD])
+        return self.width / STAGES[BAND if self.is_band else CARD]
 
     @property
     def bar(self) -> int:

@@ -4,6 +4,7 @@ import io
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ HOLD = 1.2
 """How long contact, and the end, stand still [s]."""
 GROUND, ASPHALT, KERB, MARKING, INK = "#f3f1ea", "#d3d6d9", "#8b9198", "#ffffff", "#1b1f24"
 ACTORS = ("#0072b2", "#d55e00", "#008f68", "#b0508a", "#8a6d00", "#4a4f55")
-HOT = "#c8400a"
+HOT, GLASS = "#c8400a", "#f4f6f8"
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class Lens:
     @staticmethod
     def on(frame: Frame) -> "Lens":
         """In the width of the frame's shape."""
-        width = min(WIDTHS.items(), key=lambda item: abs(item[0] - frame.shape))[1]
+        width = WIDTHS[BAND if frame.is_band else CARD]
         return Lens(frame, (FINE * width, FINE * round(width / frame.shape)))
 
     @property
@@ -64,10 +65,21 @@ def gif(replay: CaseReplay, speed: float = 1.0) -> bytes:
     for sample, seconds in _shown(replay, speed):
         frames.append(_frame(replay, lens, ground, sample))
         durations.append(max(20, round(1000 * seconds)))
-    palette = [one.quantize(96, image.Quantize.MAXCOVERAGE, dither=image.Dither.NONE) for one in frames]
+    palette = _palette(image)
+    plain = [one.quantize(palette=palette, dither=image.Dither.NONE) for one in frames]
     out = io.BytesIO()
-    palette[0].save(out, "GIF", save_all=True, append_images=palette[1:], duration=durations, loop=0, optimize=False)
+    plain[0].save(out, "GIF", save_all=True, append_images=plain[1:], duration=durations, loop=0, optimize=False)
     return out.getvalue()
+
+
+def _palette(image: Any) -> Any:
+    """Our colours as they are, and what lies halfway between any two of them, for smooth edges."""
+    tints = (GROUND, ASPHALT, KERB, MARKING, INK, HOT, GLASS, *ACTORS, *map(_lighter, ACTORS))
+    ours = [tuple(bytes.fromhex(tint[1:])) for tint in tints]
+    halfway = [tuple((a + b) // 2 for a, b in zip(*pair, strict=True)) for pair in combinations(ours, 2)]
+    palette = image.new("P", (1, 1))
+    palette.putpalette([part for tint in (*ours, *halfway) for part in tint])
+    return palette
 
 
 def _shown(replay: CaseReplay, speed: float) -> Iterator[tuple[int, float]]:
@@ -141,7 +153,7 @@ def _actor(draw: Any, replay: CaseReplay, lens: Lens, actor: int, sample: int, a
     draw.polygon(corners, fill=tint, outline=INK, width=max(1, FINE // 2))
     ahead = 0.14 * shape.length
     glass = (x + ahead * np.cos(heading), y + ahead * np.sin(heading))
-    draw.polygon(lens(outline_corners(*glass, heading, 0.16 * shape.length, 0.76 * shape.width)), fill="#f4f6f8")
+    draw.polygon(lens(outline_corners(*glass, heading, 0.16 * shape.length, 0.76 * shape.width)), fill=GLASS)
 
 
 def _lighter(tint: str) -> str:

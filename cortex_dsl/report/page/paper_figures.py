@@ -14,7 +14,7 @@ import numpy as np
 from cortex_dsl.api.runs import OpenedRun, first_cases
 from cortex_dsl.report.findings.analysis_report import HeatMap, heat_maps
 from cortex_dsl.report.findings.case_replay import CaseReplay, colour, outline_corners
-from cortex_dsl.report.findings.framing import BAND, Frame, alike
+from cortex_dsl.report.findings.framing import Frame, alike
 from cortex_dsl.report.findings.search_report import METRICS, PaperMetric, method_name
 from cortex_dsl.report.findings.study_report import BOXED, measure_called
 from cortex_dsl.report.page.film import ACTORS, ASPHALT, HOT, KERB
@@ -119,7 +119,7 @@ def _label(name: str, unit: str) -> str:
 
 def _scene(replay: CaseReplay, frame: Frame) -> Any:
     """The road from above, ways, and everybody at the key moment; the ego's road lies along the picture."""
-    states, width = replay.trajectory.states[replay.key_sample], COLUMN if frame.shape < BAND else PAGE
+    states, width = replay.trajectory.states[replay.key_sample], PAGE if frame.is_band else COLUMN
     figure = new_figure(width, width / frame.shape)
     axes = figure.subplots()
     for ring in replay.road.intersections:

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from cortex_dsl.report.findings.case_replay import Approach, CaseReplay, Shape
-from cortex_dsl.report.findings.framing import CARD
 from cortex_dsl.report.findings.readable import fixed
 from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.charts import Course, Mark, line_chart
@@ -97,7 +96,7 @@ def player(replay: CaseReplay, number: int) -> Element:
         "div",
         element("div", _stage(replay), _controls(replay), class_="stage-column"),
         element("div", _plots(replay), class_="plots"),
-        class_="player wide" if replay.frame.shape > CARD else "player",
+        class_="player wide" if replay.frame.is_band else "player",
         data_replay=number,
         tabindex=0,
         aria_label="replay: space plays and pauses, arrows step, plus and minus change the speed, "

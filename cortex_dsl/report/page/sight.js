@@ -6,7 +6,9 @@
 
 /** A border of what is seen that follows the circle of the view turns by at most this much between two points. */
 const ARC = Math.PI / 90;
+/** Nearer than this is the same place [m]; what touches the eye is kept apart by so much. */
 const HAIR = 1e-9;
+const APART = 1e-7;
 
 /** The area that an eye sees, as points [x, y] in order; none for an eye inside of what hides. */
 function visibleArea(eye, boxes) {
@@ -72,9 +74,19 @@ function overlap(a, b) {
   return !parted(a, b) && !parted(b, a);
 }
 
+/** A box, or one that touches the eye and is moved away a little, so that it hides the half of the world behind it. */
+function clear(eye, box) {
+  const [x, y] = toEye(box, [eye.x, eye.y]);
+  const [along, across] = [Math.abs(x) - box.length / 2, Math.abs(y) - box.width / 2];
+  if (Math.max(along, across) > APART) return box;
+  const away = along > across ? [-APART * Math.sign(x), 0] : [0, -APART * Math.sign(y)];
+  const [left, low] = fromEye(box, away);
+  return { ...box, x: left, y: low };
+}
+
 /** The sides of a box that face the eye, as far as its view reaches. */
 function frontEdges(eye, box) {
-  const corners = cornersOf(box).map((corner) => toEye(eye, corner));
+  const corners = cornersOf(clear(eye, box)).map((corner) => toEye(eye, corner));
   return corners.flatMap((a, k) => {
     const b = corners[(k + 1) % 4];
     return cross(a, b) < -HAIR ? within(b, a, eye.distance) : [];
