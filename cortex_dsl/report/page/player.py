@@ -19,7 +19,7 @@ from cortex_dsl.report.page.markup import Element, Node, element
 from engine.metrics import scored_samples, time_step
 from engine.scenes import Trajectory
 from engine.tables import Floats
-from engine.vocabulary import ActorKind, Column, State
+from engine.vocabulary import Column, State
 
 # -- the data ----------------------------------------------------------------------------------------------------------
 
@@ -126,7 +126,7 @@ def _looks(replay: CaseReplay, actor: int) -> dict[str, Any]:
     return {
         "outline": [shape.length, shape.width],
         "view": [float(columns[Column.VIEW_ANGLE]), float(columns[Column.VIEW_DISTANCE])],
-        "hides": shape.kind in (ActorKind.CAR, ActorKind.TRUCK, ActorKind.BUS, ActorKind.OBSTACLE),
+        "hides": bool(columns[Column.OCCLUDING]),
     }
 
 
