@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from cortex_dsl.report.findings.case_replay import Approach, CaseReplay, Shape
+from cortex_dsl.report.findings.framing import CARD, Frame
 from cortex_dsl.report.findings.readable import fixed
 from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.charts import Course, Mark, line_chart
-from cortex_dsl.report.page.markup import Element, Node, element
+from cortex_dsl.report.page.markup import Element, Node, drawing_rules, element, picture
 from engine.metrics import scored_samples, time_step
 from engine.scenes import Trajectory
 from engine.tables import Floats
@@ -130,10 +131,9 @@ def _looks(replay: CaseReplay, actor: int) -> dict[str, Any]:
     }
 
 
-def still(replay: CaseReplay, **attributes: str) -> Element:
+def still(replay: CaseReplay, frame: Frame, **attributes: str) -> Element:
     """The scene at its key moment."""
-    frame, sample = replay.frame, replay.key_sample
-    point = replay.contact_point
+    sample, point = replay.key_sample, replay.contact_point
     return scene_svg.scene(
         frame,
         f"{replay.program.name} from above, {_key_words(replay)}",
@@ -145,6 +145,11 @@ def still(replay: CaseReplay, **attributes: str) -> Element:
         scene_svg.contact_mark(*point) if point else None,
         **attributes,
     )
+
+
+def key_picture(replay: CaseReplay) -> str:
+    """The scene at its key moment, as an SVG of its own."""
+    return picture(still(replay, replay.framed(CARD)), drawing_rules())
 
 
 def _key_words(replay: CaseReplay) -> str:
@@ -163,7 +168,7 @@ def _ghosts(replay: CaseReplay) -> Node:
 def _stage(replay: CaseReplay) -> Element:
     return element(
         "div",
-        still(replay),
+        still(replay, replay.frame),
         element("div", [_chip(shape.name, actor) for actor, shape in enumerate(replay.shapes)], class_="legend"),
         element("div", "after contact: physics for illustration, not scored", class_="after-note", hidden=True),
         class_="stage",

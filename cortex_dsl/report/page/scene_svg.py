@@ -29,13 +29,13 @@ def points_text(points: Iterable[Sequence[float]] | Floats, decimals: int = 2) -
     return " ".join(f"{number(x, decimals)},{number(y, decimals)}" for x, y in points)
 
 
-def scene(frame: Frame, title: str, *layers: Node, **attributes: str) -> Element:
-    """A whole drawing: layers in world coordinates, the first one below."""
+def scene(frame: Frame, title: str, *layers: Node, compass: bool = True, **attributes: str) -> Element:
+    """A whole drawing: layers in world coordinates, the first one below; with north arrow and scale bar."""
     return element(
         "svg",
         element("title", title),
         element("g", *layers, transform=f"scale(1,-1) rotate({number(frame.turn_degrees, 4)})", class_="world"),
-        _compass(frame),
+        _compass(frame) if compass else None,
         viewBox=_view_box(frame),
         class_="scene",
         role="img",
