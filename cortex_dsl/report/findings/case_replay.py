@@ -1,6 +1,6 @@
 """One case of a search, run again from its genome and stream key: what a page, a film or a terminal shows of it.
 
-Beside the run itself: how everybody is drawn, and how the deciding pair came near over time, by the kernels that
+Beside the run itself: how each actor is drawn, and how the deciding pair came near over time, by the kernels that
 measure it.
 """
 

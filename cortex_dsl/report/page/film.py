@@ -23,6 +23,7 @@ FRAMES_PER_SECOND = 20
 HOLD = 1.2
 """How long contact, and the end, stand still [s]."""
 GROUND, ASPHALT, KERB, MARKING, INK = "#f3f1ea", "#d3d6d9", "#8b9198", "#ffffff", "#1b1f24"
+BUILDING = "#c9c7c1"
 ACTORS = ("#0072b2", "#d55e00", "#008f68", "#b0508a", "#8a6d00", "#4a4f55")
 HOT, GLASS = "#c8400a", "#f4f6f8"
 
@@ -74,7 +75,7 @@ def gif(replay: CaseReplay, speed: float = 1.0) -> bytes:
 
 def _palette(image: Any) -> Any:
     """Our colours as they are, and what lies halfway between any two of them, for smooth edges."""
-    tints = (GROUND, ASPHALT, KERB, MARKING, INK, HOT, GLASS, *ACTORS, *map(_lighter, ACTORS))
+    tints = (GROUND, ASPHALT, KERB, MARKING, INK, HOT, GLASS, BUILDING, *ACTORS, *map(_lighter, ACTORS))
     ours = [tuple(bytes.fromhex(tint[1:])) for tint in tints]
     halfway = [tuple((a + b) // 2 for a, b in zip(*pair, strict=True)) for pair in combinations(ours, 2)]
     palette = image.new("P", (1, 1))
@@ -99,6 +100,8 @@ def _ground(replay: CaseReplay, lens: Lens, image: Any) -> Any:
     ground = image.new("RGB", lens.size, GROUND)
     draw, road = draw_module.Draw(ground), replay.road
     lane = round((replay.program.road_spec.lane_width + 0.1) * lens.scale)
+    for ring in road.buildings:
+        draw.polygon(lens(ring), fill=BUILDING)
     for line in road.center_lines:
         draw.line(lens(line), fill=ASPHALT, width=lane)
     for ring in road.intersections:

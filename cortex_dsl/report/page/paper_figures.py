@@ -17,7 +17,7 @@ from cortex_dsl.report.findings.case_replay import CaseReplay, colour, outline_c
 from cortex_dsl.report.findings.framing import Frame, alike
 from cortex_dsl.report.findings.search_report import METRICS, PaperMetric, method_name
 from cortex_dsl.report.findings.study_report import BOXED, measure_called
-from cortex_dsl.report.page.film import ACTORS, ASPHALT, HOT, KERB
+from cortex_dsl.report.page.film import ACTORS, ASPHALT, BUILDING, HOT, KERB
 from cortex_dsl.report.page.run_page import replay_of_case
 from engine.extras import needed
 from engine.search.journal_reader import Record
@@ -122,6 +122,8 @@ def _scene(replay: CaseReplay, frame: Frame) -> Any:
     states, width = replay.trajectory.states[replay.key_sample], PAGE if frame.is_band else COLUMN
     figure = new_figure(width, width / frame.shape)
     axes = figure.subplots()
+    for ring in replay.road.buildings:
+        axes.fill(*frame.turned(ring).T, color=BUILDING, linewidth=0)
     for ring in replay.road.intersections:
         axes.fill(*frame.turned(ring).T, color=ASPHALT, linewidth=0)
     for line in replay.road.kerbs:

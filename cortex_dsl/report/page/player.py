@@ -27,6 +27,10 @@ from engine.vocabulary import Column, State
 PER_METRE = 100.0
 PER_RADIAN = 1000.0
 PER_SPEED = 1000.0
+BOX = ("x", "y", "heading", "length", "width")
+"""What a building is, as the page says it."""
+FARTHEST = 1e4
+"""Nobody's sight is drawn further [m]."""
 
 
 def replay_data(
@@ -117,7 +121,7 @@ def player_data(replay: CaseReplay) -> dict[str, Any]:
         "frame": [frame.left, -frame.bottom - frame.height, frame.width, frame.height],
         "heading": frame.heading,
         "point": replay.contact_point,
-        "buildings": [],
+        "buildings": [dict(zip(BOX, row, strict=True)) for row in replay.program.road.buildings.tolist()],
     }
 
 
@@ -126,7 +130,7 @@ def _looks(replay: CaseReplay, actor: int) -> dict[str, Any]:
     shape, columns = replay.shapes[actor], replay.columns[actor]
     return {
         "outline": [shape.length, shape.width],
-        "view": [float(columns[Column.VIEW_ANGLE]), float(columns[Column.VIEW_DISTANCE])],
+        "view": [float(columns[Column.VIEW_ANGLE]), min(FARTHEST, float(columns[Column.VIEW_DISTANCE]))],
         "hides": bool(columns[Column.OCCLUDING]),
     }
 

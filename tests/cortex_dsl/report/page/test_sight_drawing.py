@@ -11,10 +11,11 @@ import shapely
 
 from cortex_dsl import load
 from engine.kernels.geometry import View
+from engine.sight import visible_area, visible_sector
 from tests.engine.kernels.sight_reference import BORDER, Scene, by_rays, depth_inside, drawn, shadow
 
 WALKER = """
-map intersection(approach=120 m, lanes=2)
+map intersection(approach=120 m, lanes=2, buildings=6 m)
 kerb = filter(lambda m: m.type is ManeuverType.STRAIGHT, network.lanes[0].maneuvers)[0]
 middle = filter(lambda m: m.type is ManeuverType.STRAIGHT, network.lanes[1].maneuvers)[0]
 ego = new Car before intersection by 80 m along middle, with speed 10 m/s,
@@ -29,11 +30,15 @@ BOX = "box = ([x, y, heading, length, width]) => ({ x, y, heading, length, width
 
 
 @pytest.fixture(scope="module")
-def walker_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    home = tmp_path_factory.mktemp("sight")
-    (home / "walker.scn").write_text(WALKER, encoding="utf-8")
-    scenario = load(home / "walker.scn")
-    return scenario.replay(scenario.sample(1)).save(home / "walker.html")
+def scenario(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    path = tmp_path_factory.mktemp("sight") / "walker.scn"
+    path.write_text(WALKER, encoding="utf-8")
+    return load(path)
+
+
+@pytest.fixture(scope="module")
+def walker_page(scenario: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return scenario.replay(scenario.sample(1)).save(tmp_path_factory.mktemp("sight") / "walker.html")
 
 
 @pytest.fixture
@@ -113,11 +118,44 @@ def test_the_area_is_the_sector_without_shadows(shown: Any) -> None:
     nothing = 0
     for points, scene in zip(shown.evaluate(area, plain(scenes)), scenes, strict=True):
         reference = area_of(scene)
-        found = shapely.Polygon(points).buffer(0.0) if len(points) > 2 else shapely.Polygon()
         nothing += reference.is_empty
         sector = 0.5 * scene.view.angle * scene.view.distance**2
-        assert found.symmetric_difference(reference).area <= 6e-4 * sector + 1e-6, scene
+        assert polygon(points).symmetric_difference(reference).area <= 6e-4 * sector + 1e-6, scene
     assert 0 < nothing < 150
+
+
+def test_the_area_is_that_of_python(shown: Any) -> None:
+    """`engine.sight` draws the same: they differ by straight pieces of the rim at most."""
+    random = np.random.default_rng(13)
+    scenes = [drawn(random, int(random.integers(1, 9))) for _ in range(200)]
+    area = f"""(scenes) => scenes.map(([view, , shades]) => {{
+        const {TO_JSON}, {BOX};
+        return visibleArea(eye, shades.map(box));
+    }})"""
+    for points, scene in zip(shown.evaluate(area, plain(scenes)), scenes, strict=True):
+        reference = polygon(visible_sector(scene.view, np.array(scene.shades)))
+        rim_pieces = 6e-4 * 0.5 * scene.view.angle * scene.view.distance**2
+        assert polygon(points).symmetric_difference(reference).area <= rim_pieces + 1e-6, scene
+
+
+def test_what_is_drawn_is_what_the_actor_sees(shown: Any, scenario: Any) -> None:
+    """At samples of the run the shaded area is the actor's, buildings and all, up to poses rounded for the page."""
+    scenes = scenario.sample(1)
+    states = scenario.watch(scenes).trajectory.states
+    assert len(scenario.program.road.buildings) > 0
+    for actor in (0, 2):
+        shown.locator(".chip").nth(actor).click()
+        for sample in (0, 40, len(states) - 1):
+            scrub(shown, sample / (len(states) - 1))
+            path = shown.locator("g.sight .seen").get_attribute("d")
+            points = [tuple(map(float, point.split())) for point in path.strip("MZ").split("L")]
+            truth = polygon(visible_area(scenario.program, scenes.values[0], states[sample], actor))
+            assert truth.area > 100.0
+            assert polygon(points).symmetric_difference(truth).area < 0.005 * truth.area
+
+
+def polygon(points: Any) -> Any:
+    return shapely.Polygon(points).buffer(0.0) if len(points) > 2 else shapely.Polygon()
 
 
 def plain(scenes: list[Scene]) -> list[Any]:
