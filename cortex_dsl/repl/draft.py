@@ -187,7 +187,7 @@ def place(draft: Draft, entry: str) -> Placed:
 
 
 def place_new(draft: Draft, entry: str) -> Placed:
-    """Put an entry that replaces nothing at the end; a docstring at the beginning, the environment above all objects."""
+    """Put an entry that replaces nothing at the end; a docstring first, the environment above all objects."""
     at, own = len(draft.entries), keys(entry)
     if ("docstring", "") in own:
         at = 0

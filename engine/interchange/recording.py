@@ -104,14 +104,11 @@ class SignalTimes:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What the file says of the weather; None where it is silent."""
+    """What the file says of the weather, None where it is silent: factor on all grip, sight [m], factor on views."""
 
     friction: float | None = None
-    """Factor on the grip of everybody."""
     sight: float | None = None
-    """[m]"""
     light: float | None = None
-    """Share of the distance at which things are seen by day."""
 
 
 @dataclass(frozen=True)

@@ -101,6 +101,7 @@ class _Start:
         if isinstance(part, ir.Local | ir.Running) or None in operands:
             return None
         known = [operand for operand in operands if operand is not None]
+        make = self.ev.algebra.apply
         match part:
             case Operation(op=Op.STATE, immediates=(actor, column)):
                 return self.states[actor].get(State(column))
@@ -113,7 +114,7 @@ class _Start:
             case Operation(op=op) if op > Op.STATE:
                 return None
             case Operation(op=op, immediates=immediates, width=width):
-                made = self.ev.algebra.apply(op, *known, immediates=immediates, width=width)
+                made = make(op, *known, immediates=immediates, width=width)
                 self._compare(part, made)
                 return made
             case ir.Pack():
