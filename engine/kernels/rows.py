@@ -3,13 +3,14 @@
 from collections import namedtuple
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from engine.kernels.grip import grip_used
 from engine.kernels.jit import kernel
 from engine.kernels.pair import measure_pair
 from engine.kernels.rollout import advance, begin
-from engine.kernels.stage import COLUMNS, RUNNING, Plan, Run, Slot, Status
+from engine.kernels.stage import COLUMNS, RUNNING, Plan, Run, Slot, Status, vehicle_of
 from engine.outcomes import OUTCOMES, Per
 from engine.tables import Floats, Ints
-from engine.vocabulary import Column, EndReason, Verdict
+from engine.vocabulary import ActorKind, Column, EndReason, Verdict
 
 
 class Requested(NamedTuple):
@@ -81,3 +82,9 @@ def measure_run(plan: Plan, run: Run, values: Floats, row: int, outlines: Floats
         metrics = measure_pair(run.states, samples, plan.layout.time_step, other, outlines, touching == other, ending)
         for number in range(len(metrics)):
             out.pairs[row, other - 1, number] = metrics[number]
+    for actor in range(len(plan.kinds)):
+        if plan.kinds[actor] != ActorKind.PEDESTRIAN and plan.kinds[actor] != ActorKind.OBSTACLE:
+            grip = vehicle_of(plan, run, actor).grip
+            used = grip_used(run.states, run.status[Status.SAMPLE], plan.layout.time_step, actor, grip)
+            out.lateral_grip[row, actor] = used.sideways
+            out.combined_grip[row, actor] = used.together
