@@ -15,8 +15,7 @@ from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats, Ints, Size
-from engine.vehicles import MODELS
-from engine.vocabulary import ActorKind, Column, RuleKind, State
+from engine.vocabulary import Column, RuleKind, State
 
 MAX_SAMPLES = 100_000
 """Steps that a run may have; a record of so many takes 7 MB an actor."""
@@ -31,7 +30,6 @@ def plan(program: Program, config: SimulationConfig, hold: int = 1, slides: Sequ
     """
     _check(config)
     code = program.code
-    models = [MODELS[ActorKind(kind)] for kind in code.actor_kind]
     return Plan(
         code=_integers(code.step_code),
         pool=_numbers(code.pool),
@@ -49,7 +47,6 @@ def plan(program: Program, config: SimulationConfig, hold: int = 1, slides: Sequ
         monitor_started=_integers(code.monitor_started),
         present=_integers(code.actor_present),
         kinds=_integers(code.actor_kind),
-        limits=np.array([(model.steer_rate, model.max_speed) for model in models]),
         slides=np.isin(np.arange(len(code.actor_kind)), slides).astype(np.int32),
         road=program.road._make(np.require(array, requirements=PLAIN) for array in program.road),
         layout=Layout(

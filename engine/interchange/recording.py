@@ -17,7 +17,6 @@ from engine.outcomes import Outcomes
 from engine.program import Program, RoadSpec
 from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats
-from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, State
 
 if TYPE_CHECKING:  # pymunk, which nothing that reads or writes a file needs
@@ -317,7 +316,7 @@ def _recorded_actor(name: str, kind: ActorKind, columns: Floats) -> RecordedActo
         max_acceleration=float(columns[Column.MAX_ACCELERATION]),
         max_braking=float(columns[Column.MAX_BRAKING]),
         max_steer=float(columns[Column.MAX_STEER]),
-        max_speed=MODELS[kind].max_speed,
+        max_speed=float(columns[Column.TOP_SPEED]),
     )
 
 

@@ -71,8 +71,6 @@ class Plan(NamedTuple):
     """(actors,) 1 for those that take part from the start."""
     kinds: Ints
     """(actors,) `ActorKind`"""
-    limits: Floats
-    """(actors, 2): steering rate [rad/s], top speed [m/s]."""
     slides: Ints
     """(actors,) 1 for those whose tyres slip (`kernels.dynamics`): only where a run is made again to see whether that
     matters."""
@@ -176,11 +174,11 @@ def vehicle_of(plan: Plan, run: Run, actor: int) -> Vehicle:
     return Vehicle(
         wheelbase=column_of(plan, run, actor, Column.WHEELBASE),
         max_steer=column_of(plan, run, actor, Column.MAX_STEER),
-        steer_rate=plan.limits[actor, 0],
+        steer_rate=column_of(plan, run, actor, Column.STEER_RATE),
         max_acceleration=column_of(plan, run, actor, Column.MAX_ACCELERATION),
         max_braking=column_of(plan, run, actor, Column.MAX_BRAKING),
         grip=GRAVITY * column_of(plan, run, actor, Column.FRICTION),
-        max_speed=plan.limits[actor, 1],
+        max_speed=column_of(plan, run, actor, Column.TOP_SPEED),
     )
 
 
@@ -206,7 +204,8 @@ def place(plan: Plan, run: Run, sample: int, actor: int, present: float) -> None
     states[sample, actor, State.X] = x
     states[sample, actor, State.Y] = y
     states[sample, actor, State.HEADING] = heading
-    states[sample, actor, State.SPEED] = clip(column_of(plan, run, actor, Column.SPEED), 0.0, plan.limits[actor, 1])
+    top_speed = column_of(plan, run, actor, Column.TOP_SPEED)
+    states[sample, actor, State.SPEED] = clip(column_of(plan, run, actor, Column.SPEED), 0.0, top_speed)
     states[sample, actor, State.PRESENT] = present
     to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
     cos, sin = math.cos(heading), math.sin(heading)

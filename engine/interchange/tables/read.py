@@ -106,7 +106,7 @@ def _actor(track: TableTrack) -> RecordedActor:
         max_acceleration=model.max_acceleration,
         max_braking=model.max_braking,
         max_steer=model.max_steer,
-        max_speed=model.max_speed,
+        max_speed=model.top_speed,
     )
 
 

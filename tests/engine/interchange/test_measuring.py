@@ -91,9 +91,9 @@ def car(name: str, kind: ActorKind = ActorKind.CAR, **changes: float) -> Recorde
         "max_acceleration",
         "max_braking",
         "max_steer",
-        "max_speed",
     ]
-    return RecordedActor(name=name, kind=kind, **({each: getattr(model, each) for each in names} | changes))
+    numbers = {each: getattr(model, each) for each in names} | {"max_speed": model.top_speed}
+    return RecordedActor(name=name, kind=kind, **(numbers | changes))
 
 
 def by_hand(
