@@ -42,6 +42,12 @@ def test_both_add_up_as_in_a_circle_and_only_steps_of_the_run_count() -> None:
     assert used(states, 10, GRAVITY) == pytest.approx((sideways / GRAVITY, np.hypot(4.0, sideways) / GRAVITY))
 
 
+def test_a_blow_is_no_use_of_tyres() -> None:
+    """What follows it does not count either."""
+    states = record(np.array([10.0, 9.9, 9.8, 4.0, 3.0]), 0.0)
+    assert used(states, 4, GRAVITY) == pytest.approx((0.0, 2.0 / GRAVITY))
+
+
 def test_who_is_not_there_or_has_no_grip_uses_none() -> None:
     states = record(np.full(20, 10.0), 0.3)
     states[5:, 0, State.PRESENT] = 0.0
