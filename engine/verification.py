@@ -27,6 +27,7 @@ import numpy as np
 
 from engine.batch import simulate
 from engine.config import SimulationConfig
+from engine.host import MAX_SAMPLES, samples_of
 from engine.kernels.dynamics import COMMAND_STEP
 from engine.outcomes import Outcomes
 from engine.program import Program
@@ -94,7 +95,9 @@ def verify(
     program: Program, scenes: Scenes, config: SimulationConfig = DEFAULTS, profile: RiskProfile = PAPER, jobs: int = 1
 ) -> tuple[Verified | None, ...]:
     """One answer for each scene; None for one that is not valid."""
-    hold = max(1, math.ceil(config.time_step / COMMAND_STEP - 1e-9))
+    # Steps of 5 ms, or of what the longest record allows.
+    most = MAX_SAMPLES // max(1, samples_of(config))
+    hold = max(1, min(math.ceil(config.time_step / COMMAND_STEP - 1e-9), most))
     fine = replace(config, time_step=config.time_step / hold)
     slides = cars(program, scenes)
     run = drives(simulate(program, scenes, config, jobs), profile)
