@@ -58,7 +58,7 @@ def simulate(
 def trajectory(program: Program, scenes: Scenes, row: int, config: SimulationConfig = DEFAULTS) -> Trajectory:
     """States of one valid scene over time, up to the end or the last sample before first contact."""
     if not scenes.valid[row]:
-        raise ArgumentError(f"scene {row} is not valid; only a valid one can be run", "`scenes.valid` tells which are")
+        raise ArgumentError(f"scene {row} is not valid; only a valid one can be run", "`scenes.valid` says which are")
     shared, run, rows = plan(program, config), memory(program, samples_of(config) + 1), requested(scenes)
     begin(shared, run, int(rows.variant[row]), rows.values[row], rows.keys[row])
     advance(shared, run, samples_of(config) + 1, True)
