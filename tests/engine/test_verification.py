@@ -77,7 +77,10 @@ def test_an_ego_without_cited_tyres_is_not_judged_and_others_move_as_before() ->
 
 
 def test_a_scene_without_anybody_else_survives() -> None:
-    scenario = compile_text("map intersection(approach=300 m)\nego = new Car before intersection by 50 m\n")
+    scenario = compile_text(
+        "map intersection(approach=300 m)\nlane = intersection.incomingLanes[0]\n"
+        "ego = new Car before intersection by 50 m along [lane]\nterminate after 3 s\n"
+    )
     scenes = scenario.sample(1)
     (found,) = verify(scenario.program, scenes, scenario.config.simulation)
     assert found is not None
@@ -86,8 +89,13 @@ def test_a_scene_without_anybody_else_survives() -> None:
 
 FOLLOWS = """
 map intersection(approach=300 m)
-ego = new Car before intersection by 60 m, with speed 8 m/s, with behavior FollowTrajectoryBehavior(8 m/s)
-other = new Car before intersection by 150 m, with speed 8 m/s, with behavior ConstantSpeedBehavior(8 m/s)
+lane = intersection.incomingLanes[0]
+turn = Uniform(*lane.maneuvers)
+path = [turn.startLane, turn.connectingLane, turn.endLane]
+ego = new Car before intersection by 60 m along path, with speed 8 m/s,
+    with behavior FollowTrajectoryBehavior(8 m/s, path)
+other = new Car before intersection by 150 m along [lane], with speed 6 m/s,
+    with behavior ConstantSpeedBehavior(6 m/s)
 terminate after 12 s
 """
 

@@ -47,12 +47,12 @@ def test_the_document_and_the_interface_say_the_same(cortexc: Command, run: Path
 
 def test_the_page_shows_what_was_answered_or_that_it_might_be_asked(cortexc: Command, run: Path) -> None:
     (run / "verification.json").unlink(missing_ok=True)
-    assert cortexc("report", run, "--cases", 2, "--budget", 0).code == 0
+    assert cortexc("report", run, "--cases", 2).code == 0
     page = (run / "report.html").read_text(encoding="utf-8")
     assert '"opinion": null' in page or '"opinion":null' in page
     assert cortexc("verify", run, "--worst", 2).code == 0
     kept = json.loads((run / "verification.json").read_text(encoding="utf-8"))
-    assert cortexc("report", run, "--cases", 2, "--budget", 0).code == 0
+    assert cortexc("report", run, "--cases", 2).code == 0
     page = (run / "report.html").read_text(encoding="utf-8")
     for case in kept["cases"]:
         assert f">{case['answer']}</span>" in page
@@ -61,7 +61,7 @@ def test_the_page_shows_what_was_answered_or_that_it_might_be_asked(cortexc: Com
 def test_answers_on_another_program_or_a_broken_file_are_passed_over(cortexc: Command, run: Path) -> None:
     for text in ("", "[]", '{"program": "other", "cases": []}', '{"program": 1}'):
         (run / "verification.json").write_text(text, encoding="utf-8")
-        assert cortexc("report", run, "--cases", 1, "--budget", 0).code == 0
+        assert cortexc("report", run, "--cases", 1).code == 0
     (run / "verification.json").unlink()
 
 
