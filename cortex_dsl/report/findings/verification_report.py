@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from cortex_dsl.report.findings.readable import KM_H, SpeedUnit, counted, fixed
+from cortex_dsl.report.findings.readable import KM_H, SpeedUnit, counted, fixed, percent
 from engine.outcomes import MODEL_RANGE
 from engine.program import Program
 from engine.search.ranking import Case
@@ -42,16 +42,23 @@ def drive_text(program: Program, drive: Drive | None, unit: SpeedUnit = KM_H) ->
 def counts_text(answers: Sequence[Verified]) -> str:
     """`8 survive, 1 differs …`: how often there is each answer."""
     counts = Counter(one.answer for one in answers)
-    return ", ".join(f"{counts[answer]} {name}" for answer, (name, _, _) in ANSWERS.items() if counts[answer])
+    return ", ".join(f"{counts[answer]} {_of_several(answer, counts[answer])}" for answer in ANSWERS if counts[answer])
+
+
+def _of_several(answer: Answer, count: int) -> str:
+    name = ANSWERS[answer][0]
+    if count == 1 or answer is Answer.NOT_JUDGED:
+        return name
+    return name.replace("artefact", "artefacts") if " " in name else name.removesuffix("s")
 
 
 def beyond_text(answers: Sequence[Verified]) -> str:
     """How many cases use more grip than the model of the search is good for; empty for none."""
     beyond = sum(one.run.combined_grip > MODEL_RANGE for one in answers)
-    cases = counted(beyond, "case")
-    return (
-        f"in {cases} the ego uses more than {MODEL_RANGE:.0%} of its grip, beyond the kinematic model" if beyond else ""
-    )
+    if not beyond:
+        return ""
+    more = f"more than {percent(MODEL_RANGE, 0)} of its grip, beyond the kinematic model"
+    return f"in {counted(beyond, 'case')} the ego uses {more}"
 
 
 def verification_content(program: Program, cases: Sequence[Case], answers: Sequence[Verified]) -> dict[str, Any]:
