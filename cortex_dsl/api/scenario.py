@@ -200,7 +200,7 @@ class Scenario:
         if arguments.one_of("engine", engine, ("batch", "world")) == "batch":
             from engine import batch
 
-            return batch.simulate(self.program, scenes, self.config.simulation, jobs)
+            return batch.simulate(self.program, scenes, self.config.simulation, jobs, self.config.contact)
         from engine import world
 
         return world.simulate(self.program, scenes, self.config, jobs)

@@ -150,7 +150,9 @@ def _simulate(scenario: Scenario, scenes: Scenes, engine: str) -> Simulated:
     from engine import batch
 
     outcomes = scenario.simulate(scenes)
-    return Simulated(outcomes, batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation), ())
+    return Simulated(
+        outcomes, batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation, scenario.config.contact), ()
+    )
 
 
 def _report(run: RunRequest, scenario: Scenario, scenes: Scenes, simulated: Simulated, again: str) -> RunReport:

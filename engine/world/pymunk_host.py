@@ -204,7 +204,7 @@ def _touching(run: Run, sample: int) -> Floats:
 def _host(program: Program, scenes: Scenes, config: Config, extra_samples: int) -> Host:
     rows, space = requested(scenes), new_space(config.contact)
     return Host(
-        plan=plan(program, config.simulation),
+        plan=plan(program, config.simulation, config.contact),
         memory=memory(program, samples_of(config.simulation) + 1 + extra_samples),
         space=space,
         bodies=tuple(carrier(space) for _ in program.actors),
