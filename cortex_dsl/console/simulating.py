@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from engine.acceptance import Account
     from engine.metrics import Metric
     from engine.search.run import Campaign
-    from engine.world.aftermath import Impact
+    from engine.world.impacts import Impact
 
 
 def open_scenario(

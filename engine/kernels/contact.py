@@ -70,6 +70,10 @@ class Row(IntEnum):
     """Relative speed before [m/s]."""
 
 
+BODY, CONTACT, ROW = len(Body), len(Contact), len(Row)
+"""Numbers of columns."""
+
+
 # -- where two outlines touch ------------------------------------------------------------------------------------------
 
 
@@ -236,7 +240,7 @@ def _lay(
     rows[row, Row.SPEED] = speed_along(bodies, contacts, rows, row)
 
 
-@inlined
+@kernel
 def speed_along(bodies: Floats, contacts: Floats, rows: Floats, row: int) -> float:
     """Relative speed along a row's direction [m/s]."""
     one, other = int(contacts[row // 3, Contact.ONE]), int(contacts[row // 3, Contact.OTHER])
@@ -248,7 +252,7 @@ def speed_along(bodies: Floats, contacts: Floats, rows: Floats, row: int) -> flo
     )
 
 
-@inlined
+@kernel
 def push(bodies: Floats, contacts: Floats, rows: Floats, row: int, impulse: float) -> None:
     """Give the other body an impulse along a row's direction, and the one body its opposite."""
     one, other = int(contacts[row // 3, Contact.ONE]), int(contacts[row // 3, Contact.OTHER])

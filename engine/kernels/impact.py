@@ -19,7 +19,7 @@ import math
 
 import numpy as np
 
-from engine.kernels.contact import Body, Contact, Row, lay_out, push, speed_along
+from engine.kernels.contact import ROW, Body, Contact, Row, lay_out, push, speed_along
 from engine.kernels.jit import inlined, kernel
 from engine.tables import Floats
 
@@ -42,7 +42,7 @@ SINGULAR = 1e-11
 @kernel
 def resolve(bodies: Floats, contacts: Floats, restitution: float, friction: float) -> None:
     """Give all bodies their velocities after the impact, and all contacts their impulses."""
-    rows = np.zeros((3 * len(contacts), len(Row)))
+    rows = np.zeros((3 * len(contacts), ROW))
     for contact in range(len(contacts)):
         lay_out(bodies, contacts, contact, rows)
     before = bodies[:, Body.VX : Body.SPIN + 1].copy()

@@ -11,12 +11,13 @@ left alone until they approach again, looked at `LOOKS` times a step.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from engine.kernels.approach import TOUCH, circles_apart, first_contact, probe, relative_motion
 from engine.kernels.coasting import STILL
-from engine.kernels.contact import Body, Contact, add_contact, closing, touching
+from engine.kernels.contact import BODY, CONTACT, Body, Contact, add_contact, closing, touching
 from engine.kernels.geometry import Box, frame, nearest_points, shortest_turn
 from engine.kernels.impact import resolve
 from engine.kernels.jit import inlined, kernel
@@ -37,40 +38,38 @@ NEVER = 2.0
 # -- contact in a step -------------------------------------------------------------------------------------------------
 
 
+class Meeting(NamedTuple):
+    """The first two that touch in a step: at which part of it, and who, the lower actor first; -1 if nobody does."""
+
+    part: float
+    one: int
+    other: int
+
+
 @inlined
-def search_contact(plan: Plan, run: Run) -> None:
-    """End the run at the ego's first contact in this step, once earlier ones of others are settled. Ties: the lower
-    pair. A state that became NaN ends it too.
+def search_contact(plan: Plan, run: Run, last: int) -> Meeting:
+    """The first contact in this step of one of the actors below `last` with anybody; ties: the lower pair. A state that
+    became NaN ends the run. Copied into its caller: call it in one place.
     """
     sample = int(run.status[Status.SAMPLE])
-    actors = len(plan.kinds)
-    last = actors
-    while last > 0:
-        first, first_one, first_other = 2.0, -1, -1
-        for one in range(last):
-            if run.states[sample + 1, one, State.PRESENT] == 0.0:
+    first, first_one, first_other = NEVER, -1, -1
+    for one in range(last):
+        if run.states[sample + 1, one, State.PRESENT] == 0.0:
+            continue
+        if not _is_finite(run, sample + 1, one):
+            end_run(plan, run, EndReason.BROKEN, -1, 1.0)
+            return Meeting(1.0, -1, -1)
+        for other in range(one + 1, len(plan.kinds)):
+            if run.states[sample + 1, other, State.PRESENT] == 0.0:
                 continue
-            if not _is_finite(run, sample + 1, one):
-                end_run(plan, run, EndReason.BROKEN, -1, 1.0)
-                return
-            for other in range(one + 1, actors):
-                if run.states[sample + 1, other, State.PRESENT] == 0.0:
-                    continue
-                one_before, one_after = outline_of(plan, run, sample, one), outline_of(plan, run, sample + 1, one)
-                before, after = outline_of(plan, run, sample, other), outline_of(plan, run, sample + 1, other)
-                if circles_apart(one_before, one_after, before, after):
-                    continue
-                part = first_contact(one_before, one_after, before, after)
-                if 0.0 <= part < first and (one == 0 or _moves(run, sample, one) or _moves(run, sample, other)):
-                    first, first_one, first_other = part, one, other
-        last = 0
-        if first_one == 0:
-            end_run(plan, run, EndReason.COLLISION, -1, first)
-            run.status[Status.CONTACT_ONE] = first_one
-            run.status[Status.CONTACT_OTHER] = first_other
-        elif first_one > 0:
-            settle_others(plan, run, sample, first, first_one, first_other)
-            last = 1  # and then the ego alone
+            one_before, one_after = outline_of(plan, run, sample, one), outline_of(plan, run, sample + 1, one)
+            before, after = outline_of(plan, run, sample, other), outline_of(plan, run, sample + 1, other)
+            if circles_apart(one_before, one_after, before, after):
+                continue
+            part = first_contact(one_before, one_after, before, after)
+            if 0.0 <= part < first and (one == 0 or _moves(run, sample, one) or _moves(run, sample, other)):
+                first, first_one, first_other = part, one, other
+    return Meeting(first, first_one, first_other)
 
 
 @inlined
@@ -104,8 +103,8 @@ def settle_others(plan: Plan, run: Run, sample: int, part: float, one: int, othe
     for actor in range(1, actors):
         if run.states[sample + 1, actor, State.PRESENT] != 0.0 and run.actors[actor, Slot.FREE] == 0.0:
             _lay_leg(plan, run, sample, actor)
-    bodies = np.zeros((actors, len(Body)))
-    contacts = np.zeros((actors * (actors - 1) // 2, len(Contact)))
+    bodies = np.zeros((actors, BODY))
+    contacts = np.zeros((actors * (actors - 1) // 2, CONTACT))
     for _ in range(MAX_MEETINGS):
         if not part <= 1.0:
             break
@@ -283,7 +282,7 @@ def _note(
 def _next_meeting(plan: Plan, run: Run, sample: int, part: float, bodies: Floats) -> float:
     """The part of the step at which two next touch and approach; `NEVER` if nobody does."""
     actors, first = len(plan.kinds), NEVER
-    row = np.zeros((1, len(Contact)))
+    row = np.zeros((1, CONTACT))
     for one in range(1, actors):
         for other in range(one + 1, actors):
             if not (_there(run, sample, one) and _there(run, sample, other)):

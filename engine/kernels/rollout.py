@@ -32,7 +32,7 @@ from engine.kernels.bicycle import Demand, Motion, clip, drive, stand, walk
 from engine.kernels.evaluate import find_broken
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.loose import step_loose
-from engine.kernels.meetings import search_contact
+from engine.kernels.meetings import search_contact, settle_others
 from engine.kernels.region import region_contains
 from engine.kernels.stage import (
     LOOSE,
@@ -87,8 +87,16 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
         if scored and run.status[Status.END] != RUNNING:
             break
         _step(plan, run)
-        if scored:
-            search_contact(plan, run)
+        last = len(plan.kinds) if scored else 0
+        while last > 0:
+            met = search_contact(plan, run, last)
+            last = 0
+            if met.one == 0:
+                end_run(plan, run, EndReason.COLLISION, -1, met.part)
+                run.status[Status.CONTACT_ONE], run.status[Status.CONTACT_OTHER] = 0, met.other
+            elif met.one > 0:
+                settle_others(plan, run, int(run.status[Status.SAMPLE]), met.part, met.one, met.other)
+                last = 1  # the ego's own contact is still to be found
         run.status[Status.SAMPLE] += 1
     if scored and len(plan.temporal_root) > 0:
         _judge(plan, run)

@@ -30,7 +30,7 @@ from engine.search.ranking import Case
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, Column, State, Verdict
 from engine.world import WorldRun
-from engine.world.aftermath import Impact
+from engine.world.impacts import Impact
 
 MARGIN = 9.0
 """World shown around what happens [m]."""

@@ -17,7 +17,7 @@ from engine.tables import Floats, Ints
 from engine.vocabulary import EndReason, State
 
 if TYPE_CHECKING:
-    from engine.world.aftermath import Impact
+    from engine.world.impacts import Impact
 
 
 PEDAL = 0.01
