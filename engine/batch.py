@@ -4,6 +4,7 @@ A scene's outcome depends on nothing but the program, the scene and the config: 
 or the number of threads.
 """
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
@@ -31,13 +32,19 @@ def simulate(
     config: SimulationConfig = DEFAULTS,
     jobs: int = 1,
     contact: ContactConfig = CONTACT,
+    hold: int = 1,
+    slides: Sequence[int] = (),
 ) -> Outcomes:
-    """Run all valid scenes; rows of invalid ones keep their verdict and hold NaN / -1."""
-    shared, rows = plan(program, config, contact), requested(scenes)
+    """Run all valid scenes; rows of invalid ones keep their verdict and hold NaN / -1.
+
+    `hold` and `slides` are those of `engine.host.plan`: with them a run is made again by finer motion, or by slipping
+    tyres.
+    """
+    shared, rows = plan(program, config, contact, hold, slides), requested(scenes)
     results = empty_results(len(program.actors), rows)
 
     def run(chunk: tuple[int, int]) -> None:
-        scratch = memory(program, samples_of(config) + 1)
+        scratch = memory(program, shared.layout.last_sample + 1)
         simulate_rows(shared, rows, *chunk, scratch, np.zeros((len(program.actors), 3)), results)
 
     chunks = _chunks(len(scenes), jobs)

@@ -1,6 +1,7 @@
 """What both hosts prepare around the kernels of `engine.kernels.rollout`: a plan, memory for runs, rows for results."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,22 +15,30 @@ from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats, Ints, Size
-from engine.vehicles import MODELS
+from engine.vehicles import MODELS, ActorModel
 from engine.vocabulary import ActorKind, Column, RuleKind, State
 
 MAX_SAMPLES = 100_000
 """Steps that a run may have; a record of so many takes 7 MB an actor."""
 CONTACT = ContactConfig()
 PLAIN = ("C", "A", "W")
-"""Contiguous, aligned, writable arrays: numba would compile the kernels anew for any others."""
+"""Contiguous, aligned, writable arrays: numba would compile the kernels again for any others."""
 
 
-def plan(program: Program, config: SimulationConfig, contact: ContactConfig = CONTACT) -> Plan:
-    """The part of a program that its runs read. Raises ValueError for settings that make no simulation."""
+def plan(
+    program: Program,
+    config: SimulationConfig,
+    contact: ContactConfig = CONTACT,
+    hold: int = 1,
+    slides: Sequence[int] = (),
+) -> Plan:
+    """The part of a program that its runs read. Raises ArgumentError for settings that make no simulation.
+
+    `hold`: steps from one turn of the behaviours to the next; `slides`: cars whose tyres slip.
+    """
     _check(config)
     _check_contact(contact)
     code = program.code
-    models = [MODELS[ActorKind(kind)] for kind in code.actor_kind]
     return Plan(
         code=_integers(code.step_code),
         pool=_numbers(code.pool),
@@ -47,23 +56,29 @@ def plan(program: Program, config: SimulationConfig, contact: ContactConfig = CO
         monitor_started=_integers(code.monitor_started),
         present=_integers(code.actor_present),
         kinds=_integers(code.actor_kind),
-        limits=np.array([(model.steer_rate, model.max_speed) for model in models]),
-        gyration=np.array([model.yaw_inertia / (model.mass * (model.length**2 + model.width**2)) for model in models]),
+        gyration=np.array([_gyration(MODELS[ActorKind(kind)]) for kind in code.actor_kind]),
+        slides=np.isin(np.arange(len(code.actor_kind)), slides).astype(np.int32),
         road=program.road._make(np.require(array, requirements=PLAIN) for array in program.road),
         layout=Layout(
             variant_values=len(code.literals),
             scene_values=len(code.literals) + code.variant_values.shape[1],
             locals=int(code.sizes[Size.LOCALS]),
             time_step=float(config.time_step),
-            last_sample=samples_of(config),
+            last_sample=-(-samples_of(config) // hold) * hold,
             budget=int(config.instruction_budget),
             lasting=int(len(code.temporal_root) > 0 or bool(np.any(code.rule_kind == RuleKind.WATCH))),
             restitution=float(contact.restitution),
             contact_friction=float(contact.friction),
             rolling=float(contact.rolling_resistance),
             drivers_go_on=int(contact.drivers_go_on),
+            hold=hold,
         ),
     )
+
+
+def _gyration(model: ActorModel) -> float:
+    """Yaw inertia over mass times the squared diagonal of the outline."""
+    return model.yaw_inertia / (model.mass * (model.length**2 + model.width**2))
 
 
 def _check(config: SimulationConfig) -> None:
@@ -140,7 +155,7 @@ def empty_results(actors: int, scenes: Requested) -> Results:
 
 
 def outcomes(results: Results) -> Outcomes:
-    """Results under the names that everybody knows."""
+    """Return results as `Outcomes`, under their public names."""
     arrays = results._asdict()
     return Outcomes(**pair_arrays(arrays.pop("pairs")), **arrays)
 

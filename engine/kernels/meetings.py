@@ -183,13 +183,9 @@ def _embody(plan: Plan, run: Run, actor: int, part: float, bodies: Floats) -> No
 
 @inlined
 def is_fixed(plan: Plan, run: Run, actor: int) -> bool:
-    """Whether nothing moves a body: a heavy obstacle, or one whose mass is no number above 0."""
+    """Whether nothing moves a body: it is said to be fixed, or its mass is no number above 0."""
     mass = column_of(plan, run, actor, Column.MASS)
-    return (plan.kinds[actor] == ActorKind.OBSTACLE and mass > FIXED_FROM) or not 0.0 < mass < math.inf
-
-
-FIXED_FROM = 1000.0
-"""An obstacle above this is a wall [kg]."""
+    return column_of(plan, run, actor, Column.FIXED) != 0.0 or not 0.0 < mass < math.inf
 
 
 @inlined

@@ -42,6 +42,9 @@ class Layout(NamedTuple):
     """Rolling resistance of wheels without a driver, as a share of the weight on them."""
     drivers_go_on: int
     """1 where the driver of a struck body drives on once its wheels grip again."""
+    hold: int
+    """Steps from one turn of rules, monitors and behaviours to the next, in which what they command is held; 1 but
+    where a run is made again with finer motion."""
 
 
 class Plan(NamedTuple):
@@ -78,10 +81,11 @@ class Plan(NamedTuple):
     """(actors,) 1 for those that take part from the start."""
     kinds: Ints
     """(actors,) `ActorKind`"""
-    limits: Floats
-    """(actors, 2): steering rate [rad/s], top speed [m/s]."""
     gyration: Floats
     """(actors,): yaw inertia over mass times the squared diagonal of the outline."""
+    slides: Ints
+    """(actors,) 1 for those whose tyres slip (`kernels.dynamics`): only where a run is made again to see whether that
+    matters."""
     road: RoadTables
     layout: Layout
 
@@ -112,6 +116,13 @@ class Slot(IntEnum):
     """0: driven; 1: loose after an impact among others, moved by `kernels.loose`; 2: a host moves it (`HOSTED`)."""
     AWAITED = 12
     """1 for an actor that has not come into the scene yet."""
+    DRIFT_SPEED = 13
+    """Of a car whose tyres slip: speed of its centre [m/s], angle from its heading to its motion [rad] …"""
+    DRIFT_ANGLE = 14
+    YAW_RATE = 15
+    """… yaw rate and speeds of its wheels [rad/s]."""
+    FRONT_WHEEL = 16
+    REAR_WHEEL = 17
 
 
 LOOSE, HOSTED = 1.0, 2.0
@@ -251,11 +262,11 @@ def vehicle_of(plan: Plan, run: Run, actor: int) -> Vehicle:
     return Vehicle(
         wheelbase=column_of(plan, run, actor, Column.WHEELBASE),
         max_steer=column_of(plan, run, actor, Column.MAX_STEER),
-        steer_rate=plan.limits[actor, 0],
+        steer_rate=column_of(plan, run, actor, Column.STEER_RATE),
         max_acceleration=column_of(plan, run, actor, Column.MAX_ACCELERATION),
         max_braking=column_of(plan, run, actor, Column.MAX_BRAKING),
         grip=GRAVITY * column_of(plan, run, actor, Column.FRICTION),
-        max_speed=plan.limits[actor, 1],
+        max_speed=column_of(plan, run, actor, Column.TOP_SPEED),
     )
 
 
@@ -273,7 +284,7 @@ def outline_of(plan: Plan, run: Run, sample: int, actor: int) -> Box:
 
 @inlined
 def place(plan: Plan, run: Run, sample: int, actor: int, present: float) -> None:
-    """An actor where its scene puts it, from this sample on or (`present` = 0) for later; nobody starts backwards."""
+    """Put an actor where its scene has it, from this sample on or (`present` = 0) for later; none starts backwards."""
     states = run.states
     states[sample, actor, :] = 0.0
     x, y = column_of(plan, run, actor, Column.X), column_of(plan, run, actor, Column.Y)
@@ -281,7 +292,8 @@ def place(plan: Plan, run: Run, sample: int, actor: int, present: float) -> None
     states[sample, actor, State.X] = x
     states[sample, actor, State.Y] = y
     states[sample, actor, State.HEADING] = heading
-    states[sample, actor, State.SPEED] = clip(column_of(plan, run, actor, Column.SPEED), 0.0, plan.limits[actor, 1])
+    top_speed = column_of(plan, run, actor, Column.TOP_SPEED)
+    states[sample, actor, State.SPEED] = clip(column_of(plan, run, actor, Column.SPEED), 0.0, top_speed)
     states[sample, actor, State.PRESENT] = present
     to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
     cos, sin = math.cos(heading), math.sin(heading)

@@ -19,8 +19,6 @@ from engine.vocabulary import ActorKind, Column, State
 GRAVITY = 9.81
 """[m/s^2]"""
 
-FIXED_FROM = 1000.0
-"""An obstacle above this is a wall [kg]."""
 SOLVER_ITERATIONS = 50
 """Of the contact solver a substep; pymunk's 10 leave a head-on restitution of 0.15 at 0.16."""
 
@@ -47,11 +45,8 @@ class Physique:
     """About the vertical axis through the centre [kg m^2]."""
     rear_to_center: float
     axles: tuple[Axle, Axle]
-
-    @property
-    def fixed(self) -> bool:
-        """Whether nothing moves it: a heavy obstacle is a wall."""
-        return not 0.0 < self.mass < math.inf or (self.kind is ActorKind.OBSTACLE and self.mass > FIXED_FROM)
+    fixed: bool
+    """Whether nothing moves it."""
 
     @property
     def rolls(self) -> bool:
@@ -78,6 +73,7 @@ def physique(kind: ActorKind, columns: Sequence[float]) -> Physique:
         inertia=model.yaw_inertia * mass / model.mass * size,
         rear_to_center=columns[Column.REAR_TO_CENTER],
         axles=_axles(columns),
+        fixed=columns[Column.FIXED] != 0.0 or not 0.0 < mass < math.inf,
     )
 
 

@@ -114,18 +114,18 @@ def test_a_scene_is_exported(scenario: Scenario, tmp_path: Path) -> None:
 
 
 def test_a_study_in_memory(scenario: Scenario) -> None:
-    """Every run is told, and compared."""
-    told: list[Finished] = []
-    done = cx.study([scenario], ["random", "ga"], 2, on_run=told.append, **SMALL)
+    """Every run is passed to `on_run`, and compared."""
+    heard: list[Finished] = []
+    done = cx.study([scenario], ["random", "ga"], 2, on_run=heard.append, **SMALL)
     assert done.complete
-    assert len(told) == len(done.records) == 4
+    assert len(heard) == len(done.records) == 4
     assert {row.method for row in done.findings.comparisons} == {"ga"}
     assert done.folder is None
     assert repr(done) == "Studied(1 scenarios x random, ga x 2 runs; 4 finished)"
 
 
 def test_a_study_that_is_kept_and_gone_on_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What was stopped by Ctrl-C ends as if nothing had happened; two files of one name are told apart."""
+    """A study that was stopped by Ctrl-C ends as if nothing had happened; two files of one name get different names."""
     whole = cx.study(EXAMPLES / "left_turn.scn", "random", 3, out=tmp_path / "whole", **SMALL)
     assert (tmp_path / "whole" / "runs.csv").is_file()
 

@@ -23,7 +23,7 @@ EXAMPLE = "examples/left_turn.scn"
 SMALL = ("--generations", "3", "--population", "20", "--seed", "1")
 EXPORTS = "xosc,xodr,commonroad,scenic,csv,parquet,mcap,scn"
 TABLES = ("generation", "individual", "simulation")
-"""What a journal holds of a search; its manifest and its pace are told apart."""
+"""What a journal holds of a search; its manifest and its pace are no part of it."""
 DURATIONS = re.compile(
     r"in [\d.,]+ m?s, [\d.,]+ a second|[\d.,]+ simulations a second +[\d.,]+ m?s left|[\d.,]+ m?s of work"
     r"|(?<=It took )[\d.,]+ m?s"

@@ -315,7 +315,7 @@ def test_journals_that_are_none_of_ours(killed: Path, cortexc: Command, damage: 
 
 
 def test_files_that_are_no_journal(cortexc: Command, killed: Path, tmp_path: Path) -> None:
-    """Torn off, overwritten, a folder of runs, a name misspelt, a file, nothing: each is told apart."""
+    """Torn off, overwritten, a folder of runs, a name misspelt, a file, nothing: each has its own message."""
     (killed / "journal.sqlite-wal").unlink(missing_ok=True)
     (killed / "journal.sqlite").write_bytes(os.urandom(5000))
     assert "is not a readable journal" in cortexc("resume", killed).err
@@ -329,7 +329,7 @@ def test_files_that_are_no_journal(cortexc: Command, killed: Path, tmp_path: Pat
     assert cortexc("resume", killed, "--json").document["exit_code"] == 2
 
 
-def test_a_folder_that_is_removed_is_told_at_once(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+def test_a_folder_that_is_removed_is_reported_at_once(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
     """With the next generation; the search goes on in memory, shows what it found, and ends with 2."""
     run, heard = tmp_path / "run", []
     scenario = load(left_turn)
@@ -381,7 +381,7 @@ def test_a_process_whose_folder_is_removed(left_turn: Path, tmp_path: Path) -> N
 def test_a_journal_that_was_changed_by_hand(
     cortexc: Command, left_turn: Path, tmp_path: Path, command: tuple[object, ...], change: str
 ) -> None:
-    """Whatever the search would not have proposed is told, by those who report a run as by those who go on with it."""
+    """Individuals that the search would not have proposed are reported, by commands that show a run and by `resume`."""
     run = tmp_path / "run"
     assert cortexc(left_turn, "--ga", "--generations", 4, "--population", 20, "--jobs", 1, "--out", run).code == 0
     with closing(sqlite3.connect(run / "journal.sqlite")) as connection, connection:
@@ -391,7 +391,9 @@ def test_a_journal_that_was_changed_by_hand(
     assert "in the journal" in result.err
 
 
-def test_a_journal_of_another_version_is_told_with_a_warning(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+def test_a_journal_of_another_version_is_reported_with_a_warning(
+    cortexc: Command, left_turn: Path, tmp_path: Path
+) -> None:
     """What another version searched otherwise may be right: it is reported, and said."""
     run = tmp_path / "run"
     assert cortexc(left_turn, "--ga", "--generations", 4, "--population", 20, "--jobs", 1, "--out", run).code == 0

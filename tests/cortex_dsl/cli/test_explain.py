@@ -69,7 +69,7 @@ def test_help_names_the_command(cortexc: Command) -> None:
 
 @pytest.mark.parametrize("problem", [STUCK, UNDEFINED], ids=lambda problem: problem.code)
 def test_what_only_a_run_shows(problem: Problem, cortexc: Command, tmp_path: Path) -> None:
-    """The examples of these pages are run: one is told, the other ends well."""
+    """The examples of these pages are run: one is reported, the other ends well."""
     assert problem.page
     wrong, right = tmp_path / "wrong.scn", tmp_path / "right.scn"
     wrong.write_text(problem.page.wrong)

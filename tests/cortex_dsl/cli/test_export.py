@@ -1,4 +1,4 @@
-"""`cortexc export`: files for other tools, none of them half written, and what cannot be done told with a cure."""
+"""`cortexc export`: files for other tools, none of them half written, and what cannot be done reported with a cure."""
 
 import errno
 import json
@@ -205,7 +205,7 @@ def test_a_folder_in_a_files_place(cortexc: Command, run: Path, tmp_path: Path) 
 
 
 def test_a_full_disk(cortexc: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Is told, and leaves nothing behind."""
+    """It is reported, and leaves nothing behind."""
 
     def full(_handle: int) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -260,7 +260,7 @@ def test_a_file_that_begins_as_an_option_does(
     assert cortexc("measure", "./-y.csv", "--json").document["reproduce"] == "cortexc measure ./-y.csv"
 
 
-def test_what_stands_in_the_way_is_told_and_replaced(cortexc: Command, run: Path, tmp_path: Path) -> None:
+def test_what_stands_in_the_way_is_reported_and_replaced(cortexc: Command, run: Path, tmp_path: Path) -> None:
     """A pipe does not hang, a link that leads nowhere is no missing file; --force replaces both."""
     os.mkfifo(tmp_path / "left_turn-case01.scn")
     (tmp_path / "left_turn-case01.csv").symlink_to("nowhere")
@@ -314,7 +314,7 @@ def test_what_a_format_cannot_carry(
 
 
 def test_formats_that_can_are_written_beside_one_that_cannot(cortexc: Command, tmp_path: Path) -> None:
-    """The one is told with its cure, by the exit code of what cannot be done; alone it leaves nothing."""
+    """The one is reported with its cure, with the exit code of what cannot be done; alone it leaves nothing."""
     file = tmp_path / "left.scn"
     file.write_text("map intersection(left_hand=True)\nego = new Car in road\nterminate after 1 s\n", encoding="utf-8")
     result = cortexc("export", file, "--to", "xosc,scenic,csv,scn", "--check", "--out", tmp_path / "out")

@@ -105,7 +105,7 @@ def test_a_package_that_is_missing(cortexc: Command, left_turn: Path, monkeypatc
 def test_a_broken_searcher_of_another_package(
     cortexc: Command, left_turn: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Its fault is told as its own, not as a bug of ours."""
+    """Its fault is reported as its own, not as a bug of ours."""
     point = EntryPoint("shaky", "nowhere.at.all:make", "cortexc.searchers")
     monkeypatch.setattr("engine.search.searchers.entry_points", lambda **_: [point])
     result = cortexc(left_turn, "--method", "shaky", "--out", "never")

@@ -52,7 +52,7 @@ def test_the_document_says_the_same(cortexc: Command, run: Path) -> None:
 
 
 def test_analyse_needs_a_run(cortexc: Command, tmp_path: Path) -> None:
-    """Without one, and without a journal in it, a cure is told."""
+    """Without one, and without a journal in it, a cure is shown."""
     for arguments in (("analyse",), ("analyse", tmp_path)):
         result = cortexc(*arguments)
         assert result.code == 2
@@ -60,7 +60,7 @@ def test_analyse_needs_a_run(cortexc: Command, tmp_path: Path) -> None:
 
 
 def test_probability_has_its_interval(cortexc: Command, left_turn: Path) -> None:
-    """Both estimators tell a value inside its interval, and roughly the same one."""
+    """Both estimators give a value inside its interval, and roughly the same one."""
     values = []
     for method in ("mc", "subset"):
         found = cortexc("probability", left_turn, "--method", method, "--samples", "2000", "--json").document
@@ -111,7 +111,7 @@ def test_frozen_params_are_no_genes(cortexc: Command, declared: Path) -> None:
 
 
 def test_params_to_freeze_can_be_named(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
-    """By name in any file; one that is not there is told, as is a file that names none."""
+    """By name in any file; one that is not there is refused, as is a file that names none."""
     assert "6 params" in cortexc(left_turn, "--freeze", "EGO_BRAKE", "--check").out
     wrong = cortexc(left_turn, "--freeze", "EGO_BRAK", "--check")
     assert wrong.code == 2
@@ -141,10 +141,10 @@ def strict(left_turn: Path, tmp_path: Path) -> Path:
 
 def test_what_a_broken_run_hides_is_said(cortexc: Command, strict: Path, tmp_path: Path) -> None:
     """A requirement on the run that ends runs before contact leaves no collision; nobody may take that for safety."""
-    told = cortexc("probability", strict, "--samples", "300").out
-    assert "given a valid run" in told
-    assert "broke a requirement on the run" in told
-    assert "allow a valid scene" not in told
+    out = cortexc("probability", strict, "--samples", "300").out
+    assert "given a valid run" in out
+    assert "broke a requirement on the run" in out
+    assert "allow a valid scene" not in out
     folder = tmp_path / "run"
     assert cortexc(strict, "--random", "--generations", "2", "--population", "40", "--out", folder).code == 0
     assert re.search(r"no collision in \d+ valid of 80 simulations", cortexc("analyse", folder, "--budget", "0").out)
@@ -161,7 +161,7 @@ def test_counts_of_chains_are_no_estimate(cortexc: Command, left_turn: Path) -> 
     assert "collisions among" not in slow
 
 
-def test_the_reference_driver_is_told_with_its_limits(cortexc: Command, run: Path) -> None:
+def test_the_reference_driver_is_reported_with_its_limits(cortexc: Command, run: Path) -> None:
     """What the regulation means and what is ours, which collisions no braking avoids, and whose settings are judged."""
     result = cortexc("analyse", run, "--budget", "0")
     assert "motorways" in result.out
@@ -189,7 +189,7 @@ def test_replay_of_a_run_takes_no_seed(cortexc: Command, run: Path) -> None:
 
 
 def test_a_study_is_no_run(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
-    """The command for it is told."""
+    """The command for it is shown."""
     folder = tmp_path / "study"
     small = ("--runs", "1", "--generations", "1", "--population", "4")
     assert cortexc("study", left_turn, *small, "--out", folder).code == 0
@@ -239,7 +239,7 @@ def test_an_estimate_of_an_earlier_version_is_shown(cortexc: Command, run: Path)
 
 
 @pytest.mark.parametrize("content", ["", "{}", "[3]", '[{"method": "mc"}]', "\x00"])
-def test_a_damaged_probability_is_told(cortexc: Command, run: Path, content: str) -> None:
+def test_a_damaged_probability_is_reported(cortexc: Command, run: Path, content: str) -> None:
     (run / "probability.json").write_text(content)
     result = cortexc("report", run, "--cases", 0)
     assert result.code == (0 if content.startswith('[{"method') else 2)  # of another program: passed over

@@ -66,7 +66,7 @@ def sites(program: Program, variant: int) -> list[tuple[int, ...]]:
 
 
 def test_a_choice_that_a_gene_makes_counts() -> None:
-    """Variants are told apart as the simulators do."""
+    """The variant is chosen as the simulators do."""
     text = "param SIDE = Uniform(1, -1)\nparam GREEN = DiscreteRange(4, 9)\n"
     text += "signals(green=GREEN * 1 s, offset=SIDE * 2 s)\n"
     crossing = scenario(f"{text}LEG = Uniform(*network.intersections[0].incomingLanes)\nother = new Car on LEG\n")
@@ -85,7 +85,7 @@ def test_fixed_params_count() -> None:
     assert times.green == 1.5
 
 
-def test_lights_that_a_behaviour_changes_are_told() -> None:
+def test_lights_that_a_behaviour_changes_are_reported() -> None:
     """Then the plan is not all."""
     text = """signals()
 behavior Meddler():

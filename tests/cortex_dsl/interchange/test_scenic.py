@@ -1,4 +1,4 @@
-"""Scenic source: every value fixed, in Scenic's units, headings and names, and what it cannot say told by its line."""
+"""Scenic source: every value fixed, in Scenic's units, headings and names; a remark by line for what it cannot say."""
 
 import math
 import os

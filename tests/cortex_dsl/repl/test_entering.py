@@ -19,7 +19,7 @@ def test_an_incomplete_scenario_is_no_error(talk: Talk) -> None:
     assert "still to come: an ego" in talk(":scene").err
 
 
-def test_a_mistake_is_told_and_not_added(talk: Talk) -> None:
+def test_a_mistake_is_reported_and_not_added(talk: Talk) -> None:
     """The line number is that of the listing; the draft stays as it was."""
     talk("param V = Range(1, 9) m/s")
     said = talk("require V > 3 m")
@@ -69,7 +69,7 @@ def test_edit_and_delete(talk: Talk) -> None:
 
 
 def test_expressions_are_shown_and_not_added(talk: Talk) -> None:
-    """Kind, unit and range; a mistake in one is told like any other."""
+    """Kind, unit and range; a mistake in one is reported like any other."""
     said = talk("param V = Range(18, 36) km/h", "V * 2", "(V)", "intersection.incomingLanes")
     assert "a speed, 10 to 20 m/s" in said.out
     assert "a list of 4: a lane each" in said.out
@@ -96,7 +96,7 @@ def test_a_file_with_mistakes_can_be_mended(talk: Talk, tmp_path: Path) -> None:
 
 
 def test_a_file_is_saved_formatted_and_guarded(talk: Talk, tmp_path: Path) -> None:
-    """Saving writes the one layout; over another file only when told to."""
+    """Saving writes the one layout; over another file only when confirmed."""
     path = tmp_path / "mine.scn"
     said = talk("x=1 m", f":save {tmp_path / 'mine'}")
     assert path.read_text() == "x = 1 m\n"
@@ -180,7 +180,7 @@ def test_somebody_is_asked(talk: Talk, tmp_path: Path, monkeypatch: pytest.Monke
     assert "nothing to undo" in talk(":undo").err
 
 
-def test_an_expression_is_told_as_it_was_typed(talk: Talk) -> None:
+def test_an_expression_is_shown_as_it_was_typed(talk: Talk) -> None:
     """The mistake stands in the line that the user sees, and a value also in the unit of the params that it reads."""
     said = talk("x = 1 m", "foo.bar")
     assert "session:2:1: error[SCN201]" in said.err

@@ -165,7 +165,7 @@ def _actor(name: str, kind: ActorKind, body: Node, forward: float) -> RecordedAc
         max_acceleration=performance.number("maxAcceleration", model.max_acceleration, low=0.0, high=math.inf),
         max_braking=performance.number("maxDeceleration", model.max_braking, low=0.0, high=math.inf),
         max_steer=_max_steer(body, model.max_steer),
-        max_speed=performance.number("maxSpeed", model.max_speed, low=0.0, high=math.inf),
+        max_speed=performance.number("maxSpeed", model.top_speed, low=0.0, high=math.inf),
     )
 
 

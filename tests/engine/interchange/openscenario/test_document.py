@@ -75,12 +75,12 @@ def test_a_long_description_is_cut() -> None:
 
 
 @pytest.mark.parametrize(
-    ("date", "told"), [("2026-05-01", "2026-05-01T00:00:00"), ("yesterday", "1970-01-01T00:00:00")]
+    ("date", "written"), [("2026-05-01", "2026-05-01T00:00:00"), ("yesterday", "1970-01-01T00:00:00")]
 )
-def test_any_date_becomes_a_date_and_time(date: str, told: str) -> None:
+def test_any_date_becomes_a_date_and_time(date: str, written: str) -> None:
     """The standard wants both."""
     header = scenario(replace(small(), provenance=Provenance(date=date))).find("FileHeader")
-    assert header.get("date") == told
+    assert header.get("date") == written
 
 
 @pytest.mark.parametrize(
@@ -142,9 +142,9 @@ def test_no_text_refers_to_a_parameter() -> None:
 # -- Who takes part, as others see them --------------------------------------------------------------------------------
 
 
-def entity(kind: ActorKind, version: str = "1.2", speed: float = 0.0) -> Element:
+def entity(kind: ActorKind, version: str = "1.2", speed: float = 0.0, **changes: float) -> Element:
     """The element of an only actor."""
-    alone = recording([actor("one", kind)], [0.0], [[(0.0, 0.0, 0.0)]])
+    alone = recording([replace(actor("one", kind), **changes)], [0.0], [[(0.0, 0.0, 0.0)]])
     alone.states[0, 0, State.SPEED] = speed
     return next(iter(scenario(alone, version).find("Entities/ScenarioObject")))
 
@@ -191,10 +191,10 @@ def test_axles_are_a_wheelbase_apart(kind: ActorKind) -> None:
     assert (float(front.get("maxSteering")), float(rear.get("maxSteering"))) == (MODELS[kind].max_steer, 0.0)
 
 
-@pytest.mark.parametrize(("speed", "told"), [(10.0, UNBOUNDED_SPEED), (140.0, 140.0), (-120.0, 120.0)])
-def test_top_speed_is_finite_and_not_below_the_runs_own(speed: float, told: float) -> None:
-    """No speed bounds a car, and a reader may cut what is above the maximum."""
-    assert float(entity(ActorKind.CAR, speed=speed).find("Performance").get("maxSpeed")) == told
+@pytest.mark.parametrize(("speed", "written"), [(10.0, UNBOUNDED_SPEED), (140.0, 140.0), (-120.0, 120.0)])
+def test_top_speed_is_finite_and_not_below_the_runs_own(speed: float, written: float) -> None:
+    """Where no speed bounds a car a reader may still cut what is above the maximum."""
+    assert float(entity(ActorKind.CAR, speed=speed, max_speed=math.inf).find("Performance").get("maxSpeed")) == written
 
 
 @pytest.mark.parametrize(
@@ -231,7 +231,7 @@ def test_everything_is_inline() -> None:
     assert not [element.tag for element in root.iter() if "model3d" in element.attrib or element.tag == "File"]
 
 
-def test_the_ego_is_told_from_the_others() -> None:
+def test_the_ego_is_distinguished_from_the_others() -> None:
     """ScenarioRunner wants one `ego_vehicle`; it is the first."""
     types = [properties(element)["type"] for element in scenario(small()).iter("ScenarioObject")]
     assert types == ["ego_vehicle", "simulation", "simulation", "simulation"]
@@ -239,8 +239,9 @@ def test_the_ego_is_told_from_the_others() -> None:
 
 def test_what_an_element_has_no_place_for_is_a_property() -> None:
     """A pedestrian has no performance, a car no infinite top speed."""
-    walker, car = properties(entity(ActorKind.PEDESTRIAN)), properties(entity(ActorKind.CAR))
-    assert float(walker["cortexc.max_speed"]) == MODELS[ActorKind.PEDESTRIAN].max_speed
+    walker = properties(entity(ActorKind.PEDESTRIAN))
+    car = properties(entity(ActorKind.CAR, max_speed=math.inf))
+    assert float(walker["cortexc.max_speed"]) == MODELS[ActorKind.PEDESTRIAN].top_speed
     assert float(walker["cortexc.max_braking"]) == MODELS[ActorKind.PEDESTRIAN].max_braking
     assert float(car["cortexc.max_speed"]) == math.inf
     assert "cortexc.max_braking" not in car

@@ -1,4 +1,4 @@
-"""What a stranger's scenario can have wrong: each is told with a place and a cure."""
+"""Mistakes of scenarios from other tools: each is reported with a place and a cure."""
 
 from pathlib import Path
 
@@ -93,7 +93,9 @@ def test_timings_without_sense_are_refused(tmp_path: Path, timing: str, said: st
         (on_lane("1", -1, 5.0).replace(ROAD, "<RoadNetwork/>"), "needs the road", "LogicFile"),
     ],
 )
-def test_unknown_places_on_the_road_are_told_with_what_exists(tmp_path: Path, text: str, said: str, cure: str) -> None:
+def test_unknown_places_on_the_road_are_reported_with_what_exists(
+    tmp_path: Path, text: str, said: str, cure: str
+) -> None:
     """At the line of the position that asks."""
     error = refused(tmp_path, text, XODR)
     assert said in error.message
@@ -101,7 +103,7 @@ def test_unknown_places_on_the_road_are_told_with_what_exists(tmp_path: Path, te
     assert error.place.startswith("case.xosc, line ")
 
 
-def test_a_missing_road_file_is_told(tmp_path: Path) -> None:
+def test_a_missing_road_file_is_reported(tmp_path: Path) -> None:
     """With one beside that may be meant; a web address is not fetched."""
     (tmp_path / "roads.xodr").write_text(XODR)
     error = refused(tmp_path, simple(network=ROAD))
@@ -111,7 +113,7 @@ def test_a_missing_road_file_is_told(tmp_path: Path) -> None:
     assert "nothing is fetched" in refused(tmp_path, elsewhere).message
 
 
-def test_a_broken_road_is_told_in_its_own_name(tmp_path: Path) -> None:
+def test_a_broken_road_is_reported_with_its_own_name(tmp_path: Path) -> None:
     """The place is in the road's file."""
     assert refused(tmp_path, simple(network=ROAD), "<OpenDRIVE").place == "road.xodr, line 1, column 1"
     assert "an OpenSCENARIO file" in refused(tmp_path, simple(network=ROAD), "<OpenSCENARIO/>").message
@@ -169,7 +171,7 @@ WAITS = (
 def test_storyboards_without_sense_are_refused(
     tmp_path: Path, init: list[tuple[str, str]], events: list[str], said: str
 ) -> None:
-    """Unknown names, motion that only a simulator knows, triggers that only a run can tell."""
+    """Unknown names, motion that only a simulator knows, triggers that depend on a run."""
     assert said in refused(tmp_path, scenario([EGO], init, events)).message
 
 
@@ -184,7 +186,7 @@ def test_storyboards_without_sense_are_refused(
         ("OpenSCENARIO>", "OpenDRIVE>", "an OpenDRIVE road"),
     ],
 )
-def test_other_kinds_of_files_are_told(tmp_path: Path, old: str, new: str, said: str) -> None:
+def test_other_kinds_of_files_are_reported(tmp_path: Path, old: str, new: str, said: str) -> None:
     """Old versions, catalogs, and files with parts missing."""
     text = simple()
     assert text.replace(old, new) != text
@@ -200,7 +202,7 @@ def test_options_without_sense_are_refused(tmp_path: Path) -> None:
 
 
 def test_more_samples_than_memory_holds_are_refused(tmp_path: Path) -> None:
-    """A vertex a year later, or a tiny step, costs nothing before it is told."""
+    """A vertex a year later, or a tiny step, is refused before it costs memory."""
     way = polyline((0.0, world(0)), (1e8, world(1)))
     assert "more than is read at once" in refused(tmp_path, simple(way)).message
     late = polyline((0.0, world(0)), (1000.0, world(1)))
