@@ -80,7 +80,9 @@ class Recorder:
         self._number = {body: number for number, body in enumerate(bodies)}
         self._open: dict[tuple[int, int], Meeting] = {}
         self._closed: list[Meeting] = []
-        self._episodes: dict[int, Episode] = {}
+        self.episodes: list[Episode] = []
+        """All that bodies went through."""
+        self._current: dict[int, Episode] = {}
         self._failure: Exception | None = None
         space.on_collision(begin=self._guarded(self._begin), post_solve=self._guarded(self._post_solve))
 
@@ -132,9 +134,10 @@ class Recorder:
 
     def _episode(self, body: int) -> Episode:
         """What the body is going through: a new one if it has touched nobody for a while."""
-        known = self._episodes.get(body)
+        known = self._current.get(body)
         if known is None or self.time - known.last > PAUSE:
-            known = self._episodes[body] = Episode(self.time, self.time)
+            known = self._current[body] = Episode(self.time, self.time)
+            self.episodes.append(known)
         return known
 
     def _post_solve(self, arbiter: pymunk.Arbiter) -> None:

@@ -221,8 +221,8 @@ class CaseReplay:
 
     @property
     def contact_point(self) -> tuple[float, float] | None:
-        """Where bodies first met [m]."""
-        return self.impacts[0].point if self.impacts else None
+        """Where the ego and another first met [m]."""
+        return next((impact.point for impact in self.impacts if 0 in impact.actors), None)
 
     @property
     def frame(self) -> Frame:
