@@ -1,7 +1,7 @@
 """A recording, from any driver, judged with the kernels that judge our own runs: outcomes, risk, every metric.
 
-The ego's first contact is searched over the motion between samples. Up to it, or to the end, all are put on whole steps; the
-row after the last of them holds where they would be without contact, as in the record of a run of ours. What
+The ego's first contact is searched over the motion between samples. Up to it, or to the end, all are put on whole
+steps; the row after the last of them holds where they would be without contact, as in the record of a run of ours. What
 was such a run has the same numbers again.
 """
 
@@ -56,8 +56,8 @@ def measure(recording: Recording, profile: str = "paper") -> Measured:
     do to one another ends nothing.
 
     Raises:
-        InterchangeError: no such profile; a recording that is empty, too long, or no motion, or in which the ego overlaps
-            somebody from the start.
+        InterchangeError: no such profile; a recording that is empty, too long, or no motion; the ego overlaps somebody from
+            the start.
     """
     if profile not in PROFILES:
         raise InterchangeError(f"there is no risk profile `{profile}`", f"name one of {', '.join(PROFILES)}")

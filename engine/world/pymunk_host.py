@@ -201,7 +201,9 @@ def run(program: Program, scenes: Scenes, row: int = 0, config: Config = DEFAULT
 def _touching(run: Run, sample: int) -> Floats:
     """Everybody's state at first contact, in the step after a sample: motion in a step is linear."""
     before, after = run.states[sample], run.states[sample + 1]
-    return before + run.end[1] * (after - before)
+    touching = before + run.end[1] * (after - before)
+    touching[:, State.PRESENT] = np.where(after[:, State.PRESENT] != 0.0, before[:, State.PRESENT], 0.0)
+    return touching
 
 
 def _host(program: Program, scenes: Scenes, config: Config, extra_samples: int) -> Host:

@@ -194,8 +194,9 @@ def _of_pair(program: Cast, outcomes: Outcomes, row: int, pair: int, unit: Speed
 
 def speeds(trajectory: Trajectory) -> Floats:
     """(samples, actors) [m/s]. Up to contact, or to an earlier impact of its own, as the actor drives, backwards
-    negative; from then on of its centre, whatever way it heads: over the step that follows a sample, so that none mixes what was before the blow with what
-    came after it; the last sample goes on with the braking before it. NaN where an actor is not in the scene.
+    negative; from then on of its centre, whatever way it heads: over the step that follows a sample, so that none mixes
+    what was before the blow with what came after it; the last sample goes on with the braking before it. NaN where an
+    actor is not in the scene.
     """
     there, loose = trajectory.states[..., State.PRESENT] > 0.5, trajectory.states[..., State.PRESENT] == SLIDING
     found = np.where(there, trajectory.states[..., State.SPEED], np.nan)
