@@ -56,8 +56,8 @@ def measure(recording: Recording, profile: str = "paper") -> Measured:
     do to one another ends nothing.
 
     Raises:
-        InterchangeError: no such profile; a recording that is empty, too long, or no motion; the ego overlaps somebody from
-            the start.
+        InterchangeError: no such profile; a recording that is empty, too long, or no motion; the ego overlaps another
+            from the start.
     """
     if profile not in PROFILES:
         raise InterchangeError(f"there is no risk profile `{profile}`", f"name one of {', '.join(PROFILES)}")
