@@ -66,7 +66,7 @@ def trajectory(
 ) -> Trajectory:
     """States of one valid scene over time, up to the end or the last sample before the ego's first contact."""
     if not scenes.valid[row]:
-        raise ArgumentError(f"scene {row} is not valid; only a valid one can be run", "`scenes.valid` tells which are")
+        raise ArgumentError(f"scene {row} is not valid; only a valid one can be run", "`scenes.valid` says which are")
     shared, run = plan(program, config, contact), memory(program, samples_of(config) + 1)
     rows = requested(scenes)
     begin(shared, run, int(rows.variant[row]), rows.values[row], rows.keys[row])

@@ -157,7 +157,7 @@ class Recording:
     def refuse_broken(self) -> None:
         """Raises InterchangeError where no actor takes part, times do not ascend, or a state is no number."""
         if not len(self) or not self.there.any():
-            raise InterchangeError(f"`{self.name}` holds nobody at any time", "record one actor at least")
+            raise InterchangeError(f"`{self.name}` holds no actor at any time", "record one actor at least")
         if not (np.isfinite(self.time).all() and (np.diff(self.time) > 0.0).all()):
             raise InterchangeError(f"the times of `{self.name}` do not ascend", "record each instant once, in order")
         broken = np.argwhere(self.there & ~np.isfinite(self.states).all(axis=2))

@@ -175,7 +175,7 @@ _ROWS = (
                Parameter("trajectory"), _LATERAL, _OBEY),
     _behaviour("FollowLaneBehavior", "Follow the lane and whatever comes after it, straight on where that can be.",
                _SPEED, _LANE, _LATERAL, _OBEY, _OPPOSITE),
-    _behaviour("CarFollowingBehavior", "Follow a lane or trajectory behind whoever is ahead on it (IDM).",
+    _behaviour("CarFollowingBehavior", "Follow a lane or trajectory behind the actor ahead on it (IDM).",
                _SPEED, Parameter("trajectory", default="the lane it is on"),
                Parameter("time_headway", TIME, "1.6 s", low=0.0),
                Parameter("min_gap", LENGTH, "2 m", low=0.0),

@@ -210,6 +210,7 @@ def test_what_cannot_become_longer(cortexc: Command, left_turn: Path, tmp_path: 
     refused = cortexc("resume", tmp_path / "sa", "--generations", 9)
     assert refused.code == 2
     assert "paces itself by the number of its generations" in refused.err
+    assert "going on" not in refused.err
     assert cortexc("resume", tmp_path / "sa", "--generations", 4).code == 0
     cortexc(left_turn, "--random", *SMALL, "--out", tmp_path / "random")
     refused = cortexc("resume", tmp_path / "random", "--generations", 3)
@@ -276,6 +277,7 @@ def test_two_processes_on_one_run(killed: Path, cortexc: Command, left_turn: Pat
         refused = cortexc("resume", tmp_path / "busy")
         assert refused.code == 2
         assert "being written by another process" in refused.err
+        assert "going on" not in refused.err
         process.kill()
     with start("resume", killed, "--generations", 60000) as process:
         before = written(killed)

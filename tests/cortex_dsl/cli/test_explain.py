@@ -16,13 +16,13 @@ Command = Callable[..., Any]
 
 
 def test_a_page(cortexc: Command) -> None:
-    """Why, the example, what the compiler says about it, and the example mended, in this order."""
+    """Why, the example, what the compiler says about it, and the example corrected, in this order."""
     result = cortexc("explain", "scn203")
     assert result.code == 0
     parts = ["SCN203 (error): unknown attribute", "ego.sped < 3 m/s", "error[SCN203]", "did you mean `speed`?"]
     places = [result.out.index(part) for part in parts]
     assert places == sorted(places)
-    assert "    require ego.speed < 3 m/s" in result.out.split("Mended")[1]
+    assert "    require ego.speed < 3 m/s" in result.out.split("Corrected")[1]
 
 
 @pytest.mark.parametrize("entry", codes.entries(), ids=lambda entry: entry.code)

@@ -105,7 +105,7 @@ def test_one_actor_has_metrics_of_none_and_no_risk(cortexc: Cortexc, tmp_path: P
     (tmp_path / "one.csv").write_text("time,id,x,y\n0,a,0,0\n0.1,a,1,0\n")
     result = cortexc("measure", tmp_path / "one.csv")
     assert result.code == Exit.FINE
-    assert "no contact: a is alone, there is nobody to measure against" in result.out
+    assert "no contact: a is alone, there is no other actor to measure against" in result.out
     assert "risk" not in result.out
     assert cortexc("measure", tmp_path / "one.csv", "--json").document["risk"]["score"] is None
 

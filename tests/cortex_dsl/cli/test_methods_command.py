@@ -78,7 +78,7 @@ def test_every_method_runs_to_its_report(cortexc: Command, left_turn: Path, tmp_
     ("arguments", "message"),
     [
         (["--method", "nichng"], "did you mean `niching`?"),
-        (["--method", "niching,xyzzy"], "`cortexc --method list` tells them all"),
+        (["--method", "niching,xyzzy"], "`cortexc --method list` lists them all"),
         (["--method", "niching", "--check"], "--method and --check ask for different things"),
         (["--method", "niching", "--preset", "cortex"], "--preset has no effect without the genetic algorithm"),
         (["--dask", "local"], "--dask has no effect on a single run"),

@@ -83,7 +83,7 @@ def test_probability_under_the_joint_condition(cortexc: Command, left_turn: Path
     assert found["avoidable_interval"]["low"] <= found["avoidable"] <= found["avoidable_interval"]["high"]
     assert found["valid_share"] < 0.05
     text = cortexc("probability", left_turn, "--condition", "joint", "--samples", "300").out
-    assert "params and scene are drawn anew together" in text
+    assert "params and scene are drawn again together" in text
     assert "valid of" in text
     assert "draws" in text
     wrong = cortexc("probability", left_turn, "--condition", "joint", "--method", "subset")

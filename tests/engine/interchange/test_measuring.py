@@ -272,7 +272,7 @@ def test_nothing_depends_on_the_axes(number: int, angle: float, shift: tuple[flo
         ({"step": 0.0}, "time step"),
         ({"step": float("nan")}, "time step"),
         ({"step": 1e-9}, "too many"),
-        ({"states": np.zeros((3, 2, len(State)))}, "nobody"),
+        ({"states": np.zeros((3, 2, len(State)))}, "no actor"),
         ({"states": np.full((3, 2, len(State)), np.inf)}, "no number"),
     ],
 )

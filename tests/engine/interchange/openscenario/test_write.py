@@ -116,7 +116,7 @@ def test_an_empty_recording_is_refused() -> None:
     nobody = recording([], [0.0], [])
     never = recording([actor("car")], [], [[]])
     for empty in (nobody, never):
-        with pytest.raises(InterchangeError, match="nobody at any time"):
+        with pytest.raises(InterchangeError, match="no actor at any time"):
             write_trajectories(empty, "case", ExportOptions(), ROAD)
 
 

@@ -122,7 +122,7 @@ def test_a_broken_road_is_reported_with_its_own_name(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("entities", "said"),
     [
-        ([], "nobody takes part"),
+        ([], "no actor takes part"),
         ([EGO, EGO], "two take part as `Ego`"),
         ([EGO.replace('<Center x="1.5" y="0" z="0.7"/>', "")], "no <BoundingBox/Center>"),
         ([EGO.replace('length="4.5"', 'length="0"')], "cannot be"),
@@ -154,11 +154,11 @@ WAITS = (
 @pytest.mark.parametrize(
     ("init", "events", "said"),
     [
-        ([("ego", follow(STRAIGHT))], [], "nobody is called `ego`"),
-        ([("Ego", teleport(world(0)))], [], "nobody follows a trajectory with times"),
+        ([("ego", follow(STRAIGHT))], [], "no actor is called `ego`"),
+        ([("Ego", teleport(world(0)))], [], "no actor follows a trajectory with times"),
         ([("Ego", teleport(world(0)))], [event("Ego", speed(5.0))], "moved by <SpeedAction>"),
         ([("Ego", teleport(world(0)))], [event("Ego", follow(STRAIGHT), WAITS)], "waits for <TimeHeadwayCondition>"),
-        ([("Ego", teleport(world(0)))], [event("", follow(STRAIGHT))], "nobody is called ``"),
+        ([("Ego", teleport(world(0)))], [event("", follow(STRAIGHT))], "no actor is called ``"),
         ([("Ego", follow("").replace("<TrajectoryRef>", "").replace("</TrajectoryRef>", ""))], [], "no shape"),
         ([("Ego", speed(1e9) + follow(STRAIGHT))], [], "cannot be"),
         (
