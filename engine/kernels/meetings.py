@@ -47,13 +47,13 @@ class Meeting(NamedTuple):
 
 
 @inlined
-def search_contact(plan: Plan, run: Run, last: int) -> Meeting:
-    """The first contact in this step of one of the actors below `last` with anybody; ties: the lower pair. A state that
-    became NaN ends the run. Copied into its caller: call it in one place.
+def search_contact(plan: Plan, run: Run, low: int, high: int) -> Meeting:
+    """The first contact in this step of an actor from `low` to `high` (exclusive) with a later one; ties: the lower
+    pair. A state that became NaN ends the run. Copied into its caller: call it in one place.
     """
     sample = int(run.status[Status.SAMPLE])
     first, first_one, first_other = NEVER, -1, -1
-    for one in range(last):
+    for one in range(low, high):
         if run.states[sample + 1, one, State.PRESENT] == 0.0:
             continue
         if not _is_finite(run, sample + 1, one):

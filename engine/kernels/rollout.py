@@ -38,6 +38,7 @@ from engine.kernels.region import region_contains
 from engine.kernels.stage import (
     LOOSE,
     NO_SPEED,
+    REPLACED,
     RUNNING,
     Plan,
     Run,
@@ -81,7 +82,8 @@ def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints) -> None
 def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
     """Run on to sample `until`; while scored, at most to the ego's first contact or to the end.
 
-    Unscored, there are no rules, no monitors and no contact search, and nothing that a behaviour does ends the run.
+    Unscored, there are no rules and no monitors, and nothing that a behaviour does ends the run; contact is searched
+    among others alone, and only where the ego is `REPLACED`.
     """
     while run.status[Status.SAMPLE] < until and (run.status[Status.END] == RUNNING or not scored):
         if run.status[Status.SAMPLE] % plan.layout.hold == 0:
@@ -89,16 +91,18 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
         if scored and run.status[Status.END] != RUNNING:
             break
         _step(plan, run)
-        last = len(plan.kinds) if scored else 0
-        while last > 0:
-            met = search_contact(plan, run, last)
-            last = 0
+        low, high = 0, len(plan.kinds)
+        if not scored:
+            low = 1 if run.actors[0, Slot.FREE] == REPLACED else high
+        while low < high:
+            met = search_contact(plan, run, low, high)
+            high = 0
             if met.one == 0:
                 end_run(plan, run, EndReason.COLLISION, -1, met.part)
                 run.status[Status.CONTACT_ONE], run.status[Status.CONTACT_OTHER] = 0, met.other
             elif met.one > 0:
                 settle_others(plan, run, int(run.status[Status.SAMPLE]), met.part, met.one, met.other)
-                last = 1  # the ego's own contact is still to be found
+                high = 1  # the ego's own contact is still to be found
         run.status[Status.SAMPLE] += 1
     if scored and len(plan.temporal_root) > 0:
         _judge(plan, run)

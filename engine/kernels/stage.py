@@ -113,7 +113,7 @@ class Slot(IntEnum):
     LEAVING = 10
     """1 once the actor's way through the scene is over: absent from the next sample on."""
     FREE = 11
-    """0: driven; 1: loose after an impact among others, moved by `kernels.loose`; 2: a host moves it (`HOSTED`)."""
+    """0: driven; 1: loose after an impact among others, moved by `kernels.loose`; else moved from outside."""
     AWAITED = 12
     """1 for an actor that has not come into the scene yet."""
     DRIFT_SPEED = 13
@@ -125,8 +125,8 @@ class Slot(IntEnum):
     REAR_WHEEL = 17
 
 
-LOOSE, HOSTED = 1.0, 2.0
-"""Of `Slot.FREE`."""
+LOOSE, HOSTED, REPLACED = 1.0, 2.0, 3.0
+"""Of `Slot.FREE`. Of an ego that another driver moves, the others go on as in a scored run, impacts included."""
 
 
 class Leg(IntEnum):
