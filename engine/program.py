@@ -151,6 +151,8 @@ class RoadSpec:
     block: float = 100.0
     """Distance between the centres of neighbouring intersections [m]."""
     left_hand: bool = False
+    buildings: float | None = None
+    """How far back from the kerbs blocks of buildings stand between the arms [m]; None: there are none."""
 
 
 @frozen

@@ -103,7 +103,7 @@ BLOCK_LIMIT = 1 << 32
 """Blocks of random numbers that one stream can address."""
 PLAIN: tuple[Literal["C", "A", "W"], ...] = ("C", "A", "W")
 """Contiguous, aligned, writable: the one layout of arrays that kernels are compiled for."""
-PACKED = 5
+PACKED = 6
 """Registers that a packed operand reads at most."""
 WIDEST = 3
 """Registers that a geometry instruction may write."""
@@ -237,7 +237,8 @@ def decided_by_genes(code: CodeTables, layout: Layout) -> Ints:
         for row in code.scene_code[start:end].tolist():
             geometry = row[0] >= Op.PATH_POSE
             reads = (register + i for register in row[2:] for i in range(PACKED if geometry else 1))
-            if not varying.isdisjoint(reads):
+            hidden = row[0] == Op.CAN_SEE and max(varying, default=-1) >= row[4]  # outlines without number may hide
+            if hidden or not varying.isdisjoint(reads):
                 varying.update(range(row[1], row[1] + (WIDEST if geometry else 1)))
             else:
                 varying.discard(row[1])

@@ -207,10 +207,12 @@ class Status(IntEnum):
     TEMPLATE = 5
     DRAWS = 6
     """Random numbers that behaviours have drawn."""
-    OTHERS_ONE = 7
+    SHADED = 7
+    """The sample whose outlines stand in `Run.shades`, or -1."""
+    OTHERS_ONE = 8
     """The first two without the ego that touched, lower actor first, or -1."""
-    OTHERS_OTHER = 8
-    BLOWS = 9
+    OTHERS_OTHER = 9
+    BLOWS = 10
     """Rows of `Run.impacts` that are filled."""
 
 
@@ -248,6 +250,8 @@ class Run(NamedTuple):
     """(2, formula rows): working memory for `temporal.find_broken` …"""
     decided: Ints
     """… (temporals,) int64, too."""
+    shades: Floats
+    """(actors * `sight.SHADE`,): the outlines that hide, of the sample `Status.SHADED`."""
 
 
 @inlined

@@ -46,7 +46,7 @@ from engine.road.specification import LENGTHS, wrong_alone, wrong_together
 from engine.tables import ROAD_REGION
 
 _WHOLE = ("ways", "lanes", "rows", "cols")
-_LENGTHS = ("lane_width", "corner_radius", "approach", "block")
+_LENGTHS = ("lane_width", "corner_radius", "approach", "block", "buildings")
 MAP_ARGUMENTS = (*_WHOLE, *_LENGTHS, "left_hand")
 
 
