@@ -59,7 +59,6 @@ class EndReason(IntEnum):
     """Why a run stopped being scored."""
 
     COLLISION = 0
-    """The ego touched another."""
     OTHER_COLLISION = 1
     """Of old journals only: two others touched. Today they crash and the run goes on."""
     RULE = 2
@@ -198,12 +197,11 @@ class State(IntEnum):
     THROTTLE = 6
     BRAKE = 7
     PRESENT = 8
-    """1 while the actor takes part, 2 while it is loose after an impact and moves as its centres say, not as it heads;
-    0 after it has left the scene."""
+    """1 while the actor takes part, `SLIDING` while it is loose after an impact; 0 after it has left the scene."""
 
 
 SLIDING = 2.0
-"""Of `State.PRESENT`: loose after an impact."""
+"""Of `State.PRESENT`: it moves as its centres say, not as it heads."""
 
 
 class Command(IntEnum):
