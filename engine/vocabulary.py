@@ -200,8 +200,7 @@ class State(IntEnum):
     """1 while the actor takes part, `SLIDING` while it is loose after an impact; 0 after it has left the scene."""
 
 
-SLIDING = 2.0
-"""Of `State.PRESENT`: it moves as its centres say, not as it heads."""
+SLIDING = 2.0  # of `State.PRESENT`: it moves as its centres say, not as it heads
 
 
 class Command(IntEnum):
