@@ -22,13 +22,27 @@ from engine.kernels.geometry import Box, frame, nearest_points, shortest_turn
 from engine.kernels.impact import resolve
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.loose import go_on, write_loose
-from engine.kernels.stage import HOSTED, MAX_BLOWS, Blow, Leg, Plan, Run, Slot, Status, column_of, end_run, outline_of
+from engine.kernels.stage import (
+    HOSTED,
+    MAX_BLOWS,
+    PAUSE,
+    PULSE,
+    Blow,
+    Leg,
+    Plan,
+    Run,
+    Slot,
+    Status,
+    column_of,
+    end_run,
+    outline_of,
+)
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, Column, EndReason, State
 
 MAX_MEETINGS = 64
 """Instants of contact that one step settles; what is left is settled in the next."""
-LOOKS = 32
+LOOKS = 10
 """How often in a step two who touch already are looked at again."""
 MAX_LOOKS = 512
 """Bound on one search."""
@@ -167,10 +181,8 @@ def _outline(plan: Plan, run: Run, actor: int, part: float) -> Box:
 def _embody(plan: Plan, run: Run, actor: int, part: float, bodies: Floats) -> None:
     """Write an actor's body as it is at a part of the step."""
     along = _along(run, actor, part)
-    bodies[actor, Body.X], bodies[actor, Body.Y] = (
-        _mixed(run, actor, Leg.X0, along),
-        _mixed(run, actor, Leg.Y0, along),
-    )
+    bodies[actor, Body.X] = _mixed(run, actor, Leg.X0, along)
+    bodies[actor, Body.Y] = _mixed(run, actor, Leg.Y0, along)
     for column in range(3):
         bodies[actor, Body.VX + column] = _mixed(run, actor, Leg.VX0 + column, along)
     bodies[actor, Body.LIGHTNESS] = bodies[actor, Body.EASE] = 0.0
@@ -228,8 +240,11 @@ def _strike(plan: Plan, run: Run, sample: int, part: float, bodies: Floats, cont
     """Resolve the contacts of an instant; whoever they change is loose, and goes on from there."""
     before = bodies.copy()
     resolve(bodies, contacts, plan.layout.restitution, plan.layout.contact_friction)
+    time = (sample + part) * plan.layout.time_step
     for contact in range(len(contacts)):
-        _note(plan, run, sample, part, before, bodies, contacts, contact)
+        _note_meeting(run, time, part, before, contacts[contact])
+    for number in range(run.status[Status.BLOWS]):
+        _add_changes(run.impacts[number], time, before, bodies)
     for actor in range(1, len(bodies)):
         if (
             bodies[actor, Body.VX] != before[actor, Body.VX]
@@ -245,30 +260,45 @@ def _strike(plan: Plan, run: Run, sample: int, part: float, bodies: Floats, cont
             go_on(plan, run, actor, steer, (1.0 - part) * plan.layout.time_step)
 
 
-@inlined
-def _note(
-    plan: Plan, run: Run, sample: int, part: float, before: Floats, after: Floats, contacts: Floats, contact: int
-) -> None:
-    """Keep an impact, as long as there is room."""
+@kernel
+def _note_meeting(run: Run, time: float, part: float, before: Floats, row: Floats) -> None:
+    """Keep where and how two meet, unless they are in the same impact still, or there is no room."""
+    one, other = int(row[Contact.ONE]), int(row[Contact.OTHER])
+    for number in range(run.status[Status.BLOWS]):
+        blow = run.impacts[number]
+        if blow[Blow.ONE] == one and blow[Blow.OTHER] == other and time - blow[Blow.LAST] <= PAUSE:
+            blow[Blow.LAST] = time
+            return
     number = run.status[Status.BLOWS]
     if number >= MAX_BLOWS:
         return
     run.status[Status.BLOWS] = number + 1
-    blow, row = run.impacts[number], contacts[contact]
-    one, other = int(row[Contact.ONE]), int(row[Contact.OTHER])
-    blow[Blow.TIME] = (sample + part) * plan.layout.time_step
+    blow = run.impacts[number]
+    blow[:] = 0.0
+    blow[Blow.TIME] = blow[Blow.LAST] = time
     blow[Blow.ONE], blow[Blow.OTHER] = one, other
-    last = 0.5 if row[Contact.POINTS] > 1.0 else 0.0
-    blow[Blow.X] = row[Contact.X1] + last * (row[Contact.X2] - row[Contact.X1])
-    blow[Blow.Y] = row[Contact.Y1] + last * (row[Contact.Y2] - row[Contact.Y1])
+    second = 0.5 if row[Contact.POINTS] > 1.0 else 0.0
+    for axis in range(2):
+        first = row[Contact.X1 + axis]
+        blow[Blow.X + axis] = first + second * (row[Contact.X2 + axis] - first)
     for side in range(2):
         actor = other if side else one
         for axis in range(2):
             blow[Blow.VX_ONE + 2 * side + axis] = before[actor, Body.VX + axis]
-            change = after[actor, Body.VX + axis] - before[actor, Body.VX + axis]
-            blow[Blow.CHANGE_X_ONE + 2 * side + axis] = change
             blow[Blow.X_ONE + 2 * side + axis] = before[actor, Body.X + axis]
         blow[Blow.HEADING_ONE + side] = _mixed(run, actor, Leg.HEADING0, _along(run, actor, part))
+
+
+@inlined
+def _add_changes(blow: Floats, time: float, before: Floats, after: Floats) -> None:
+    """Add what an instant did to the two of an impact that is not over."""
+    if time - blow[Blow.LAST] > PAUSE or time - blow[Blow.TIME] > PULSE:
+        return
+    for side in range(2):
+        actor = int(blow[Blow.ONE + side])
+        for axis in range(2):
+            change = after[actor, Body.VX + axis] - before[actor, Body.VX + axis]
+            blow[Blow.CHANGE_X_ONE + 2 * side + axis] += change
 
 
 # -- the next contact --------------------------------------------------------------------------------------------------

@@ -170,7 +170,7 @@ class Blow(IntEnum):
     """Middle of the contact [m]."""
     Y = 4
     VX_ONE = 5
-    """Velocity of each before, and by how much the impact changed it [m/s]."""
+    """Velocity of each before, and by how much it changed while they were in contact, by whomever it was [m/s]."""
     VY_ONE = 6
     VX_OTHER = 7
     VY_OTHER = 8
@@ -186,10 +186,17 @@ class Blow(IntEnum):
     Y_ONE = 16
     X_OTHER = 17
     Y_OTHER = 18
+    LAST = 19
+    """When the two last touched; contact again within `PAUSE` is still the same impact [s]."""
 
 
 MAX_BLOWS = 64
 """Impacts among others that a run keeps; later ones happen and are not kept."""
+PAUSE = 0.05
+"""Two bodies that part and meet again sooner than this are still in the same impact [s]."""
+PULSE = 0.25
+"""Impulses count for so long, if an impact lasts [s]: the crash pulses of cars are over by then, and what is pushed
+along for longer fights the friction of its tyres."""
 
 
 class Status(IntEnum):

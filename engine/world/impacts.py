@@ -6,16 +6,11 @@ from dataclasses import dataclass, field
 
 import pymunk
 
-from engine.kernels.stage import Blow, Run, Status
+from engine.kernels.stage import PAUSE, PULSE, Blow, Run, Status
 from engine.tables import Floats
 
 LEAST_CHANGE = 0.01
 """Of a velocity, for a touch to be told as an impact [m/s]."""
-PAUSE = 0.05
-"""Two bodies that part and meet again sooner than this are still in the same impact [s]."""
-PULSE = 0.25
-"""Impulses count for so long, if an impact lasts [s]: the crash pulses of cars are over by then, and what is pushed
-along for longer fights the friction of its tyres."""
 
 
 @dataclass(frozen=True)

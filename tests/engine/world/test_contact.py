@@ -10,10 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.config import ContactConfig
+from engine.kernels.stage import PULSE
 from engine.vehicles import CAR, MODELS
 from engine.vocabulary import ActorKind, Column
 from engine.world.bodies import Physique, new_space, physique, rub, solid
-from engine.world.impacts import PULSE, Impact, Recorder, clock_position
+from engine.world.impacts import Impact, Recorder, clock_position
 
 SUBSTEP = 0.0025
 CONFIG = ContactConfig()
