@@ -38,7 +38,7 @@ __all__ = ["draw_genomes", "sample", "uniform_genomes"]
 
 
 def draw_genomes(space: ParamSpace, keys: Ints) -> Floats:
-    """(n, d) gene values in file units, each from its own distribution; row i depends on key i alone."""
+    """Return (n, d) gene values in file units, each from its own distribution; row i depends on key i alone."""
     return from_uniforms(space, _uniforms(space, keys))
 
 
@@ -51,7 +51,7 @@ def from_uniforms(space: ParamSpace, uniforms: Floats) -> Floats:
 
 
 def uniform_genomes(space: ParamSpace, keys: Ints) -> Floats:
-    """(n, d) gene values in file units, uniform over the box of the search; row i depends on key i alone."""
+    """Return (n, d) gene values in file units, uniform over the box of the search; row i depends on key i alone."""
     genomes = _uniforms(space, keys)
     for gene in range(len(space)):
         genomes[:, gene] = _from_box(space, gene, genomes[:, gene])
@@ -128,7 +128,7 @@ def sample(
     jobs: int = 1,
     prune: Pruner | None = None,
 ) -> Scenes:
-    """Draw one scene for each genome (n, d; file units) from the stream of its key (n, 6).
+    """Draw one scene for each genome (n, d; file units) from the stream of its key (n, 6), and return them all.
 
     `prune` is the program's pruner, for callers who sample often; without one it is made where the config asks for it.
     """

@@ -63,7 +63,7 @@ def _spec(ev: Evaluator, node: nodes.Map) -> RoadSpec:
     """The road that is asked for.
 
     Raises:
-        Mistake: there is none; what is wrong with each argument has been reported.
+        Mistake: no road fits; what is wrong with each argument has been reported.
     """
     given, mistaken = evaluate_each(ev, node.arguments)
     values: dict[str, float | bool] = {}
