@@ -28,7 +28,7 @@ from engine.tables import Floats
 from engine.vocabulary import State
 
 if TYPE_CHECKING:
-    from engine.world.aftermath import Impact
+    from engine.world.impacts import Impact
 
 
 STEERING_DEAD_BAND = 0.01

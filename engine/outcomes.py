@@ -37,7 +37,7 @@ class Per(Enum):
     ACTOR = "actor"
     """(n, actors)"""
     CONTACT = "contact"
-    """(n, 2) the two in contact."""
+    """(n, 2) two in contact."""
 
 
 class Kept(Enum):
@@ -163,7 +163,7 @@ class _Measured:
     end_reason: Annotated[
         Ints,
         Result(
-            "`collision`, `other_collision` (without the ego), `rule`, `timeout`, `all_done`, `stuck`, `broken`",
+            "`collision` (of the ego), `rule`, `timeout`, `all_done`, `stuck`, `broken`",
             kind=EndReason,
         ),
     ]
@@ -295,6 +295,10 @@ class _Measured:
             kept=Kept.EGO,
         ),
     ]
+    others_contact_time: Annotated[
+        Floats, Result("when two others first touched; empty: never, or after the end [s]", "s")
+    ]
+    """NaN if never. They crash, and the run goes on: it is the ego's."""
 
 
 @frozen
@@ -302,7 +306,10 @@ class Outcomes(_Measured, _Decided):
     """What happened to each scene, by the arrays of the table; of a pair or an actor, one number for each."""
 
     steps: Annotated[Ints, Result("steps simulated", kind=int)]
-    contact_actors: Annotated[Ints, Result("the pair in contact, -1 where none", per=Per.CONTACT, kind=int)]
+    contact_actors: Annotated[Ints, Result("the ego and whom it touched, -1 where nobody", per=Per.CONTACT, kind=int)]
+    others_contact_actors: Annotated[
+        Ints, Result("the first two others that touched, -1 where none", per=Per.CONTACT, kind=int)
+    ]
 
     def __len__(self) -> int:
         return len(self.verdict)

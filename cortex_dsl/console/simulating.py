@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from engine.acceptance import Account
     from engine.metrics import Metric
     from engine.search.run import Campaign
-    from engine.world.aftermath import Impact
+    from engine.world.impacts import Impact
 
 
 def open_scenario(
@@ -150,7 +150,9 @@ def _simulate(scenario: Scenario, scenes: Scenes, engine: str) -> Simulated:
     from engine import batch
 
     outcomes = scenario.simulate(scenes)
-    return Simulated(outcomes, batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation), ())
+    return Simulated(
+        outcomes, batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation, scenario.config.contact), ()
+    )
 
 
 def _report(run: RunRequest, scenario: Scenario, scenes: Scenes, simulated: Simulated, again: str) -> RunReport:

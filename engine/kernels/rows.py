@@ -67,6 +67,9 @@ def note_end(run: Run, row: int, out: Results) -> bool:
     out.collided[row] = reason == EndReason.COLLISION
     out.contact_actors[row, 0] = run.status[Status.CONTACT_ONE]
     out.contact_actors[row, 1] = run.status[Status.CONTACT_OTHER]
+    out.others_contact_time[row] = run.end[2]
+    out.others_contact_actors[row, 0] = run.status[Status.OTHERS_ONE]
+    out.others_contact_actors[row, 1] = run.status[Status.OTHERS_OTHER]
     for actor in range(len(run.actors)):
         out.left_road_time[row, actor] = run.actors[actor, Slot.LEFT_ROAD]
     return out.verdict[row] == Verdict.VALID
@@ -79,7 +82,7 @@ def measure_run(plan: Plan, run: Run, values: Floats, row: int, outlines: Floats
         outlines[actor, 0] = values[actor * COLUMNS + Column.LENGTH]
         outlines[actor, 1] = values[actor * COLUMNS + Column.WIDTH]
         outlines[actor, 2] = values[actor * COLUMNS + Column.REAR_TO_CENTER]
-    touching = run.status[Status.CONTACT_OTHER] if run.status[Status.CONTACT_ONE] == 0 else -1
+    touching = run.status[Status.CONTACT_OTHER]
     ending = run.end[1]
     samples = run.status[Status.SAMPLE] + (0 if ending > 0.0 else 1)
     for other in range(1, len(plan.kinds)):

@@ -43,7 +43,7 @@ def make_host(program: Program, config: Config) -> Simulate:
     if config.search.engine == "batch":
         from engine import batch
 
-        return lambda scenes: batch.simulate(program, scenes, config.simulation, jobs=jobs)
+        return lambda scenes: batch.simulate(program, scenes, config.simulation, jobs, config.contact)
     if config.search.engine == "world":
         from engine import world
 

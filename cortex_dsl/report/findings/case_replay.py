@@ -31,7 +31,7 @@ from engine.search.ranking import Case
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, Column, State, Verdict
 from engine.world import WorldRun
-from engine.world.aftermath import Impact
+from engine.world.impacts import Impact
 
 COLOURS = 6
 """Actors that have a colour of their own."""
@@ -203,8 +203,8 @@ class CaseReplay:
 
     @property
     def contact_point(self) -> tuple[float, float] | None:
-        """Where bodies first met [m]."""
-        return self.impacts[0].point if self.impacts else None
+        """Where the ego and another first met [m]."""
+        return next((impact.point for impact in self.impacts if 0 in impact.actors), None)
 
     @cached_property
     def heading(self) -> float:

@@ -251,7 +251,7 @@ def limits(record: Record, system: Sequence[str] = ()) -> Iterator[str]:
         f"{beyond(record)}; a finding is a scene to look at again with the real system."
     )
     yield (
-        "What happens after contact. Scoring ends at first contact; the motion that is drawn lighter afterwards is "
+        "What happens after the ego's contact. Scoring ends there; the motion that is drawn lighter afterwards is "
         "rigid-body physics, for illustration."
     )
 

@@ -180,17 +180,27 @@ def test_who_is_gone_touches_nobody() -> None:
     assert outcomes.end_reason[0] == EndReason.ALL_DONE
 
 
-def test_contact_of_two_others_ends_the_run_without_a_collision_of_the_ego() -> None:
-    """And the ego's least distance is taken up to that instant."""
+def test_contact_of_two_others_ends_nobody_elses_judgement() -> None:
+    """It is noted, and the ego is judged to its own end: here its contact with one of the two."""
     time = np.arange(30) * 0.1
     ego = [(0.0, 30.0 - 5.0 * t, -np.pi / 2, 5.0) for t in time]
     one = [(10.0 * t, 0.0, 0.0, 10.0) for t in time]
     other = [(40.0 - 10.0 * t, 0.0, np.pi, 10.0) for t in time]
     outcomes = measure(by_hand([ego, one, other], time, 0.1)).outcomes
-    assert outcomes.end_reason[0] == EndReason.OTHER_COLLISION
-    assert outcomes.contact_actors[0].tolist() == [1, 2]
+    assert outcomes.end_reason[0] == EndReason.TIMEOUT
+    assert outcomes.others_contact_actors[0].tolist() == [1, 2]
+    assert outcomes.others_contact_time[0] == pytest.approx(1.8, abs=0.2)
+    assert outcomes.contact_actors[0].tolist() == [-1, -1]
     assert not outcomes.collided[0]
-    assert (outcomes.min_distance_time[0] <= outcomes.end_time[0] + 1e-12).all()
+    assert outcomes.end_time[0] == pytest.approx(2.9)
+
+
+def test_an_overlap_in_the_first_sample_is_no_run() -> None:
+    """The ego inside another from the start is refused, by name; two others there are nobody's business."""
+    still, inside, apart = ([(x, 0.0, 0.0, 0.0)] * 3 for x in (0.0, 1.0, 50.0))
+    with pytest.raises(InterchangeError, match="overlap in the first sample"):
+        measure(by_hand([still, inside], [0.0, 0.1, 0.2], 0.1))
+    assert measure(by_hand([apart, still, inside], [0.0, 0.1, 0.2], 0.1)).outcomes.others_contact_time[0] == 0.0
 
 
 def test_one_alone_has_no_risk() -> None:
