@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.metrics import Metric, measure_trajectory, pedal_oscillation, steering_oscillation
+from engine.metrics import Metric, measure_trajectory
+from engine.metrics.driving import pedal_oscillation, steering_oscillation
 from engine.outcomes import Outcomes, blank_outcomes
 from engine.scenes import Trajectory
 from engine.tables import Floats

@@ -19,7 +19,15 @@ from cortex_dsl.report.findings.story import Moment, aftermath, in_order, speeds
 from cortex_dsl.syntax import nodes
 from engine.kernels.conflict import Snapshot, snapshot
 from engine.kernels.geometry import box_distance
-from engine.metrics import Metric, measure_impacts, measure_trajectory, scored_samples, span_together, time_step
+from engine.metrics import (
+    Metric,
+    bodies_of,
+    measure_impacts,
+    measure_trajectory,
+    scored_samples,
+    span_together,
+    time_step,
+)
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import Risk
@@ -177,7 +185,8 @@ class CaseReplay:
         """Of a valid run."""
         if int(self.outcomes.verdict[0]) != Verdict.VALID:
             return ()
-        driven = measure_trajectory(self.trajectory, self.outcomes, rear_to_center=self._rear_to_center)
+        bodies = bodies_of(self.program, self.scenes.values[0])
+        driven = measure_trajectory(self.trajectory, self.outcomes, bodies)
         return (*driven, *measure_impacts(self.impacts))
 
     @cached_property

@@ -60,8 +60,7 @@ def test_measuring_a_recorded_run_gives_its_outcomes_again(path: Path) -> None:
         measured = measure(recording)
         assert differences(ran.outcomes, measured.outcomes) == {}
         assert measured.risk.score[0] == scenario.assess(ran.outcomes).score[0]
-        behind = [actor.rear_to_center for actor in recording.actors]
-        expected = measure_trajectory(ran.trajectory, ran.outcomes, rear_to_center=behind)
+        expected = measure_trajectory(ran.trajectory, ran.outcomes, bodies_of(scenario.program, scenes.values[row]))
         assert [m.name for m in measured.metrics] == [m.name for m in expected]
         assert [m.value for m in measured.metrics] == pytest.approx([m.value for m in expected], nan_ok=True, rel=1e-8)
         assert measured.trajectory.contact_sample == ran.trajectory.contact_sample or "modular" in path.name
