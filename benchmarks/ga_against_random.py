@@ -32,8 +32,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "seed": options.seed,
         "seconds": round(seconds, 1),
     }
-    told = as_json if options.json else as_short_markdown if options.short else as_markdown
-    print(told(settings, rows))
+    layout = as_json if options.json else as_short_markdown if options.short else as_markdown
+    print(layout(settings, rows))
     return 0
 
 

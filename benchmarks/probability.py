@@ -31,7 +31,7 @@ def main() -> None:
     scenario = compile_text(RARE, "rare.scn")
     scenario = replace(scenario, config=replace(scenario.config, search=replace(scenario.config.search, jobs=2)))
     estimate(scenario.program, scenario.config, "mc", 100)
-    found = [_told(scenario, "mc", options.samples), _told(scenario, "subset", options.level_size)]
+    found = [_estimated(scenario, "mc", options.samples), _estimated(scenario, "subset", options.level_size)]
     agree = found[0].interval.low <= found[1].interval.high and found[1].interval.low <= found[0].interval.high
     print(f"intervals {'overlap' if agree else 'DO NOT overlap'}")
     for each in found:
@@ -39,7 +39,7 @@ def main() -> None:
         print(f"{each.method:7} avoidable {each.avoidable:.3e}  [{low:.3e}, {high:.3e}]  {each.driven:,} driven again")
 
 
-def _told(scenario, method: str, samples: int) -> Probability:
+def _estimated(scenario, method: str, samples: int) -> Probability:
     start = perf_counter()
     found = estimate(scenario.program, scenario.config, method, samples, seed=1)
     low, high = found.interval

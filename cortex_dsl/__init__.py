@@ -6,7 +6,7 @@
     >>> case = campaign.worst[0]
     >>> cx.export(cx.open_run("runs/mine"), ["xosc", "csv"], "elsewhere")
 
-This is all of it that a user needs to know by name; what stands behind may move. Nothing is imported before it is used,
+These are all names that a user needs; the modules behind them may move. Nothing is imported before it is used,
 and nothing here prints. What cannot be done is a `CortexError`, which says what is wrong and how to mend it.
 """
 
@@ -57,7 +57,7 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """The thing of a name, imported with its first use.
+    """Import and return what a public name stands for, at its first use.
 
     Raises:
         HiddenEngineError: another package called `engine` stands before ours.

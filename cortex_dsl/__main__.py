@@ -35,7 +35,7 @@ def _open_streams() -> None:
 
 
 def _start_light() -> None:
-    """Leave out what nobody here needs and what costs half of a short command.
+    """Switch off what this process does not need and what costs half the time of a short command.
 
     Threads for matrices only spin. Looking for garbage finds none, again and again while the compiler makes what lives
     until the end, and once more at the end, when all of it goes anyway.

@@ -35,7 +35,7 @@ class Page:
     wrong: str = ""
     """The smallest whole program that raises the code."""
     right: str = ""
-    """The same program, mended."""
+    """The same program, corrected."""
     options: tuple[str, str] = ("", "")
     """The `-p NAME=VALUE` that `wrong` and `right` are compiled with."""
     shown: str = ""
@@ -44,7 +44,7 @@ class Page:
 
 @frozen
 class Diagnostic:
-    """One finding: what is wrong (`message`), where, why (`reason`), and how to mend it (`cure`)."""
+    """One finding: what is wrong (`message`), where, why (`reason`), and how to correct it (`cure`)."""
 
     code: str
     """Stable: SCN1xx syntax, SCN2xx names, SCN3xx units and types, SCN4xx values and meaning, SCN5xx random
@@ -60,7 +60,7 @@ class Diagnostic:
 class CompileError(CortexError):
     """The one exception that carries diagnostics out of the compiler; message and cure are those of the first error.
 
-    `drawn` is its text, if whoever raises it can draw the lines of the source with their marks.
+    `drawn` is its text with the marked lines of the source, where the code that raises it can draw them.
     """
 
     def __init__(self, source: Source, diagnostics: Iterable[Diagnostic], drawn: str = "") -> None:

@@ -74,7 +74,7 @@ def _is_file(place: Path) -> bool:
     try:
         return place.is_file()
     except PermissionError:
-        return True  # reading it tells why it cannot be read
+        return True  # reading it reports why it cannot be read
     except (OSError, ValueError):
         return False
 

@@ -33,7 +33,7 @@ def errors() -> ModuleType:
 
 
 def provide_errors() -> None:
-    """Let `from engine.errors import …` succeed all the same: a command says in its own way what is wrong."""
+    """Make `from engine.errors import …` succeed all the same, so that a command can report what is wrong."""
     if _other_engine() is not None:
         sys.modules.setdefault(ERRORS, _read_from_file())
 
@@ -62,7 +62,7 @@ def _other_engine() -> str | None:
 def _engine_spec() -> ModuleSpec | None:
     try:
         return find_spec(ENGINE)
-    except ValueError:  # a module that somebody made by hand
+    except ValueError:  # a module without a spec, made by hand
         return None
 
 

@@ -126,7 +126,7 @@ class Wait(Act):
 
 @frozen
 class Follow(Act):
-    """FollowTrajectoryBehavior and its kin: follow a path until its end. `progress` is a local of its own."""
+    """FollowTrajectoryBehavior and similar ones: follow a path until its end. `progress` is a local of its own."""
 
     path: Expr
     target_speed: Expr
@@ -137,7 +137,7 @@ class Follow(Act):
 
 @frozen
 class HoldSpeed(Act):
-    """ConstantSpeedBehavior: for ever."""
+    """ConstantSpeedBehavior: it never ends."""
 
     target_speed: Expr
 
@@ -337,7 +337,7 @@ class Temporal:
 
 @frozen
 class Monitor:
-    """A coroutine of nobody: monitors, and the scenarios that `compose` runs. Numbered: a child after its parent."""
+    """A coroutine without an actor: a monitor, or a scenario that `compose` runs. Children have higher numbers."""
 
     name: str
     body: Block

@@ -1,4 +1,4 @@
-"""The whole compiler as one function: text in, program out, every stage on the way kept for whoever wants to see it."""
+"""The whole compiler as one function: text in, program out, every stage on the way kept for inspection."""
 
 from collections.abc import Mapping
 from dataclasses import field
@@ -45,7 +45,7 @@ def compile_source(
     observe: "Observer | None" = None,
 ) -> Compiled:
     """Compile a text. `overrides` fixes params to constants, as `-p NAME=VALUE` does; `scenario` names the one to run
-    where the file has several, `files` is where imports come from; `observe` is told every value that is worked out.
+    where the file has several, `files` is where imports come from; `observe` is called with every value worked out.
 
     Raises:
         CompileError: with every error found.

@@ -1,1 +1,1 @@
-"""The engine of cortexc: compiled scenarios in, scenes, outcomes and searches out. It has never heard of text."""
+"""The engine of cortexc: compiled scenarios in, scenes, outcomes and searches out. It knows no scenario text."""

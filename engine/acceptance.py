@@ -1,4 +1,4 @@
-"""Which requirement throws attempts away: every requirement weighed on every one of many independent attempts.
+"""Which requirement rejects attempts: every requirement tested on every one of many independent attempts.
 
 Rejection sampling stops an attempt at its first failure, so its counts say little about what stands further down. Here
 nothing stops: each attempt has a genome and draws of its own, and for each requirement its truth and, where there is
@@ -23,7 +23,7 @@ from engine.vocabulary import Method
 
 DRAWS = 10_000
 ENOUGH = 0.5
-"""Acceptance from which nobody asks what to relax."""
+"""Acceptance from which no relaxation is suggested."""
 LEAST_TARGET = 0.01
 BLOCK = 50_000
 """Attempts made in one uninterruptible call."""
@@ -91,7 +91,7 @@ class Relaxation:
 
     requirement: int
     amount: float
-    """By how much, in the unit of its margin; infinite where only leaving it out does, or nobody knows by how much."""
+    """By how much, in the unit of its margin; infinite where only leaving it out does, or the amount is unknown."""
     acceptance: float
     """What is then accepted, in these attempts."""
 
@@ -107,7 +107,7 @@ class Conflict:
 
 @dataclass(frozen=True)
 class Account:
-    """All that a weighing tells, ready to be shown."""
+    """All that follows from a weighing, ready to be shown."""
 
     weighing: Weighing
     blames: tuple[Blame, ...]
@@ -118,19 +118,19 @@ class Account:
 
 
 def account(weighing: Weighing, target: float | None = None) -> Account:
-    """Everything at once, for a target of one's own or the default one."""
-    told = blames(weighing)
-    target = _default_target(weighing, told) if target is None else target
+    """Return everything that follows from a weighing, for the given target or the default one."""
+    found = blames(weighing)
+    target = _default_target(weighing, found) if target is None else target
     relaxed = () if target is None else relaxations(weighing, target)
-    return Account(weighing, told, target, relaxed, smallest_conflict(weighing))
+    return Account(weighing, found, target, relaxed, smallest_conflict(weighing))
 
 
-def _default_target(weighing: Weighing, told: Sequence[Blame]) -> float | None:
+def _default_target(weighing: Weighing, found: Sequence[Blame]) -> float | None:
     """Twice the present acceptance and at least 1 %, or half of what one requirement can give if that is less.
 
     None where half of the attempts pass already, or no single requirement makes a difference.
     """
-    acceptance, best = weighing.acceptance, max((blame.without for blame in told), default=0.0)
+    acceptance, best = weighing.acceptance, max((blame.without for blame in found), default=0.0)
     if not acceptance < min(ENOUGH, best):
         return None
     return min(max(LEAST_TARGET, 2.0 * acceptance), 0.5 * (acceptance + best))
@@ -246,7 +246,7 @@ def smallest_conflict(weighing: Weighing) -> Conflict | None:
 
 
 def _minimal(sets: set[frozenset[int]]) -> list[frozenset[int]]:
-    """Those that hold no other: who hits these hits all."""
+    """Return the sets that contain no other set: what meets these meets all."""
     kept: list[frozenset[int]] = []
     for candidate in sorted(sets, key=lambda s: (len(s), sorted(s))):
         if not any(other <= candidate for other in kept):

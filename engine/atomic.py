@@ -1,8 +1,8 @@
 """Files written whole or not at all: first under a hidden name beside their place, then put there at once.
 
-Whoever reads a file, at whatever moment, sees all of the old or all of the new. Nothing here listens to signals: who is
-killed leaves hidden names behind, and the next one that writes into that folder, while nobody else does, takes them
-away. Writers know of one another by a lock of the folder, which ends with whoever holds it.
+A reader, at any moment, sees all of the old or all of the new. Nothing here listens to signals: a process that is
+killed leaves hidden names behind, and the next one that writes into that folder, while no other does, takes them
+away. Writers know of one another by a lock of the folder, which ends with the process that holds it.
 """
 
 import errno
@@ -18,7 +18,7 @@ from pathlib import Path
 
 try:
     import fcntl
-except ImportError:  # Windows has no such locks: nothing is ever taken away there
+except ImportError:  # Windows has no such locks: nothing is ever removed there
     fcntl = None
 
 WAITING = re.compile(r"\..*\.[0-9a-f]{8}\.cortexc-part")
@@ -26,7 +26,7 @@ WAITING = re.compile(r"\..*\.[0-9a-f]{8}\.cortexc-part")
 LONGEST_NAME = 100
 """Bytes of a file's name in that."""
 PATIENCE, PAUSE = 100, 0.01
-"""How often a lock is tried, and how long after one another [s]: who takes names away needs no longer."""
+"""How often a lock is tried, and the pause in between [s]: removing names takes no longer."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def _holds(path: Path, content: bytes) -> bool:
     except FileNotFoundError:  # a link that leads nowhere
         return False
     if stat.S_ISDIR(found.st_mode):
-        return path.read_bytes() == content  # raises, with the name of what happened
+        return path.read_bytes() == content  # raises the fitting OSError
     return stat.S_ISREG(found.st_mode) and found.st_size == len(content) and path.read_bytes() == content
 
 
@@ -108,7 +108,7 @@ def write_all(folder: Path, files: Mapping[str, bytes]) -> None:
             with suppress(OSError):
                 path.unlink(missing_ok=True)
         for path in made:
-            with suppress(OSError):  # not empty: somebody else uses it by now
+            with suppress(OSError):  # not empty: another process uses it by now
                 path.rmdir()
         raise
 
@@ -138,12 +138,12 @@ def _make(folder: Path) -> list[Path]:
     return missing
 
 
-# -- what somebody left who was killed ---------------------------------------------------------------------------------
+# -- what a killed process left behind --------------------------------------------------------------------------------
 
 
 @contextmanager
 def _writing_into(folder: Path) -> Generator[None]:
-    """Share the folder's lock with whoever else writes there; who has it alone first takes away what is left."""
+    """Share the folder's lock with other writers; a process that has it alone first removes what a killed one left."""
     number = _opened(folder)
     try:
         if number is not None:

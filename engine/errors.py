@@ -1,6 +1,6 @@
-"""The exceptions of the house. What a user may catch is a `CortexError`; what only carries control flow is a `Signal`.
+"""The exceptions of cortexc. What a user may catch is a `CortexError`; what only carries control flow is a `Signal`.
 
-A `CortexError` says what is wrong (`message`) and how to mend it (`cure`); every one can be pickled, so that it crosses
+A `CortexError` says what is wrong (`message`) and what to do (`cure`); every one can be pickled, so that it crosses
 from a worker's process to ours as it is.
 """
 
@@ -29,7 +29,7 @@ def _restored(kind: type[CortexError], arguments: tuple[Any, ...]) -> CortexErro
 
 
 class Signal(Exception):  # noqa: N818 - no error, it is caught where it is expected
-    """Control flow between two rooms of the house; never reaches a user."""
+    """Control flow between two modules; never reaches a user."""
 
 
 class ArgumentError(CortexError, ValueError):
@@ -37,7 +37,7 @@ class ArgumentError(CortexError, ValueError):
 
 
 class ArgumentKindError(CortexError, TypeError):
-    """An argument is of another type than the one expected, or has a name that nobody knows."""
+    """An argument is of another type than the one expected, or has an unknown name."""
 
 
 class RowError(CortexError, IndexError):

@@ -1,4 +1,4 @@
-"""Packages that only some methods, outputs and formats need: imported when asked for, and missed with the command that
+"""Packages that only some methods, outputs and formats need: imported when used; an error names the command that
 installs them into this Python, from where cortexc came.
 """
 
@@ -54,6 +54,6 @@ def needed(module: str, who: str, extra: str, package: str = "") -> Any:
 
 
 def _short(path: Path) -> str:
-    """As one would type it here."""
+    """Return the command as one types it here."""
     here = Path(os.path.abspath(path))  # noqa: PTH100 - a link, as a virtual environment's python is, stays one
     return str(here.relative_to(Path.cwd())) if here.is_relative_to(Path.cwd()) else str(here)

@@ -16,7 +16,7 @@ Class = TypeVar("Class")
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
 def frozen(cls: type[Class]) -> type[Class]:
     """A frozen dataclass, equal and hashed by its fields. No `__post_init__`, no `init=False`."""
-    cls.__doc__ = cls.__doc__ or cls.__name__  # else `dataclass` works a signature out to put there
+    cls.__doc__ = cls.__doc__ or cls.__name__  # else `dataclass` computes a signature for it
     made = dataclass(init=False, repr=False, eq=False)(cls)
     if hasattr(made, "__post_init__") or not all(each.init for each in fields(made)):  # type: ignore[arg-type]
         raise TypeError(f"{cls.__name__} needs a real dataclass")

@@ -20,7 +20,7 @@ from engine.vocabulary import ActorKind, Column, RuleKind, State
 MAX_SAMPLES = 100_000
 """Steps that a run may have; a record of so many takes 7 MB an actor."""
 PLAIN = ("C", "A", "W")
-"""Contiguous, aligned, writable arrays: numba would compile the kernels anew for any others."""
+"""Contiguous, aligned, writable arrays: numba would compile the kernels again for any others."""
 
 
 def plan(program: Program, config: SimulationConfig) -> Plan:
@@ -119,7 +119,7 @@ def empty_results(actors: int, scenes: Requested) -> Results:
 
 
 def outcomes(results: Results) -> Outcomes:
-    """Results under the names that everybody knows."""
+    """Return results as `Outcomes`, under their public names."""
     arrays = results._asdict()
     return Outcomes(**pair_arrays(arrays.pop("pairs")), **arrays)
 

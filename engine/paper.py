@@ -5,7 +5,7 @@ Source: "CORTEX-AVD: A Framework for CORner Case Testing and EXploration in Auto
 "Results" and "Discussion". One run of each method in each scenario: 30 generations of 100.
 
 Printed numbers are rounded. A claim holds when some values that round to the printed inputs give a result that rounds
-to the printed one. What the paper says is told apart from what we infer: rows that follow from its numbers by an
+to the printed one. What the paper says is kept apart from what we infer: rows that follow from its numbers by an
 assumption of ours, such as that MDG counts a collision as 0 m. Where an assumption fails, all of its rows fail
 together, for one cause.
 """

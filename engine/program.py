@@ -64,10 +64,10 @@ class Requirement:
     probability: float = 1.0
     unit: str = ""
     """SI unit of its margin."""
-    told_unit: str = ""
-    """Unit in which people are told amounts of it: the one that its source uses; "" where that is the SI unit."""
-    told_scale: float = 1.0
-    """SI amount = told amount * scale."""
+    display_unit: str = ""
+    """Unit in which its amounts are displayed: the one that its source uses; "" where that is the SI unit."""
+    display_scale: float = 1.0
+    """SI amount = displayed amount * scale."""
 
 
 @frozen
@@ -281,6 +281,14 @@ def _jsonable(item: Any) -> Any:
     return item
 
 
+_RENAMED = {"told_unit": "display_unit", "told_scale": "display_scale"}
+"""Fields of a requirement in files of version 0.2 and before, and what they are called now."""
+
+
+def _with_display(requirement: Mapping[str, Any]) -> dict[str, Any]:
+    return {_RENAMED.get(name, name): value for name, value in requirement.items()}
+
+
 def _rebuild(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Program:
     def group(prefix: str) -> dict[str, Any]:
         return {name.removeprefix(prefix): a for name, a in arrays.items() if name.startswith(prefix)}
@@ -296,7 +304,7 @@ def _rebuild(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Pro
         "road_spec": RoadSpec(**header["road_spec"]),
         "settings": Settings(**header["settings"]),
         "actors": tuple(header["actors"]),
-        "requirements": tuple(Requirement(**r) for r in header["requirements"]),
+        "requirements": tuple(Requirement(**_with_display(r)) for r in header["requirements"]),
         "rules": tuple(Rule(**_with(r, kind=RuleKind(r["kind"]))) for r in header["rules"]),
         "records": tuple(Record(**r) for r in header["records"]),
         "monitors": tuple(header["monitors"]),

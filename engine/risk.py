@@ -102,8 +102,8 @@ class Risk:
     def __repr__(self) -> str:
         """One line, for notebooks."""
         valid = self.score[self.score > INVALID]
-        told = f"scores {valid.min()} to {valid.max()}, mean {valid.mean():.1f}" if len(valid) else "no score"
-        return f"Risk({len(self.score)}: {told}; {len(self.score) - len(valid)} invalid)"
+        text = f"scores {valid.min()} to {valid.max()}, mean {valid.mean():.1f}" if len(valid) else "no score"
+        return f"Risk({len(self.score)}: {text}; {len(self.score) - len(valid)} invalid)"
 
 
 def assess(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Risk:

@@ -219,7 +219,7 @@ def recipe_of(program: Program) -> Recipe:
 
 
 def _plain(tables: Tables) -> Tables:
-    """Contiguous, writable arrays: numba would compile the kernels anew for any others."""
+    """Return contiguous, writable arrays: numba would compile the kernels again for any others."""
     return tables._make(np.require(array, requirements=PLAIN) for array in tables)
 
 

@@ -46,8 +46,8 @@ class Scenes:
 
     def _repr_html_(self) -> str:
         counts = ((verdict.name.lower(), int((self.verdict == verdict).sum())) for verdict in Verdict)
-        told = [("scenes", f"{len(self):,}"), *((name, f"{count:,}") for name, count in counts if count)]
-        return facts_table([*told, ("attempts", f"{int(self.attempts.sum()):,}")])
+        rows = [("scenes", f"{len(self):,}"), *((name, f"{count:,}") for name, count in counts if count)]
+        return facts_table([*rows, ("attempts", f"{int(self.attempts.sum()):,}")])
 
     @property
     def valid(self) -> Bools:

@@ -1,4 +1,4 @@
-"""Addresses of random numbers: who asks, for which individual, for what. Two addresses never share a number.
+"""Addresses of random numbers: the method that asks, the individual, the purpose. Two addresses never share a number.
 
 Scenes and behaviours draw from Philox4x32-10 (`engine.kernels.random_numbers`): a 64-bit key and a 128-bit counter.
 
@@ -48,14 +48,14 @@ class StreamKey(NamedTuple):
     """`vocabulary.Method`, or a number made of a search method's name (`engine.streams.method_number`)."""
     run: int
     generation: int
-    index: int  # pyright: ignore[reportIncompatibleMethodOverride]  # nobody looks values up in a key
+    index: int  # pyright: ignore[reportIncompatibleMethodOverride]  # no value is ever looked up in a key
     rollout: int
 
 
 FIELD_BITS = StreamKey(seed=63, method=36, run=16, generation=16, index=32, rollout=16)
 """Width of each field. Keys are int64, hence 63."""
 SINGLE_DRAWS = 100
-"""How many genomes a single run draws until one allows a scene; Scenic, too, draws its params anew at every attempt."""
+"""How many genomes a single run draws until one allows a scene; Scenic, too, draws its params at every attempt."""
 NUMBER_BITS = 4
 """Of a method, those that `Method.CUSTOM` fills where the others come from its name."""
 NO_SEARCH = (Method.SINGLE, Method.SAMPLE, Method.CUSTOM)
@@ -179,7 +179,7 @@ def operator_generator(seed: int, method: int, run: int, generation: int, index:
 
     The fields fill disjoint bits of Philox4x64's key and of the counter's top word, which counting never reaches.
     """
-    from numpy.random import Generator, Philox  # not for those who only read the language: it takes its time
+    from numpy.random import Generator, Philox  # slow, and rarely needed
 
     _check(StreamKey(seed, method, run, generation, index, 0))
     key = [seed, run << 48 | generation << 32 | index]

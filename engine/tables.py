@@ -31,7 +31,7 @@ class RoadTables(NamedTuple):
     lane_width: Floats
     """(lanes,) [m]"""
     edges: Floats
-    """(n, 4): x1, y1, x2, y2 of region boundaries (outer rings and holes alike; inside by the even-odd rule)."""
+    """(n, 4): x1, y1, x2, y2 of region boundaries (outer rings and holes; inside by the even-odd rule)."""
     region_start: Ints
     """(regions + 1,): offsets into `edges`."""
     hull: Floats

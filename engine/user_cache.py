@@ -1,4 +1,4 @@
-"""Where things are kept that can be made again: the parser's tables and compiled kernels. Imports nothing heavy."""
+"""The user's cache of what can be computed again: the parser's tables and compiled kernels. Imports nothing heavy."""
 
 import contextlib
 import os
@@ -40,7 +40,7 @@ def is_writable(folder: Path) -> bool:
 def cached_file(name: str, family: str) -> Path | None:
     """Where a file of the cache is or may be written, None where nothing can be; `family` is the pattern of its kind.
 
-    Where it is to be written anew, files of its kind that are long out of use are removed.
+    Where it has to be written, files of its kind that are long out of use are removed.
     """
     for root in cache_roots():
         if _marked_as_used(root / name):

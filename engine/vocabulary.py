@@ -46,7 +46,7 @@ class Distribution(IntEnum):
 
 
 class Verdict(IntEnum):
-    """What became of one evaluation. INFEASIBLE, EXHAUSTED and ABORTED score -1 and count as invalid."""
+    """The result of one evaluation. INFEASIBLE, EXHAUSTED and ABORTED score -1 and count as invalid."""
 
     VALID = 0
     INFEASIBLE = 1
@@ -81,7 +81,7 @@ class Side(IntEnum):
 
 
 class RuleKind(IntEnum):
-    """What is done with a rule that is looked at in every sample."""
+    """The effect of a rule that is looked at in every sample."""
 
     TERMINATE = 0
     """True ends the run."""
@@ -119,7 +119,7 @@ class Purpose(IntEnum):
 
 
 class Method(IntEnum):
-    """Who asked for an evaluation; part of a stream's key. A value never changes: every journal stands on it.
+    """The method that asked for an evaluation; part of a stream's key. A value never changes: journals depend on it.
 
     These are numbered here as they always were. A search method that is not among them is numbered by its name
     (`engine.streams.method_number`), so that a new one needs no value.
@@ -199,7 +199,7 @@ class Command(IntEnum):
 class Op(IntEnum):
     """Instructions. A row of code is `(op, dst, a, b, c, d)`; operands are register numbers unless said otherwise.
 
-    Three families: arithmetic and geometry (used by scene code and behaviour code alike), reads of the running
+    Three families: arithmetic and geometry (used by scene code and by behaviour code), reads of the running
     simulation (behaviour code only), control flow (behaviour code only). Truth is 1.0 / 0.0.
     """
 
@@ -289,7 +289,7 @@ class Op(IntEnum):
     """dst <- withinDistanceToAnyObjs: does actor a (integer) see another whose centre is nearer than b?"""
     LEAD = 64
     """dst..dst+1 <- gap along path b between the outline of actor a (integer) and that of the nearest present actor
-    ahead on it, and that actor's speed along the path; infinity and 0 with nobody ahead."""
+    ahead on it, and that actor's speed along the path; infinity and 0 with no actor ahead."""
     TTC = 65
     """dst <- exact time to collision of the outlines of actors a and b (integers; b = -1: the least over all others)
     at constant velocities; infinity if they would never touch, 0 when they do."""

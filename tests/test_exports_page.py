@@ -57,8 +57,8 @@ def test_every_format_has_its_row() -> None:
 def test_the_codes_of_types_are_those_that_are_written() -> None:
     """Every kind has its row, as `engine.interchange.kinds` has it; subtypes are read as the page says."""
     rows = [[cell.strip() for cell in row.strip("|").split("|")] for row in PAGE.splitlines() if row.startswith("| ")]
-    told = {row[0]: tuple(int(cell.split()[0]) for cell in row[1:]) for row in rows if re.match(r"-?\d", row[1])}
-    assert {kind.name.lower(): tuple(entry.code) for kind, entry in KINDS.items()}.items() <= told.items()
+    listed = {row[0]: tuple(int(cell.split()[0]) for cell in row[1:]) for row in rows if re.match(r"-?\d", row[1])}
+    assert {kind.name.lower(): tuple(entry.code) for kind, entry in KINDS.items()}.items() <= listed.items()
     read = {"CAR": range(2, 7), "TRUCK": (7, 8, 9, 16), "BUS": (12, 13, 14), "BICYCLE": (11, 17), "PEDESTRIAN": (15,)}
     for name, codes in read.items():
         assert {kind_of(Code(VEHICLE, 2, code)) for code in codes} == {ActorKind[name]}

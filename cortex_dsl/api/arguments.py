@@ -1,4 +1,4 @@
-"""What comes in from outside: the arguments of a Python call, checked, and the params that a command holds fixed.
+"""Check the arguments of a Python call, and read the params that a command holds fixed.
 
 A wrong argument is answered by its name, what was expected, what was given, and the cure.
 """
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 
 COUNTS = tuple(field.name for field in fields(SearchConfig) if field.type in (int, "int"))
 OPTION, KEYWORD = "-p", "<keyword>"
-"""What a fixed param is called as a text that has mistakes, by the command and in Python."""
+"""The name, in messages, of the text of a fixed param: from the command line, and from Python."""
 LEFT_OUT = "leave it out for the default"
 
 
 def whole(name: str, value: object, least: int) -> int:
-    """A whole number, of Python or of numpy, that is not too small.
+    """Return the value if it is a whole number (Python or numpy) of at least `least`.
 
     Raises:
         ArgumentKindError: it is none.

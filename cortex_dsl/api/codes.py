@@ -1,4 +1,4 @@
-"""All codes that the command can say, with their pages; each is declared beside its check."""
+"""All codes of diagnostics, with their pages; each is declared beside its check."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -71,7 +71,7 @@ def near(text: str) -> list[Entry]:
 
 
 def judged(name: str, text: str, option: str = "") -> tuple[Source, tuple[Diagnostic, ...]]:
-    """What is said about a text that is compiled under one `-p NAME=VALUE`, and the text that it is said about."""
+    """Return the diagnostics of a text compiled under one `-p NAME=VALUE`, and the source that they refer to."""
     source = Source(name, text)
     parameter, _, value = option.partition("=")
     try:

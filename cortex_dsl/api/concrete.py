@@ -87,7 +87,7 @@ def _laid_out(name: str, text: str) -> str:
     try:
         return format_source(Source(name, text))
     except CompileError:
-        return text  # its own compilation tells why
+        return text  # compiling it shows why
 
 
 def _copied_names(source: Source, name: str) -> dict[int, str]:
@@ -126,7 +126,7 @@ def _import_edits(
 
 
 def _mutation_edits(modules: Sequence[nodes.Module], source: Source) -> Iterator[Edit]:
-    """The noise is in the places already."""
+    """Leave the statement out: the drawn poses contain the noise already."""
     for node in (n for module in modules for n in everything_in(module) if isinstance(n, nodes.Mutate)):
         yield Edit(node.span, f"pass  # {source.slice(node.span)}")
 

@@ -40,7 +40,7 @@ def export(
     mode: str = "trajectory",
     force: bool = False,
 ) -> list[Path]:
-    """Write a case for other tools; the paths of all its files, the one to open first before the others.
+    """Write a case for other tools; return the paths of all its files, the one to open first before the others.
 
     Args:
         what: an opened run, or a scenario.

@@ -1,4 +1,4 @@
-"""Arrays by name, as columns of a table: what pandas, or a reader, wants to have of scenes, outcomes and a run.
+"""Scenes, outcomes and runs as named columns of a table, for pandas and for people.
 
 A name ends in its unit, if it has one: `ego.speed [m/s]`. Values are those of the arrays: SI units, and of params the
 file's own; what an invalid scene does not have is NaN.
@@ -67,7 +67,7 @@ class Columns(dict[str, "NDArray"]):
 
 
 def of_scenes(program: Program, scenes: "Scenes") -> Columns:
-    """(n,) each: the verdict, the params, and how everybody starts."""
+    """Return columns (n,): the verdict, the params, and the state of each actor at the start."""
     return Columns(_scenes(program, scenes))
 
 
@@ -81,7 +81,7 @@ def _scenes(program: Program, scenes: "Scenes") -> "Named":
 
 
 def of_outcomes(program: Program, outcomes: "Outcomes") -> Columns:
-    """(n,) each: how each run ended, and the metrics of each pair of the ego and another."""
+    """Return columns (n,): how each run ended, and the metrics of each pair of the ego and another actor."""
     return Columns(_outcomes(program, outcomes))
 
 
@@ -96,7 +96,7 @@ def _outcomes(program: Program, outcomes: "Outcomes") -> "Named":
 
 
 def of_run(program: Program, run: "WorldRun") -> Columns:
-    """(samples,) each: the time, and the state of everybody."""
+    """Return columns (samples,): the time, and the state of each actor."""
     return Columns(_run(program, run))
 
 
@@ -112,5 +112,5 @@ def _named(name: str, unit: str) -> str:
 
 
 def _words(names: type[Verdict] | type[EndReason], codes: "NDArray") -> "NDArray":
-    """Codes as words; -1, where there is none, as an empty one."""
+    """Return codes as words; -1 (no code) is the empty word."""
     return np.array([names(code).name.lower() if code >= 0 else "" for code in codes.tolist()])

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from engine.scenes import Scenes
 
 OnRemoved = Callable[[RemovedError], None]
-"""Hears, as soon as it is noticed, that a run's folder is gone; the search goes on in memory."""
+"""Called as soon as a run's folder is found to be gone; the search goes on in memory."""
 WORST_FOLDER = "worst"
 """Folder of the concrete scenarios inside a run directory."""
 
@@ -57,7 +57,7 @@ class Searchable(Protocol):
 
 @dataclass(frozen=True)
 class Found:
-    """What a search came to. What went wrong when it was put away does not keep it from being shown."""
+    """The results of a search. They can be shown even where they could not be stored."""
 
     campaign: Campaign
     folder: Path
@@ -65,7 +65,7 @@ class Found:
     worst_files: Sequence[Path] = ()
     """Concrete scenarios of the worst cases, in their order; fewer where some could not be written."""
     failure: StoreError | None = None
-    """What kept it from being put away whole."""
+    """Why it could not be stored completely."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def search_and_keep(
     Raises:
         StoreError: the folder cannot be written, or another process writes it.
         UnknownMethodError, MissingExtraError, PluginError: there is no such method here.
-        WorkersLostError: nobody is there to run simulations, or no longer.
+        WorkersLostError: no worker process is left to run simulations.
     """
     method, source = canonical(method), scenario.compiled.source
     manifest = make_manifest(
@@ -108,13 +108,13 @@ def search_and_keep(
 
 
 def default_workers(scenario: Searchable) -> Workers:
-    """Those that its own settings ask for."""
+    """Return the workers that the scenario's own settings ask for."""
     search = scenario.config.search
     return workers_for(search.engine, search.jobs)
 
 
 def carry_out(work: Work, journal: Journal, record: Record | None = None) -> Found:
-    """Search, with every generation written as it ends; then put everything in its place."""
+    """Search, write every generation as it ends, then write the files of the finished run."""
     heard = work.on_generation
 
     removed: list[RemovedError] = []
@@ -164,7 +164,7 @@ def campaign_of(work: Work, record: Record | None) -> Campaign:
 
 
 def _foreign(work: Work, error: ForeignPastError) -> StoreError:
-    """What to say where the journal does not follow from its own beginning."""
+    """Return the remark for a journal that does not follow from its own beginning."""
     changed = changed_versions(work.manifest)
     what = f"generation {error.generation} in the journal of `{work.folder}` is not the one that follows here"
     if changed:
@@ -189,7 +189,7 @@ def _write_worst(work: Work, campaign: Campaign) -> list[Path]:
 
 
 def _write_case(work: Work, case: Case) -> Path:
-    """One of the worst as a scenario that runs to the same outcome."""
+    """Return one of the worst cases as a scenario that runs to the same outcome."""
     remark = f"case {case.rank} of a search in {work.manifest.file}: risk {case.score}"
     path = work.folder / WORST_FOLDER / f"{case.rank:02d}.scn"
     files = work.scenario.concrete_files(work.scenario.scene(case), remark=remark, name=path.name)

@@ -147,7 +147,7 @@ def open_run(folder: str | Path) -> OpenedRun:
 
 
 def check_journal(run: OpenedRun) -> None:
-    """Whether a journal follows from its own beginning: a new searcher, told the results one generation after the
+    """Check that a journal follows from its own beginning: a new searcher, given the results one generation after the
     other, must propose every individual of it, by the same operator and from the same parents. Nothing is simulated.
 
     Raises:
@@ -265,7 +265,7 @@ def go_on(
         campaign = replace(campaign_of(work, run.record), elapsed=run.record.seconds)
         return Found(campaign, run.folder, manifest, worst_files(run.folder))
     with hold(run.folder):
-        record = read_journal(run.folder / JOURNAL)  # as nobody can change it any more
+        record = read_journal(run.folder / JOURNAL)  # read again under the lock: no process can change it any more
         with closing(Journal.reopen(run.folder / JOURNAL, longer)) as journal:
             return carry_out(work, journal, record)
 

@@ -106,18 +106,18 @@ def in_file(config: SimulationConfig, settings: Settings) -> SimulationConfig:
 
 
 MOST_SCENES = 1 << 32
-"""As many as one seed has streams for."""
+"""The largest number of scenes: one seed has no more streams."""
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """A compiled file and the settings that everything it is asked for uses."""
+    """A compiled file, and the settings by which it is drawn, run and searched."""
 
     compiled: Compiled
     config: Config
     overrides: Mapping[str, str]
     chosen: str | None = None
-    """The scenario of the file that was asked for; None: the file's own choice."""
+    """Name of the scenario to run; None: the file's own choice."""
 
     def __repr__(self) -> str:
         """One line, for notebooks: the whole would be the compiler's every table."""
@@ -173,10 +173,10 @@ class Scenario:
 
     def table(self, thing: "Scenes | Outcomes | WorldRun") -> "Columns":
         """Columns by name with their units, as for `pandas.DataFrame`: of scenes the verdict, the params and how
-        everybody starts, of outcomes how they ended and the metrics of each pair, of a run everybody over time.
+        each actor starts, of outcomes how they ended and the metrics of each pair, of a run the states over time.
 
         Raises:
-            ArgumentKindError: it is nothing of these.
+            ArgumentKindError: the argument is neither scenes, nor outcomes, nor a run.
         """
         from cortex_dsl.api import named_columns
         from engine.outcomes import Outcomes
@@ -242,7 +242,7 @@ class Scenario:
         Settings are fields of `engine.config.SearchConfig`: generations, population, seed, rollouts, aggregate, jobs,
         engine. `on_generation` is called with a `Progress` after each generation; `workers` run the simulations (see
         `engine.search.workers`; processes need a main module that can be imported). `out` is a new folder for journal,
-        tables and worst cases; `cortex_dsl.open_run` opens it, `cortex_dsl.resume` goes on with it.
+        tables and worst cases; `cortex_dsl.open_run` opens it, `cortex_dsl.resume` continues it.
 
         Raises:
             ArgumentKindError: there is no such setting, or it is no number.

@@ -115,7 +115,7 @@ def study(
     folder = new_directory(arguments.path_of("out", out, "name a folder"))
     with hold(folder), closing(StudyStore.create(folder, plan, facts(plan, ()))) as store:
         carry_out(plan, (), _both(store.write, on_run), Workers("processes", jobs))
-    return _told(folder)
+    return _tabulated(folder)
 
 
 def resume_study(folder: str | Path, *, jobs: int = 1, on_run: "OnRun | None" = None) -> Studied:
@@ -129,10 +129,10 @@ def resume_study(folder: str | Path, *, jobs: int = 1, on_run: "OnRun | None" = 
     if not found.complete:
         insist_on_same_engine(found)
         with hold(folder):
-            found = read_study(folder)  # as nobody can change it any more
+            found = read_study(folder)  # read again under the lock: no process can change it any more
             with closing(StudyStore.reopen(folder)) as store:
                 carry_out(found.plan, found.records, _both(store.write, on_run), Workers("processes", jobs))
-    return _told(folder)
+    return _tabulated(folder)
 
 
 def carry_out(plan: Plan, earlier: Sequence[RunRecord], on_run: "OnRun", workers: Workers) -> bool:
@@ -176,7 +176,7 @@ def insist_on_same_engine(study: Study) -> None:
 
 
 def short_names(files: Sequence[Path]) -> list[str]:
-    """Names that tell the files apart: their stems, or the whole path where two are alike."""
+    """Return a unique name for each file: its stem, or the whole path where two stems are equal."""
     stems = [file.stem for file in files]
     return [stem if stems.count(stem) == 1 else str(file) for file, stem in zip(files, stems, strict=True)]
 
@@ -238,8 +238,8 @@ def _both(first: "OnRun", second: "OnRun | None") -> Callable[[Finished], None]:
     return on_run
 
 
-def _told(folder: Path) -> Studied:
-    """What a folder keeps, with the tables written beside it."""
+def _tabulated(folder: Path) -> Studied:
+    """Return the study of a folder, after writing its tables there."""
     found = read_study(folder)
     done = Studied(found.plan, found.records, folder)
     write_study(found, done.findings)

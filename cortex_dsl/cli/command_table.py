@@ -115,7 +115,7 @@ _FLAGS: Mapping[str, str] = MappingProxyType(
 _COMMANDS: Mapping[str, str] = MappingProxyType(
     {"format": "fmt", "analyze": "analyse", "shell": "repl", "convert": "export", "play": "replay"}
 )
-"""Words for commands that have another name here."""
+"""Commands of other tools, and the names of ours that do the same."""
 _PAGES = ("help", "version")
 
 

@@ -131,7 +131,7 @@ def _warm_up(program: Program, config: SimulationConfig) -> None:
 
 
 def _account(program: Program, run: RunRequest) -> "Account":
-    """Who is to blame for what was thrown away."""
+    """Return which requirement rejects most attempts; None where there is nothing to explain."""
     from engine.acceptance import account, weigh
 
     return account(weigh(program, seed=run.seed or 0), run.target)

@@ -1,6 +1,6 @@
 """`cortexc`: from a command line to an exit code, whatever happens on the way.
 
-`main` may be called by anybody, from a test or a notebook: it changes nothing of the process that it runs in. What a
+`main` may be called from a test or a notebook: it changes nothing of the process that it runs in. What a
 process of its own has besides is in `cortex_dsl/__main__.py`.
 """
 

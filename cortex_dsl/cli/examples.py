@@ -97,14 +97,14 @@ def _found(name: str) -> Traversable:
 
 
 def _list(as_json: bool, terminal: Terminal) -> None:
-    told = [(_name(example), _first_line(example)) for example in _examples()]
+    rows = [(_name(example), _first_line(example)) for example in _examples()]
     if as_json:
         from cortex_dsl.report.documents import document
 
-        terminal.write(document("examples", {"examples": [{"name": name, "summary": text} for name, text in told]}))
+        terminal.write(document("examples", {"examples": [{"name": name, "summary": text} for name, text in rows]}))
         return
-    width = max(len(name) for name, _ in told)
-    for name, text in told:
+    width = max(len(name) for name, _ in rows)
+    for name, text in rows:
         first, *others = wrap(text, max(20, terminal.out.width - width - 2))
         terminal.out.print(f"{name:<{width}}  ", style="title", end="")
         terminal.out.print(f"\n{'':<{width + 2}}".join((first, *others)))

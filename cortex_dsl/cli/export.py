@@ -155,7 +155,7 @@ def _scene_words(options: argparse.Namespace) -> list[str]:
 
 
 def as_word(path: Path) -> str:
-    """A path as one types it: a name that begins like an option has lost the "./" before it."""
+    """Return the path as one types it: "./" goes before a name that begins like an option."""
     return f"./{path}" if str(path).startswith("-") else str(path)
 
 

@@ -58,7 +58,7 @@ def _stdin(options: argparse.Namespace, terminal: Terminal) -> Exit:
 
 
 def _files(options: argparse.Namespace, terminal: Terminal) -> Exit:
-    """Every file is tried; the worst of their exit codes is the command's."""
+    """Format every file; return the worst of the exit codes."""
     worst, changed, unchanged = Exit.FINE, 0, 0
     for path in _paths(options.files):
         try:

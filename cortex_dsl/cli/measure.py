@@ -1,6 +1,6 @@
-"""`cortexc measure FILE`: how bad a recorded case was, whoever drove: a table of trajectories, or an `.xosc`.
+"""`cortexc measure FILE`: metrics and risk of a recorded case, from any driver: a table of trajectories, or an `.xosc`.
 
-`cortexc import FILE.xosc` is its sister: a case of somebody else's read back, with its road, and scored.
+`cortexc import FILE.xosc` does the same for a case that another tool wrote, and reads its road too.
 """
 
 import argparse
@@ -30,7 +30,7 @@ SCENARIO = ".xosc"
 
 @dataclass(frozen=True)
 class Reader:
-    """Which recordings `measure`, or its sister `import`, reads."""
+    """Which recordings one of the commands `measure` and `import` reads."""
 
     name: str
     suffixes: tuple[str, ...]

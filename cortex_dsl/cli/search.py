@@ -141,7 +141,7 @@ def _resume(options: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def _say(run: OpenedRun, generations: int, terminal: Terminal) -> None:
-    """What the user may not expect, on stderr."""
+    """Warn on stderr of what the user may not expect."""
     done, manifest = len(run.record.generations), run.record.manifest
     if run.record.status == "finished" and generations == run.scenario.config.search.generations:
         terminal.err.print(f"finished already, all {done} generations; this is its report", style="quiet")

@@ -1,7 +1,7 @@
 """What the commands that search, or show a search, share.
 
 For those that search: who runs the simulations, the progress, the report, the document, the exit code. For those that
-show a run: its journal opened and checked, and what a user can mend said as a usage error.
+show a run: its journal opened and checked, and problems that a user can solve raised as usage errors.
 """
 
 import shlex
@@ -36,7 +36,7 @@ from engine.search.workers import Workers, WorkersLostError, workers_for
 
 @contextmanager
 def usage_errors() -> Iterator[None]:
-    """Turn what a user can mend into a UsageError."""
+    """Turn an error that the user can solve into a UsageError."""
     try:
         yield
     except (StoreError, WorkersLostError, MissingExtraError, PluginError, UnknownMethodError) as error:
@@ -44,12 +44,12 @@ def usage_errors() -> Iterator[None]:
 
 
 def removed(terminal: Terminal) -> OnRemoved:
-    """Says at once that what is found from now on is kept nowhere."""
+    """Warn at once that results from now on are kept nowhere."""
     return lambda error: terminal.complain(error.message, "what follows is in memory alone; Ctrl-C shows it")
 
 
 def chosen_workers(engine: str, jobs: int, dask: str | None) -> Workers:
-    """Who is to run the simulations: threads or processes of this machine, or a cluster."""
+    """Return what runs the simulations: threads or processes of this machine, or a cluster."""
     return workers_for(engine, jobs) if dask is None else Workers("dask", jobs, dask)
 
 

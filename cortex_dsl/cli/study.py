@@ -1,6 +1,6 @@
 """`cortexc study`: every scenario by every method, many times; kept whole, compared run by run, shown in tables.
 
-`cortexc paper-check` does the arithmetic of the paper again whose case study that is.
+`cortexc paper-check` repeats the arithmetic of the paper from which that case study comes.
 """
 
 import argparse
@@ -39,7 +39,7 @@ def _study(options: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def study_workers(options: argparse.Namespace) -> "Workers":
-    """Who does the runs: processes of this machine, or a cluster."""
+    """Return what carries out the runs: processes of this machine, or a cluster."""
     from engine.search.workers import Workers
 
     if options.dask is not None:
@@ -49,7 +49,7 @@ def study_workers(options: argparse.Namespace) -> "Workers":
 
 @contextmanager
 def _usage_errors() -> Iterator[None]:
-    """What the store or the workers say, as an error that the user can mend."""
+    """Turn an error of the store or of the workers into a UsageError."""
     from cortex_dsl.cli.search_output import usage_errors
 
     with usage_errors():

@@ -20,7 +20,7 @@ from engine.frozen import frozen
 
 
 class Parser(argparse.ArgumentParser):
-    """argparse with messages that name the nearest option, and raise instead of ending the process."""
+    """An argparse parser whose messages name the nearest option, and which raises instead of ending the process."""
 
     def error(self, message: str) -> NoReturn:
         raise UsageError(_tidy(message, self), f"`{self.prog} --help` lists every option")
@@ -102,7 +102,7 @@ class Command:
     json: bool = True
     """Whether it can answer with one document."""
     wrapped: bool = False
-    """Whether its texts are broken anew at the width of the terminal."""
+    """Whether its texts are wrapped to the width of the terminal."""
     no_colour: str = argparse.SUPPRESS
     """What the help says of --no-colour."""
 

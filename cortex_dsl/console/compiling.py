@@ -123,7 +123,7 @@ def freeze_params(request: CompileRequest) -> CompileRequest:
     try:
         compiled = compile_source(read_source(request.file), request.overrides, scenario=request.scenario)
     except CompileError:
-        return request  # the command itself will say why
+        return request  # the command itself reports why
     space = compiled.program.space
     names = request.freeze or _of_system(space, request)
     return replace(request, overrides={**request.overrides, **_middles(space, names, request.overrides)})

@@ -1,6 +1,6 @@
 """Where output goes, and how a command ends.
 
-stdout is for results, stderr for everything about them; both are plain where nobody watches. A command ends with one of
+stdout is for results, stderr for remarks on them; both are plain where they are no terminal. A command ends with one of
 a few exit codes; a slip of the user's is an exception with its cure; of a bug of ours one line is shown, and a file to
 send.
 """
@@ -100,7 +100,7 @@ class Exit(IntEnum):
 
 
 class UsageError(CortexError):
-    """The command cannot go on, and the user can mend it: what is wrong, and how to cure it."""
+    """The command cannot continue, and the user can solve it: what is wrong, and the cure."""
 
 
 def report_bug(error: Exception, arguments: Sequence[str], terminal: Terminal) -> None:

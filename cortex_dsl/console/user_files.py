@@ -74,7 +74,7 @@ def reason(error: OSError) -> str:
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Put a content into a file at once: whoever reads it, at whatever moment, sees all of the old or all of the new.
+    """Replace the content of a file in one step: a reader, at any moment, sees all of the old or all of the new.
 
     Mode and owner of a file that is there stay; one that may not be written is left alone.
 

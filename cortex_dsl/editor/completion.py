@@ -30,8 +30,8 @@ from engine.vocabulary import ManeuverType
 
 # -- what may follow a dot: found by asking the value that stands before it --------------------------------------------
 #
-# While `lane.` is being written the text is broken. It is mended by leaving the dot out, compiled, and whatever value
-# stood there is asked for every attribute there is.
+# While `lane.` is being written the text is broken. It is repaired by leaving the dot out, compiled, and the value that
+# stood there is asked for every known attribute.
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Member:
 
 
 def members(view: View, place: Place) -> list[Member]:
-    """Everything that may follow the dot before a place; where there is no telling, all that follows any dot."""
+    """Return everything that may follow the dot before a place; all that can follow any dot if the value is unknown."""
     for values in _values_before_dot(view, place):
         found = [member for name in _names_before_dot(values[0]) if (member := _asked(values[0], name)) is not None]
         if found:
@@ -51,7 +51,7 @@ def members(view: View, place: Place) -> list[Member]:
 
 
 def _values_before_dot(view: View, place: Place) -> Iterator[ObservedValues]:
-    """What stands before the dot: as the mended text has it, or as it was when the text was whole."""
+    """Return the value before the dot: from the repaired text, or from the last text without errors."""
     if len(place.left) < 2:
         return
     base, dot = place.left[-2], place.left[-1].start

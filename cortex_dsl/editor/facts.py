@@ -73,9 +73,9 @@ def _numbers(observed: ObservedValues) -> str:
     ends = [s.evaluator.interval(s.value.expr) for s in observed if isinstance(s.value, Quantity)]
     low, high = min(low for low, _ in ends), max(high for _, high in ends)
     unit = si_word(first.value.dimension) or si_formula(first.value.dimension or ir.PURE)
-    told = _between(low, high, "" if unit == "1" else unit)
+    text = _between(low, high, "" if unit == "1" else unit)
     own = _own_unit(first)
-    return f"{told} ({_between(low / own.factor, high / own.factor, own.word)})" if told and own else told
+    return f"{text} ({_between(low / own.factor, high / own.factor, own.word)})" if text and own else text
 
 
 def _own_unit(observed: ObservedValue) -> Unit | None:

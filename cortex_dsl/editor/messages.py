@@ -19,7 +19,7 @@ from cortex_dsl.semantics.names.linking import import_statements
 from cortex_dsl.source import Source, Span
 from cortex_dsl.spelling import nearest
 
-# -- What an editor can do to a text: lay it out, and cure what has a cure ---------------------------------------------
+# -- What an editor can do to a text: format it, and apply cures -------------------------------------------------------
 
 _MEANT = re.compile(r"did you mean `([^`]+)`\?")
 _WRITE = re.compile(r"write `([^`…]+)`")
@@ -27,7 +27,7 @@ _WRITE = re.compile(r"write `([^`…]+)`")
 
 @dataclass(frozen=True)
 class Cure:
-    """An edit that mends a diagnostic."""
+    """An edit that solves a diagnostic."""
 
     title: str
     span: Span

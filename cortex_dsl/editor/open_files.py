@@ -63,7 +63,7 @@ _LOG = logging.getLogger(__name__)
 PAUSE = 0.15
 """Seconds without a keystroke after which a text is compiled."""
 PATIENCE = 2.0
-"""Seconds that a question waits for the compilation of the text that it is about."""
+"""Seconds that a request waits for the compilation of the text that it is about."""
 
 
 @dataclass(frozen=True)
@@ -115,13 +115,13 @@ class OpenFile:
         read = {self.files.identity(each.name) for each in self.latest.source.imported}
         return self.files.identity(other.name) in read
 
-    def check(self, told: Callable[["OpenFile"], None], pause: float = PAUSE) -> None:
-        """Compile the text soon, off the loop, and tell; whatever an older text was about to tell is dropped."""
+    def check(self, publish: Callable[["OpenFile"], None], pause: float = PAUSE) -> None:
+        """Compile the text soon, off the loop, and call `publish`; a compilation of an older text is dropped."""
         if self.checking is not None:
             self.checking.cancel()
-        self.checking = asyncio.create_task(self._check(self.generation, told, pause))
+        self.checking = asyncio.create_task(self._check(self.generation, publish, pause))
 
-    async def _check(self, generation: int, told: Callable[["OpenFile"], None], pause: float) -> None:
+    async def _check(self, generation: int, publish: Callable[["OpenFile"], None], pause: float) -> None:
         def superseded() -> bool:
             return self.closed or self.generation != generation
 
@@ -137,7 +137,7 @@ class OpenFile:
             return
         self.latest = found
         self.tree = found if found.module is not None else self.tree
-        told(self)
+        publish(self)
 
     async def settled(self) -> View:
         """The view once its text is compiled, or as it is when that takes too long."""

@@ -1,4 +1,4 @@
-"""The words of the language as regular expressions, for the lexer and for the TextMate grammar alike.
+"""The words of the language as regular expressions, for the lexer and for the TextMate grammar.
 
 Everything is made from the tables: a new builtin, unit or keyword is coloured by being there. The expressions keep to
 what Python and Oniguruma read the same way.

@@ -32,14 +32,14 @@ class ScenarioServer(LanguageServer):
 
     @property
     def encoding(self) -> str:
-        """In what the client counts columns."""
+        """The units in which the client counts columns."""
         return str(getattr(self.workspace.position_encoding, "value", self.workspace.position_encoding))
 
     def offset(self, file: OpenFile, position: types.Position) -> int:
         return file.positions(self.encoding).offset(position.line, position.character)
 
-    def tell(self, file: OpenFile) -> None:
-        """Send what was found wrong."""
+    def publish(self, file: OpenFile) -> None:
+        """Publish the diagnostics of a file."""
         found = messages.diagnostics(file, self.encoding)
         self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(file.uri, found))
 
@@ -49,7 +49,7 @@ class ScenarioServer(LanguageServer):
         for each in self.files.values():
             if each is file or each.imports(file):
                 each.files = Buffers(texts=texts)
-                each.check(self.tell, pause)
+                each.check(self.publish, pause)
 
     def file(self, uri: str) -> OpenFile:
         """An open file.
@@ -207,7 +207,7 @@ FEATURES = (
     (types.TEXT_DOCUMENT_RENAME, None, renamed),
     (types.TEXT_DOCUMENT_CODE_ACTION, types.CodeActionOptions([types.CodeActionKind.QuickFix]), cured),
 )
-"""What the server answers to: the message, what the client is told about it, and who answers."""
+"""The messages that the server answers: each with the options announced to the client, and its handler."""
 
 
 def build_server() -> ScenarioServer:
@@ -218,7 +218,7 @@ def build_server() -> ScenarioServer:
 
 
 class OneLine(logging.Formatter):
-    """What went wrong, without the way there: whoever sits at an editor has not written this server."""
+    """Return the error without its traceback, which means nothing to the user of an editor."""
 
     def formatException(self, ei: object) -> str:  # noqa: N802 - its name in the base class
         error = ei[1] if isinstance(ei, tuple) else None
@@ -234,7 +234,7 @@ def _log_in_lines() -> None:
 def serve() -> None:
     """Answer on standard input and output until the client says so or leaves.
 
-    The server closes its output in the end, so it gets a copy; whoever else prints must not disturb the protocol.
+    The server closes its output at the end, so it gets a copy; no other print may disturb the protocol.
     """
     _log_in_lines()
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as output, contextlib.redirect_stdout(sys.stderr):

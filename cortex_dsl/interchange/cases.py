@@ -1,4 +1,4 @@
-"""A case that is to leave: run again, recorded, and with everything said of where it comes from."""
+"""A case for export: run again, recorded, with its provenance."""
 
 import os
 import re
@@ -34,14 +34,14 @@ def signal_times(scenario: Scenario, scenes: Scenes, row: int = 0) -> SignalTime
     """The plan in scene `row`; None without lights, and where there is no scene.
 
     Programs do not keep these times. So the scene is drawn once more, by a program that gives them out as if they were
-    draws: requirements and random numbers are the same, thus the scene is.
+    draws: requirements and random numbers are the same, so the scene is the same.
     """
     whole = scenario.compiled.scenario
     number = int(scenes.variant[row])
     lights = None if number < 0 else group_variants(whole).variants[number].lights
     if lights is None:
         return None
-    program = lower(replace(whole, variants=tuple(map(_telling, whole.variants))))
+    program = lower(replace(whole, variants=tuple(map(_with_light_times, whole.variants))))
     rows = slice(row, row + 1)
     again = sample(program, scenes.genomes[rows], scenes.keys[rows], scenario.config.simulation)
     site = program.variants[number].sites[-1]
@@ -49,7 +49,7 @@ def signal_times(scenario: Scenario, scenes: Scenes, row: int = 0) -> SignalTime
     return SignalTimes(green, yellow, all_red, offset, lights.controlled)
 
 
-def _telling(variant: ir.Variant) -> ir.Variant:
+def _with_light_times(variant: ir.Variant) -> ir.Variant:
     """The variant with the times of its lights among what it draws."""
     if (lights := variant.lights) is None:
         return variant
@@ -67,7 +67,7 @@ PARTS = ("C", "MD", "D_MS", "TTC_MS")
 
 @dataclass(frozen=True)
 class ExportCase(RecordedCase):
-    """One simulation, row 0 of its scenes, and what was seen when it was run again."""
+    """One simulation, row 0 of its scenes, and the result of running it again."""
 
     scenario: Scenario
     scenes: Scenes
@@ -78,7 +78,7 @@ class ExportCase(RecordedCase):
 
     @property
     def road_provenance(self) -> Provenance:
-        """What may be said of the road, which all cases of a scenario share."""
+        """The text on the road, which all cases of a scenario share."""
         facts = {
             name: text for name, text in self.recording.provenance.facts.items() if name in ("scenario", "version")
         }
@@ -93,16 +93,16 @@ def case_of_run(run: OpenedRun, case: Case) -> ExportCase:
         "search": join(["cortexc", *manifest.command_line]) if manifest.command_line else "",
         "command": join(["cortexc", "replay", str(run.folder), "--case", str(case.rank)]),
     }
-    told = _Told(run.scenario, run.scene(case), manifest.profile, manifest.file, again)
+    origin = _Origin(run.scenario, run.scene(case), manifest.profile, manifest.file, again)
     name = f"{road_name(run.scenario)}-case{case.rank:02d}"
-    return replace(_export_case(told, name), run=run, rank=case.rank)
+    return replace(_export_case(origin, name), run=run, rank=case.rank)
 
 
 def case_of_scene(scenario: Scenario, scenes: Scenes, file: Path, seed: int | None, command: str) -> ExportCase:
     """The scene of a file, drawn by a seed (None: the stream that a concrete file pins); `command` shows it again."""
-    told = _Told(scenario, scenes, "paper", str(file), {"command": command})
+    origin = _Origin(scenario, scenes, "paper", str(file), {"command": command})
     name = road_name(scenario)
-    return _export_case(told, name if seed is None else f"{name}-seed{seed}")
+    return _export_case(origin, name if seed is None else f"{name}-seed{seed}")
 
 
 def road_name(scenario: Scenario) -> str:
@@ -111,8 +111,8 @@ def road_name(scenario: Scenario) -> str:
 
 
 @dataclass(frozen=True)
-class _Told:
-    """What is known before the run: which scene of which file, and the commands that show it again."""
+class _Origin:
+    """Where a case comes from: which scene of which file, and the commands that show it again."""
 
     scenario: Scenario
     scenes: Scenes
@@ -121,8 +121,8 @@ class _Told:
     again: Mapping[str, str]
 
 
-def _export_case(told: _Told, name: str) -> ExportCase:
-    scenario, scenes = told.scenario, told.scenes
+def _export_case(origin: _Origin, name: str) -> ExportCase:
+    scenario, scenes = origin.scenario, origin.scenes
     run = scenario.watch(scenes)
     recording = recorded_run(
         scenario.program,
@@ -131,26 +131,26 @@ def _export_case(told: _Told, name: str) -> ExportCase:
         step=scenario.config.simulation.time_step,
         name=name,
         signals=signal_times(scenario, scenes),
-        provenance=_provenance(told, run.outcomes),
+        provenance=_provenance(origin, run.outcomes),
     )
-    return ExportCase(recording, run.outcomes, told.profile, scenario, scenes)
+    return ExportCase(recording, run.outcomes, origin.profile, scenario, scenes)
 
 
-def _provenance(told: _Told, outcomes: Outcomes) -> Provenance:
-    program = told.scenario.program
-    risk = told.scenario.assess(outcomes, told.profile)
-    key = told.scenes.keys[0].tolist()
+def _provenance(origin: _Origin, outcomes: Outcomes) -> Provenance:
+    program = origin.scenario.program
+    risk = origin.scenario.assess(outcomes, origin.profile)
+    key = origin.scenes.keys[0].tolist()
     facts = {
-        "scenario": told.file,
+        "scenario": origin.file,
         "seed": str(key[0]),
         "stream": format_key(key),
         "digest": program.digest,
-        "risk": risk_text(risk, outcomes, told.profile),
-        **{name: text for name, text in told.again.items() if text},
+        "risk": risk_text(risk, outcomes, origin.profile),
+        **{name: text for name, text in origin.again.items() if text},
         "version": f"cortexc {VERSION}",
     }
     title = " ".join(program.description.split("\n\n")[0].split()) or program.name
-    return Provenance(title=title, date=_date(), facts=facts, genome=_genome(told))
+    return Provenance(title=title, date=_date(), facts=facts, genome=_genome(origin))
 
 
 def risk_text(risk: Risk, outcomes: Outcomes, profile: str) -> str:
@@ -161,19 +161,19 @@ def risk_text(risk: Risk, outcomes: Outcomes, profile: str) -> str:
     return f"{int(risk.score[0])} of {HIGHEST_RISK} ({parts}; profile {profile})"
 
 
-def _genome(told: _Told) -> dict[str, str]:
+def _genome(origin: _Origin) -> dict[str, str]:
     """Value of each param, those that were held fixed among them."""
-    program = told.scenario.program
-    values: Sequence[float] = told.scenes.genomes[0].tolist()
+    program = origin.scenario.program
+    values: Sequence[float] = origin.scenes.genomes[0].tolist()
     drawn = {name: gene_text(program, gene, values[gene]) for gene, name in enumerate(program.space.names)}
-    return {**told.scenario.overrides, **drawn}
+    return {**origin.scenario.overrides, **drawn}
 
 
 def _date() -> str:
     """What formats take for the date of a file: none of its own, so that the same case gives the same file.
 
     A case is its seed, not a moment: neither journals nor scenarios keep one, and the time at which a file was changed
-    is lost by the first copy. Whoever wants a date names it as builds do, in SOURCE_DATE_EPOCH
+    is lost by the first copy. A date can be given as for reproducible builds, in SOURCE_DATE_EPOCH
     (https://reproducible-builds.org/specs/source-date-epoch/).
     """
     epoch = os.environ.get("SOURCE_DATE_EPOCH", "")

@@ -164,7 +164,7 @@ def writer_of(name: str) -> Writer:
 
 
 def _of_recording(write: RecordingWriter) -> Writer:
-    """What writes a recording, as the writer of a case: those who take part, and a word on who does not."""
+    """Turn a writer of recordings into a writer of cases: it writes actors that take part and remarks on others."""
 
     def written(case: "ExportCase", stem: str, _options: "ExportOptions") -> "Export":
         export = write(case.replay, stem)
@@ -174,7 +174,7 @@ def _of_recording(write: RecordingWriter) -> Writer:
 
 
 def recording_writer_of(name: str) -> "RecordingWriter":
-    """The one that asks for a recording only, of a row that has it."""
+    """Return the row's writer that needs a recording only."""
     return _function(FORMATS[name].of_recording)
 
 

@@ -293,7 +293,7 @@ class BehaviourWriter:
             self.buffer.emit(Op.SET_RESUME, None, coroutine.block, -1)
 
     def _spawn(self, actors: Sequence[int]) -> None:
-        """Whoever comes in again, in a scenario that is run again, begins its behaviour again."""
+        """An actor that comes in again, in a scenario that is run again, begins its behaviour again."""
         for actor in actors:
             if (behaviour := self.coroutines.actors[actor]) is not None:
                 self._start(behaviour)

@@ -1,6 +1,6 @@
 """Symbolic code: rows whose registers have no numbers yet, and expressions as such rows.
 
-Scene code and step code are written alike. Shared sub-expressions are computed once.
+Scene code and step code are written in the same way. Shared sub-expressions are computed once.
 """
 
 from collections.abc import Callable, Sequence
@@ -129,7 +129,7 @@ class CodeBuffer:
 
 @dataclass
 class Dynamics:
-    """Tells expressions that change during a run from those that are settled with the scene."""
+    """Distinguishes expressions that change during a run from those that are settled with the scene."""
 
     known: dict[int, bool] = field(default_factory=dict)
 

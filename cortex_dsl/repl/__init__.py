@@ -1,6 +1,6 @@
-"""`cortexc repl`: a scenario written entry by entry, each checked and weighed as soon as it is there.
+"""`cortexc repl`: a scenario written entry by entry, each checked and its acceptance estimated at once.
 
-chunks -> entering (draft, what the compiler says of it, weighing), or a command of the table in `commands`; `state`
+chunks -> entering (draft, diagnostics, acceptance), or a command of the table in `commands`; `state`
 holds what both work on.
 """
 

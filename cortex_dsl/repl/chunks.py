@@ -140,7 +140,7 @@ PROMPT, MORE = "scn> ", "...  "
 
 @dataclass
 class PlainInput:
-    """Chunks from standard input; prompts only where somebody sits there."""
+    """Chunks from standard input; prompts only where that is a terminal."""
 
     state: State
 

@@ -104,7 +104,7 @@ def do_load(state: State, argument: str) -> None:
 
 
 def load(state: State, path: Path) -> None:
-    """Begin anew with a file; one with mistakes is loaded too, as long as it can be read as statements.
+    """Start over with a file; one with mistakes is loaded too, as long as it can be read as statements.
 
     Raises:
         UsageError: there is no such file, or it cannot be read.
@@ -182,7 +182,7 @@ def _may_write(state: State, path: Path) -> bool:
     """Whether the file is the session's own as it left it, a new one, or the user says so.
 
     Raises:
-        UsageError: it is another one, and nobody can be asked.
+        UsageError: it is another file, and no user can be asked.
     """
     try:
         there = path.read_bytes()

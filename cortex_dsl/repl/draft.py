@@ -1,7 +1,7 @@
 """The scenario as far as it has been entered, and what it was before.
 
 It is a sequence of entries, one for each statement of the top level with the comments above it. A new entry takes the
-place of what it defines anew, else it goes to the end.
+place of the entry that defines the same, else it goes to the end.
 """
 
 import re

@@ -1,7 +1,7 @@
 """What happens to a chunk that is no command.
 
-A single expression is shown with what it is worth. Anything else is parsed, put in its place, compiled, and weighed:
-acceptance of draws before and after, and who is to blame where nothing passes. A refused chunk changes nothing.
+A single expression is shown with its value. Anything else is parsed, put in its place, compiled, and its effect shown:
+acceptance of draws before and after, and which requirement rejects all. A refused chunk changes nothing.
 """
 
 from collections.abc import Callable, Sequence
@@ -79,7 +79,7 @@ NOTABLE = 0.5
 
 
 def show_change(state: State, before: Checked, after: Checked) -> None:
-    """Weigh a draft that has just changed, and show it where the change is notable."""
+    """Estimate the acceptance of a draft that has just changed, and show it where the change is notable."""
     if not state.interactive and "require" not in after.draft.text:
         return
     if after.weighable is None:

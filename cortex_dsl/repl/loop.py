@@ -24,7 +24,7 @@ class Input(Protocol):
         """The next chunk, without line breaks at its end; None at the end of the input.
 
         Raises:
-            KeyboardInterrupt: the user wants to begin the chunk anew, or a pipe is to be left.
+            KeyboardInterrupt: the user wants to start the chunk again, or a pipe is to be left.
         """
         ...
 
@@ -111,7 +111,7 @@ def do(state: State, chunk: str) -> None:
 
 
 def complain(state: State, message: str, cure: str) -> None:
-    """Show what the user can mend, with its cure."""
+    """Show a problem that the user can solve, with its cure."""
     state.terminal.out.file.flush()
     err = state.terminal.err
     err.print(message, style="bad", soft_wrap=True)
@@ -120,7 +120,7 @@ def complain(state: State, message: str, cure: str) -> None:
 
 
 def exit_code(state: State) -> Exit:
-    """Of a script: whether all of it was fine. Whoever sits at a terminal has seen what was not."""
+    """Return whether a script ran without mistakes; at a terminal the user has seen the mistakes."""
     if state.interactive:
         return Exit.FINE
     if state.bugs:

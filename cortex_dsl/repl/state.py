@@ -40,7 +40,7 @@ OF_THE_WHOLE = (
 )
 """Remarks that make sense when a scenario is complete."""
 STAND_IN = "\nego = new Car on road, with regionContainedIn None\n"
-"""Takes the place of an ego that is still to come, so that requirements on params alone can be weighed."""
+"""Takes the place of an ego that is still to come, so that requirements on params alone can be tested."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Checked:
 
     @cached_property
     def weighable(self) -> Program | None:
-        """What requirements can be weighed with."""
+        """The program on which requirements can be tested; None where there is none."""
         if self.compiled is not None:
             return self.compiled.program
         waits = self.missing and not self.errors and self.source.text
@@ -93,7 +93,7 @@ def _with_stand_in(source: Source, overrides: Mapping[str, str]) -> Program | No
 
 
 def new_errors(before: Checked, after: Checked) -> tuple[Diagnostic, ...]:
-    """The errors that a draft had not before: a file that is loaded with some can be mended one by one."""
+    """The errors that the draft did not have before: a file that is loaded with some can be corrected one by one."""
     known = {(d.code, d.message) for d in before.errors}
     return tuple(d for d in after.errors if (d.code, d.message) not in known)
 
@@ -122,7 +122,7 @@ PATIENCE = 0.6
 
 @dataclass
 class Kernels:
-    """Kernels that are compiled in the background from `start` on, or by whoever needs them first."""
+    """Kernels that are compiled in the background from `start` on, or when they are first needed."""
 
     thread: threading.Thread | None = None
     cold: bool = False
@@ -139,7 +139,7 @@ class Kernels:
         return self.thread is None or not self.thread.is_alive()
 
     def wait(self, terminal: "Terminal") -> None:
-        """Until they are there; Ctrl-C ends the waiting, not the work."""
+        """Wait until they are compiled; Ctrl-C ends the waiting, not the work."""
         if self.thread is None:
             self._announce(terminal)
             return
@@ -151,7 +151,7 @@ class Kernels:
             self.thread.join(0.1)
 
     def _announce(self, terminal: "Terminal") -> None:
-        """Nothing was begun: whoever waits will compile, which is said once."""
+        """Nothing was started: the caller that waits compiles them itself, which is reported once."""
         from cortex_dsl.console.simulating import announce_compilation
 
         self.cold = self.cold or announce_compilation(terminal)
@@ -162,7 +162,7 @@ class Kernels:
 
             self.cold = not kernels_are_cached()
             warm_up()
-        except BaseException as error:  # whoever needs a kernel meets the same error and shows it
+        except BaseException as error:  # the code that needs a kernel gets the same error and shows it
             self.failed.append(error)
 
 
@@ -191,7 +191,7 @@ class State:
 
     terminal: Terminal
     interactive: bool = False
-    """Whether somebody can be asked."""
+    """Whether there is a user who can be asked."""
     history: History = field(default_factory=History)
     file: Path | None = None
     on_disk: str = ""

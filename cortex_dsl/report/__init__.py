@@ -1,6 +1,6 @@
 """What cortexc says of a run, a search or a study, and how.
 
-`findings` holds the numbers and the sentences, each computed and worded once. Three tellings show them: `terminal`
+`findings` holds the numbers and the sentences, each computed and worded once. Three outputs show them: `terminal`
 with rich, `page` as HTML, pictures and films, and `documents` as JSON for other programs. Findings know none of the
 three, and `terminal` and `page` do not know each other.
 """

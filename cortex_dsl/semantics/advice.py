@@ -148,7 +148,7 @@ def _breaks(node: object) -> bool:
 # -- names and definitions that nothing reads --------------------------------------------------------------------------
 
 MEANT = frozenset({"intersection", "road", "network"})
-"""Built-in names that a message asks a file to choose anew: `intersection = Uniform(*network.intersections)`."""
+"""Built-in names that a message asks a file to assign: `intersection = Uniform(*network.intersections)`."""
 Binding = tuple[str, str, Span]
 """What it is, its name, its place."""
 
@@ -234,7 +234,7 @@ MOST_USES = 3
 def with_advice(
     module: nodes.Module, file: FileContext, scenario: ir.Scenario
 ) -> tuple[ir.Scenario, tuple[Diagnostic, ...]]:
-    """The scenario with everything that is said about it. What `-p` or a concrete copy pins is nobody's slip."""
+    """Return the scenario with all advice about it. What `-p` or a concrete copy pins is no mistake of the file."""
     pinned = bool(file.overrides) or file.settings.stream is not None
     for diagnostic in () if pinned else _advice(module, file, scenario):
         file.findings.add(diagnostic)

@@ -82,7 +82,7 @@ def elaborate(
 def _drafted(
     module: nodes.Module, fresh: Callable[..., FileContext], findings: Findings, observe: Observer | None
 ) -> tuple[FileContext, list[Draft]]:
-    """Every variant; begins anew where a numeric choice turns out to be needed concretely."""
+    """Return every variant; start again where a numeric choice turns out to be needed as a number."""
     expanded: frozenset[Span] = frozenset()
     while True:
         file = fresh(expanded=expanded, findings=findings.copy())

@@ -121,7 +121,7 @@ def _rejected(run: VariantState, rejection: Rejection) -> ir.Variant:
 
 
 HIDES_THE_EGO = (WHICH_SCENARIO.code, DUPLICATE.code)
-"""Mistakes after which nobody knows whether there is an ego."""
+"""Mistakes after which it is unknown whether there is an ego."""
 
 
 def _finished_actors(ev: Evaluator) -> list[Actor]:

@@ -276,7 +276,7 @@ CODES: tuple[Code, ...] = tuple(value for value in list(globals().values()) if i
 
 
 def too_many(last: Diagnostic) -> Diagnostic:
-    """The note below the last error that is told."""
+    """The note below the last error that is reported."""
     diagnostic = TOO_MANY.at(
         Span(last.label.span.end, last.label.span.end),
         f"reading stops here, after {MAX_ERRORS} errors",

@@ -1,4 +1,4 @@
-"""Indentation: which line belongs to which block, and the post-lexer that tells the grammar."""
+"""Indentation: which line belongs to which block, and the post-lexer that passes this to the grammar."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -192,7 +192,7 @@ class _Arrangement:
             return  # no block was meant; the grammar says what is wrong
         if self.mixed:
             self.hollow.add(len(self.lines) - 1)
-            return  # how deep the next line is, only its author knows
+            return  # the depth of the next line is unknown
         self.hollow.add(len(self.lines) - 1)
         self.diagnostics.append(
             errors.MISSING_BODY.at(
@@ -259,7 +259,7 @@ class Indenter:
         self.levels = list(layout.levels)
         self.breaks = {line.stop: index for index, line in enumerate(layout.lines)}
         self.ended = -1
-        """Index of the last line whose end was told."""
+        """Index of the last line whose end was passed on."""
         self.resumed = -1
         """Index of the last line that was skipped after an error."""
         self.requiring = False

@@ -460,7 +460,7 @@ class PropertyDefault(Node):
 
 @frozen
 class ClassDefinition(Statement):
-    """`class Taxi(Car):` with property defaults, each evaluated anew for every object."""
+    """`class Taxi(Car):` with property defaults, each evaluated again for every object."""
 
     name: str
     base: str | None
@@ -504,7 +504,7 @@ class BehaviorDefinition(Statement):
 
 @frozen
 class MonitorDefinition(Statement):
-    """`monitor M(parameters):` a behaviour of nobody: it waits, requires and terminates."""
+    """`monitor M(parameters):` a behaviour without an actor: it waits, requires and terminates."""
 
     name: str
     parameters: tuple[Parameter, ...]

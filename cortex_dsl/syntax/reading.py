@@ -87,7 +87,7 @@ def check_size(name: str, size: int) -> None:
 
 
 def _wrong_encoding(name: str, content: bytes, bad: UnicodeDecodeError) -> tuple[Source, Diagnostic]:
-    """The text with a replacement character for what cannot be read, and the place of the first."""
+    """Return the text with a replacement character for each bad byte, and the diagnostic for the first of those."""
     source = Source(name, content.decode("utf-8", errors="replace"))
     start = len(content[: bad.start].decode("utf-8"))
     return source, errors.WRONG_ENCODING.at(
@@ -100,7 +100,7 @@ def _wrong_encoding(name: str, content: bytes, bad: UnicodeDecodeError) -> tuple
 
 
 def _old_line_ends(source: Source, start: int) -> tuple[Source, Diagnostic]:
-    """The text with its lines told apart, and the end of the first of them."""
+    """Return the text with line feeds for lone carriage returns, and the diagnostic for the first of those."""
     shown, count = Source(source.name, _LONE_RETURN.sub("\n", source.text)), len(_LONE_RETURN.findall(source.text))
     return shown, errors.LONE_RETURN.at(
         Span(start, start),

@@ -135,9 +135,9 @@ class _Scanner:
         if self.brackets and PAIRS[self.text[self.brackets[-1]]] == found:
             self.brackets.pop()
             return
-        told, self.mismatched, self.broken = self.broken, True, True
+        reported, self.mismatched, self.broken = self.broken, True, True
         span = Span(offset, offset + 1)
-        if told:
+        if reported:
             self.brackets = self.brackets[:-1]
             return
         if not self.brackets:

@@ -2,7 +2,7 @@
 
 A *box* is an interval for each variable of one variant. A box dies when a requirement surely fails in it; `killer` says
 which one. A slot is *demanded* in a box where every attempt that may still pass has a number in its interval there:
-only such a slot may tell its operands something, and only such a one, found empty, kills.
+only such a slot may narrow its operands, and only such a one, found empty, kills.
 
 Each function of `BACKWARD` takes the interval that a result must lie in and the operands' intervals, and gives narrower
 ends for each operand. It is only asked about results that are numbers in every attempt that may still pass: the demands
@@ -70,7 +70,7 @@ def _factor(z: Interval, b: Interval) -> Ends:
     low, high = quotients.min(axis=0), quotients.max(axis=0)
     known = ((b.low > 0.0) | (b.high < 0.0)) & np.isfinite(low) & np.isfinite(high)
     margin = RELATIVE * np.maximum(np.abs(low), np.abs(high)) + 1e-300
-    # A product may round to zero or below the smallest number: a factor that small is not told from zero.
+    # A product may round to zero or below the smallest number: a factor that small cannot be distinguished from zero.
     tiny = np.maximum(np.abs(z.low), np.abs(z.high)) < 1e-200
     return _only(known & ~tiny, (low - margin, high + margin))
 
@@ -314,12 +314,12 @@ class Boxes:
             answers = narrowed(instruction.op, self[instruction.first], operands, makers)
             for slot, ends in zip(instruction.operands, answers, strict=True):
                 if ends is not None and slot != self.tape.unknown:
-                    told = demanded & (np.isfinite(ends[0]) | np.isfinite(ends[1]))
-                    self.demanded[slot] |= told
-                    self._intersect(slot, ends, told, requirement)
+                    bounded = demanded & (np.isfinite(ends[0]) | np.isfinite(ends[1]))
+                    self.demanded[slot] |= bounded
+                    self._intersect(slot, ends, bounded, requirement)
 
     def _intersect(self, slot: int, ends: Ends, where: Bools, requirement: int) -> None:
-        """Narrow a slot in some boxes; where it is demanded, nothing left is the end of the box."""
+        """Narrow a slot in some boxes; a box in which a demanded slot becomes empty dies."""
         low, high = np.maximum(self.low[slot], ends[0]), np.minimum(self.high[slot], ends[1])
         empty = low > high
         self.kill(empty & where & self.demanded[slot], requirement)

@@ -43,7 +43,7 @@ def narrow(sliced: Sliced, rows: Ints, low: Floats, high: Floats, rounds: int = 
 
 
 class _Work:
-    """One call of `narrow`. Arrays (n, …) have one row instead of n where all boxes are alike in them."""
+    """One call of `narrow`. Arrays (n, …) have one row instead of n where all boxes share their values."""
 
     def __init__(self, sliced: Sliced, rows: Ints, low: Floats, high: Floats, allowed: int) -> None:
         self.sliced, self.rows, self.allowed = sliced, rows, allowed

@@ -1,4 +1,4 @@
-"""What can be told once for a program: slices of every variable's range, and which of them surely fail.
+"""What is computed once for a program: slices of every variable's range, and which of them surely fail.
 
 Each variable's range is cut into slices, all other variables keeping their whole ranges. A slice in which a requirement
 surely fails is dead (shaving). For values that cannot be inverted, such as the distance to an intersection from a point

@@ -1,7 +1,7 @@
-"""Cases leave here and come back: recordings of runs, and the formats of other tools. Knows no text of the language.
+"""Export and import of cases: recordings of runs, and the formats of other tools. Knows no text of the language.
 
 `Recording` is what stands between a simulator and a file: `recorded_run` makes one of a run, each format's module makes
-files of one, `measure` judges one with the kernels that judge our own runs, whoever drove it.
+files of one, `measure` judges one, from any driver, with the kernels that judge our own runs.
 """
 
 from engine.interchange.contract import Export, ExportOptions, InterchangeError

@@ -9,13 +9,13 @@ from itertools import islice
 
 from engine.errors import CortexError
 
-# -- errors, and how a stranger's words are shown ----------------------------------------------------------------------
+# -- errors, and how text from other tools is shown --------------------------------------------------------------------
 
 MOST_CHOICES = 12
 MOST_COMPARED = 2000
-"""Names that one is held against."""
+"""Most names that an unknown one is compared with."""
 MOST_LETTERS = 60
-"""Of a stranger's text that a message quotes."""
+"""Largest length of a quoted text from another tool's file."""
 
 
 class InterchangeError(CortexError):
@@ -31,7 +31,7 @@ class InterchangeError(CortexError):
 
 
 def quoted(text: str) -> str:
-    """A stranger's text in quotes, cut to what a message can bear, without control characters."""
+    """Return a text from another tool's file in quotes, cut to the length of a message, without control characters."""
     cut = text if len(text) <= MOST_LETTERS else text[: MOST_LETTERS - 1] + "…"
     return '"' + "".join(letter if letter.isprintable() else "?" for letter in cut) + '"'
 

@@ -1,7 +1,7 @@
-"""A recording judged with the kernels that judge our own runs, whoever drove: outcomes, risk, every metric.
+"""A recording, from any driver, judged with the kernels that judge our own runs: outcomes, risk, every metric.
 
-First contact is searched over the motion between samples. Up to it, or to the end, everybody is put on whole steps; the
-row after the last of them holds where everybody would be had nothing touched, as in the record of a run of ours. What
+First contact is searched over the motion between samples. Up to it, or to the end, all are put on whole steps; the
+row after the last of them holds where they would be without contact, as in the record of a run of ours. What
 was such a run has the same numbers again.
 """
 
@@ -30,7 +30,7 @@ class Measured:
     """What a recording comes to."""
 
     outcomes: Outcomes
-    """One row. A recording tells no rule that ended it: without contact, time is up or all are done."""
+    """One row. A recording has no rule that ended it: without contact, time is up or all are done."""
     risk: Risk
     metrics: tuple[Metric, ...]
     trajectory: Trajectory
@@ -133,7 +133,7 @@ def _part(time: float, last: int, step: float) -> float:
 
 
 def _moment(recording: Recording, touch: Touch) -> tuple[float, Floats]:
-    """The instant of contact [s], and everybody's state then."""
+    """Return the instant of contact [s], and the state of each actor then."""
     time, states, k = recording.time, recording.states, touch.sample
     if touch.part == 0.0:
         return float(time[k]), states[k]
@@ -215,7 +215,7 @@ METRICS = {row.symbol: row.name for row in PAIRS if row.of_risk}
 
 
 def same_run(case: RecordedCase, read: Recording, name: str) -> Iterator[Finding]:
-    """Everybody where they were, and the same metrics and risk."""
+    """Check that all actors are where they were, and that metrics and risk are the same."""
     ours = case.replay
     if len(read.actors) != len(ours.actors):
         count = f"{len(ours.actors)} took part, {len(read.actors)} are read back"

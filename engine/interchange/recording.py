@@ -1,4 +1,4 @@
-"""A run as others see it: who took part, where each was when, and where the recording comes from. SI units, radians.
+"""A run as other tools see it: its actors, where each was when, and where the recording comes from. SI units, radians.
 
 Positions are centres of outlines, headings anticlockwise from +x and not wrapped: a vehicle that turns has headings
 that run on. Motion between two samples is linear in position and heading, as it is for contact in our own runs. The
@@ -24,7 +24,7 @@ if TYPE_CHECKING:  # pymunk, which nothing that reads or writes a file needs
     from engine.world import WorldRun
 
 SAME_INSTANT = 1e-9
-"""Instants closer than this are one [s]: no format tells them apart."""
+"""Instants closer than this are one [s]: no format can distinguish them."""
 
 MOST_ACTORS = 1000
 """That a file may hold; our own runs have fewer."""
@@ -86,7 +86,7 @@ class SignalTimes:
     offset: float
     """How far into the plan the run starts."""
     controlled: bool = False
-    """Whether the file also lets behaviours or monitors change the lights, which a fixed plan cannot tell."""
+    """Whether the file also lets behaviours or monitors change the lights, which a fixed plan cannot express."""
 
     @property
     def slot(self) -> float:
@@ -139,7 +139,7 @@ class Recording:
     """The road, where it is one of ours."""
     signals: SignalTimes | None = None
     commands: bool = True
-    """Whether wheel and pedals were recorded; False where files from elsewhere tell motion alone, and those are 0."""
+    """Whether wheel and pedals were recorded; False where files from elsewhere hold motion alone, and those are 0."""
     provenance: Provenance = field(default_factory=Provenance)
 
     def __len__(self) -> int:
@@ -156,7 +156,7 @@ class Recording:
         return tuple(np.flatnonzero(~self.there.any(axis=0)).tolist())
 
     def refuse_broken(self) -> None:
-        """Raises InterchangeError where nobody is there, times do not ascend, or a state is no number."""
+        """Raises InterchangeError where no actor takes part, times do not ascend, or a state is no number."""
         if not len(self) or not self.there.any():
             raise InterchangeError(f"`{self.name}` holds nobody at any time", "record one actor at least")
         if not (np.isfinite(self.time).all() and (np.diff(self.time) > 0.0).all()):
@@ -237,7 +237,7 @@ class RecordedCase:
 
     @property
     def left_out(self) -> tuple[str, ...]:
-        """What is to be said of a replay that leaves somebody out."""
+        """Return the remark on a replay that leaves actors out."""
         actors = self.recording.actors
         return tuple(f"`{actors[each].name}` never comes in, and is left out" for each in self.recording.never_there)
 
@@ -245,11 +245,11 @@ class RecordedCase:
 # -- a recording at other instants: motion between two samples is linear -----------------------------------------------
 
 OF_STEPS = [State.ACCELERATION, State.THROTTLE, State.BRAKE]
-"""What a sample tells of the step that ended there, so that it holds all through that step."""
+"""Columns of a sample that describe the step that ended there, so that they hold all through that step."""
 
 
 def states_at(recording: Recording, instants: Floats) -> Floats:
-    """(instants, actors, len(State)): everybody at instants within the recording [s].
+    """Return (instants, actors, len(State)): all actors at instants within the recording [s].
 
     A sample no farther than `SAME_INSTANT` away is taken as it is. Between two samples only those are there who are at
     both.
@@ -329,7 +329,7 @@ def _with_contact(run: "WorldRun", step: float) -> tuple[Floats, Floats]:
         return time, states
     instant, after = float(run.outcomes.end_time[0]), run.trajectory.contact_sample + 1
     touching = run.touching.copy()
-    touching[:, State.PRESENT] = touching[:, State.PRESENT] == 1.0  # who leaves in this step is on its way out
+    touching[:, State.PRESENT] = touching[:, State.PRESENT] == 1.0  # an actor that leaves in this step counts as absent
     for sample in (after - 1, after):
         if sample < len(time) and abs(time[sample] - instant) < SAME_INSTANT:
             states = states.copy()

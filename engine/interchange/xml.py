@@ -1,6 +1,6 @@
 """XML as every format here is written and read: one element a line, numbers that read back to the same value.
 
-What a stranger's file can do here is be refused. No document type, entity or external reference is accepted, so nothing
+A hostile file is refused, and that is all. No document type, entity or external reference is accepted, so nothing
 is ever expanded, opened or fetched; size, depth and number of elements are bounded before memory is spent. What is read
 remembers where it stands.
 
@@ -65,7 +65,7 @@ def xml_text(root: Element) -> str:
     return text
 
 
-# -- an element of somebody else's, which says what is wrong with it ---------------------------------------------------
+# -- an element of another tool's file, which says what is wrong with it -----------------------------------------------
 
 
 @dataclass(eq=False, slots=True)

@@ -257,11 +257,11 @@ def _shadow(outline: Frame, x: float, y: float) -> float:
     return outline.half_length * abs(along) + outline.half_width * abs(across)
 
 
-# -- First contact of any two in a recording: between samples everybody moves linearly, whoever drove ------------------
+# -- First contact of any two in a recording: between samples all actors move linearly ---------------------------------
 
 
 class Touch(NamedTuple):
-    """Where two touch: after sample `sample` by `part` (0 .. 1) of the way to the next; sample -1: nobody does."""
+    """Where two touch: after sample `sample` by `part` (0 .. 1) of the way to the next; sample -1: no two do."""
 
     sample: int
     part: float
@@ -274,7 +274,7 @@ def search_contact(states: Floats, outlines: Floats) -> Touch:
     """The first contact; ties go to the lower pair, as in a run of ours.
 
     `states` (samples, actors, len(State)) with headings that are not wrapped, at times that need not be even;
-    `outlines` (actors, at least 2): length, width [m]. Two who are there at one sample alone, or at the last one, touch
+    `outlines` (actors, at least 2): length, width [m]. Two that are there at one sample alone, or the last, touch
     if they do then.
     """
     samples, actors = states.shape[0], states.shape[1]

@@ -86,7 +86,7 @@ def _sample_scene(recipe: Recipe, request: Request, row: int, scratch: Scratch, 
 
 @kernel
 def _rule_out(row: int, culprit: int, out: Ledger) -> None:
-    """One attempt that stands for all: the culprit would fail in each."""
+    """One attempt that stands for all: the same requirement would fail in each."""
     out.verdict[row] = Verdict.INFEASIBLE
     out.attempts[row] = 1
     out.tested[row, culprit] += 1
@@ -201,7 +201,7 @@ def _finish(recipe: Recipe, template: int, row: int, registers: Floats, out: Led
 
 @kernel
 def _count_rejections(layout: Layout, attempts: int, tested: Ints, failed: Ints) -> None:
-    """Impossible variants are turned away before any requirement; each reason is conditional on those before it."""
+    """Impossible variants are rejected before any requirement; each reason is conditional on those before it."""
     for reason in range(layout.requirements, layout.reasons):
         tested[reason] = attempts
         attempts -= failed[reason]

@@ -6,7 +6,7 @@ asks its handlers, last one first, whether they are running or should start, and
 body. Nothing here sees the effect of what another actor does in the same sample: states are those of the sample,
 commands take effect in the step that follows.
 
-What a behaviour may ask about the others around it is here too: who leads along a path, and how soon outlines would
+What a behaviour may read about the other actors is here too: the leader along a path, and how soon outlines would
 touch.
 """
 
@@ -28,7 +28,7 @@ from engine.vocabulary import ActorKind, Column, Command, Op, Purpose, State
 
 
 class Leader(NamedTuple):
-    """Who is ahead on a path: the gap to it along the path [m] and its speed along the path [m/s]."""
+    """The actor ahead on a path: the gap to it along the path [m] and its speed along the path [m/s]."""
 
     gap: float
     speed: float
@@ -36,9 +36,9 @@ class Leader(NamedTuple):
 
 @kernel
 def leader(plan: Plan, run: Run, sample: int, me: int, path: int) -> Leader:
-    """The nearest actor ahead of `me` on a path; infinity and 0 with nobody ahead.
+    """Return the nearest actor ahead of `me` on a path; infinity and 0 with no actor ahead.
 
-    Somebody is on the path who reaches into the strip that my width sweeps along it, and ahead whose centre's foot
+    An actor is on the path if it reaches into the strip that my width sweeps along it, and ahead if its centre's foot
     point lies beyond mine. The gap is measured along the path between the shadows of both outlines on its direction at
     their foot points, and is 0 where these overlap.
     """
@@ -65,7 +65,7 @@ def leader(plan: Plan, run: Run, sample: int, me: int, path: int) -> Leader:
 @kernel
 def least_time_to_collision(plan: Plan, run: Run, sample: int, one: int, other: int) -> float:
     """`conflict.time_to_collision` of two actors [s], or (`other` = -1) the least over all others; infinite for those
-    who are absent. What comes is unknown yet, so yaw rates are those of the step that ended at the sample.
+    that are absent. What comes is unknown yet, so yaw rates are those of the step that ended at the sample.
     """
     least = math.inf
     if run.states[sample, one, State.PRESENT] == 0.0:
@@ -108,7 +108,7 @@ class Turn(NamedTuple):
 def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
     """Run step code from a row on until the turn is over. Inlined into its caller: call it in one place.
 
-    `actor` is who acts; it has no meaning for rules and monitors, whose code neither follows nor commands.
+    `actor` is the actor whose turn it is; it has no meaning for rules and monitors, whose code sets no commands.
     """
     code, registers = plan.code, run.registers
     sample = int(run.status[Status.SAMPLE])

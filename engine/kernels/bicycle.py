@@ -1,4 +1,4 @@
-"""How a body moves in one step: the kinematic bicycle at its rear axle, the walker, the thing that stands.
+"""How a body moves in one step: the kinematic bicycle at its rear axle, the pedestrian, the obstacle.
 
 The bicycle, with (x, y) the middle of the rear axle, v its speed, psi the heading, delta the steering angle, L the
 wheelbase (Rajamani, "Vehicle Dynamics and Control", 2nd ed., section 2.2; Althoff et al. 2017, model KS):
@@ -91,8 +91,8 @@ def clip(value: float, low: float, high: float) -> float:
 def within_grip(acceleration: float, curvature: float, speed: float, grip: float, time_step: float) -> Grip:
     """The demand, shortened until the tyres hold it; both laws hold at the middle of the step.
 
-    First |yaw rate| <= mu g / v, that is |curvature| v^2 <= mu g: whoever is too fast for a bend runs wide. Then the
-    friction circle, sqrt(a_lon^2 + a_lat^2) <= mu g: both parts are shortened alike, so one can still brake in a bend.
+    First |yaw rate| <= mu g / v, that is |curvature| v^2 <= mu g: an actor too fast for a bend runs wide. Then the
+    friction circle, sqrt(a_lon^2 + a_lat^2) <= mu g: both parts shrink by one factor, so one can still brake in a bend.
     """
     # The fastest that the middle of the step may be: shortening an acceleration can only slow it down from there.
     speed = max(speed, speed + 0.5 * acceleration * time_step)

@@ -1,4 +1,4 @@
-"""Outlines (oriented rectangles) at one instant: how far apart two are, and whether one who looks sees another."""
+"""Outlines (oriented rectangles) at one instant: how far apart two are, and whether a viewer sees another."""
 
 import math
 from typing import NamedTuple

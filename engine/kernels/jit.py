@@ -10,8 +10,8 @@ The cache is named by contents: one compilation for a user, however many clones 
 a kernel, or of an enum value that is a constant in it, leads to another folder; folders long out of use are removed.
 
 What inlines fast and caches by content touches private parts of numba and is in `numba_internals`. With a numba whose
-parts nobody has tried (`KNOWN`), functions are inlined and cached by what numba offers to everybody: that compiles for
-longer, and once for each installation, and is as right.
+parts are untested (not in `KNOWN`), functions are inlined and cached by numba's public means: that compiles for
+longer, and once for each installation, with the same results.
 """
 
 import hashlib

@@ -52,7 +52,7 @@ class _Draft(JITCodeLibrary):
 
     @property
     def codegen(self) -> Any:
-        """Who sets the address of the function's environment, which belongs to the bridge from Python."""
+        """Sets the address of the function's environment, which belongs to the bridge from Python."""
         return self
 
     def set_env(self, env_name: str, env: object) -> None:
@@ -183,7 +183,7 @@ class _Files:
         return code if (stamp, kept) == (self._stamp, key) else None
 
     def save(self, key: Any, code: Any) -> None:
-        """Whole or not at all, whoever else writes the same, and whatever ends this process."""
+        """Write the file completely or not at all, even if another process writes the same, or this one is killed."""
         payload = dumps((self._stamp, key, code))
         path = self._path(key)
         unborn = path.with_name(f"{path.name}.{uuid.uuid4().hex[:12]}")

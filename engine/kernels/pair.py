@@ -11,7 +11,7 @@ With p the way from the ego's centre to the other's and v its rate of change:
     MD              least distance between the outlines over continuous time; 0 on contact
     approach        speeds, angle, c and side at the instant of MD, or of contact
 
-Two who are never in the scene together have an infinite MD, at no time, and an MS of minus infinity.
+Two that are never in the scene together have an infinite MD, at no time, and an MS of minus infinity.
 """
 
 import math
@@ -28,7 +28,7 @@ from engine.vocabulary import Side, State
 CLOSING_SPEED_TOLERANCE = 0.01
 """How far below the maximum a closing speed may lie and still mark the instant of MS [m/s]."""
 NOISE_FLOOR = 1e-9
-"""Only what closes faster approaches [m/s]: two who keep their distance have a closing speed of some 1e-15 either way,
+"""Only what closes faster approaches [m/s]: two that keep their distance have a closing speed of some 1e-15 either way,
 and whether D_MS is a number must not hang on its sign."""
 FRONT, LEFT, REAR, RIGHT = map(int, Side)
 
@@ -79,7 +79,7 @@ def measure_pair(
     `states` (rows, actors, len(State)), of which the first `samples` (at least 1) belong to the run; `outlines`
     (actors, 3): length, width, distance from rear axle to centre [m]. Where first contact (of any pair) ended the run
     inside a step, `ending` in (0, 1] is the part of the step that came before it, and row `samples` holds where
-    everybody would be had nothing touched. `contacted`: it was this pair that touched.
+    all actors would be without contact. `contacted`: it was this pair that touched.
     """
     first = _first_together(states, samples, other)
     if first == samples:
@@ -118,7 +118,7 @@ def measure_pair(
 
 @inlined
 def _never_together() -> PairMetrics:
-    """Those of two who are never in the scene together; how they met has no numbers."""
+    """Return the metrics of two that are never in the scene together; their approach has no numbers."""
     return PairMetrics(
         min_distance=math.inf,
         min_distance_time=math.nan,

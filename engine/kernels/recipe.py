@@ -46,7 +46,7 @@ class Recipe(NamedTuple):
 
 
 class Confinement(NamedTuple):
-    """Where a row's attempts may pass at all (see `engine.feasibility.pruning`). Without rows: anywhere."""
+    """The box in which a row's attempts can pass (see `engine.feasibility.pruning`). Without rows: everywhere."""
 
     mass: Floats
     """(n,) probability that an attempt falls there."""
@@ -118,7 +118,7 @@ def copy(source: Floats, target: Floats, offset: int) -> None:
 
 @kernel
 def toss_coins(probabilities: Floats, key: Ints, enforced: Ints) -> None:
-    """One coin a soft requirement and scene: heads, and the requirement counts."""
+    """Toss one coin for each soft requirement of a scene; with heads the requirement is tested."""
     coins = open_stream(key, Purpose.SCENE, COIN_CHANNEL)
     for requirement in range(len(probabilities)):
         probability = probabilities[requirement]

@@ -185,7 +185,7 @@ def outline_of(plan: Plan, run: Run, sample: int, actor: int) -> Box:
 
 @inlined
 def place(plan: Plan, run: Run, sample: int, actor: int, present: float) -> None:
-    """An actor where its scene puts it, from this sample on or (`present` = 0) for later; nobody starts backwards."""
+    """Put an actor where its scene has it, from this sample on or (`present` = 0) for later; none starts backwards."""
     states = run.states
     states[sample, actor, :] = 0.0
     x, y = column_of(plan, run, actor, Column.X), column_of(plan, run, actor, Column.Y)

@@ -1,4 +1,4 @@
-"""From a specification to a network: roads first, then what runs through the intersections, then who meets whom."""
+"""From a specification to a network: roads, then ways through the intersections, then conflicts of maneuvers."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -123,7 +123,7 @@ class Junction:
     def _end_lanes(self, start: Direction, lane: int, end: Direction) -> tuple[int, ...]:
         """A turn keeps its lane's number: then all turns of one corner run side by side.
 
-        Into a road that nobody reaches straight on (the stem of a T), each turn may take any lane of its own half.
+        Into a road that no straight way leads to (the stem of a T), each turn may take any lane of its own half.
         """
         if end.opposite in self.arms or lane not in (1, self.spec.lanes):
             return (lane,)
@@ -188,7 +188,7 @@ def _left_neighbour(arm: Direction) -> Direction:
 
 
 def turn_type(start: Direction, end: Direction) -> ManeuverType:
-    """What a driver does who comes in by `start` and leaves by `end`."""
+    """Return what a driver does that comes in by `start` and leaves by `end`."""
     if end is start:
         return ManeuverType.U_TURN
     if end is start.opposite:

@@ -1,6 +1,6 @@
 """How the elements of a network refer to one another: maneuvers of lanes, neighbours, default routes, conflicts.
 
-And whom a maneuver has to give way to: per lane, between which arc lengths others are in its way.
+And to whom a maneuver gives way: per lane, between which arc lengths others are in its way.
 """
 
 import math
@@ -57,11 +57,11 @@ def _default_route(network: Network, links: Links, lane: Lane, near_turn: Maneuv
     return network.paths.join([network.lanes[i].path for i in (lane.id, chosen.connecting, chosen.end)])
 
 
-# -- who meets whom
+# -- which maneuvers conflict
 
 
 def _conflicts(network: Network, junction: Junction) -> list[tuple[int, ...]]:
-    """Per maneuver its conflicting ones. All junctions are alike, so pairs are found once and copied."""
+    """Per maneuver its conflicting ones. All junctions have the same shape, so pairs are found once and copied."""
     pattern = meeting_turns(junction.turns)
     count = len(pattern)
     return [tuple(site.id * count + other for other in others) for site in network.intersections for others in pattern]
@@ -106,7 +106,7 @@ SPACING = 0.5
 
 @frozen
 class Window:
-    """Part of a lane, or of what follows it, on which somebody is in the way."""
+    """Part of a lane, or of what follows it, on which another is in the way."""
 
     enter: float
     """Arc length on the lane at which the part begins; beyond the lane's end for one that leads there [m]."""
@@ -115,13 +115,13 @@ class Window:
 
 
 NOWHERE = Window(math.inf, -math.inf)
-"""Of a lane from which nobody comes into the way."""
+"""Of a lane from which no other comes into the way."""
 
 
 def windows(maneuver: Maneuver) -> tuple[Window, ...]:
     """One for each lane of the network: where others conflict with a maneuver, whatever they do next.
 
-    Nobody can see which way another will go, so all who come from a lane with a conflicting maneuver count until their
+    No driver sees which way another will go, so all that come from a lane with a conflicting maneuver count until their
     paths part.
     """
     found = [NOWHERE] * len(maneuver.intersection.network.lanes)

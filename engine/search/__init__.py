@@ -1,4 +1,4 @@
-"""Searches over a scenario's genes: searchers that ask and are told, the campaign around them, and what it leaves.
+"""Searches over a scenario's genes: searchers (`ask`, `tell`), the campaign around them, and the files it leaves.
 
 Nothing is imported here; take what you need from its module (`engine.search.run.search` runs a whole campaign).
 """

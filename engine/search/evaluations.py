@@ -142,7 +142,7 @@ def judge(rollouts: Assessment, how: str) -> tuple[Ints, Floats]:
 
 
 def results(evaluations: Evaluations) -> list[Result]:
-    """What a searcher is told, one result a row."""
+    """Return what a searcher's `tell` gets, one result a row."""
     columns = evaluations.verdict, evaluations.fitness, evaluations.reused, evaluations.continuous, evaluations.collided
     rows = zip(*(column.tolist() for column in columns), _measures(evaluations), strict=True)
     return [

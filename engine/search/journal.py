@@ -2,7 +2,7 @@
 
 Each generation is one transaction in write-ahead mode, so a killed process loses at most the generation in flight.
 What a run *found* (`generation`, `individual`, `simulation`) is a pure function of file, settings and seed; what it
-took (`pace`, `status`) lies in tables of its own. Told in order, the individuals replay a searcher by ask and tell.
+took (`pace`, `status`) lies in tables of its own. Taken in order, the individuals replay a searcher by ask and tell.
 
 | table      | one row for each                                                                       |
 |------------|----------------------------------------------------------------------------------------|
@@ -140,7 +140,7 @@ class Journal:
             with _transaction(self._connection) as connection:
                 status = "stopped" if campaign.stopped else "finished"
                 connection.execute("UPDATE status SET status = ?, seconds = ?", (status, campaign.elapsed))
-            with suppress(sqlite3.OperationalError):  # while somebody reads it stays as it is, and is as good
+            with suppress(sqlite3.OperationalError):  # while another process reads, the mode stays: no harm
                 self._connection.execute("PRAGMA journal_mode = DELETE")
         self.close()
 

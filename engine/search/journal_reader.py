@@ -20,7 +20,7 @@ from engine.tables import Ints
 
 @dataclass(frozen=True)
 class Record:
-    """A run as its journal tells it."""
+    """A run as its journal holds it."""
 
     manifest: Manifest
     evaluations: Evaluations
@@ -57,7 +57,7 @@ def read_journal(path: Path) -> Record:
 
 
 def damaged(path: Path, why: object) -> StoreError:
-    """What to raise of a journal that somebody has changed."""
+    """Return the error for a journal that was changed from outside."""
     return StoreError(f"`{path}` is damaged: {why}", "restore it from a copy, or repeat the run")
 
 
@@ -111,7 +111,7 @@ def _consistent(record: Record) -> Record:
 
 
 def _spent(connection: sqlite3.Connection) -> float:
-    """What a run took is told beside its results, which are whole without."""
+    """What a run took is read beside its results, which are complete without it."""
     if not connection.execute("SELECT count(*) FROM sqlite_master WHERE name = 'pace'").fetchone()[0]:
         return 0.0
     return connection.execute("SELECT coalesce(max(seconds), 0.0) FROM pace").fetchone()[0]

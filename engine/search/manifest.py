@@ -61,7 +61,7 @@ LIMITS: Mapping[str, Mapping[str, tuple[float, float]]] = MappingProxyType(
         },
     }
 )
-"""What no run is outside of; a manifest that says otherwise was changed by somebody."""
+"""Limits of the settings of every run; a manifest outside of them was changed from outside."""
 
 
 @dataclass(frozen=True)
@@ -228,7 +228,7 @@ def changed_versions(manifest: Manifest) -> list[str]:
 
 
 class ManifestError(Signal, ValueError):
-    """Somebody has changed the manifest: what it holds is not what `make_manifest` writes."""
+    """The manifest was changed from outside: it does not hold what `make_manifest` writes."""
 
 
 def read_manifest(values: Mapping[str, Any]) -> Manifest:

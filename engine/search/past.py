@@ -1,4 +1,4 @@
-"""What a search has done before: a new searcher is told its results again, and must propose what it proposed then."""
+"""The past of a search: a new searcher gets its results again, and must propose what was proposed then."""
 
 from collections.abc import Sequence
 
@@ -25,17 +25,17 @@ class ForeignPastError(CortexError):
 
 
 def follow(searcher: Searcher, past: Sequence[Evaluations]) -> None:
-    """Tell a new searcher a whole past again; nothing is simulated.
+    """Pass a whole past to a new searcher; nothing is simulated.
 
     Raises:
         ForeignPastError: it would not have proposed what `past` holds, in this way and from these parents.
     """
     for generation, evaluations in enumerate(past):
-        searcher.tell(results(retold(searcher.ask(), evaluations, generation)))
+        searcher.tell(results(checked(searcher.ask(), evaluations, generation)))
 
 
-def retold(proposals: Sequence[Proposal], evaluations: Evaluations, generation: int) -> Evaluations:
-    """A generation of the past, once it is sure that these proposals led to it."""
+def checked(proposals: Sequence[Proposal], evaluations: Evaluations, generation: int) -> Evaluations:
+    """Return a generation of the past, after checking that these proposals led to it."""
     genomes = np.array([proposal.genome for proposal in proposals], dtype=np.float64).reshape(len(proposals), -1)
     same = genomes.tobytes() == evaluations.genomes.tobytes() and all(
         np.array_equal(asked, written)

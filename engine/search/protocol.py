@@ -1,4 +1,4 @@
-"""What a searcher and a campaign say to one another: it asks with proposals and is told results. It never sees more.
+"""The interface of searcher and campaign: `ask` returns proposals, `tell` takes their results. A searcher sees no more.
 `GenerationSearcher` is what ours have in common.
 
 An *individual* is one place in a generation. Its `Birth` is the place where its genome was first simulated: an elite
@@ -23,7 +23,7 @@ StreamAt = Callable[[int, int], Generator]
 
 
 MEASURES = ("min_distance", "closing_speed", "ego_speed", "other_speed", "approach_angle")
-"""What a result tells beside the risk, of an individual's worst rollout: columns of `engine.search.assessment`."""
+"""What a result holds beside the risk, of an individual's worst rollout: columns of `engine.search.assessment`."""
 
 
 class Operator(IntEnum):
@@ -34,13 +34,13 @@ class Operator(IntEnum):
     CROSSOVER = 2
     MUTATION = 3
     CROSSOVER_MUTATION = 4
-    """A child that was known whatever its parents, so that one of its genes was drawn anew."""
+    """A child that was known whatever its parents, so that one of its genes was drawn again."""
     SAMPLED = 5
     """Drawn from a distribution that the search has learnt."""
 
 
 class Status(IntEnum):
-    """What a searcher may know of an evaluation's fate."""
+    """What a searcher may know of the result of an evaluation."""
 
     VALID = 0
     INVALID = 1
@@ -141,7 +141,7 @@ def check_answer(proposals: Sequence[Proposal], results: Sequence[Result]) -> No
 
 
 class GenerationSearcher:
-    """Proposes one generation after the other, and is told of the last one; each kind has its own `_proposals` and, if
+    """Proposes one generation after the other, and gets the results of each; each kind has its own `_proposals` and, if
     it learns anything, its own `_learn`.
     """
 

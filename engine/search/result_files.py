@@ -7,7 +7,7 @@
 | critical.csv      | the rows of evaluations.csv with a risk of at least 14 (a collision, under `paper`)    |
 | generations.csv   | the figures of each generation, by individual and by simulation                        |
 | summary.json      | manifest, figures of the whole run and of its last ten generations, worst cases, genes |
-| README.md         | all of this, and every column with its unit, for whoever finds the directory           |
+| README.md         | all of this, and every column with its unit, for people who find the directory         |
 
 Numbers are written so that reading them back gives the same bits. A gene is `param_NAME`, in the file's unit; an index
 gene is the number of its option. Missing numbers are empty in CSV and null in JSON.
@@ -204,7 +204,7 @@ def _table(evaluations: Evaluations, genes: Sequence[str]) -> dict[str, Column]:
 
 
 def _numbering(evaluations: Evaluations) -> Callable[[Ints], list[int]]:
-    """Births (n, 2) to numbers of individuals, -1 for nobody."""
+    """Turn births (n, 2) into numbers of individuals, -1 for none."""
     starts = np.flatnonzero(evaluations.places[:, 1] == 0)
 
     def number(births: Ints) -> list[int]:

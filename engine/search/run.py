@@ -1,6 +1,6 @@
 """A search: one call for a compiled scenario (`search`), and the campaign loop behind it (`run_campaign`).
 
-The loop asks a searcher, evaluates its proposals, tells it, and keeps everything. It knows neither sampler nor
+The loop asks a searcher, evaluates its proposals, tells the results, and keeps everything. It knows neither sampler nor
 simulator: `evaluate` is handed in (`engine.search.evaluator` makes the real one). Scenes draw from streams keyed by
 birth and rollout, so a result depends on no other individual and on no thread count.
 """
@@ -31,7 +31,7 @@ from engine.search.evaluations import (
     results,
 )
 from engine.search.insight.gene_effects import GeneEffect, gene_effects, probe_genes
-from engine.search.past import retold
+from engine.search.past import checked
 from engine.search.protocol import Box, Proposal, Searcher
 from engine.search.ranking import Case, worst_cases
 from engine.search.searchers import build_searcher, canonical, find_searcher
@@ -138,8 +138,8 @@ def run_campaign(
 ) -> Campaign:
     """Run all generations, or as many as there is time for.
 
-    `past` holds the first generations of the same campaign, from a journal: the searcher is told their results again
-    instead of simulating them, and goes on where it was. `on_generation` hears of what is new. `spent` is the time that
+    `past` holds the first generations of the same campaign, from a journal: the searcher gets their results again
+    instead of simulating them, and continues there. `on_generation` is called for new ones. `spent` is the time that
     the past took [s]. `number` is that of the method in the stream keys (None: the one that its name has).
 
     Ctrl-C, or `should_stop` after a generation, ends the campaign with what is finished; Ctrl-C before the end of the
@@ -158,7 +158,7 @@ def run_campaign(
         for generation in range(config.generations):
             proposals = searcher.ask()
             if generation < len(past):
-                evaluations = retold(proposals, past[generation], generation)
+                evaluations = checked(proposals, past[generation], generation)
             else:
                 evaluations = _evaluate(proposals, [block for block, _ in done], evaluate, config, number)
             searcher.tell(results(evaluations))
@@ -296,7 +296,7 @@ def search(
     Raises:
         ValueError: an unknown method, engine, profile or aggregate, or settings out of range.
         MissingExtraError, PluginError: the method cannot be used.
-        WorkersLostError: nobody is there to run simulations, or no longer.
+        WorkersLostError: no worker process is left to run simulations.
     """
     method = canonical(method)
     searcher = build_searcher(method, Box.of(program.space), config, number)

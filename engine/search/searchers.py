@@ -12,8 +12,8 @@ A searcher of another package is an entry point of the group `cortexc.searchers`
 `make` is called once for each run, with the box of the genes, every setting (`config.search.population` individuals a
 generation, `config.search.generations` of them) and the streams of random numbers. What it returns is asked for
 `population` proposals (`engine.search.protocol.Proposal`) a generation, each in the box and born at its own place, and
-is then told one `Result` for each: valid, invalid, error (the simulator failed) or reused. For a run to repeat itself
-and to be resumed, proposals must depend on the streams and on what was told, and on nothing else.
+then gets one `Result` for each by `tell`: valid, invalid, error (the simulator failed) or reused. For a run to repeat
+itself and to be resumed, proposals must depend on the streams and on these results, and on nothing else.
 """
 
 from collections.abc import Callable, Sequence

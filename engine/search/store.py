@@ -1,4 +1,4 @@
-"""Run directories: where a search leaves what it found. Nothing that is there is ever overwritten."""
+"""Run directories: where a search stores its results. Nothing that is there is ever overwritten."""
 
 import errno
 import re
@@ -23,7 +23,7 @@ SPACE = "free some space, then go on with `cortexc resume`: what was written is 
 
 
 class StoreError(CortexError):
-    """Results cannot be kept, or read: what is wrong, and what to do about it."""
+    """Results cannot be stored, or read: what is wrong, and what to do about it."""
 
 
 def numbered_directory(name: str, method: str, root: Path = Path("runs")) -> Path:
@@ -70,7 +70,7 @@ class RemovedError(StoreError):
 
 
 def insist_on(path: Path, inode: int) -> None:
-    """A file that is open can be written long after it has lost its name, and then nobody ever finds it.
+    """Check that an open file still has its name: one that was removed can be written, and never found again.
 
     Raises:
         RemovedError: the file of this name is not that one, or there is none.

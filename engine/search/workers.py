@@ -2,7 +2,7 @@
 
 The unit of work is a batch of scenes, and a batch is a pure function of program, settings, genomes and stream keys: a
 result is the same wherever it was worked out, and a batch that was lost with its worker is simply done again. Workers
-return rows; nobody but the process that started the search writes. Ctrl-C is for whoever started the workers, and they
+return rows; only the process that started the search writes. Ctrl-C goes to the process that started them, and they
 do not outlive that one.
 """
 
@@ -33,7 +33,7 @@ from engine.tables import Floats, Ints
 
 
 def serve_parent() -> None:
-    """First call in a worker: Ctrl-C is for the parent; and where that is gone, there is nobody to work for."""
+    """First call in a worker: Ctrl-C is for the parent; and where that is gone, the worker ends too."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     if parent is not None:
@@ -138,7 +138,7 @@ def _dask(workers: Workers) -> Generator[Executor]:
 
 
 def _cluster(distributed: Any, jobs: int) -> Any:
-    """Processes of our own under a scheduler of our own. What goes wrong we say: its log speaks of every goodbye."""
+    """Processes of our own under a scheduler of our own. We report errors; its own log is off."""
     return distributed.LocalCluster(
         n_workers=jobs,
         threads_per_worker=1,
@@ -191,7 +191,7 @@ def spread(executor: Executor, workers: Workers, program: Program, config: Confi
     """An evaluator whose batches are run by an executor.
 
     Raises (when called):
-        WorkersLostError: a worker was killed, and nobody is left to do its batch again.
+        WorkersLostError: a worker was killed, and none is left to do its batch again.
     """
     job = Job(program, replace(config, search=replace(config.search, jobs=1)), profile)
 
@@ -204,7 +204,7 @@ def spread(executor: Executor, workers: Workers, program: Program, config: Confi
 
 
 def _results(futures: Sequence["Future[Assessment]"]) -> list[Assessment]:
-    """In the order of the batches, whoever was first."""
+    """Return results in the order of the batches, whichever ended first."""
     try:
         return [future.result() for future in futures]
     except BrokenProcessPool as error:

@@ -5,7 +5,7 @@ Each measure is one number a run, and belongs to one family of tests. Two outcom
 family: different genomes that collided, which is the yield, and distinct failures, which is its variety. The paper's
 other four metrics over the whole run, counted by individual as the paper does, are the second family (twenty-four tests
 where six scenarios meet one contender). All else is exploratory: each further way of counting is corrected within
-itself, but who looks at many and picks one has not corrected for that.
+itself, but picking one out of many is not corrected for.
 
 Two-sided Mann-Whitney tests, corrected by Holm over each family (all scenarios and contenders together); A12 of Vargha
 and Delaney with a 95 % interval (bootstrap, and no narrower than Newcombe's, which stays honest where every run of one
@@ -14,7 +14,7 @@ runs of each, better median, Holm's p below 0.05, and A12 above 0.64 (their "med
 round. With fewer runs nothing is decided.
 
 A run without the number, such as one that never collided and so has no first collision, is not left out, which would
-reward a method for failing: it ranks behind every run that has one, in medians, tests and A12 alike. What is meant by
+reward a method for failing: it ranks behind every run that has one, in medians, tests and A12. What is meant by
 worst is known for ranks only, so that there is no mean then.
 """
 
@@ -48,7 +48,7 @@ class Measure:
 
     @property
     def exploratory(self) -> bool:
-        """Whether it is told beside what was to be shown, and shows nothing by itself."""
+        """Whether the measure is exploratory: reported, but it confirms nothing by itself."""
         return self.family not in (PRIMARY_FAMILY, SECONDARY_FAMILY)
 
     @property
@@ -60,8 +60,8 @@ class Measure:
         """Over how many generations it counts, where a run has so many."""
         return min(LAST, generations) if f"last {LAST}" in self.name else generations
 
-    def told(self, generations: int) -> str:
-        """Its name, where a run has so many generations: of ten or fewer the last ten are simply all."""
+    def title_for(self, generations: int) -> str:
+        """Return its name for runs of so many generations: of ten or fewer the last ten are all."""
         return self.name if generations > LAST else self.name.replace(f"last {LAST}", f"all {generations}")
 
 
@@ -176,7 +176,7 @@ class Comparison:
     @property
     def title(self) -> str:
         """The measure's name; it says so where its last ten generations are all of them."""
-        return self.measure.told(self.generations)
+        return self.measure.title_for(self.generations)
 
     @property
     def stars(self) -> str:
@@ -218,8 +218,8 @@ class Comparison:
         """`22 of 30 never collided`, the baseline's behind it; empty where every run has its number."""
         spreads = ((self.method, self.spread), (self.baseline, self.baseline_spread))
         why = "never collided" if self.measure.name == FIRST else "have no such number"
-        told = [f"{name}: {each.missing} of {each.runs} {why}" for name, each in spreads if each.missing]
-        return "; ".join(told)
+        parts = [f"{name}: {each.missing} of {each.runs} {why}" for name, each in spreads if each.missing]
+        return "; ".join(parts)
 
     @property
     def _better(self) -> bool:

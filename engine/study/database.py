@@ -116,7 +116,7 @@ class StudyStore:
             connection.execute("INSERT INTO pace VALUES (?, ?, ?, ?)", (*record.address, record.seconds))
 
     def close(self) -> None:
-        """Leave one plain file behind; two more beside it where somebody is reading, or the disk is full."""
+        """Leave one plain file behind; two more beside it where another process reads, or the disk is full."""
         with suppress(sqlite3.OperationalError):
             self._connection.execute("PRAGMA journal_mode = DELETE")
         self._connection.close()
@@ -180,7 +180,7 @@ def _manifest_json(plan: Plan, subject: Subject) -> str:
 
 @dataclass(frozen=True)
 class Study:
-    """A study as its folder tells it."""
+    """A study as its folder holds it."""
 
     folder: Path
     plan: Plan

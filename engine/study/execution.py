@@ -1,7 +1,7 @@
 """Carrying out a plan: in this process, in several, or by any executor. What comes out is the same everywhere.
 
 The unit of work is a whole run. A worker is a process of its own, as half of a search is Python; it ignores Ctrl-C,
-stops after the generation in flight when it is told to, and ends when the process that started it is gone.
+stops after the generation in flight when it is asked to, and ends when the process that started it is gone.
 """
 
 import multiprocessing
@@ -29,7 +29,7 @@ OnRun = Callable[["Finished"], None]
 
 
 class Stopped(Signal):
-    """A run was told to stop before its end; nothing of it is kept."""
+    """A run was asked to stop before its end; nothing of it is kept."""
 
 
 def perform(task: Task, should_stop: Callable[[], bool] = lambda: False) -> "Finished":
@@ -124,7 +124,7 @@ def _start_worker(stop: "Event") -> None:
 
 
 class _Worker:
-    """What a worker process was told when it was started."""
+    """What a worker process got when it was started."""
 
     stop: "Event | None" = None
 

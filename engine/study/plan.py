@@ -1,8 +1,8 @@
 """What a study is to do: every scenario by every method, many times, and where each run's random numbers come from.
 
 Run r of a method on a scenario draws from the streams (seed, method, r). Each scenario has a seed of its own
-(`with_own_seeds`), so that no two runs of a study share a number: scenarios that are alike would otherwise be one
-experiment told several times.
+(`with_own_seeds`), so that no two runs of a study share a number: similar scenarios would otherwise be one
+experiment counted several times.
 """
 
 from collections.abc import Iterator, Sequence
@@ -81,7 +81,7 @@ class Plan:
 
     @property
     def shares_draws(self) -> bool:
-        """Whether run r of a method has the same random numbers in several scenarios, as in studies of old."""
+        """Whether run r of a method has the same random numbers in several scenarios, as in studies of old versions."""
         return len(set(self.seeds)) < len(self.subjects)
 
     @property

@@ -7,7 +7,7 @@ compressed blob (`pack`, `unpack`). From the courses of all runs come the curves
 
 A blob holds every number, and takes less room than the numbers themselves need: it is zlib over the length of a JSON
 header (uint32), the header (each array's name, type and shape), and the arrays, little-endian. Each array lies there
-byte by byte, all first bytes, then all second ones, as those are alike. An elite's repeated simulation is not stored
+byte by byte, all first bytes, then all second ones, as those are similar. An elite's repeated simulation is not stored
 again, and nothing that can be computed from the rest is: places, keys, verdicts of individuals and their fitness.
 """
 
@@ -132,7 +132,7 @@ def _keys(births: Ints, rollouts: int, stream: tuple[int, int, int]) -> Ints:
 # -- records -----------------------------------------------------------------------------------------------------------
 
 LAST = 10
-"""Generations at the end that are told apart, as in the paper."""
+"""Generations at the end that get figures of their own, as in the paper."""
 FIELDS = tuple(field.name for field in fields(Figures))
 """Rows of a course."""
 OWN = ("distinct_collisions", "distinct_failures", "failing_cells", "first_collision")

@@ -1,4 +1,4 @@
-"""Files beside `study.sqlite`, for pandas and for people; made anew whenever the study is told.
+"""Files beside `study.sqlite`, for pandas and for people; written again whenever the study is reported.
 
 | file            | one row for each                                                                          |
 |-----------------|-------------------------------------------------------------------------------------------|

@@ -115,10 +115,10 @@ def test_a_scene_is_exported(scenario: Scenario, tmp_path: Path) -> None:
 
 def test_a_study_in_memory(scenario: Scenario) -> None:
     """Every run is told, and compared."""
-    told: list[Finished] = []
-    done = cx.study([scenario], ["random", "ga"], 2, on_run=told.append, **SMALL)
+    heard: list[Finished] = []
+    done = cx.study([scenario], ["random", "ga"], 2, on_run=heard.append, **SMALL)
     assert done.complete
-    assert len(told) == len(done.records) == 4
+    assert len(heard) == len(done.records) == 4
     assert {row.method for row in done.findings.comparisons} == {"ga"}
     assert done.folder is None
     assert repr(done) == "Studied(1 scenarios x random, ga x 2 runs; 4 finished)"

@@ -33,9 +33,9 @@ def test_an_attempt_is_judged_as_the_sampler_judges_it() -> None:
         keys = key_rows(4, Method.SAMPLE, 0, 0, range(3000))
         scenes = sample(compiled, weighing.genomes, keys, SimulationConfig(max_attempts=1))
         np.testing.assert_array_equal(weighing.accepted, scenes.valid)
-        told = blames(weighing)
-        np.testing.assert_array_equal([b.tested for b in told], scenes.tested.sum(axis=0))
-        np.testing.assert_array_equal([b.failed for b in told], scenes.failed.sum(axis=0))
+        found = blames(weighing)
+        np.testing.assert_array_equal([b.tested for b in found], scenes.tested.sum(axis=0))
+        np.testing.assert_array_equal([b.failed for b in found], scenes.failed.sum(axis=0))
 
 
 @pytest.mark.parametrize(
@@ -115,9 +115,9 @@ def test_a_conflict_that_intervals_cannot_prove_is_only_seen() -> None:
 
 def test_no_conflict_where_something_passes() -> None:
     """And nothing to relax where half pass."""
-    told = account(weigh(program("A < 8 m"), 1000))
-    assert told.conflict is None
-    assert told.target is None
+    found = account(weigh(program("A < 8 m"), 1000))
+    assert found.conflict is None
+    assert found.target is None
 
 
 def test_a_soft_requirement_spares_some() -> None:

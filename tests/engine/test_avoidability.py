@@ -203,9 +203,9 @@ def test_answers_are_those_of_every_moment_tried(name: str) -> None:
     scenario = load(EXAMPLE.with_name(f"{name}.scn"))
     scenes = scenario.sample(400, seed=3)
     answers = avoidability(scenario.program, scenes, scenario.config.simulation)
-    told = [(row, answer) for row, answer in enumerate(answers) if answer is not None]
-    assert len(told) > 20
-    for row, answer in told:
+    known = [(row, answer) for row, answer in enumerate(answers) if answer is not None]
+    assert len(known) > 20
+    for row, answer in known:
         helps = every_moment(scenario, scenes, row)
         if answer.lost:
             assert not any(helps)

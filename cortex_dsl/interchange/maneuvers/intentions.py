@@ -27,7 +27,7 @@ class Drive:
     rate: Formula
     """Acceleration with which it does so [m/s^2]."""
     path: int | None = None
-    """What it follows; None for who only keeps a speed."""
+    """What it follows; None for an actor that only keeps a speed."""
     lateral: float = math.inf
     """Lateral acceleration that it accepts in bends [m/s^2]."""
     reactions: tuple[Reaction, ...] = ()
@@ -53,7 +53,7 @@ class Reader:
         """All of it.
 
         Raises:
-            UnsayableError: nothing but its trajectory tells what the actor does.
+            UnsayableError: only its trajectory describes what the actor does.
         """
         block = self.case.actors[self.actor].behaviour
         if self.kind == ActorKind.OBSTACLE:
@@ -182,7 +182,7 @@ class Reader:
         most = formula_of(self.case, self.case.actors[self.actor].columns[Column.MAX_BRAKING])
         return Change(formula.ZERO, formula.add(formula.multiply(pedal, most), formula.number(LEAST_RATE)))
 
-    # -- what is told besides -----------------------------------------------------------------------------------------
+    # -- remarks ------------------------------------------------------------------------------------------------------
 
     def _note_senses(self, condition: ir.Expr) -> None:
         name = self.names[self.actor]

@@ -283,7 +283,7 @@ def _way(case: Case, actor: int, drive: Drive, begun: Sequence[Lane], s: Formula
 
 
 def _check_keeps_to_lane(reader: Reader, lane: int | None, free: Change, speed: Formula) -> None:
-    """In the simulation, who only keeps a speed goes straight on; readers keep it in its lane."""
+    """In the simulation an actor that only keeps a speed goes straight on; readers keep it in its lane."""
     if free.speed == speed == formula.ZERO:
         return
     if lane is None:

@@ -19,7 +19,7 @@ from engine.interchange.openscenario.maneuvers.maneuver_plan import (
 from engine.vocabulary import Column, Op, State
 
 MOST_GROUPS = 32
-"""A trigger with more alternatives than these is a calculation that nobody could read."""
+"""Most alternatives of a trigger: with more, it is a calculation that no reader understands."""
 
 
 @dataclass(frozen=True)

@@ -142,7 +142,7 @@ class Sheet:
     remarks: dict[str, None] = field(default_factory=dict)
 
     def remark(self, text: str, span: Span | None = None) -> None:
-        """Something to be told, with its line in the file of the author."""
+        """Add a remark, with its line in the file of the author."""
         place = "" if span is None else f"line {self.source.position(span.start).line}: "
         self.remarks[f"{place}{text}"] = None
 
@@ -160,7 +160,7 @@ def verbatim(text: str) -> nodes.Name:
 
 
 def comments(text: str) -> tuple[nodes.Statement, ...]:
-    """Every line of a text behind a number sign; they tell and do nothing."""
+    """Return every line of a text behind a number sign, as comments."""
     return tuple(nodes.ExpressionStatement(verbatim(f"# {each}".rstrip()), span=NOWHERE) for each in text.splitlines())
 
 

@@ -107,8 +107,8 @@ def _about(case: ExportCase, module: nodes.Module, sheet: Sheet, name: str) -> l
     docstring = [] if module.docstring is None else [write_docstring(module.docstring), ""]
     facts = [f"# {what}: {text}" for what, text in case.recording.provenance.facts.items()]
     remarks = [f"# - {remark}" for remark in sheet.remarks]
-    told = ["#", "# Not as in the original:", *remarks]
-    return [*docstring, *facts, "#", f"# To look at it: scenic --2d {name}", *told]
+    tail = ["#", "# Not as in the original:", *remarks]
+    return [*docstring, *facts, "#", f"# To look at it: scenic --2d {name}", *tail]
 
 
 def _model(case: ExportCase, road_file: str) -> list[str]:
@@ -144,7 +144,7 @@ def _stand_ins(sheet: Sheet) -> Iterator[str]:
 
 
 def check_scenic(case: ExportCase, folder: Path, names: Sequence[str], _options: ExportOptions) -> Iterator[Finding]:
-    """The road is there, and everybody stands where the run began."""
+    """Check that the road file exists, and that every actor stands where the run began."""
     for name in (each for each in names if each.endswith(".scenic")):
         text = (folder / name).read_text(encoding="utf-8")
         road = next((each for each in names if each.endswith(".xodr")), "")

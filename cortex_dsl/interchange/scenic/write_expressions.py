@@ -67,7 +67,7 @@ def call(to: "Expressions", node: nodes.Call) -> nodes.Expression:
 
 
 def _builtin(to: "Expressions", function: nodes.Expression) -> str | None:
-    """The name of a function of the language, also in a behavior that nobody has; None for what the file defines."""
+    """Return the name of a function of the language, also in an unused behavior; None for names of the file."""
     called = to.value(function)
     if isinstance(called, BuiltinValue):
         return called.name
@@ -114,11 +114,11 @@ def _behaviour(to: "Expressions", node: nodes.Call, name: str) -> nodes.Expressi
         if here:
             kept.append(replace(argument, name=known, value=to(argument.value)))
         else:
-            to.sheet.remark(f"`{name}` is written without {_told(argument, number, name)}", argument.span)
+            to.sheet.remark(f"`{name}` is written without {_left_out(argument, number, name)}", argument.span)
     return replace(node, arguments=tuple(kept))
 
 
-def _told(argument: nodes.Argument, number: int, name: str) -> str:
+def _left_out(argument: nodes.Argument, number: int, name: str) -> str:
     parameters = BUILTINS[name].parameters
     return f"`{argument.name or parameters[number].name}`, which Scenic's has not"
 
@@ -144,7 +144,7 @@ class Expressions:
     from_north: bool
     """Whether headings in the author's file are measured as Scenic measures them, because it has a `model` line."""
     recording: Recording
-    """Of the run: it says where everybody stood."""
+    """Of the run: where every actor stood."""
     make: "Callable[[Expressions, nodes.New], nodes.Expression]"
     """How a `new` is written; `objects.py`."""
 

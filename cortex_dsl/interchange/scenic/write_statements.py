@@ -76,7 +76,7 @@ def _param(file: Statements, node: nodes.Param) -> Block:
 
 
 def _param_entry(file: Statements, entry: nodes.ParamEntry) -> Block:
-    """A name of its own, because Scenic's params are none; and the param, for whoever reads a scene's."""
+    """Write a variable, because Scenic's params are none; and the param, for programs that read a scene's params."""
     if entry.name in LEFT_OUT_PARAMS:
         return ()
     value = file.to(entry.value)
@@ -85,8 +85,8 @@ def _param_entry(file: Statements, entry: nodes.ParamEntry) -> Block:
     if not entry.name.isidentifier():
         return (written,)
     unit = isinstance(entry.value, nodes.Number) and entry.value.unit not in (None, "m", "s", "m/s", "rad")
-    told = verbatim(f"{write(value)}  # {write(entry.value)}") if unit else value
-    return nodes.Assign((entry.name,), told, span=NOWHERE), written
+    text = verbatim(f"{write(value)}  # {write(entry.value)}") if unit else value
+    return nodes.Assign((entry.name,), text, span=NOWHERE), written
 
 
 def _signals(file: Statements, node: nodes.Signals) -> Block:
@@ -183,17 +183,17 @@ def _do(file: Statements, node: nodes.Do) -> Block:
 
 def _try(file: Statements, node: nodes.Try) -> Block:
     """An interrupt whose condition cannot be said is left out alone."""
-    handlers, told = [], ()
+    handlers, comments = [], ()
     for handler in node.handlers:
         try:
             condition = file.to(handler.condition)
         except Unsaid as unsaid:
             lost = nodes.ExpressionStatement(handler.condition, span=handler.span)
-            told += file.left_out(lost, f"Scenic has no {unsaid.what}", unsaid.span)
+            comments += file.left_out(lost, f"Scenic has no {unsaid.what}", unsaid.span)
             continue
         handlers.append(replace(handler, condition=condition, body=file.block(handler.body, WAIT)))
     body = file.block(node.body, WAIT)
-    return (*told, replace(node, body=body, handlers=tuple(handlers))) if handlers else (*told, *body)
+    return (*comments, replace(node, body=body, handlers=tuple(handlers))) if handlers else (*comments, *body)
 
 
 def _if(file: Statements, node: nodes.If) -> Block:
@@ -296,8 +296,8 @@ def _property(to: Expressions, specifier: nodes.With) -> Iterator[nodes.Specifie
     try:
         yield to.parts(specifier)
     except Unsaid as unsaid:
-        told = f"Scenic has no {unsaid.what}: `with {specifier.property}` is left out"
-        to.sheet.remark(told, unsaid.span)
+        remark = f"Scenic has no {unsaid.what}: `with {specifier.property}` is left out"
+        to.sheet.remark(remark, unsaid.span)
 
 
 def _sizes(actor: Actor, recording: Recording, given: Sequence[nodes.With]) -> list[nodes.Specifier]:

@@ -159,7 +159,7 @@ HOW = {
 
 
 EXPOSURE = "a range is drawn evenly, which is no model of how often a road brings such values"
-"""What such a probability is not."""
+"""Return what such a probability does not mean."""
 
 
 def how_drawn(found: Probability) -> str:
@@ -202,7 +202,7 @@ def _text(value: float) -> str:
 
 
 def _range(interval: Interval) -> str:
-    """Both ends alike: in percent where the higher one reads well so."""
+    """Both ends in the same form: in percent where the higher one is readable in percent."""
     low, high = (percent(end, 2) if interval.high >= 0.001 else significant(end, 3) for end in interval)
     return f"{low} .. {high}"
 
@@ -216,7 +216,7 @@ def counts_text(found: Probability) -> str:
     return f"{counted(found.collisions, 'collision')} among {runs}"
 
 
-# -- where in the space of params a search failed: pairs of genes, those first that tell the most ----------------------
+# -- where in the space of params a search failed: pairs of genes, the most informative first --------------------------
 
 CELLS = 14
 """Along each side, for a gene that is not a choice of few."""
@@ -252,7 +252,7 @@ class HeatMap:
     """(cells across, cells up)"""
     failed: Ints
     information: float
-    """What the cell tells of whether a simulation failed [bits]; see `information`."""
+    """Mutual information of the cell and of failure [bits]; see `information`."""
 
 
 def sides(parameter: Parameter) -> Sides:
@@ -265,7 +265,7 @@ def sides(parameter: Parameter) -> Sides:
 
 
 def heat_maps(parameters: Sequence[Parameter], evaluations: Evaluations, count: int = 3) -> list[HeatMap]:
-    """The pairs of genes that tell the most, best first; no gene twice in all of them if that can be had cheaply."""
+    """Return the `count` most informative pairs of genes, the best first."""
     rows = evaluations.valid & evaluations.simulated
     genomes, failed = evaluations.genomes[rows], evaluations.collided[rows]
     cuts = [sides(parameter) for parameter in parameters]

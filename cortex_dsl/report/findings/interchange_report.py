@@ -106,7 +106,7 @@ class MeasuredReport:
 
 @dataclass(frozen=True)
 class Cast:
-    """Those who take part; a recording tells no rules."""
+    """The actors that take part; a recording has no rules."""
 
     actors: tuple[str, ...]
     rules: tuple[Rule, ...] = ()

@@ -224,7 +224,7 @@ def collision_interval(record: Record) -> tuple[float, float]:
 
 
 def limits(record: Record, system: Sequence[str] = ()) -> Iterator[str]:
-    """What nobody should read out of these numbers."""
+    """Return what must not be concluded from these numbers."""
     _, simulated = whole_run(record)
     if record.manifest.method == RANDOM and simulated.valid_runs:
         low, high = collision_interval(record)

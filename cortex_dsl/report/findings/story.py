@@ -35,7 +35,7 @@ ORDER = ("start", "left_road", "fastest", "brake", "closest", "rest", "contact",
 
 
 class Cast(Protocol):
-    """Of whom a story tells, and by which rules they play: a program, or a recording from elsewhere."""
+    """The actors and rules that a story refers to: those of a program, or of a recording from elsewhere."""
 
     @property
     def actors(self) -> Sequence[str]: ...

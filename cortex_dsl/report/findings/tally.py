@@ -89,7 +89,7 @@ def first_culprit(program: Program, tally: Tally) -> int | None:
 
 
 def most_to_blame(program: Program, tally: Tally, account: "Account | None") -> int | None:
-    """The requirement without which most would be accepted, or the tally's culprit where nothing was weighed.
+    """Return the requirement without which most attempts would pass, or the tally's culprit where there is no account.
 
     In the tally, a draw of the params counts once where it is proved hopeless, else as often as it was tried.
     """
@@ -122,7 +122,7 @@ def _shortfall(account: "Account", blame: "Blame") -> float:
 def amount_text(account: "Account", requirement: int, amount: float) -> str:
     """In the unit in which the file speaks of such things."""
     asked = account.weighing.program.requirements[requirement]
-    return f"{significant(amount / asked.told_scale, 3)} {asked.told_unit or asked.unit}".rstrip()
+    return f"{significant(amount / asked.display_scale, 3)} {asked.display_unit or asked.unit}".rstrip()
 
 
 def params_of_miss(account: "Account", blame: "Blame") -> str:

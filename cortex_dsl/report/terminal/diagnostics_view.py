@@ -27,7 +27,7 @@ _STYLES = {
     "help": "bold green",
 }
 MOST_DRAWN = 100
-"""Diagnostics that are drawn; whoever wants thousands reads them from a document."""
+"""Diagnostics that are drawn at most; a JSON document holds all of them."""
 
 
 def print_diagnostics(source: Source, diagnostics: Sequence[Diagnostic], console: "Console") -> None:

@@ -26,7 +26,7 @@ CURVE = 36
 
 @dataclass
 class SearchProgress:
-    """Shows one search. On a terminal it redraws; elsewhere it is silent, as nobody watches."""
+    """Shows one search. On a terminal it redraws; elsewhere it is silent."""
 
     console: Console
     method: str
@@ -110,7 +110,7 @@ BESIDE = 8
 FEW = 4
 """As many methods always stand in columns."""
 LINES = 10
-"""Lines that a study tells of itself where nobody can watch it redraw."""
+"""Lines of progress that a study prints in all where the output is no terminal."""
 
 
 @dataclass

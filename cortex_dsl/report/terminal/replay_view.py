@@ -39,7 +39,7 @@ class Film:
         )
 
     def frame(self, place: float) -> RenderableType:
-        """Everybody at a place between samples, and what is measured then."""
+        """Return the frame at a time between samples: every actor, and the measures at that time."""
         canvas = replace(self.still, dots=dict(self.still.dots), styles=dict(self.still.styles), marks={})
         for actor in reversed(range(len(self.replay.shapes))):
             self._draw(canvas, actor, place)
@@ -99,7 +99,7 @@ class Film:
 
 
 def play(replay: CaseReplay, console: Console, speed: float = 1.0) -> None:
-    """Play a case in the console's terminal, or draw its key moment where nobody watches."""
+    """Play a case in the console's terminal, or draw its key moment where the output is no terminal."""
     film = Film.of(replay, console.width, console.height, ascii_only=console.options.ascii_only)
     step = float(replay.trajectory.time[1]) if len(replay.trajectory.time) > 1 else 1.0
     if not console.is_terminal or console.is_dumb_terminal:

@@ -24,7 +24,7 @@ from engine.vocabulary import GeneKind
 LEAST_GENE_WIDTH = 7
 """Narrower than this, a table of many genes is split into several."""
 ALIKE = 0.1
-"""Cases whose values of a gene span less of its range than this are called alike."""
+"""Cases whose values of a gene span less of its range than this count as equal in it."""
 
 
 def worst_table(program: Program, campaign: Campaign, width: int) -> RenderableType:

@@ -1,5 +1,5 @@
 """Behaviours, inlined: each actor's behaviour with everything that it `do`es becomes one block of acts. So do monitors,
-which are behaviours of nobody and watch the run from its start.
+which are behaviours without an actor and watch the run from its start.
 
 Arguments are evaluated where the behaviour starts. Numbers that a body assigns live in locals; lanes, objects and
 other things are bound at compile time and cannot change during the run.
@@ -119,7 +119,7 @@ class Inliner:
             Mistake: when the value is no behaviour.
         """
         if self.actor is None:
-            raise Mistake  # it was said that nobody could act
+            raise Mistake  # reported already: there is no actor
         call = as_behaviour(value, node.span)
         if call is None:
             cure = did_you_mean(node.id, names_of(Kind.BEHAVIOUR)) if isinstance(node, nodes.Name) else ""

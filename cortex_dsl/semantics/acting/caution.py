@@ -1,4 +1,4 @@
-"""Library behaviours that heed others: braking for a collision that is close, giving way at an intersection, and people
+"""Library behaviours that react to others: braking for a close collision, giving way at an intersection, and people
 on foot who cross another's way.
 
 The reference emergency brake acts on time to collision: exact for the outlines, at constant velocities. Its default
@@ -11,7 +11,7 @@ the time that a steady 6 m/s^2 takes away from the relative speed while closing 
 before the brakes act. v_rel is the magnitude of the relative velocity here, which is the same for two in one lane and
 larger, so earlier, for those who cross. Once it brakes it goes on until the actor stands or is off its collision
 course: nothing would be hit within 4 s, the time to collision that parts safe from uncomfortable driving (Hirst and
-Graham 1997, in Noy, "Ergonomics and Safety of Intelligent Driver Interfaces"). At standstill it holds while somebody is
+Graham 1997, in Noy, "Ergonomics and Safety of Intelligent Driver Interfaces"). At standstill it holds while an actor is
 close ahead in the lane or intersection.
 
 Giving way waits at the entry of an intersection until the gap in conflicting traffic is long enough. Who conflicts is a
@@ -83,7 +83,7 @@ def _on_collision_course(job: Job) -> Term:
 
 
 def _blocked(job: Job) -> Term:
-    """Whether the actor stands close behind somebody."""
+    """Return whether the actor stands close behind another."""
     close = job.ev.algebra.any_of([_close_ahead(job, each) for each in others(job.ev, job.actor)])
     return ~_moves(job) & close
 
@@ -145,7 +145,7 @@ STRAIGHT_GAP = 6.5
 
 
 def accept_gap(job: Job) -> ir.Block:
-    """Follow a trajectory, and stop before each intersection while somebody is in the way or comes into it."""
+    """Follow a trajectory, and stop before each intersection while another actor is in the way or comes into it."""
     way = trajectory(job.call.arguments["trajectory"], job.call.spans["trajectory"])
     entries = _entries(way)
     if not entries:
@@ -175,7 +175,7 @@ def _half_length(actor: Actor) -> Term:
 
 
 def _must_wait(job: Job, maneuver: Maneuver, room: Term) -> Term:
-    """Whether somebody is to be waited for; not by who could no longer stop."""
+    """Return whether the actor must wait for another; never where it could no longer stop."""
     speed = job.speed()
     energy = 0.5 * (speed * speed)
     can_stop = energy <= size_of(job.actor, "maxBraking") * room
@@ -208,7 +208,7 @@ def _in_the_way(job: Job, other: Actor, places: tuple[Window, ...], gap: Term) -
     return ev.algebra.all_of((is_present(ev, other), soon, not_past))
 
 
-# -- people on foot, and whoever crosses another's way -----------------------------------------------------------------
+# -- people on foot, and others who cross another's way ----------------------------------------------------------------
 
 WALKING_SPEED = 0.5
 CROSSING_SPEED = 1.0

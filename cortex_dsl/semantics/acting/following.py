@@ -1,5 +1,5 @@
 """Library behaviours that go somewhere: holding speed or pedals, following a lane or trajectory, alone or behind
-somebody, and changing lanes.
+another actor, and changing lanes.
 
 Car following is the Intelligent Driver Model of Treiber, Hennecke and Helbing (2000), "Congested traffic states in
 empirical observations and microscopic simulations", Phys. Rev. E 62, 1805, equations 3 and 4:
@@ -10,7 +10,7 @@ with the defaults of its table I for cars: T = 1.6 s, a = 0.73 m/s^2, b = 1.67 m
 between the outlines along the path. (The interaction term is held above 0, as in Treiber and Kesting, "Traffic Flow
 Dynamics", 2013, section 11.3, so that a lead that draws away is no reason to brake.)
 
-Who changes lanes takes the offset from the new lane's centre line away along a smooth curve. The offset e0 at the
+An actor that changes lanes reduces its offset from the new centre line along a smooth curve. The offset e0 at the
 beginning shrinks as the quintic of least jerk, e(u) = e0 (1 - 10 u^3 + 15 u^4 - 6 u^5) for u from 0 to 1 (Flash and
 Hogan 1985, J. Neurosci. 5, 1688, equation 6). Its greatest lateral acceleration is 5.77 e0 / T^2: 1.65 m/s^2 for 3.5 m
 in the default T = 3.5 s, within the 1 to 16.5 s that drivers take (Toledo and Zohar 2007, Transp. Res. Rec. 1999, 71).
@@ -51,7 +51,7 @@ MAX_ACCELERATION = 0.73
 COMFORTABLE_DECELERATION = 1.67
 EXPONENT = 4.0
 LEAST_GAP = 0.01
-"""Below this gap the model has no value [m]; who is so near brakes fully."""
+"""Below this gap the model has no value [m]; an actor that is so near brakes fully."""
 
 
 def follow_trajectory(job: Job) -> ir.Block:
@@ -97,7 +97,7 @@ def settled_path(job: Job, index: Term, *, against: bool) -> tuple[ir.Block, Ter
 
 
 def follow_car(job: Job) -> ir.Block:
-    """A trajectory or a lane, no faster than the car ahead lets one go."""
+    """Follow a trajectory or a lane, no faster than the car ahead allows."""
     way = job.given("trajectory")
     acts, path = lane_route(job, "trajectory") if way is None or _is_lane_now(way) else ((), _path_of(job, way))
     return (*acts, job.follow(path, _idm_target(job, path)))
@@ -119,7 +119,7 @@ def _idm_target(job: Job, path: Term) -> Term:
 
 
 def idm_acceleration(job: Job, path: Term) -> Term:
-    """dv/dt = a (1 - (v / v0)^delta - (s* / s)^2) for who drives along `path` [m/s^2]."""
+    """dv/dt = a (1 - (v / v0)^delta - (s* / s)^2) of the actor along `path` [m/s^2]."""
     speed, a = job.speed(), job.number("max_acceleration", MAX_ACCELERATION)
     gap, lead = lead_on(path, job.actor.index)
     wanted = _wanted_gap(job, a, lead)
@@ -227,7 +227,7 @@ class _Shift:
         keep, offset = job.kept(place.offset)
         numbers = (job.ev.run.new_local(), job.ev.run.new_local())
         progress, clock = (algebra.local(number) for number in numbers)
-        # A metre keeps the quotient finite for who is in the lane already.
+        # A metre keeps the quotient finite for an actor that is in the lane already.
         least = maximum(LEAST_WAY * abs(offset), 1.0)
         way = maximum(least, job.speed() * job.number("duration", DURATION))
         beginning = (

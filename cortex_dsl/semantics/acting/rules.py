@@ -156,7 +156,7 @@ def _report(
     if formula is False:
         file.findings.add(ALWAYS_FALSE.at(span))
     elif file.overrides or file.settings.stream is not None:
-        return  # what is pinned from outside is nobody's slip
+        return  # what is pinned from outside is no mistake of the file
     elif formula is True:
         file.findings.add(TEMPORAL_HOLDS.at(span))
     elif not any(is_dynamic(each) for each in _seen(node, conditions)):

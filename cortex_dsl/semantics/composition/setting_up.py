@@ -52,7 +52,7 @@ OF_THE_RUN: Mapping[type, tuple[str, str]] = {
 
 
 def run_statement(ev: Evaluator, statement: nodes.Statement) -> None:
-    """Run one statement; after a mistake its names are poisoned, so that they cause no further complaints."""
+    """Run one statement; after a mistake its names are marked as failed, so that they cause no further errors."""
     try:
         STATEMENTS[type(statement)](ev, statement)
     except Mistake as mistake:
@@ -100,7 +100,7 @@ def _names_of(ev: Evaluator, span: Span) -> tuple[ImportedFile, dict[str, Value]
     """The file behind an import statement, and its variables."""
     file = ev.file.imports.get(span)
     if file is None:
-        raise Mistake  # nobody has read it
+        raise Mistake  # the file was not read
     if file.name not in ev.run.imported:
         names = ev.run.imported[file.name] = {}
         with ev.naming(""):

@@ -152,7 +152,7 @@ def as_scenario(value: Value, span: Span) -> ScenarioCall | None:
 def bind_parameters(node: Definition, given: Sequence[Given], span: Span) -> dict[str, Given]:
     """Arguments by the parameters of a definition in the file."""
     if any(p.name == "self" for p in node.parameters):
-        raise Mistake  # reported already, and nobody can give it
+        raise Mistake  # reported already
     slots = [Slot(p.name, p.default is not None) for p in node.parameters]
     shown = [p.name if p.default is None else f"{p.name}=..." for p in node.parameters]
     return bind(node.name, f"{node.name}({', '.join(shown)})", slots, given, span)

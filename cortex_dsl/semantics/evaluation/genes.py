@@ -1,4 +1,4 @@
-"""`param`: which values a search chooses, which are drawn anew, and which are constants."""
+"""`param`: which values a search chooses, which are drawn for each scene, and which are constants."""
 
 import math
 from collections.abc import Sequence

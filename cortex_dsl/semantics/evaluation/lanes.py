@@ -197,7 +197,7 @@ def _same_lane(lane: LaneNow, name: str) -> Value:
 
 
 def same(ev: Evaluator, left: Value, right: Value) -> Term | None:
-    """Whether two values are the same lane, where the run has to tell; None where it has not."""
+    """Return whether two values are the same lane, as a term that the run evaluates; None where both are known."""
     if not (isinstance(left, LaneNow) or isinstance(right, LaneNow)):
         return None
     if left is None or right is None:

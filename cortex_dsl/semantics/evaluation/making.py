@@ -39,7 +39,7 @@ from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind
 
 SLIP = 0.8
-"""Likeness from which a property of one's own is taken for a slip of the pen."""
+"""Similarity from which a property of a class of the file is taken for a misspelt one."""
 
 
 def own_class(ev: Evaluator, name: str) -> ClassValue | None:

@@ -1,7 +1,7 @@
 """Random values: continuous ones become arithmetic over uniform draws, finite ones choices or tables.
 
-Finite choices among numbers stay symbolic as long as nobody needs to know them, anything else makes a variant each. In
-a behaviour the uniform numbers come from the scene's behaviour stream, anew at each evaluation.
+Finite choices among numbers stay symbolic until their value is needed, anything else makes a variant each. In
+a behaviour the uniform numbers come from the scene's behaviour stream, a new one at each evaluation.
 """
 
 import math
@@ -154,7 +154,7 @@ def _option(ev: Evaluator, value: Value, span: Span, weight: float, site: Site, 
 
 
 def pick(ev: Evaluator, options: Sequence[Option], site: Site) -> Value:
-    """One of the options: numbers stay symbolic as long as nobody needs to know them."""
+    """Return one of the options: numbers stay symbolic until their value is needed."""
     if not options:
         raise Rejection(f"`{shortened(ev, site.span)}` has nothing to choose from", site.span)
     if len(options) == 1:

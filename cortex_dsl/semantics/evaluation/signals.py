@@ -49,7 +49,7 @@ ARMS = 4
 CONTROLS = ("TrafficLightStatus(", "TrafficLightsStatus(", "reezeTrafficLights(")
 """Calls that change the lights."""
 LOOKS = re.compile(r"obey_signals|TrafficLight|\bisSignalized\b|\.signals?\b")
-"""How a file shows that somebody looks at the lights."""
+"""What in a file shows that its actors look at the lights."""
 
 
 # -- the statement ----------------------------------------------------------------------------------------------------
@@ -64,7 +64,7 @@ def set_up(ev: Evaluator, node: nodes.Signals) -> None:
     try:
         ev.run.built.signals = _plan(ev, _arguments(ev, node))
     except Mistake:
-        ev.run.built.signals = _plan(ev, {})  # nobody need hear that there are no lights
+        ev.run.built.signals = _plan(ev, {})  # a file without lights needs no note
         raise
 
 

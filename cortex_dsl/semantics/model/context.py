@@ -61,7 +61,7 @@ class Evaluator:
     home: dict[str, Value] | None = None
     """Variables of the imported file in which the place lies; None in the main file."""
     observe: Observer | None = None
-    """Called with every value as it is worked out; an editor looks over the shoulder of the compiler."""
+    """Called with every value as it is worked out; an editor collects them."""
 
     @property
     def algebra(self) -> Algebra:
@@ -239,7 +239,7 @@ MOST_VALUES = 24
 
 
 class Superseded(Signal):
-    """Stops a compilation whose result nobody waits for any more."""
+    """Stops a compilation whose result is not needed any more."""
 
 
 @dataclass(frozen=True)

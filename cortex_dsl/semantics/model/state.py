@@ -176,7 +176,7 @@ class Built:
     requirements: list[ir.Requirement] = field(default_factory=list)
     rule_conditions: dict[RuleKey, Term] = field(default_factory=dict)
     monitors: list[ir.Monitor | None] = field(default_factory=list)
-    """Coroutines of nobody, by number; None while its body is being worked out."""
+    """Coroutines without an actor, by number; None while the body of one is being worked out."""
     required_monitors: list[tuple[str | None, MonitorCall, Span]] = field(default_factory=list)
     """Their names, where they have one, and where they are required."""
     local_count: int = 0

@@ -68,7 +68,7 @@ class Centerline:
 
 @frozen
 class LaneNow:
-    """A lane, or its section, that only the place of an object tells."""
+    """A lane, or its section, that is only known from the place of an object during the run."""
 
     id: Term
     """Index in `network.lanes`; -1 where there is no such lane."""

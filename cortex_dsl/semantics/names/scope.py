@@ -137,7 +137,7 @@ class Names:
         return name in SPECIAL_NAMES and name not in self.table.all_names
 
     def _kind_of_thing(self, name: str, candidates: AbstractSet[str]) -> str:
-        """What to do about `truck`, where no object has that name: the class `Truck` is not what is missing."""
+        """Return the cure for `truck` where no object has that name: the class `Truck` is not what is missing."""
         mine = candidates - BUILTINS.keys()
         if not name[0].islower() or nearest(name, mine) is not None:
             return ""

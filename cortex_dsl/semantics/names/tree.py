@@ -1,4 +1,4 @@
-"""What the syntax tree alone tells: its parts, the names that statements bind, which moments a condition speaks of, and
+"""What follows from the syntax tree alone: its parts, the names that statements bind, the moments of a condition, and
 which params belong to the system under test.
 """
 

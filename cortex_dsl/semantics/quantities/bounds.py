@@ -1,15 +1,15 @@
 """What is known of a number or a condition before the run knows it: between which numbers it lies, whether it is
 decided whatever a search chooses, and by how much it holds.
 
-`engine.feasibility` has intervals of its own, and for good reason: there each operation answers for thousands of boxes
-at once, on compiled code, and keeps account of NaN. Here an expression is asked once or twice while a file is compiled,
-where one such array would cost more than the whole answer. A test holds the two together.
+`engine.feasibility` has intervals of its own, for a reason: there each operation works on thousands of boxes
+at once, on compiled code, and keeps account of NaN. Here an expression is evaluated once or twice in a compilation,
+where one such array would cost more than the whole result. A test compares the two.
 
 A margin is a number that is positive where a condition holds and negative where it does not. `a <= b` holds by b - a,
 `a and b` by the lesser of both margins, `a or b` by the greater, `not a` by the opposite; `a == b` fails by |a - b|.
 This is the robustness of quantitative semantics: Fainekos and Pappas (2009), "Robustness of temporal logic
 specifications for continuous-time signals", Theoretical Computer Science 410. A bare truth (an object in a region, in
-sight) has no margin, and neither has what joins conditions of different dimensions: metres and seconds have no lesser.
+view) has no margin, and neither has what joins conditions of different dimensions: metres and seconds have no lesser.
 """
 
 import math

@@ -105,7 +105,7 @@ def _written(word: Word, ours: str, further: str = "") -> Diagnostic:
 
 
 def _further(context: ErrorContext) -> str:
-    """The other foreign signs of the line, so that it can be mended at once."""
+    """The other foreign signs of the line, so that all of it can be corrected at once."""
     rest = {word.text for word in context.words[context.place + 1 :] if word.kind == "sign" and word.text in _FOREIGN}
     return "".join(f", and `{_FOREIGN[sign]}` for `{sign}`" for sign in sorted(rest - {context.found.text}))
 

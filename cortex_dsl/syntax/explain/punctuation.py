@@ -174,7 +174,7 @@ def misplaced_unit(context: ErrorContext) -> Diagnostic | None:
 
 
 def continued_line(context: ErrorContext) -> Diagnostic | None:
-    """A comma at the end of a line, and a specifier below it at the same indentation: told once for both lines."""
+    """A comma at the end of a line, and a specifier below it at the same indentation: reported once for both lines."""
     lines = context.layout.lines
     index = context.index + (context.found.kind == "end")
     if (context.place and context.found.kind != "end") or not 0 < index < len(lines):
@@ -260,7 +260,7 @@ def nothing_follows(context: ErrorContext) -> Diagnostic | None:
 
 
 def unknown_unit(context: ErrorContext) -> Diagnostic | None:
-    """What looks like a unit and is none even by its letters: `5 %`, `90°` are told elsewhere."""
+    """What looks like a unit and is none even by its letters; `5 %` and `90°` have rules of their own."""
     found, before = context.found, context.before
     if before is None or before.kind != "number" or found.kind != "name" or found.text in RESERVED:
         return None

@@ -273,7 +273,7 @@ def _add_intersection(root: Element, ids: Ids, intersection: Intersection) -> No
         for tag, kind in SUCCESSORS.items():
             ways = (ids.lanelet(maneuver.connecting) for maneuver in maneuvers if maneuver.type is kind)
             _add_references(incoming, tag, ways)
-        # Named as if it were the other way round, but commonroad-io reads it so: who comes in on this one's left.
+        # The name suggests the reverse, but commonroad-io reads it so: the incoming road on this one's left.
         on_the_left = ARMS[(ARMS.index(leg.name) + 1) % len(ARMS)]
         if on_the_left in arms:
             child(incoming, "isLeftOf", ref=ids.incoming(intersection.id, on_the_left))

@@ -19,7 +19,7 @@ SHORT = 1e-3
 HALVINGS = 20
 PLACE = [State.X, State.Y, State.HEADING]
 ASIDE = 50.0
-"""How far west of the road those wait who are not there yet [m], and how far apart from one another."""
+"""How far west of the road absent actors wait [m], and how far apart from one another."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def _through_contact(recording: Recording) -> Recording:
         time = np.append(whole.time, whole.time[-1] + recording.step)
         whole = replace(whole, time=time, states=np.append(whole.states, touching[None], axis=0))
     before, elapsed = whole.states[after - 1], contact.time - whole.time[after - 1]
-    if elapsed < SHORT * recording.step:  # too short to tell the way by
+    if elapsed < SHORT * recording.step:  # too short to show a direction
         before, elapsed = whole.states[max(after - 2, 0)], elapsed + recording.step
     ahead = (whole.time[after] - contact.time) / elapsed
     pair, states = list(contact.actors), whole.states.copy()
@@ -124,7 +124,7 @@ def _through_contact(recording: Recording) -> Recording:
 
 
 def _overlapping(recording: Recording, contact: Contact, touching: Floats, way: Floats) -> Floats:
-    """States of the two who touch, as far on their unhindered way as their outlines overlap: who only graze would have
+    """States of the two that touch, moved on along their way until their outlines overlap: two that graze would have
     passed at its end.
     """
     one, other = (recording.actors[i] for i in contact.actors)
@@ -175,7 +175,7 @@ def _aside(recording: Recording, index: int) -> tuple[float, float]:
 
 
 def _yaw_rate(heading: Floats, there: Floats, step: float) -> Floats:
-    """Of each step that begins, the last one's of the one before; 0 where somebody comes or is not there."""
+    """Rates of the step that begins at each sample, the last two equal; 0 where an actor comes or is absent."""
     turns = np.where(np.logical_and(there[1:], there[:-1]), np.diff(heading), 0.0) / step
     return np.append(turns, turns[-1:] if len(turns) else [0.0])
 

@@ -1,4 +1,4 @@
-"""MCAP for Foxglove, Lichtblick and rerun: who is where at each sample, and with which numbers."""
+"""MCAP for Foxglove, Lichtblick and rerun: the place of each actor at each sample, and its numbers."""
 
 from engine.interchange.mcap.write import write_mcap
 

@@ -1,4 +1,4 @@
-"""MCAP files: a message at every sample, and in each of them everybody who is there, where and as fast as they were."""
+"""Check MCAP files: a message at every sample, with the place and speed of each actor that takes part then."""
 
 import json
 import math
@@ -45,8 +45,8 @@ def _every_sample(recording: Recording, messages: Messages, name: str) -> Iterat
     for topic, look in (("/actors", _boxes), ("/numbers", _numbers)):
         found = messages.get(topic, ())
         if [time for time, _ in found] != wanted:
-            told = f"{len(found):,} messages for {len(wanted):,} samples, or at other times"
-            yield Finding(f"{name}, {topic}", told, OURS)
+            problem = f"{len(found):,} messages for {len(wanted):,} samples, or at other times"
+            yield Finding(f"{name}, {topic}", problem, OURS)
             continue
         for sample, (_, message) in enumerate(found):
             yield from look(recording, sample, message, f"{name}, {topic} at {recording.time[sample]:.3f} s")
@@ -82,16 +82,16 @@ def _off(cube: Any, actor: RecordedActor, state: Floats) -> float:
 def _numbers(recording: Recording, sample: int, message: Any, place: str) -> Iterator[Finding]:
     yield from _same_people(recording, sample, message, place)
     for index, actor in enumerate(recording.actors):
-        told = message.get(actor.name)
-        if told is None or not recording.there[sample, index]:
+        written = message.get(actor.name)
+        if written is None or not recording.there[sample, index]:
             continue
         for number, column in NUMBERS.items():
-            off = abs(told.get(number, math.nan) - recording.states[sample, index, column])
+            off = abs(written.get(number, math.nan) - recording.states[sample, index, column])
             if not off <= NEAR:
                 yield Finding(place, f"the {number} of {actor.name} is {off:.3g} off", OURS)
 
 
-def _same_people(recording: Recording, sample: int, told: Mapping[str, Any], place: str) -> Iterator[Finding]:
+def _same_people(recording: Recording, sample: int, written: Mapping[str, Any], place: str) -> Iterator[Finding]:
     there = {actor.name for actor, is_there in zip(recording.actors, recording.there[sample], strict=True) if is_there}
-    if there != set(told):
-        yield Finding(place, f"{len(there)} are there, {len(told)} are told of, or others", OURS)
+    if there != set(written):
+        yield Finding(place, f"{len(there)} are there, {len(written)} are told of, or others", OURS)

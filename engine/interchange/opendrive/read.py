@@ -19,7 +19,7 @@ from engine.interchange.xml import LIMITS, Limits, Node, read_xml
 MOST_LANES = 100
 """Of one section, both sides together."""
 NARROWEST = -0.01
-"""A width below this is told [m]; files round those of lanes that end."""
+"""A width below this gets a remark [m]; files round those of lanes that end."""
 BEYOND = 1e-3
 """How far past its end a road may be asked for [m]: files round lengths, too."""
 

@@ -125,7 +125,7 @@ def add_turn(document: Element, roads: RoadMap, maneuver: Maneuver) -> Element:
 
 
 def _add_end(link: Element, end: str, roads: RoadMap, lane: Lane, *, at_end: bool) -> None:
-    """The road before or behind, and which of its ends meets this one; `at_end` tells which end of the lane does."""
+    """The road before or behind, and which of its ends meets this one; `at_end`: whether the lane's end does."""
     place = roads.places[lane.id]
     contact = "end" if place.forward == at_end else "start"
     child(link, end, elementType="road", elementId=place.road, contactPoint=contact)

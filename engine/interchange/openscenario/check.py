@@ -1,6 +1,6 @@
 """The rules of OpenSCENARIO that its schema does not hold, or that readers are known to trip over.
 
-docs/how-to/cases-elsewhere.md tells of them. A replay is read back by our own reader as well, and held against the
+docs/how-to/cases-elsewhere.md describes them. A replay is read back by our own reader as well, and compared with the
 run.
 """
 
@@ -64,7 +64,7 @@ def _named_once(tree: Tree) -> Iterator[Finding]:
 
 
 def _entities(tree: Tree) -> Iterator[Finding]:
-    """Whoever is spoken of takes part."""
+    """Check that every entity that is referred to exists."""
     known = {each.get("name", "") for each in tree.root.iter("ScenarioObject")}
     for element in tree.root.iter():
         who = element.get("entityRef")

@@ -277,7 +277,7 @@ def _carried(actor: RecordedActor, version: Version) -> tuple[str, ...]:
 
 
 def _own_properties(actor: RecordedActor, *, ego: bool, carried: Sequence[str]) -> dict[str, str]:
-    """`type` tells ScenarioRunner who the ego is, `plineInterpolation` esmini how headings run between vertices."""
+    """`type` marks the ego for ScenarioRunner; `plineInterpolation` says how esmini turns between vertices."""
     return {
         "type": "ego_vehicle" if ego else "simulation",
         "plineInterpolation": "segment",

@@ -38,7 +38,7 @@ class Version:
     reverse_speed: bool
     """Whether a start with negative speed can be said: ScenarioRunner, which insists on 1.0, refuses it."""
     late_entities: bool
-    """Whether who comes later is nowhere before: ScenarioRunner, which insists on 1.0, puts everybody somewhere."""
+    """Whether an entity that comes later is nowhere before: ScenarioRunner, which needs 1.0, places every entity."""
     has_expressions: bool
     """Whether an attribute may be a formula, not a bare parameter only."""
     has_constraints: bool

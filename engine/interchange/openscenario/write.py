@@ -106,7 +106,7 @@ def add_storyboard(root: Element, recording: Recording, names: Sequence[str], ve
 
 
 def add_init(storyboard: Element, recording: Recording, names: Sequence[str], version: Version) -> Element:
-    """Place and speed of all who are there at the beginning; who is not named here is not there yet."""
+    """Place and speed of all that are there at the beginning; an entity that is not named here is absent."""
     actions = child(child(storyboard, "Init"), "Actions")
     for actor, name in enumerate(names):
         if recording.there[0, actor]:
@@ -255,7 +255,7 @@ def _remarks(recording: Recording, names: tuple[str, ...], version: Version, roa
 
 
 def _remarks_on_size(recording: Recording, text: str) -> Iterator[str]:
-    """What is larger than `cortexc import` takes from anybody."""
+    """Remark on a file that is larger than `cortexc import` accepts."""
     actors, elements, megabytes = len(recording.actors), text.count("<") - text.count("</"), len(text) / MEGABYTE
     if actors > MOST_ACTORS or elements > LIMITS.elements or megabytes > LIMITS.megabytes:
         has = f"{actors:,} actors, {elements:,} elements, {megabytes:.0f} MB"

@@ -53,9 +53,9 @@ class Cells:
     begin: float = 0.0
     """The first time of a plain table, as the file counts [s]; `numbers` count from there."""
     known_names: Sequence[str] = ()
-    """Names by idx, where the file tells them."""
+    """Names by idx; empty where the file has none."""
     host: int | None = None
-    """The idx of the ego, where the file tells it."""
+    """The idx of the ego; None where the file has none."""
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -147,7 +147,7 @@ def _cells(name: str, chosen: Chosen, gathered: Mapping[str, Storage], lines: Se
 def _from_first(times: Floats, factor: float) -> tuple[Floats, float]:
     """Seconds from the first time, and that one [s]; `times` are as they are written, `factor` long each.
 
-    What is left of a large number has noise in its last digits: it is cut to what such a number can tell.
+    The difference of large numbers has noise in its last digits: it is rounded to the digits that they can hold.
     """
     first, largest = float(times.min()), float(np.abs(times).max())
     digits = max(0, math.floor(-math.log10(np.spacing(largest)))) if largest else 0

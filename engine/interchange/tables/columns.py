@@ -1,4 +1,4 @@
-"""What the columns of a stranger's table mean: by their names, their synonyms and the unit that a name says, and by
+"""What the columns of another tool's table mean: by their names, their synonyms and the unit that a name says, and by
 whether headings and speeds fit the positions, which are believed where they contradict each other.
 
 A unit stands in brackets or behind the last underscore: `speed [km/h]`, `yaw_deg`, `timestamp_ms`. Without one it is
@@ -82,7 +82,7 @@ def choose(header: Sequence[str], file: str) -> Chosen:
     """The columns to read.
 
     Raises:
-        InterchangeError: one that is needed is missing, stands twice, or has a unit that nobody knows.
+        InterchangeError: one that is needed is missing, stands twice, or has an unknown unit.
     """
     place = f"{file}, line 1" if file.endswith(".csv") else file
     names = [name.strip() for name in header]
@@ -228,9 +228,9 @@ GAP = 5.0
 MOVING = 1.0
 """A slower motion shows no direction [m/s]."""
 FAR = 2.0
-"""Who stays within this distance jitters, and shows none either [m]."""
+"""An actor that stays within this distance only jitters, and shows no direction either [m]."""
 ASIDE = math.radians(45.0)
-"""Nobody drives further from its heading, forwards or backwards."""
+"""The largest angle between heading and motion of an actor that drives, forwards or backwards [rad]."""
 NEAR = math.radians(20.0)
 KMH = 3.6
 FEWEST = 3
@@ -307,7 +307,7 @@ def held_speeds(who: str, column: str, time: Floats, positions: Floats, velocity
 def _misfits(positions: Floats, velocity: Floats, steps: Floats, near: np.ndarray) -> np.ndarray:
     """(samples,) which velocities lie nowhere between that of the way to them and that of the way from them.
 
-    Where a blow comes between two samples these differ; who comes in may do so from a standstill.
+    Where a contact comes between two samples these differ; an actor may come in from a standstill.
     """
     ways = np.where(near[:, np.newaxis], np.diff(positions, axis=0) / steps[:, np.newaxis], 0.0)
     none = np.zeros((1, 2))

@@ -1,4 +1,4 @@
-"""Parquet through pyarrow, which only the extra brings: imported when asked for, and missed with a cure."""
+"""Parquet through pyarrow, which only the extra brings: imported when used; without it, an error with a cure."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -106,7 +106,7 @@ class ParquetFile:
         return sum(each.total_uncompressed_size for each in columns if each.path_in_schema.split(".")[0] == name)
 
     def names(self) -> Sequence[str]:
-        """Names by idx, where the file tells them.
+        """Return the names by idx; empty where the file has none.
 
         Raises:
             InterchangeError: two have the same.
@@ -117,15 +117,15 @@ class ParquetFile:
             return ()
         if not isinstance(found, list):
             return ()
-        told = cast("list[Any]", found)
-        if not all(isinstance(name, str) and name.strip() for name in told):
+        listed = cast("list[Any]", found)
+        if not all(isinstance(name, str) and name.strip() for name in listed):
             return ()
-        if len(set(told)) < len(told):
+        if len(set(listed)) < len(listed):
             raise InterchangeError("two actors have the same name in its metadata", "rename one of them", self.file)
-        return tuple(told)
+        return tuple(listed)
 
     def host(self) -> int | None:
-        """The ego's idx, where the file tells it."""
+        """Return the ego's idx; None where the file has none."""
         said = self.metadata.get(EGO, b"").strip()
         return int(said) if said.isdigit() and len(said) < LONGEST_IDX else None
 

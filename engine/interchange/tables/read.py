@@ -27,11 +27,11 @@ MOST_STATES = 2_000_000
 ON_STEP = 0.01
 """How far from a whole step a sample may lie and still be on it, in steps."""
 DIGITS = 9
-"""Steps are told in nanoseconds."""
+"""Steps are compared in nanoseconds."""
 
 
 def read_table(path: Path, ego: str | None = None, step: float | None = None) -> Imported:
-    """The recording of a `.csv` or `.parquet` file; tables tell no road.
+    """Return the recording of a `.csv` or `.parquet` file; tables contain no road.
 
     `ego`: the name of the actor that is judged, else the one that the table calls so, else its first; `step` [s]: on
     which steps to measure, else the usual one of the table.
@@ -42,7 +42,7 @@ def read_table(path: Path, ego: str | None = None, step: float | None = None) ->
     cells = _cells(path)
     found = tracks_of(cells)
     tracks, chosen = _ego_first(found.tracks, ego, cells)
-    time, told = _clock(tracks, cells)
+    time, remarks = _clock(tracks, cells)
     kept = _states(tracks, time)
     recording = Recording(
         name=path.stem,
@@ -53,7 +53,7 @@ def read_table(path: Path, ego: str | None = None, step: float | None = None) ->
         commands=False,
     )
     gaps = tuple(f"`{quoted(t.name)[1:-1]}` is missing for a while" for t in tracks if len(_gaps(t.time)))
-    return Imported(recording, None, (*found.remarks, *chosen, *told, *gaps))
+    return Imported(recording, None, (*found.remarks, *chosen, *remarks, *gaps))
 
 
 def _cells(path: Path) -> Cells:
@@ -80,7 +80,7 @@ def _ego_first(tracks: Sequence[TableTrack], ego: str | None, cells: Cells) -> t
     names = [track.name for track in tracks]
     if ego is not None and ego not in names:
         raise InterchangeError(f"no actor is called `{quoted(ego)[1:-1]}`", spelt(names, ego), cells.file)
-    told: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
     if ego is not None:
         first = names.index(ego)
     elif any(track.is_ego for track in tracks):
@@ -89,8 +89,8 @@ def _ego_first(tracks: Sequence[TableTrack], ego: str | None, cells: Cells) -> t
         labels = [track.label for track in tracks]
         first = labels.index("0") if cells.omega_prime and "0" in labels else 0
         why = "the table does not say which idx is the ego's" if cells.omega_prime else "no actor is called ego"
-        told = (f"{why}: `{quoted(names[first])[1:-1]}` is taken; name another with --ego",)
-    return [tracks[first], *tracks[:first], *tracks[first + 1 :]], told
+        remarks = (f"{why}: `{quoted(names[first])[1:-1]}` is taken; name another with --ego",)
+    return [tracks[first], *tracks[:first], *tracks[first + 1 :]], remarks
 
 
 def _actor(track: TableTrack) -> RecordedActor:
@@ -114,18 +114,19 @@ def _actor(track: TableTrack) -> RecordedActor:
 
 
 def _clock(tracks: Sequence[TableTrack], cells: Cells) -> tuple[Floats, tuple[str, ...]]:
-    """All instants at which anybody has a row."""
+    """Return all instants at which an actor has a row, and remarks on them."""
     time = np.unique(np.concatenate([track.time for track in tracks]))
     if len(time) > 2 * MAX_SAMPLES or len(time) * len(tracks) > MOST_STATES:
         message = f"{len(time):,} instants of {len(tracks):,} actors"
         raise InterchangeError(message, "leave out actors, or take fewer samples a second", cells.file)
-    told = [] if cells.begin == 0.0 else [f"times count from the table's first, {cells.begin:.12g} s"]
+    remarks = [] if cells.begin == 0.0 else [f"times count from the table's first, {cells.begin:.12g} s"]
     step = _step(time)
     steps = np.diff(time) / step
     uneven = np.count_nonzero(np.abs(steps - np.round(steps)) > ON_STEP)
-    if uneven > 2:  # one instant of contact between two steps is no disorder
-        told.append(f"{uneven:,} of {len(steps):,} steps are uneven: motion is taken as linear, in steps of {step:g} s")
-    return time, tuple(told)
+    if uneven > 2:  # one instant of contact between two steps is regular
+        uneven_steps = f"{uneven:,} of {len(steps):,} steps are uneven"
+        remarks.append(f"{uneven_steps}: motion is taken as linear, in steps of {step:g} s")
+    return time, tuple(remarks)
 
 
 def _step(time: Floats) -> float:

@@ -57,14 +57,14 @@ KINDS: Mapping[str, ActorKind] = MappingProxyType(
 
 @dataclass(frozen=True)
 class TableTrack:
-    """One actor as a table tells it; SI units, headings not wrapped, positions of centres."""
+    """One actor as a table describes it; SI units, headings not wrapped, positions of centres."""
 
     label: str
     """What its rows are marked with: a name, or an idx."""
     name: str
     kind: ActorKind
     is_ego: bool
-    """The table says so."""
+    """Whether the table marks it as the ego."""
     time: Floats
     """(samples,) ascending; from the table's first [s]."""
     positions: Floats
@@ -162,8 +162,8 @@ class _Gathered:
 
     def _name(self, label: str, rows: Ints) -> str:
         known = self.cells.known_names
-        if told := self._text(NAME, rows):
-            return told
+        if text := self._text(NAME, rows):
+            return text
         return (known[int(label)] if self.cells.omega_prime and int(label) in range(len(known)) else "") or label
 
     def _kind(self, label: str, rows: Ints) -> ActorKind:
@@ -210,10 +210,10 @@ class _Gathered:
         held = held_headings(name, time, positions, np.unwrap(heading), unit_said=bool(column.unit))
         if held.in_degrees:
             self._refuse_degrees("headings lie across the motion, unless they are degrees", key, heading, rows)
-        self._tell(held.remark)
+        self._remark(held.remark)
         return held.values
 
-    def _tell(self, remark: str) -> None:
+    def _remark(self, remark: str) -> None:
         if remark:
             self.remarks.append(remark)
 
@@ -230,13 +230,13 @@ class _Gathered:
         if self.cells.omega_prime:
             velocity = np.column_stack([numbers["vel_x"][rows], numbers["vel_y"][rows]])
             held = held_speeds(name, "vel_x, vel_y", time, positions, velocity, 1.0)
-            self._tell(held.remark)
+            self._remark(held.remark)
             return along_heading(held.values, heading), _turning_point(time, held.values, heading, behind)
         if "speed" in numbers:
             speed, unit = numbers["speed"][rows], columns["speed"].factor if columns["speed"].unit else 0.0
             ahead = speed[:, np.newaxis] * along(heading)
             held = held_speeds(name, columns["speed"].name, time, positions, ahead, unit)
-            self._tell(held.remark)
+            self._remark(held.remark)
             return (along_heading(held.values, heading) if held.remark else speed), behind
         self.remarks.append("the table has no speeds: they are taken from motion")
         rear = positions - behind * along(heading)

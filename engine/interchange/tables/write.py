@@ -2,8 +2,8 @@
 
 x, y, z is the centre of the box, velocities and accelerations are the centre's, yaw lies in (-pi, pi], an actor's idx
 is its number in the recording, the ego's 0. A time is a whole number of nanoseconds, which the instant of contact is
-not: its row stands at the next one, with everybody where linear motion has them then, less than 1e-7 m on. On the way
-back contact is searched anew, so nothing is lost by that.
+not: its row stands at the next one, with all actors where linear motion has them then, less than 1e-7 m on. A reader
+searches contact again, so nothing is lost by that.
 
 Source: omega-prime 0.3, its specification and `schemas.py` (ika, RWTH Aachen); its columns are those of ASAM OSI.
 """
@@ -188,12 +188,13 @@ def wrapped(heading: Floats) -> Floats:
 
 def _remarks(recording: Recording) -> tuple[str, ...]:
     """What these columns cannot hold."""
-    told = ["omega-prime's columns hold neither steering angles nor pedals, and nothing of the road"]
+    remarks = ["omega-prime's columns hold neither steering angles nor pedals, and nothing of the road"]
     if again := _those_who_come_back(recording):
-        told.append(f"omega-prime's own check wants no gap in an actor's rows; {', '.join(again)} comes back after one")
+        names = ", ".join(again)
+        remarks.append(f"omega-prime's own check wants no gap in an actor's rows; {names} comes back after one")
     if recording.contact is not None:
-        told.append("times are whole nanoseconds: the row of first contact is the next one, less than 1e-7 m on")
-    return tuple(told)
+        remarks.append("times are whole nanoseconds: the row of first contact is the next one, less than 1e-7 m on")
+    return tuple(remarks)
 
 
 def _those_who_come_back(recording: Recording) -> Sequence[str]:

@@ -4,11 +4,11 @@ Failures are grouped by their genes, each as a share of its range: agglomeration
 to optimize an objective function", cut where the mean silhouette of Rousseeuw (1987), "Silhouettes: a graphical aid",
 is largest; where even that is weak, all failures are of one kind.
 
-The condition of a kind is grown gene by gene, each time by the bound that tells its failures best from everything else
+The condition of a kind is grown gene by gene, each time by the bound that separates its failures best from all else
 that was simulated: weighted relative accuracy of Lavrac, Flach and Zupan (1999), "Rule evaluation measures: a unifying
 view", coverage times (precision - share of all). Everything is deterministic.
 
-A condition is fitted to the runs that it describes, and describes them better than others. How much better is told by
+A condition is fitted to the runs that it describes, and describes them better than others. How much better shows
 `held_out`: the rule is grown again from every other run and judged on those between, both ways round. Runs of a search
 are relatives of one another, so that even this flatters it a little.
 """
@@ -59,7 +59,7 @@ class Cluster:
     example: int
     """The row nearest to the middle of all."""
     conditions: tuple[Condition, ...]
-    """All hold; () where no bound tells these failures from the rest."""
+    """All hold; () where no bound separates these failures from the rest."""
     precision: float
     """Failures of any kind among all valid simulations that meet the conditions: of what the search simulated, which
     is no probability."""
@@ -73,7 +73,7 @@ class Cluster:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """How a rule does on runs that it has not seen; NaN where there were too few to tell."""
+    """How a rule does on runs that it has not seen; NaN where these were too few."""
 
     precision: float
     coverage: float

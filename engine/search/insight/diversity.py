@@ -202,7 +202,7 @@ def _bins(speed: Floats, edges: Sequence[float]) -> Ints:
 
 
 def _labels(edges: Sequence[float], first: str = "") -> tuple[str, ...]:
-    """`0 .. 10` and so on, one more than there are inner edges; without a first edge, what lies below is told so."""
+    """Return labels like `0 .. 10`, one more than inner edges; without a first edge the first is `below`."""
     texts = [f"{edge:g}" for edge in edges]
     start = f"{first} .. {texts[0]}" if first else f"< {texts[0]}"
     return (start, *(f"{a} .. {b}" for a, b in pairwise(texts)), f"> {texts[-1]}")

@@ -6,7 +6,7 @@ stream key with one gene moved by half its range, wrapping around. A gene that c
 called dead. Probes are beside the budget and enter no figure.
 
 Moving a gene may also change which attempt at a scene the requirements accept, and with it lanes and all else that is
-left to chance. Such a probe does not tell what the gene does. An effect is therefore taken among those probes whose
+left to chance. Such a probe does not show what the gene does. An effect is therefore taken among those probes whose
 scene made the same finite choices (`variant`) as the case; where the case's own stream gives other ones, some further
 streams are tried. A discrete gene may itself be such a choice, so its probes are all compared.
 """
@@ -30,7 +30,7 @@ FURTHER = 8
 FURTHER_ROLLOUT = 1 << 15
 """Number of the first of them in the stream keys: no rollout of a search has it."""
 COUNTS = ("attempts", "tested", "failed")
-"""Fields that tell how a scene was found, not what happened in it."""
+"""Fields that describe how a scene was found, not what happened in it."""
 
 
 @dataclass(frozen=True)

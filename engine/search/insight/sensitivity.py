@@ -1,7 +1,7 @@
 """Which genes matter: first-order and total Sobol' indices of what becomes of a genome, from a design of their own.
 
 A search's evaluations are no sample: what it bred, it bred for its risk. These indices come from simulations of their
-own, drawn from the file's distributions by a Sobol' sequence. Three outputs are told apart: whether there is a valid
+own, drawn from the file's distributions by a Sobol' sequence. There are three outputs: whether there is a valid
 run at all, and, given that there is, its continuous risk and whether the ego collides.
 
 A genome does not decide its run: lanes, places and what else a scene draws are *chance*. Nor can chance be held while
@@ -66,7 +66,7 @@ class GeneIndex:
 
 @dataclass(frozen=True)
 class Indices:
-    """Who explains one output."""
+    """What explains one output."""
 
     genes: tuple[GeneIndex, ...]
     """In the order of the file."""

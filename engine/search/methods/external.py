@@ -27,7 +27,7 @@ CMAES_STEP = 0.3
 
 
 class CovarianceAdaptation(InCube):
-    """An invalid or failed individual counts as worse than every valid one. A strategy that has converged starts anew
+    """An invalid or failed individual counts as worse than every valid one. A strategy that has converged starts again
     from a random place.
     """
 
@@ -80,7 +80,7 @@ WORST = 1e9
 class NonDominatedSorting(InCube):
     """An invalid or failed individual breaks a constraint, so that any valid one is preferred to it.
 
-    Where the package finds fewer new individuals than a generation holds, the rest is drawn at random and not told.
+    Where the package finds fewer new individuals than a generation holds, the rest is drawn at random and kept from it.
     """
 
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
@@ -113,10 +113,10 @@ class NonDominatedSorting(InCube):
     def _learn(self, results: Sequence[Result]) -> None:
         if self._bred is None or not len(self._bred):
             return
-        told = results[: len(self._bred)]
-        broken = np.array([[0.0 if result.selectable else 1.0] for result in told])
+        own = results[: len(self._bred)]
+        broken = np.array([[0.0 if result.selectable else 1.0] for result in own])
         static = needed("pymoo.problems.static", "`nsga2` needs", "search").StaticProblem
-        problem = static(self._algorithm.problem, F=objectives(told), G=broken)
+        problem = static(self._algorithm.problem, F=objectives(own), G=broken)
         self._algorithm.evaluator.eval(problem, self._bred)
         self._algorithm.tell(infills=self._bred)
 
@@ -136,7 +136,7 @@ FASTEST = 30.0
 CELLS = 20
 """Along each axis: 1.5 m/s each."""
 REJECTED = -1.0
-"""Told for what has no risk; every true risk is at least 0, and the archive takes nothing below."""
+"""Passed on for results without risk; every true risk is at least 0, and the archive takes nothing below."""
 EMITTER_STEP = 0.15
 """Standard deviation of a mutation, of the unit interval."""
 BATCH = 20
@@ -144,7 +144,7 @@ BATCH = 20
 
 
 class Illumination(InCube):
-    """An invalid or failed individual is told with a risk that no cell takes. Generations are random until one has
+    """An invalid or failed individual is passed on with a risk that no cell takes. Generations are random until one has
     filled a cell.
     """
 
@@ -219,11 +219,11 @@ class Illumination(InCube):
         measures = np.nan_to_num(np.array(rows))
         added = self._archive.add(self._points, objective, measures)
         if self._bred:
-            self._tell_emitters(objective, measures, added)
+            self._share_out(objective, measures, added)
 
-    def _tell_emitters(self, objective: np.ndarray, measures: np.ndarray, added: dict[str, Any]) -> None:
-        """Each hears of what it proposed."""
+    def _share_out(self, objective: np.ndarray, measures: np.ndarray, added: dict[str, Any]) -> None:
+        """Pass to each emitter the results of what it proposed."""
         shares = np.array_split(np.arange(self._population), len(self._emitters))
         for emitter, share in zip(self._emitters, shares, strict=True):
-            told = {key: np.asarray(value)[share] for key, value in added.items()}
-            emitter.tell(self._points[share], objective[share], measures[share], told)
+            own = {key: np.asarray(value)[share] for key, value in added.items()}
+            emitter.tell(self._points[share], objective[share], measures[share], own)

@@ -5,7 +5,7 @@
         u ~ U[0, 1)
         u < 0.1          the best of the pool not yet taken in this generation     (elitism)
         0.1 <= u < 0.9   two parents, one cut point, both children                 (single-point crossover)
-        else             one parent, one gene drawn anew in its range              (random mutation)
+        else             one parent, one gene drawn again in its range             (random mutation)
 
 What the paper leaves open, and what is done here:
 
@@ -18,7 +18,7 @@ What the paper leaves open, and what is done here:
 | elites | fitness, then birth; equal genomes count as taken; with nothing left to take, a mutation |
 | known children | bred again from new parents at most `max_redraws` times, then one gene is mutated |
 | one gene | there is no place to cut: a mutation instead |
-| nobody valid | a fresh random generation, inside the budget |
+| no valid individual | a fresh random generation, inside the budget |
 
 An invalid or failed individual is never selected, crossed or mutated; it stays known. An elite is proposed with its
 stored result. The stream of an operator is that of the first slot it fills, so no result depends on any other slot.
@@ -49,7 +49,7 @@ def crossover(stream: Generator, first: Genome, second: Genome) -> tuple[Genome,
 
 
 def mutate(stream: Generator, parent: Genome, box: Box) -> Genome:
-    """The parent with one gene drawn anew in its range. A gene whose range is a point is never chosen."""
+    """Return the parent with one gene drawn again in its range. A gene whose range is a point is never chosen."""
     genes = [gene for gene in range(len(box)) if box.low[gene] < box.high[gene]]
     if not genes:
         return parent
@@ -105,7 +105,7 @@ class _Pool:
         return len(self.genomes)
 
     def others(self, member: int) -> list[int]:
-        """Everyone with another genome than this member's."""
+        """Return all members with another genome than this one's."""
         if self.different == len(self.genomes):
             return [*range(member), *range(member + 1, len(self.genomes))]
         return [other for other, genome in enumerate(self.genomes) if genome != self.genomes[member]]
@@ -165,7 +165,7 @@ class GeneticAlgorithm(GenerationSearcher):
         ]
 
     def _distinct(self, breed: Breed, stream: Generator, count: int) -> list[_Child]:
-        """`count` children that nobody has proposed before, as far as redraws and one mutation can make them so."""
+        """Return `count` children, new ones as far as redraws and one mutation can make them so."""
         kept: list[_Child] = []
         stale: list[_Child] = []
         for _ in range(1 + self._max_redraws):
@@ -177,13 +177,13 @@ class GeneticAlgorithm(GenerationSearcher):
         return kept + [self._forced(stream, child) for child in stale]
 
     def _claim(self, genome: Genome) -> bool:
-        """Make the genome known; whether it was new."""
+        """Remember the genome; return whether it was new."""
         before = len(self._known)
         self._known.add(genome)
         return len(self._known) > before
 
     def _forced(self, stream: Generator, child: _Child) -> _Child:
-        """One gene mutated. A box with few genomes can still yield a known one; it is simulated anew."""
+        """Return the parent with one gene mutated. A small box may yield a known genome; it is simulated again."""
         genome = mutate(stream, child.genome, self._box)
         self._known.add(genome)
         crossed = child.operator is Operator.CROSSOVER

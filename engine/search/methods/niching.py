@@ -2,14 +2,14 @@
 
     archive = everything that was run
     for each place of a generation
-        a brood of children: bred from failures that lie apart from others, or drawn anew at random
+        a brood of children: bred from failures that lie apart from others, or drawn at random
         promise of a child  = share of failures among its nearest neighbours in the archive, nearer ones counting more
         novelty of a child  = distance to the nearest failure known
         run the most novel child among those that promise enough, else the most promising
 
 The paper's algorithm breeds only from the last generation and picks parents by risk alone: it finds failures fast, and
 then the same ones again and again. Here the archive remembers all, parents are picked by how alone they are, and what
-is surely harmless or known is never run. Distances between neighbours weigh each gene by how well it tells failures
+is surely harmless or known is never run. Distances weight each gene by how well it separates failures
 from the rest, so that genes that do not matter do not blur the picture.
 
 Sources of the parts: preselection by what is known, Rasheed and Hirsh (2000), "Informed operators: speeding up genetic
@@ -42,17 +42,17 @@ STEP = 0.15
 MUTATED = 0.4
 """Share of genes that a mutation moves."""
 NEARNESS = 0.02
-"""Distance below which neighbours count alike."""
+"""Distance below which neighbours have equal weight."""
 FEW = 20
 """Fewer failures than this are joined by the riskiest individuals so far."""
 LEAST_WEIGHT = 0.1
-"""Of a gene that tells nothing."""
+"""Weight of a gene that does not separate failures from the rest."""
 SAMPLE = 600
 """Latest individuals that the weights are learnt from."""
 
 
 class NichingSearch(InCube):
-    """Valid results without failure and invalid ones alike count as harmless; a failed one (an error) is forgotten."""
+    """Valid results without failure, and invalid ones, count as harmless; a failed one (an error) is forgotten."""
 
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
         super().__init__(box, population, streams)
@@ -125,7 +125,7 @@ class NichingSearch(InCube):
         return children, parents
 
     def _promise(self, children: Floats) -> Floats:
-        """(n,) share of failures among the nearest neighbours, each weighed by its nearness."""
+        """Return (n,) the share of failures among the nearest neighbours, each weighted by its nearness."""
         weights = gene_weights(self._archive, self._sought)
         distance, neighbour = nearest(self._archive * weights, children * weights, NEIGHBOURS)
         nearness = 1.0 / (distance + NEARNESS)
@@ -133,7 +133,7 @@ class NichingSearch(InCube):
 
 
 def gene_weights(points: Floats, failed: Bools) -> Floats:
-    """(d,) how well each gene tells failures from the rest, 1 for the best: the Relief weights of the latest points.
+    """Return (d,) how well each gene separates failures from the rest, 1 for the best: Relief weights of the latest.
 
     A gene counts by how much further away the nearest of the other kind are than the nearest of the own kind.
     """

@@ -33,7 +33,7 @@ CHANGED = 0.5
 
 
 class Annealing(InCube):
-    """An invalid or failed place is never stepped to; a walker that has found none yet starts anew at random."""
+    """An invalid or failed place is never stepped to; a walker without a valid one starts again at random."""
 
     def __init__(self, box: Box, population: int, generations: int, streams: StreamAt) -> None:
         super().__init__(box, population, streams)

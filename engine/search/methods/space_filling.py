@@ -16,7 +16,7 @@ from engine.search.protocol import Birth, Box, GenerationSearcher, Operator, Pro
 
 
 class RandomSearch(GenerationSearcher):
-    """Learns nothing: valid, invalid and failed results alike leave it as it was."""
+    """Learns nothing from results, be they valid, invalid or failed."""
 
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
         super().__init__(population, streams)
@@ -32,7 +32,7 @@ SEQUENCES = {"sobol": "Sobol", "halton": "Halton", "lhs": "LatinHypercube"}
 
 
 class QuasiRandom(InCube):
-    """Learns nothing: valid, invalid and failed results alike leave it as it was.
+    """Learns nothing from results, be they valid, invalid or failed.
 
     Sobol and Halton go on from generation to generation; each generation of `lhs` is a Latin hypercube of its own.
     """

@@ -1,5 +1,5 @@
-"""What an estimate of the probability of a collision tells, whichever way it was made; and estimates kept beside the
-journal of a run, one a method and condition, for whoever reports it.
+"""An estimate of the probability of a collision, however it was made; and estimates kept beside the
+journal of a run, one for each method and condition, for reports.
 """
 
 import json
@@ -21,7 +21,7 @@ from engine.vocabulary import EndReason, Verdict
 
 NOT_KNOWN = Interval(math.nan, math.nan)
 PARAMS, JOINT = CONDITIONS = ("params", "joint")
-"""What is drawn anew with every attempt at a scene: the scene alone, or the params too."""
+"""What is drawn again with every attempt at a scene: the scene alone, or the params too."""
 MOST_DRIVEN = 5_000
 """Collisions of an estimate that the reference driver drives again."""
 
@@ -54,7 +54,7 @@ class Probability:
     condition: str = PARAMS
     """`params` or `joint`."""
     max_attempts: int = 0
-    """At a scene for one draw of the params; 0: not told."""
+    """At a scene for one draw of the params; 0: unknown."""
     avoidable: float = math.nan
     """P(collision that the reference driver avoids | valid run); NaN where none was driven again."""
     avoidable_interval: Interval = NOT_KNOWN

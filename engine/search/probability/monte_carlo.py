@@ -4,15 +4,15 @@ Two conditions, and they differ:
 
 - `params`: params are drawn once, then a scene under the requirements is sought in up to `max_attempts` attempts.
   Params that allow a scene at all count in full, however rarely they do.
-- `joint`: params are drawn anew with every attempt. This is P(collision | the requirements hold), as they are written:
+- `joint`: params are drawn again with every attempt. This is P(collision | the requirements hold), as they are written:
   params count by how often they allow a scene.
 
 Both leave out runs that a requirement on the run makes invalid: every figure is a probability *given* a valid run.
 
 Two estimators: `monte_carlo`, independent draws, the share of collisions with the exact interval of Clopper and Pearson
 (1934), "The use of confidence or fiducial limits illustrated in the case of the binomial"; and, for what is rare,
-`subset_simulation`. Both also tell how probable an *avoidable* collision is: a reference driver drives those that were
-found again (`engine.avoidability`).
+`subset_simulation`. Both also estimate how probable an *avoidable* collision is: a reference driver drives those
+that were found again (`engine.avoidability`).
 """
 
 import math
@@ -139,7 +139,7 @@ class _Driven(NamedTuple):
     collisions: int = 0
     avoidable: int = 0
     full: bool = False
-    """Whether no more are driven again."""
+    """Whether enough collisions were driven again."""
 
     def more(self, genomes: Floats, keys: Ints, runs: Assessment, judge: Judge | None) -> "_Driven":
         rows = np.flatnonzero(runs.collided)

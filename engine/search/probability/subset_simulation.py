@@ -4,7 +4,7 @@ Au and Beck (2001), "Estimation of small failure probabilities in high dimension
 least distances (MD): of each level's runs the nearest tenth are the seeds of chains in which no run is farther than
 they are. The chains' proposals are those of Papaioannou, Betz, Zwirglmaier and Straub (2015), "MCMC algorithms for
 subset simulation", sections 4.4: every gene, as a standard normal number, is drawn a step towards its prior; and in
-every other step the scene's own random numbers are drawn anew.
+every other step the scene's own random numbers are drawn again.
 
 Within a chain runs are dependent. The variance is therefore taken from outside: the whole estimate is made ten times,
 independently; the mean is the estimate, and its interval is Student's with nine degrees of freedom.

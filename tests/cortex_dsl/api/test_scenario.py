@@ -134,11 +134,11 @@ def test_the_scene_of_a_seed_is_that_of_the_command(
     for seed in (0, 3):
         scenes = scenario.scene_of_seed(seed)
         assert main([str(EXAMPLE), "--seed", str(seed), "--json"]) == 0
-        told = json.loads(capsys.readouterr().out)
+        printed = json.loads(capsys.readouterr().out)
         space = scenario.program.space
-        shown = {name: param["value"] for name, param in told["params"].items()}
+        shown = {name: param["value"] for name, param in printed["params"].items()}
         assert shown == dict(zip(space.names, scenes.genomes[0].tolist(), strict=True))
-        assert list(parse_key(told["key"])) == scenes.keys[0].tolist()
+        assert list(parse_key(printed["key"])) == scenes.keys[0].tolist()
     again = compile_text(scenario.concrete(scenes))
     np.testing.assert_array_equal(again.scene_of_seed().keys, scenes.keys)
 

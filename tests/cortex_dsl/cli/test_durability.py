@@ -329,7 +329,7 @@ def test_files_that_are_no_journal(cortexc: Command, killed: Path, tmp_path: Pat
     assert cortexc("resume", killed, "--json").document["exit_code"] == 2
 
 
-def test_a_folder_that_is_removed_is_told_at_once(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+def test_a_folder_that_is_removed_is_reported_at_once(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
     """With the next generation; the search goes on in memory, shows what it found, and ends with 2."""
     run, heard = tmp_path / "run", []
     scenario = load(left_turn)
@@ -391,7 +391,9 @@ def test_a_journal_that_was_changed_by_hand(
     assert "in the journal" in result.err
 
 
-def test_a_journal_of_another_version_is_told_with_a_warning(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+def test_a_journal_of_another_version_is_reported_with_a_warning(
+    cortexc: Command, left_turn: Path, tmp_path: Path
+) -> None:
     """What another version searched otherwise may be right: it is reported, and said."""
     run = tmp_path / "run"
     assert cortexc(left_turn, "--ga", "--generations", 4, "--population", 20, "--jobs", 1, "--out", run).code == 0

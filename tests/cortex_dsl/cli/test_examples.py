@@ -17,10 +17,10 @@ Command = Callable[..., Any]
 
 def test_lists_the_six(cortexc: Command) -> None:
     """A line or two for each, in the order of their letters."""
-    told = cortexc("examples").out
-    places = [told.index(f"{name} ") for name in FILES]
+    out = cortexc("examples").out
+    places = [out.index(f"{name} ") for name in FILES]
     assert places == sorted(places)
-    assert "A: the ego crosses a four-way intersection" in told
+    assert "A: the ego crosses a four-way intersection" in out
     document = cortexc("examples", "--json").document
     assert document["schema"] == "cortexc/examples"
     assert [each["name"] for each in document["examples"]] == list(FILES)

@@ -260,7 +260,7 @@ def test_a_file_that_begins_as_an_option_does(
     assert cortexc("measure", "./-y.csv", "--json").document["reproduce"] == "cortexc measure ./-y.csv"
 
 
-def test_what_stands_in_the_way_is_told_and_replaced(cortexc: Command, run: Path, tmp_path: Path) -> None:
+def test_what_stands_in_the_way_is_reported_and_replaced(cortexc: Command, run: Path, tmp_path: Path) -> None:
     """A pipe does not hang, a link that leads nowhere is no missing file; --force replaces both."""
     os.mkfifo(tmp_path / "left_turn-case01.scn")
     (tmp_path / "left_turn-case01.csv").symlink_to("nowhere")

@@ -50,7 +50,7 @@ def test_check_of_an_infeasible_file(cortexc: Command, scenario: Scenario) -> No
     assert document["diagnostics"][-1]["code"] == "SCN530"
 
 
-def test_an_infeasible_run_is_told_who_is_to_blame(cortexc: Command, scenario: Scenario) -> None:
+def test_an_infeasible_run_names_the_requirement_to_blame(cortexc: Command, scenario: Scenario) -> None:
     """Exit code 3; the smallest conflict, proved."""
     path = scenario(*NEVER)
     result = cortexc(path, "--max-attempts", "200")
@@ -120,5 +120,5 @@ def test_pruned_search(cortexc: Command, left_turn: Path, tmp_path: Path) -> Non
     assert first == second
     case = tmp_path / "1" / "worst" / "01.scn"
     assert cortexc(case).out.startswith(f"{left_turn.stem}, case 1  ")
-    told = int(case.read_text().split("risk ")[1].split()[0].rstrip('."'))
-    assert cortexc(case, "--json", "--engine", "batch").document["risk"]["score"] == told
+    risk = int(case.read_text().split("risk ")[1].split()[0].rstrip('."'))
+    assert cortexc(case, "--json", "--engine", "batch").document["risk"]["score"] == risk

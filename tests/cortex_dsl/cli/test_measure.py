@@ -39,7 +39,7 @@ def head_on(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_table_is_told_as_a_run_is(cortexc: Cortexc, head_on: Path) -> None:
+def test_a_table_is_shown_as_a_run_is(cortexc: Cortexc, head_on: Path) -> None:
     """Headline, drawing, story, metrics, risk, definitions, and the command again."""
     result = cortexc("measure", head_on)
     assert result.code == Exit.FINE
@@ -162,14 +162,14 @@ def test_what_was_written_measures_the_same(cortexc: Cortexc, head_on: Path, tmp
         assert again["pairs"][0][key] == pytest.approx(own["pairs"][0][key], abs=1e-6), key
 
 
-def test_places_that_cannot_be_written_are_told(cortexc: Cortexc, head_on: Path) -> None:
+def test_places_that_cannot_be_written_are_reported(cortexc: Cortexc, head_on: Path) -> None:
     """A file where a folder should be."""
     result = cortexc("measure", head_on, "--to", "csv", "--out", head_on / "deeper")
     assert result.code == Exit.USAGE
     assert "cannot write" in result.err
 
 
-def test_a_missing_package_is_told_with_its_extra(
+def test_a_missing_package_is_reported_with_its_extra(
     cortexc: Cortexc, head_on: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """And nothing is written."""
@@ -204,7 +204,7 @@ def test_a_missing_package_is_told_with_its_extra(
         (("bad.csv",), Exit.DIAGNOSTICS, "bad.csv, line 2, column `x`"),
     ],
 )
-def test_mistakes_are_told_with_a_cure(
+def test_mistakes_are_reported_with_a_cure(
     cortexc: Cortexc,
     head_on: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -228,7 +228,7 @@ def test_mistakes_are_told_with_a_cure(
 # -- import -----------------------------------------------------------------------------------------------------------
 
 
-def test_import_tells_the_road_and_the_remarks(
+def test_import_shows_the_road_and_the_remarks(
     cortexc: Cortexc, recording: Recording, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """What the reader says is shown, and its recording measured."""
@@ -270,7 +270,7 @@ def test_an_import_keeps_its_road_and_its_params(cortexc: Cortexc, tmp_path: Pat
     assert once["provenance"]["genome"]["EGO_SPEED"] in shown
 
 
-def test_what_the_reader_refuses_is_told(cortexc: Cortexc, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_what_the_reader_refuses_is_reported(cortexc: Cortexc, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Message, place and cure."""
 
     def read(path: Path, **_: object) -> None:

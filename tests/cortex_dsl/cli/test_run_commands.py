@@ -16,7 +16,7 @@ Scenario = Callable[..., Path]
 SMALL = ("--generations", "3", "--population", "12")
 
 
-def test_run_is_told(cortexc: Command, left_turn: Path) -> None:
+def test_run_is_shown(cortexc: Command, left_turn: Path) -> None:
     """One run: the drawing, the story, metrics, risk, params, and the command that shows it again."""
     result = cortexc(left_turn, "--seed", "3")
     assert result.code == 0
@@ -43,12 +43,12 @@ def test_an_aborted_run_is_no_scene(cortexc: Command, scenario: Scenario) -> Non
         assert result.code == 3
         assert f"invalid, for it broke `far apart` (line {line})" in " ".join(result.out.split())
         assert "Records" in result.out
-        told = cortexc(path, "--seed", "6", "--engine", engine, "--json").document
-        assert (told["verdict"], told["end"]["reason"]) == ("aborted", "aborted")
-        assert (told["end"]["rule"], told["end"]["line"]) == ("far apart", line)
-        (record,) = told["records"]
+        document = cortexc(path, "--seed", "6", "--engine", engine, "--json").document
+        assert (document["verdict"], document["end"]["reason"]) == ("aborted", "aborted")
+        assert (document["end"]["rule"], document["end"]["line"]) == ("far apart", line)
+        (record,) = document["records"]
         assert (record["name"], record["unit"]) == ("pace", "m/s")
-        assert record["time"][-1] == pytest.approx(told["end"]["time"])
+        assert record["time"][-1] == pytest.approx(document["end"]["time"])
 
 
 def test_measures_beside_the_risk_are_in_the_document(cortexc: Command, left_turn: Path) -> None:

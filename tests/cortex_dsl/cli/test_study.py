@@ -31,7 +31,7 @@ def contents(folder: Path) -> list[tuple]:
         ]
 
 
-def test_a_study_is_told_and_kept(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+def test_a_study_is_shown_and_kept(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
     """Both methods, all eight measures, the verdict with its caution, and the files."""
     result = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
     assert result.code == Exit.FINE
@@ -154,7 +154,7 @@ def test_a_folder_that_is_taken_is_refused(cortexc: Callable[..., Any], left_tur
     assert "not empty" in again.err or "already" in again.err
 
 
-def test_a_complete_study_is_told_again(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+def test_a_complete_study_is_shown_again(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
     """By --resume, without running anything."""
     first = cortexc("study", left_turn, *TINY, "--out", tmp_path / "s")
     before = contents(tmp_path / "s")
@@ -193,7 +193,9 @@ def test_tables_fit_the_terminal(
     assert "…" not in result.out
 
 
-def test_a_folder_that_cannot_be_written_is_told(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_reported(
+    cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path
+) -> None:
     """A file where a folder should be."""
     (tmp_path / "file").write_text("")
     result = cortexc("study", left_turn, *TINY, "--out", tmp_path / "file" / "s")

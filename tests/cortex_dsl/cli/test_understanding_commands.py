@@ -141,10 +141,10 @@ def strict(left_turn: Path, tmp_path: Path) -> Path:
 
 def test_what_a_broken_run_hides_is_said(cortexc: Command, strict: Path, tmp_path: Path) -> None:
     """A requirement on the run that ends runs before contact leaves no collision; nobody may take that for safety."""
-    told = cortexc("probability", strict, "--samples", "300").out
-    assert "given a valid run" in told
-    assert "broke a requirement on the run" in told
-    assert "allow a valid scene" not in told
+    out = cortexc("probability", strict, "--samples", "300").out
+    assert "given a valid run" in out
+    assert "broke a requirement on the run" in out
+    assert "allow a valid scene" not in out
     folder = tmp_path / "run"
     assert cortexc(strict, "--random", "--generations", "2", "--population", "40", "--out", folder).code == 0
     assert re.search(r"no collision in \d+ valid of 80 simulations", cortexc("analyse", folder, "--budget", "0").out)
@@ -161,7 +161,7 @@ def test_counts_of_chains_are_no_estimate(cortexc: Command, left_turn: Path) -> 
     assert "collisions among" not in slow
 
 
-def test_the_reference_driver_is_told_with_its_limits(cortexc: Command, run: Path) -> None:
+def test_the_reference_driver_is_reported_with_its_limits(cortexc: Command, run: Path) -> None:
     """What the regulation means and what is ours, which collisions no braking avoids, and whose settings are judged."""
     result = cortexc("analyse", run, "--budget", "0")
     assert "motorways" in result.out
@@ -239,7 +239,7 @@ def test_an_estimate_of_an_earlier_version_is_shown(cortexc: Command, run: Path)
 
 
 @pytest.mark.parametrize("content", ["", "{}", "[3]", '[{"method": "mc"}]', "\x00"])
-def test_a_damaged_probability_is_told(cortexc: Command, run: Path, content: str) -> None:
+def test_a_damaged_probability_is_reported(cortexc: Command, run: Path, content: str) -> None:
     (run / "probability.json").write_text(content)
     result = cortexc("report", run, "--cases", 0)
     assert result.code == (0 if content.startswith('[{"method') else 2)  # of another program: passed over

@@ -20,11 +20,11 @@ class Client:
     def __init__(self, path: Path) -> None:
         self.uri, self.version, self.text = path.as_uri(), 0, ""
         self.ls = LanguageClient("tests", "1")
-        self.told: asyncio.Queue[types.PublishDiagnosticsParams] = asyncio.Queue()
+        self.published: asyncio.Queue[types.PublishDiagnosticsParams] = asyncio.Queue()
 
         @self.ls.feature(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
         def published(params: types.PublishDiagnosticsParams) -> None:
-            self.told.put_nowait(params)
+            self.published.put_nowait(params)
 
     async def start(self, encodings: list[str] | None = None) -> types.InitializeResult:
         await self.ls.start_io(sys.executable, "-m", "cortex_dsl", "lsp", "--stdio")
@@ -50,7 +50,7 @@ class Client:
 
     async def diagnostics(self) -> list[types.Diagnostic]:
         """The next ones that the server sends."""
-        return list((await self.wait(self.told.get())).diagnostics)
+        return list((await self.wait(self.published.get())).diagnostics)
 
     @property
     def document(self) -> types.TextDocumentIdentifier:

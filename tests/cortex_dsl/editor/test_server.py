@@ -51,17 +51,17 @@ def test_diagnostics_are_those_of_check(talk, left_turn, tmp_path):
             expected = checked(path)
             assert places(found) == [(d["code"], d["start"]["line"], d["start"]["column"]) for d in expected]
             assert expected
-            for told, known in zip(found, expected, strict=True):
-                assert told.severity == {"error": 1, "warning": 2, "note": 3, "hint": 4}[known["severity"]]
-                assert known["message"] in told.message
-                assert known["cure"] in told.message
-                assert len(told.related_information or ()) == len(known["secondary"])
-                assert told.source == "cortexc"
+            for shown, known in zip(found, expected, strict=True):
+                assert shown.severity == {"error": 1, "warning": 2, "note": 3, "hint": 4}[known["severity"]]
+                assert known["message"] in shown.message
+                assert known["cure"] in shown.message
+                assert len(shown.related_information or ()) == len(known["secondary"])
+                assert shown.source == "cortexc"
 
     talk(conversation)
 
 
-def test_hover_tells_type_unit_range_and_doc(talk, left_turn):
+def test_hover_shows_type_unit_range_and_doc(talk, left_turn):
     async def conversation(client):
         client.open(left_turn)
 
@@ -165,10 +165,10 @@ def test_an_unsaved_import_counts(talk, tmp_path):
         cars = (tmp_path / "cars.scn").as_uri()
         document = types.TextDocumentItem(cars, "scn", 0, "slow = 3 kg\n")
         client.ls.text_document_did_open(types.DidOpenTextDocumentParams(document))
-        while (told := await client.wait(client.told.get())).uri == cars:
+        while (shown := await client.wait(client.published.get())).uri == cars:
             pass
-        assert [d.code for d in told.diagnostics] != codes
-        assert "SCN301" in [d.code for d in told.diagnostics]
+        assert [d.code for d in shown.diagnostics] != codes
+        assert "SCN301" in [d.code for d in shown.diagnostics]
 
     talk(conversation)
 
@@ -260,7 +260,7 @@ def test_only_the_last_of_many_changes_counts(talk, left_turn):
             client.change(left_turn + "\ny = " + "(" * (count + 1))
         client.change(left_turn + "\nparam UNUSED = Range(0, 1)\n")
         assert [d.code for d in await client.diagnostics()] == ["SCN221"]
-        assert client.told.empty()
+        assert client.published.empty()
 
     talk(conversation)
 

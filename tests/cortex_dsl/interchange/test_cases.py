@@ -38,7 +38,7 @@ def test_genome_has_units_and_every_digit(worst: ExportCase) -> None:
     assert float(number) == worst.scenes.genomes[0][1]
 
 
-def test_params_that_are_held_fixed_are_told() -> None:
+def test_params_that_are_held_fixed_are_reported() -> None:
     """They decide the case as much as the others."""
     scenario = load(LEFT_TURN, EGO_SPEED="50 km/h")
     case = case_of_scene(scenario, scenario.sample(1, seed=3), LEFT_TURN, 3, "cortexc x")

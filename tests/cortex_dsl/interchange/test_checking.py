@@ -132,7 +132,7 @@ scenario CutIn():
 
 
 @pytest.mark.parametrize("name", [name for name in FORMATS if not missing_extra(name) and name not in ("xodr", "scn")])
-def test_who_never_comes_in_is_left_out_and_told(name: str, tmp_path: Path) -> None:
+def test_who_never_comes_in_is_left_out_and_reported(name: str, tmp_path: Path) -> None:
     """The way back is the run of those who took part."""
     case = scene_case(NEVER, "never")
     assert case.recording.never_there == (2,)
@@ -165,7 +165,7 @@ def test_a_film_of_another_run_is_found(
     assert all(finding.place.startswith(f"{STEM}.mcap") for finding in findings)
 
 
-def test_a_broken_film_is_told(worst: ExportCase, tmp_path: Path) -> None:
+def test_a_broken_film_is_reported(worst: ExportCase, tmp_path: Path) -> None:
     """Without a traceback."""
     (data,) = write_mcap(worst.recording, STEM).files.values()
     assert isinstance(data, bytes)

@@ -50,7 +50,7 @@ def test_nothing_that_was_written_is_found_fault_with(worst: ExportCase, name: s
     assert list(checker_of(name)(worst, tmp_path, list(export.files), ExportOptions(mode=mode))) == []
 
 
-def test_a_missing_package_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_package_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     """How to have it installed."""
     monkeypatch.setitem(formats.FORMATS, "csv", replace(FORMATS["csv"], package="no_such_package", extra="many"))
     assert missing_extra("csv") == installing("many")

@@ -85,7 +85,7 @@ def test_fixed_params_count() -> None:
     assert times.green == 1.5
 
 
-def test_lights_that_a_behaviour_changes_are_told() -> None:
+def test_lights_that_a_behaviour_changes_are_reported() -> None:
     """Then the plan is not all."""
     text = """signals()
 behavior Meddler():

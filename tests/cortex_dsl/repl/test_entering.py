@@ -19,7 +19,7 @@ def test_an_incomplete_scenario_is_no_error(talk: Talk) -> None:
     assert "still to come: an ego" in talk(":scene").err
 
 
-def test_a_mistake_is_told_and_not_added(talk: Talk) -> None:
+def test_a_mistake_is_reported_and_not_added(talk: Talk) -> None:
     """The line number is that of the listing; the draft stays as it was."""
     talk("param V = Range(1, 9) m/s")
     said = talk("require V > 3 m")
@@ -180,7 +180,7 @@ def test_somebody_is_asked(talk: Talk, tmp_path: Path, monkeypatch: pytest.Monke
     assert "nothing to undo" in talk(":undo").err
 
 
-def test_an_expression_is_told_as_it_was_typed(talk: Talk) -> None:
+def test_an_expression_is_shown_as_it_was_typed(talk: Talk) -> None:
     """The mistake stands in the line that the user sees, and a value also in the unit of the params that it reads."""
     said = talk("x = 1 m", "foo.bar")
     assert "session:2:1: error[SCN201]" in said.err

@@ -46,16 +46,18 @@ def test_up_to_contact_speeds_are_those_of_the_drive(struck: WorldRun) -> None:
     assert np.array_equal(speeds(struck.trajectory)[scored], struck.trajectory.states[scored, :, State.SPEED])
 
 
-def test_rest_is_told_when_the_world_sees_it(struck: WorldRun) -> None:
+def test_rest_is_reported_when_the_world_sees_it(struck: WorldRun) -> None:
     """Within two samples of when the bodies stood still, and long after the blow."""
     scenario = compile_text(STRUCK)
-    told = {m.actor: m.time for m in aftermath(scenario.program, struck.impacts, struck.trajectory) if m.kind == "rest"}
+    rests = {
+        m.actor: m.time for m in aftermath(scenario.program, struck.impacts, struck.trajectory) if m.kind == "rest"
+    }
     seen = {event.actors[0]: event.time for event in struck.events if event.kind == EventKind.REST}
-    assert told.keys() == seen.keys() == {0, 1}
+    assert rests.keys() == seen.keys() == {0, 1}
     step = float(struck.trajectory.time[1])
-    for actor, time in told.items():
+    for actor, time in rests.items():
         assert time == pytest.approx(seen[actor], abs=2 * step)
-    assert told[1] > float(struck.outcomes.end_time[0]) + 0.5
+    assert rests[1] > float(struck.outcomes.end_time[0]) + 0.5
 
 
 def test_who_has_left_has_no_speed(struck: WorldRun) -> None:

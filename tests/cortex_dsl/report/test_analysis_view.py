@@ -54,7 +54,7 @@ def test_printed_bounds_leave_nothing_out(space: ParamSpace, low: float, high: f
     assert float(one.split()[-1]) >= 0.38921
 
 
-def test_the_avoidable_are_told_by_what_the_search_chose(space: ParamSpace) -> None:
+def test_the_avoidable_are_described_by_what_the_search_chose(space: ParamSpace) -> None:
     """Thirds of the range of each param of the system; edges belong to the range."""
     genomes = np.array([[10.0, 0.0], [10.0, 0.1], [10.0, 0.5], [10.0, 1.0]])
     (share,) = _system_shares(space, genomes)

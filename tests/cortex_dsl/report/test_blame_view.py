@@ -33,7 +33,7 @@ def render(view: RenderableType, width: int) -> str:
     return stream.getvalue()
 
 
-def told(text: str, target: float | None = None) -> Account:
+def account_of(text: str, target: float | None = None) -> Account:
     return account(weigh(compile_text(text).program, 3000), target)
 
 
@@ -45,7 +45,7 @@ def program() -> Program:
 @pytest.mark.parametrize("width", WIDTHS)
 def test_what_contradicts_what(width: int) -> None:
     """Both requirements with their lines, that it is proved, the nearest miss with its params, and what to relax."""
-    text = render(blame_view(told(TEXT)), width)
+    text = render(blame_view(account_of(TEXT)), width)
     assert max(map(len, text.splitlines())) <= width
     flat = " ".join(text.split())
     assert "never together: `far enough` (line 7) and `near enough` (line 8); proved" in flat
@@ -56,7 +56,7 @@ def test_what_contradicts_what(width: int) -> None:
 
 def test_what_never_failed_is_left_out() -> None:
     """A table of what did something only."""
-    text = render(blame_view(told(TEXT.replace("B > 1 m", "B >= 0 m"))), 80)
+    text = render(blame_view(account_of(TEXT.replace("B > 1 m", "B >= 0 m"))), 80)
     assert "B >= 0 m" not in text
     assert "far enough" in text
 
@@ -64,13 +64,14 @@ def test_what_never_failed_is_left_out() -> None:
 def test_the_note_says_what_of() -> None:
     """Shares are of single attempts."""
     assert (
-        blame_note(told(TEXT)) == "3,000 single attempts with params of their own, each tested on all; 0.00 % met all"
+        blame_note(account_of(TEXT))
+        == "3,000 single attempts with params of their own, each tested on all; 0.00 % met all"
     )
 
 
 def test_document() -> None:
     """JSON has the same, unrounded."""
-    content = blame_content(told(TEXT, target=0.2))
+    content = blame_content(account_of(TEXT, target=0.2))
     assert content["conflict"] == {"requirements": ["far enough", "near enough"], "proved": True}
     assert content["target"] == 0.2
     assert {entry["unit"] for entry in content["relax"]} == {"m"}
@@ -116,7 +117,7 @@ def test_the_cure_of_what_is_proved(requirements: str, cure: str) -> None:
     """It names the requirement and the amount, as the table above it does."""
     params = "param A = Range(0, 10) m\nparam B = Range(0, 9) m\n"
     text = params + "ego = new Car before intersection by 40 m along network.lanes[0]\n"
-    found = cure_of_conflict(told(text + requirements + "\n", target=0.01))
+    found = cure_of_conflict(account_of(text + requirements + "\n", target=0.01))
     assert found.startswith(cure)
     assert bool(found) == bool(cure)
 
@@ -142,9 +143,9 @@ require BARE > 2.9 as "pure"
 """
 
 
-def test_amounts_are_told_in_the_unit_of_the_file() -> None:
+def test_amounts_are_displayed_in_the_unit_of_the_file() -> None:
     """The unit that a `require` writes, else that of the param it reads, else none; JSON stays in SI units."""
-    found = told(SPOKEN.replace("19.9", "19.9 deg"))
+    found = account_of(SPOKEN.replace("19.9", "19.9 deg"))
     lines = render(blame_view(found), 120).splitlines()
     units = {name: next(line for line in lines if line.strip().startswith(name)).rstrip() for name in
              ("written", "another", "of the param", "of what it reads", "pure")}  # fmt: skip

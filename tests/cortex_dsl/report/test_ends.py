@@ -28,7 +28,7 @@ def others_crash(evaluations: Evaluations, count: int) -> Evaluations:
     return replace(evaluations, rollouts=replace(runs, end_reason=reason, end_rule=rule))
 
 
-def test_every_partner_is_told_also_the_missed_one(three: Program, report: SearchReport) -> None:
+def test_every_partner_is_reported_also_the_missed_one(three: Program, report: SearchReport) -> None:
     """The truck in every collision, the walker in none; and the two of them, which the ego watched."""
     evaluations = others_crash(report.campaign.evaluations, 7)
     found = ends_of(three, evaluations)

@@ -80,7 +80,7 @@ def test_bar_never_overflows(share: float, width: int) -> None:
     assert bool(text) == (share > 0)
 
 
-def test_canvas_draws_where_it_is_told() -> None:
+def test_canvas_draws_at_the_given_place() -> None:
     """A line along the middle row, north up, and a mark over it."""
     canvas = Canvas(10, 5, Window(0.0, 0.0, 1.0))
     canvas.line([(-9.5, 0.5), (9.5, 0.5)], "road")

@@ -15,14 +15,14 @@ def kinds(moments: list[Moment]) -> list[str]:
     return [moment.kind for moment in moments]
 
 
-def test_told_in_the_order_of_time(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
+def test_moments_stand_in_the_order_of_time(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
     """Start, fastest closing, braking, closest approach, standstill, off the road, end."""
     moments = story_of(program, outcomes, trajectory)
     assert [moment.time for moment in moments] == sorted(moment.time for moment in moments)
     assert kinds(moments) == ["start", "start", "fastest", "brake", "closest", "rest", "left_road", "end"]
 
 
-def test_one_time_is_told_from_causes_to_effects(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
+def test_at_one_time_causes_stand_before_effects(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
     """Whoever starts off the road starts there, and what is known at once comes before who brakes at once."""
     states = trajectory.states.copy()
     states[1:, 0, State.BRAKE] = 0.5
@@ -34,27 +34,27 @@ def test_one_time_is_told_from_causes_to_effects(program: Program, outcomes: Out
 
 def test_speeds_of_a_story_are_in_one_unit(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
     """Closing speeds can be compared with the speeds above them: 19.84 m/s is 71.4 km/h."""
-    told = " ".join(moment.text for moment in story_of(program, outcomes, trajectory))
-    assert "71.4 km/h" in told
-    assert "m/s" not in told
+    text = " ".join(moment.text for moment in story_of(program, outcomes, trajectory))
+    assert "71.4 km/h" in text
+    assert "m/s" not in text
 
 
 def test_contact_replaces_the_closest_approach(program: Program, collision: Outcomes, trajectory: Trajectory) -> None:
     """Distance zero is called contact, once."""
-    told = kinds(story_of(program, collision, trajectory))
-    assert told.count("contact") == 1
-    assert "closest" not in told
-    assert "end" not in told
+    shown = kinds(story_of(program, collision, trajectory))
+    assert shown.count("contact") == 1
+    assert "closest" not in shown
+    assert "end" not in shown
 
 
-def test_short_pauses_in_braking_are_not_told(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
+def test_short_pauses_in_braking_are_not_reported(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:
     """A pedal that flutters is one braking; one after a real pause is another."""
     states = trajectory.states.copy()
     states[:, 0, State.BRAKE] = 0.0
     states[10:20:2, 0, State.BRAKE] = 0.5
     states[50:55, 0, State.BRAKE] = 0.5
-    told = story_of(program, outcomes, replace(trajectory, states=states))
-    assert [moment.time for moment in told if moment.kind == "brake"] == [0.45, 2.45]
+    story = story_of(program, outcomes, replace(trajectory, states=states))
+    assert [moment.time for moment in story if moment.kind == "brake"] == [0.45, 2.45]
 
 
 def test_a_rule_is_named_with_its_line(program: Program, outcomes: Outcomes, trajectory: Trajectory) -> None:

@@ -94,15 +94,15 @@ def test_run(run: RunReport, width: int) -> None:
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-def test_run_tells_records_and_other_measures(run: RunReport, width: int) -> None:
+def test_run_shows_records_and_other_measures(run: RunReport, width: int) -> None:
     """A record over time as its range, one at an end with its moment; measures of the pair and of its actors."""
     text = render(run_view(run, width), width)
     assert_fits(text, width)
-    told = " ".join(text.split())
+    words = " ".join(text.split())
     for phrase in ("2.31 .. 5 m", "at the start 12 m/s", "never a number at the end –", "DRAC 3.46 m/s^2", "THW ∞ s"):
-        assert phrase in told
-    assert "pedal oscillation ego 0.25, adversary – 1/s" in told
-    assert "least distance between the outlines" not in told.split("Other measures")[1]
+        assert phrase in words
+    assert "pedal oscillation ego 0.25, adversary – 1/s" in words
+    assert "least distance between the outlines" not in words.split("Other measures")[1]
 
 
 def test_an_aborted_run_says_what_it_broke_and_has_no_risk(run: RunReport, program: Program) -> None:
@@ -129,7 +129,7 @@ def test_an_aborted_run_says_what_it_broke_and_has_no_risk(run: RunReport, progr
     assert (content["end"]["rule"], content["end"]["line"]) == (rules[0].name, 17)
 
 
-def test_who_comes_in_later_is_told_then(run: RunReport, trajectory: Trajectory) -> None:
+def test_who_comes_in_later_is_reported_then(run: RunReport, trajectory: Trajectory) -> None:
     """Not at the start."""
     states = trajectory.states.copy()
     states[:20, 1, State.PRESENT] = 0.0
@@ -147,9 +147,9 @@ def test_run_with_contact(run: RunReport, collision: Outcomes) -> None:
 
 def test_risk_names_the_band_of_each_part(run: RunReport, collision: Outcomes) -> None:
     """Points are explained by the limits that gave them; without any, by the limit that was not undercut."""
-    told = " ".join(render(run_view(run, 80), 80).split())
+    text = " ".join(render(run_view(run, 80), 80).split())
     for phrase in ("no contact", "below 8.2 m", "37.8 to 40.2 m", "below 3.59 s"):
-        assert phrase in told
+        assert phrase in text
     nothing = replace(run, outcomes=collision, parts=(10.0, 4.0, 0.0, 0.0))
     assert "not below 44.9 m" in " ".join(render(run_view(nothing, 80), 80).split())
 
@@ -286,7 +286,7 @@ def test_a_search_with_one_actor_says_that_it_finds_nothing(program: Program, re
     assert "no actor but" not in render(search_view(program, report, "", 80), 80)
 
 
-def test_aborted_runs_are_told_with_what_they_broke(program: Program, report: SearchReport) -> None:
+def test_aborted_runs_are_reported_with_what_they_broke(program: Program, report: SearchReport) -> None:
     """Among the ends, also where no run was valid."""
     rules = (*program.rules, Rule("keeps clear", 17, RuleKind.ABORT))
     evaluations = report.campaign.evaluations
@@ -345,8 +345,8 @@ def test_whom_the_ego_hit(program: Program, report: SearchReport, width: int) ->
     pair = rollouts.pair.copy()
     pair[case.row, case.rollout] = 1
     evaluations = replace(report.campaign.evaluations, rollouts=replace(rollouts, pair=pair))
-    told = replace(report, campaign=replace(report.campaign, evaluations=evaluations))
-    text = render(search_view(third, told, "", width), width)
+    failed = replace(report, campaign=replace(report.campaign, evaluations=evaluations))
+    text = render(search_view(third, failed, "", width), width)
     assert_fits(text, width)
     table = text.split("The ten worst")[1].split("worst first")[0].splitlines()
     rows = [line.split() for line in table if line.strip()[:1].isdigit()]
@@ -382,9 +382,9 @@ def test_further_pairs_have_a_line_each(outcomes: Outcomes, width: int) -> None:
     view = Group(*further_pairs(replace(outcomes, **fields), actors, 0, KM_H))
     text = render(view, width)
     assert_fits(text, width)
-    told = " ".join(text.split())
-    assert told.startswith("Further pairs ego and … MD MS D_MS TTC_MS")
-    assert told.endswith("walker 3.31 m at 4.10 s 75.0 km/h 39.20 m 2.92 s ghost never met")
+    words = " ".join(text.split())
+    assert words.startswith("Further pairs ego and … MD MS D_MS TTC_MS")
+    assert words.endswith("walker 3.31 m at 4.10 s 75.0 km/h 39.20 m 2.92 s ghost never met")
     assert further_pairs(outcomes, actors[:2], 0, KM_H) == []
 
 
@@ -395,14 +395,14 @@ def test_when_others_crash_the_ego_has_touched_nobody(run: RunReport, program: P
         contact_actors=np.array([[1, 2]], dtype=np.int32),
         end_reason=np.array([EndReason.OTHER_COLLISION], dtype=np.int32),
     )
-    told = end_of(replace(program, actors=("ego", "truck", "walker")), others, 0).text
-    assert told == "contact: truck and walker; ego has touched nobody"
+    words = end_of(replace(program, actors=("ego", "truck", "walker")), others, 0).text
+    assert words == "contact: truck and walker; ego has touched nobody"
 
 
 def test_held_params_stay_in_the_table(run: RunReport) -> None:
     """With their unit, and marked."""
     held = (Held("TRUCK_SPEED", 200.0, "km/h"), Held("LANE", "network.lanes[0]"))
-    told = " ".join(render(run_view(replace(run, held=held), 80), 80).split())
-    assert "TRUCK_SPEED 200 km/h held" in told
-    assert "LANE network.lanes[0] held" in told
+    words = " ".join(render(run_view(replace(run, held=held), 80), 80).split())
+    assert "TRUCK_SPEED 200 km/h held" in words
+    assert "LANE network.lanes[0] held" in words
     assert run_content(replace(run, held=held), "f.scn")["held"]["TRUCK_SPEED"] == {"value": 200.0, "unit": "km/h"}

@@ -66,7 +66,7 @@ def test_class_may_say_where_its_objects_are(compiled: Compiled) -> None:
         ("class T(Car):\n    gap: self.gop\n\nb = new T at (9, 2)\n", "SCN203"),
     ],
 )
-def test_mistakes_in_classes_are_told(said: Said, text: str, code: str) -> None:
+def test_mistakes_in_classes_are_reported(said: Said, text: str, code: str) -> None:
     assert code in said(text)
 
 

@@ -126,7 +126,7 @@ def test_a_cycle_is_shown(folder: Path) -> None:
     assert found.message.replace(str(folder) + "/", "") == "this file imports itself: a.scn -> b.scn -> a.scn"
 
 
-def test_a_missing_name_is_told_with_the_nearest(folder: Path) -> None:
+def test_a_missing_name_is_reported_with_the_nearest(folder: Path) -> None:
     _, found = refused(folder, "from cars import Taxo\nego = new Car on road\n")
     assert [(d.code, d.cure) for d in found] == [("SCN235", "did you mean `Taxi`?")]
 
@@ -164,7 +164,7 @@ def test_there_is_a_limit(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None
     assert [d.code for d in refused(folder, "import cars\nego = new Car on road\n")[1]] == ["SCN232"]
 
 
-def test_missing_files_are_not_told_without_end(folder: Path) -> None:
+def test_missing_files_are_not_reported_without_end(folder: Path) -> None:
     """A generated file with thousands of wrong imports is answered soon."""
     found = refused(folder, "".join(f"import nowhere{i}\n" for i in range(150)) + "ego = new Car on road\n")[1]
     assert [d.code for d in found] == ["SCN230"] * linking.FILE_LIMIT

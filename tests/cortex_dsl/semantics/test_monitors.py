@@ -97,8 +97,12 @@ def test_records(compiled: Compiled) -> None:
     """Numbers with their dimension, truths as 0 and 1; names default to the text."""
     text = "record ego.speed\nrecord initial ego.heading as h\nrecord final ego.speed > 3 m/s\n"
     scenario = compiled(text)
-    told = [(record.name, record.when, record.dimension) for record in scenario.records]
-    assert told == [("ego.speed", "series", SPEED), ("h", "initial", ANGLE), ("final ego.speed > 3 m/s", "final", PURE)]
+    records = [(record.name, record.when, record.dimension) for record in scenario.records]
+    assert records == [
+        ("ego.speed", "series", SPEED),
+        ("h", "initial", ANGLE),
+        ("final ego.speed > 3 m/s", "final", PURE),
+    ]
     rules = scenario.variants[0].rules
     assert [rules[record.watch].kind for record in scenario.records] == [RuleKind.WATCH] * 3
     assert [record.line for record in scenario.records] == [4, 5, 6]

@@ -55,5 +55,5 @@ def test_without_names_all_objects_above_are_meant() -> None:
         ("mutate ego by 2 m\n", "SCN301"),
     ],
 )
-def test_mistakes_are_told(said: Callable[[str], list[str]], text: str, code: str) -> None:
+def test_mistakes_are_reported(said: Callable[[str], list[str]], text: str, code: str) -> None:
     assert code in said(text)

@@ -230,7 +230,7 @@ def test_ego_may_come_with_the_first_scenario() -> None:
         (("s = Box(9 m)", "do s for 1 s", "require s.bix.x > 3 m"), "SCN203"),
     ],
 )
-def test_mistakes_in_compose_are_told(lines: tuple[str, ...], code: str) -> None:
+def test_mistakes_in_compose_are_reported(lines: tuple[str, ...], code: str) -> None:
     assert code in refusal(*lines)
 
 
@@ -245,7 +245,7 @@ def test_mistakes_in_compose_are_told(lines: tuple[str, ...], code: str) -> None
         ("take SetBrakeAction(1)", "SCN431"),
     ],
 )
-def test_mistakes_in_setup_are_told(line: str, code: str) -> None:
+def test_mistakes_in_setup_are_reported(line: str, code: str) -> None:
     assert code in refusal("do Bad(ego)", before=f"scenario Bad(car):\n    setup:\n        {line}\n")
 
 

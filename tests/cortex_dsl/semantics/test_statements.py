@@ -23,7 +23,7 @@ def errors_of(codes: list[str]) -> list[str]:
         "x = 1\nx += ego.nothing\nrequire x > 2\n",
     ],
 )
-def test_a_mistake_is_told_once(said: Said, text: str) -> None:
+def test_a_mistake_is_reported_once(said: Said, text: str) -> None:
     """The names of a statement that failed are poisoned, so that their uses say nothing more."""
     assert len(errors_of(said(text))) == 1
 

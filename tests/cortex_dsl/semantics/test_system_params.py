@@ -35,7 +35,7 @@ def test_a_param_held_fixed_still_belongs_to_the_system() -> None:
     ("listed", "cure"),
     [("[BRAKES]", "did you mean `BRAKE`?"), ("[LIMIT]", ""), ('"BRAKE"', ""), ("[BRAKE + 1]", ""), ("5", "")],
 )
-def test_what_is_no_param_is_told(listed: str, cure: str) -> None:
+def test_what_is_no_param_is_reported(listed: str, cure: str) -> None:
     """A misspelt name with its nearest, a constant, a text, a sum, a number."""
     with pytest.raises(CompileError) as caught:
         compiled(listed)

@@ -89,7 +89,7 @@ def test_a_unit_wins_over_a_name_only_after_a_number_or_call() -> None:
     assert unparse(parse(Source("t", "x = 5 min + min(m, 2 m) * m"))) == "x = 5 min + min(m, 2 m) * m\n"
 
 
-def test_errors_are_told_in_the_order_of_the_file_and_once() -> None:
+def test_errors_are_reported_in_the_order_of_the_file_and_once() -> None:
     """Errors of layout, grammar and shape come as one list."""
     assert codes_of("f(x) = 3\nx = 5 kmh\nrequire x = 3\n    y = 1\nz = (1\n") == [
         "SCN116",

@@ -86,7 +86,7 @@ def test_broken_xml_has_line_and_column(tmp_path: Path) -> None:
         (b"hello", "not well-formed"),
     ],
 )
-def test_what_is_no_xml_is_told_so(tmp_path: Path, content: bytes, said: str) -> None:
+def test_what_is_no_xml_is_refused_with_the_reason(tmp_path: Path, content: bytes, said: str) -> None:
     """Empty, binary, cut short, in an unknown encoding, or plain text."""
     assert said in failure_of(tmp_path, content).message
 
@@ -143,7 +143,7 @@ def test_a_tag_without_an_end_is_not_held_in_memory(tmp_path: Path, content: str
     assert "one tag or comment is longer than 12 MB" in error.message
 
 
-def test_folders_devices_and_absent_files_are_told(tmp_path: Path) -> None:
+def test_folders_devices_and_absent_files_are_reported(tmp_path: Path) -> None:
     """Nothing that is no regular file is opened: a pipe would never end."""
     assert "folder" in failure(tmp_path).message
     os.mkfifo(tmp_path / "pipe")

@@ -203,7 +203,7 @@ def test_closest_approach_is_a_distance_of_the_step_and_the_least(a: tuple[Box, 
 
 @compiled
 @given(motions(), motions(), st.floats(0.0, 20.0))
-def test_closest_approach_is_told_only_if_it_beats_the_best(
+def test_closest_approach_is_returned_only_if_it_beats_the_best(
     a: tuple[Box, Box], b: tuple[Box, Box], best: float
 ) -> None:
     """A search that starts from a good value gives the least of that value and the true minimum."""

@@ -177,12 +177,12 @@ def test_metrics_do_not_depend_on_the_axes(pair: tuple[Floats, Floats], turn: fl
             assert metrics.ttc_at_ms == pytest.approx(expected.ttc_at_ms, rel=rounding, abs=1e-9)
 
 
-@pytest.mark.parametrize(("noise", "told"), [(1e-12, False), (-1e-12, False), (1e-8, True)])
-def test_rounding_noise_is_no_approach(noise: float, told: bool) -> None:
+@pytest.mark.parametrize(("noise", "known"), [(1e-12, False), (-1e-12, False), (1e-8, True)])
+def test_rounding_noise_is_no_approach(noise: float, known: bool) -> None:
     """Two who keep their distance have no D_MS, whichever way their closing speed was rounded."""
     metrics = measure(line(0, 0, 0, 5.0 + noise), line(20, 0, 0, 5.0))
-    assert math.isfinite(metrics.distance_at_ms) == told
-    assert math.isfinite(metrics.ttc_at_ms) == told
+    assert math.isfinite(metrics.distance_at_ms) == known
+    assert math.isfinite(metrics.ttc_at_ms) == known
 
 
 @compiled
@@ -200,7 +200,7 @@ def boxes(states: Floats) -> list[Box]:
     return [Box(*row, *CAR[:2].tolist()) for row in states[:, :3].tolist()]
 
 
-def test_how_two_meet_is_told_at_contact() -> None:
+def test_how_two_meet_is_measured_at_contact() -> None:
     """An ego at 10 m/s drives its front into the left flank of one that crosses at 6 m/s to its right."""
     states = np.stack([line(0, 0, 0, 10, 21), line(8.0, 1.8, -math.pi / 2, 6.0, 21)], axis=1)
     approach = measure_pair(states, 10, STEP, 1, OUTLINES, True, 0.5)

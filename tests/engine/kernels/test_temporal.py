@@ -83,7 +83,7 @@ def test_always_is_decided_where_it_breaks_first_and_all_else_at_the_end(rows: l
 
 @compiled
 @given(st.lists(st.integers(0, 12), min_size=1, max_size=4), TRACES)
-def test_of_several_the_one_that_is_decided_first_is_told(breaks: list[int], trace: np.ndarray) -> None:
+def test_of_several_the_one_that_is_decided_first_is_returned(breaks: list[int], trace: np.ndarray) -> None:
     """Each `always` over an atom of its own, false from a sample of its own on; of equals the first."""
     samples = len(trace)
     watched = np.array([[float(k < first) for first in breaks] for k in range(samples)])

@@ -149,7 +149,7 @@ def test_errors_are_never_scored(space: ParamSpace, evaluators: Evaluators) -> N
     assert not any(failed[case.row] for case in found.worst)
 
 
-def test_progress_is_told_after_each_generation(space: ParamSpace, evaluators: Evaluators) -> None:
+def test_progress_is_reported_after_each_generation(space: ParamSpace, evaluators: Evaluators) -> None:
     """Figures, best case so far, pace and time left, in order."""
     heard: list[Progress] = []
     found = campaign(space, evaluators(space), on_generation=heard.append)

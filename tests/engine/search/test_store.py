@@ -239,7 +239,7 @@ def test_nothing_is_overwritten(tmp_path: Path, space: ParamSpace, manifests: Ca
         ("no such table: pace", "no such table: pace", "name another folder with --out"),
     ],
 )
-def test_what_sqlite_says_is_told_with_a_cure(complaint: str, message: str, cure: str) -> None:
+def test_what_sqlite_says_is_reported_with_a_cure(complaint: str, message: str, cure: str) -> None:
     """Each of its complaints by what a user can do about it."""
     with pytest.raises(StoreError) as caught, store_errors(Path("runs/mine/journal.sqlite")):
         raise sqlite3.OperationalError(complaint)
@@ -289,7 +289,7 @@ def test_places_that_cannot_be_written(tmp_path: Path) -> None:
     assert "file" in caught.value.cure
 
 
-def test_exports_tell_the_same_story(
+def test_all_exports_hold_the_same_values(
     tmp_path: Path, space: ParamSpace, evaluate: Evaluate, manifests: Callable[..., Manifest]
 ) -> None:
     """CSV and JSON lines have one row a rollout and read back to the same numbers; critical ones are apart."""

@@ -98,14 +98,14 @@ def cluster(tmp_path: Path) -> Iterator[tuple[str, list["subprocess.Popen[bytes]
     ]
     hand = ["distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny", "--no-dashboard", "--host", "127.0.0.1"]
     hand += ["--death-timeout", "30"]  # nothing is left behind, whatever ends the tests
-    told = ["--scheduler-file", str(file)]
-    everyone = [subprocess.Popen([*command, *head, *told], **quiet)]
+    scheduler = ["--scheduler-file", str(file)]
+    everyone = [subprocess.Popen([*command, *head, *scheduler], **quiet)]
     try:
         deadline = time.monotonic() + 60
         while not (file.exists() and file.read_text().strip()):
             assert time.monotonic() < deadline
             time.sleep(0.05)
-        spawn = [*command, *hand, *told, "--local-directory", str(local)]
+        spawn = [*command, *hand, *scheduler, "--local-directory", str(local)]
         everyone += [subprocess.Popen(spawn, **quiet) for _ in range(2)]
         yield json.loads(file.read_text())["address"], everyone[1:]
     finally:

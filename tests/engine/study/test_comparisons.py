@@ -278,7 +278,7 @@ def test_addresses_fill_all_cells_evenly(study: Study) -> None:
     assert first == [Address(s, m, 0) for s in (0, 1) for m in ("random", "ga")]
 
 
-def test_a_study_without_a_single_run_can_be_told(study: Study, tmp_path: Path) -> None:
+def test_a_study_without_a_single_run_can_be_shown(study: Study, tmp_path: Path) -> None:
     """Ctrl-C may come first."""
     found = findings(study.plan, [])
     assert "0 runs" in found.verdict[-1]
@@ -289,7 +289,11 @@ def test_a_study_without_a_single_run_can_be_told(study: Study, tmp_path: Path) 
 def test_the_last_ten_of_ten_or_fewer_are_all() -> None:
     """The name says so, and the table over how many generations a measure counts."""
     measure = next(each for each in MEASURES if each.name == "NIS, last 10")
-    assert [measure.told(generations) for generations in (4, 10, 11)] == ["NIS, all 4", "NIS, all 10", "NIS, last 10"]
+    assert [measure.title_for(generations) for generations in (4, 10, 11)] == [
+        "NIS, all 4",
+        "NIS, all 10",
+        "NIS, last 10",
+    ]
     assert [measure.counted(generations) for generations in (4, 30)] == [4, 10]
-    assert PRIMARY.told(4) == PRIMARY.name
+    assert PRIMARY.title_for(4) == PRIMARY.name
     assert PRIMARY.counted(30) == 30

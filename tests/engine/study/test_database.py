@@ -46,7 +46,7 @@ def test_a_block_holds_every_evaluation_exactly(plan: Plan, method: str, rollout
     same_table(evaluations, again, Evaluations)
 
 
-def test_a_damaged_block_is_told(study: Study, plan: Plan) -> None:
+def test_a_damaged_block_is_reported(study: Study, plan: Plan) -> None:
     blob = perform(plan.task(Address(0, "random", 0))).block
     for damaged in (blob[:-20], blob[:50], b"", b"nonsense"):
         with pytest.raises(DamagedBlock):
@@ -104,7 +104,7 @@ def test_an_interrupted_study_becomes_the_undisturbed_one(study: Study, plan: Pl
     assert contents(tmp_path) == contents(study.folder)
 
 
-def test_what_is_no_study_is_told(study: Study, tmp_path: Path) -> None:
+def test_what_is_no_study_is_refused(study: Study, tmp_path: Path) -> None:
     assert is_study(study.folder)
     assert not is_study(tmp_path)
     with pytest.raises(StoreError, match="no study"):
@@ -118,7 +118,7 @@ def test_what_is_no_study_is_told(study: Study, tmp_path: Path) -> None:
         read_study(tmp_path)
 
 
-def test_a_lost_or_foreign_program_is_told(plan: Plan, carry_out: Callable, tmp_path: Path) -> None:
+def test_a_lost_or_foreign_program_is_reported(plan: Plan, carry_out: Callable, tmp_path: Path) -> None:
     one = replace(plan, runs=1, methods=("random",))
     study = carry_out(one, tmp_path / "a")
     programs = study.folder / "programs"
@@ -127,7 +127,7 @@ def test_a_lost_or_foreign_program_is_told(plan: Plan, carry_out: Callable, tmp_
         read_study(study.folder)
 
 
-def test_a_study_without_its_scenarios_is_told(plan: Plan, carry_out: Callable, tmp_path: Path) -> None:
+def test_a_study_without_its_scenarios_is_reported(plan: Plan, carry_out: Callable, tmp_path: Path) -> None:
     study = carry_out(replace(plan, runs=1, methods=("random",)), tmp_path / "a")
     with closing(sqlite3.connect(study.folder / STUDY)) as connection:
         connection.execute("DELETE FROM scenario")
@@ -155,7 +155,7 @@ def test_an_edited_file_is_noticed(plan: Plan, carry_out: Callable, tmp_path: Pa
         ({"methods": ()}, "needs"),
     ],
 )
-def test_a_plan_that_cannot_be_carried_out_is_told(plan: Plan, change: dict, problem: str) -> None:
+def test_a_plan_that_cannot_be_carried_out_is_reported(plan: Plan, change: dict, problem: str) -> None:
     with pytest.raises(ValueError, match=problem):
         check(replace(plan, **change))
 
@@ -173,7 +173,7 @@ def test_numbers_take_less_room_than_the_specification_allows(study: Study, plan
     assert len(pack(evaluations)) < 250 * len(evaluations)
 
 
-def test_a_study_that_is_taken_away_is_told(plan: Plan, tmp_path: Path) -> None:
+def test_a_study_that_is_taken_away_is_reported(plan: Plan, tmp_path: Path) -> None:
     """With the next run, not by silence: the open file would take what nobody ever finds."""
     store = StudyStore.create(tmp_path, plan, {"engine": "test"})
     done = perform(plan.task(Address(0, "random", 0)))

@@ -36,7 +36,7 @@ def write_maneuvers(
     """`<stem>.xosc`: what the actors of `plan` intend, on the road of `road_file`; the names of actors are the plan's.
 
     Raises:
-        InterchangeError: nobody takes part.
+        InterchangeError: no actor takes part.
     """
     if not plan.actors:
         raise InterchangeError("a scenario without actors has no maneuvers", "record a run first")

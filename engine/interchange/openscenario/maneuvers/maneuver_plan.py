@@ -3,7 +3,7 @@ react to. Neutral: knows neither the language nor XML. SI units, distances and p
 
 Target speeds are lowered for bends as the simulator's drivers do. They slow down to sqrt(lateral acceleration /
 curvature), with a steady `PLANNED` deceleration that ends just before the bend begins. Where there is no room for that
-they first brake as hard as they can (`engine.kernels.steering`). After the bend they speed up again.
+they first brake fully (`engine.kernels.steering`). After the bend they speed up again.
 """
 
 import math
@@ -41,7 +41,7 @@ class Measure(Enum):
 
 
 ONE_SIDED: Mapping[Measure, bool] = {Measure.TRAVELLED: False, Measure.COLLISION: True}
-"""Measures of which one side alone can be said: that somebody has gone so far, or touches another."""
+"""Measures with one side only: that an actor has gone so far, or touches another."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class Phase:
     """Way since the start [m]."""
     change: Change
     faster_than: Formula | None = None
-    """Only who is faster than this at the start [m/s] has this phase at all, and once."""
+    """Only an actor that is faster than this at the start [m/s] has this phase, and once."""
 
 
 @dataclass(frozen=True)
@@ -139,11 +139,11 @@ class ActorPlan:
     speed: Formula
     """At the start [m/s]."""
     route: tuple[int, ...] = ()
-    """Ids of the lanes it goes along; empty for who keeps to where it is."""
+    """Ids of the lanes it goes along; empty for an actor that stays where it is."""
     phases: tuple[Phase, ...] = ()
     """In the order of the way."""
     reactions: tuple[Reaction, ...] = ()
-    """Their triggers exclude each other: who comes first in the order of precedence, has it."""
+    """In the order of precedence; their triggers exclude each other."""
     leaves: Formula | None = None
     """Way after which it leaves the scene [m]."""
     exact: bool = False
@@ -245,7 +245,7 @@ class Way:
 
 
 def phases_of(way: Way, initial: Formula, free: Change) -> tuple[Phase, ...]:
-    """What an actor wants in turn, who starts with a speed [m/s]; `free` is what it does where nothing hinders it."""
+    """Return the phases of an actor that starts with a speed [m/s]; `free` is what it does where nothing hinders it."""
     phases = [Phase("drives", formula.ZERO, free)]
     bends = _joined(way.bends) if way.lateral < math.inf else []
     fastest = formula.most(initial, free.speed)
@@ -294,18 +294,18 @@ class _Braking:
 
     @property
     def missing(self) -> Formula:
-        """v^2 less what may be driven at the start; who has too little room has more than 0."""
+        """v^2 less what may be driven at the start; above 0 where there is too little room."""
         return formula.subtract(self.excess, formula.multiply(formula.number(2.0 * PLANNED), self.room))
 
     def steady(self, target: Formula, name: str, later: Formula = formula.ZERO) -> Phase:
-        """With the planned deceleration. Who is slow enough keeps its speed."""
+        """With the planned deceleration. An actor that is slow enough keeps its speed."""
         spare = formula.divide(formula.subtract(formula.ZERO, self.missing), formula.number(2.0 * PLANNED))
         begins = formula.add(formula.positive(spare), later)
         change = Change(formula.least(target, formula.number(self.allowed)), formula.number(PLANNED))
         return Phase(name, begins, change)
 
     def hard(self) -> Phase:
-        """Of who has too little room: as hard as it can, until the planned deceleration will do."""
+        """With too little room: full braking, until the planned deceleration is enough."""
         limit = formula.add(self._squared(), formula.multiply(formula.number(2.0 * PLANNED), self.room))
         share = self.hardest / (self.hardest - PLANNED)
         left = formula.multiply(_rounded(2.0 * PLANNED * share), self.room)
@@ -324,5 +324,5 @@ class _Braking:
 
 
 def _rounded(value: float) -> Formula:
-    """Without the last digits, which are no news to anybody who reads the file."""
+    """Return the number without its last digits, which carry no information."""
     return formula.number(round(value, formula.DIGITS))

@@ -228,14 +228,14 @@ WRITERS: Mapping[Measure, Callable[[Element, Condition, Notation], None]] = {
 OFTEN = 1000
 """How often an event may happen that has no limit of its own."""
 STANDING = formula.number(0.01)
-"""Who is slower stands [m/s]."""
+"""An actor that is slower counts as standing [m/s]."""
 
 
 def add_storyboard(root: Element, recording: Recording, plan: ManeuverPlan, notation: Notation) -> Element:
     storyboard = child(root, "Storyboard")
     actions = child(child(storyboard, "Init"), "Actions")
     for index, actor in enumerate(plan.actors):
-        if recording.there[0, index]:  # who is not named is not there yet
+        if recording.there[0, index]:  # an actor that is not named is absent at the start
             _begin(child(actions, "Private", entityRef=actor.name), actor, notation)
     act = child(child(storyboard, "Story", name="maneuver_story"), "Act", name="maneuver_act")
     for index, actor in enumerate(plan.actors):

@@ -36,7 +36,7 @@ from engine.vocabulary import State
 
 @dataclass
 class _Stage:
-    """Where everybody is, action after action."""
+    """Where each entity is, action after action."""
 
     road: OdrNetwork | None
     catalogs: Catalogs
@@ -99,7 +99,7 @@ def read_tracks(
     """One track for each entity, in their order, and remarks.
 
     Raises:
-        InterchangeError: somebody is moved otherwise than by a trajectory, or has no place.
+        InterchangeError: an entity is moved otherwise than by a trajectory, or has no place.
     """
     stage = _Stage(road, catalogs, {entity.node.text("name"): Track() for entity in entities})
     for timed in actions:
@@ -166,9 +166,9 @@ class Imported:
 def read_openscenario(
     path: str | Path, *, ego: str | None = None, step: float | None = None, limits: Limits = LIMITS
 ) -> Imported:
-    """A scenario in which everybody who moves follows a timed polyline.
+    """Read a scenario in which every entity that moves follows a timed polyline.
 
-    Actor 0 is the entity `ego`, or who is called ego or hero, or the first. Without `step` [s] samples stand where
+    Actor 0 is the entity `ego`, or the one called ego or hero, or the first. Without `step` [s] samples stand where
     vertices do, and every 0.05 s where these are further than 0.2 s apart.
 
     Raises:
@@ -186,7 +186,7 @@ def read_openscenario(
     end, on_end = _read_end(storyboard)
     parts = [part_of(entity, track) for entity, track in zip(entities, tracks, strict=True)]
     times = grid(parts, end, step, path.name)
-    parts = judged(parts, times.told)
+    parts = judged(parts, times.given)
     recording = replace(_recording(path, parts, times), provenance=_provenance(raw, path))
     on_motion = (remark for part in parts for remark in part.remarks)
     return Imported(recording, road, (*remarks, *said, *on_motion, *times.remarks, *on_end))

@@ -2,7 +2,7 @@
 follow.
 
 Only triggers on the simulation's time are known beforehand; every other one depends on a run that is not made here.
-Polylines without times are told to be so. Times in seconds of the simulation.
+Polylines without times are refused with that reason. Times in seconds of the simulation.
 
 Source: ASAM OpenSCENARIO XML 1.2, classes FollowTrajectoryAction, Polyline, Vertex, Timing. In 1.0 the trajectory
 stands in the action itself, later in a `TrajectoryRef`.
@@ -36,7 +36,7 @@ WITHOUT_MOTION = (
     "AssignRouteAction",
     "ActivateControllerAction",
 )
-"""Actions, or families of them, that change nothing about where anybody is in a replay."""
+"""Actions, or families of them, that change no place of an entity in a replay."""
 AFTER = ("greaterOrEqual", "greaterThan", "equalTo")
 AT_ONCE = ("lessThan", "lessOrEqual", "notEqualTo")
 
@@ -51,7 +51,7 @@ class TimedAction:
     time: float
     entity: str
     action: Node
-    """One of `ACTED_ON`, or one that moves the entity in a way that only a simulator can tell."""
+    """One of `ACTED_ON`, or one that moves the entity in a way that only a simulator can compute."""
     is_read: bool
     """Whether it is replayed; if not, its time is not known, and 0."""
 
@@ -60,7 +60,7 @@ def timed_actions(storyboard: Node) -> list[TimedAction]:
     """All actions that concern motion, in the order of time, and of the file at the same time.
 
     Raises:
-        InterchangeError: one of `ACTED_ON` waits for what a file alone cannot tell.
+        InterchangeError: one of `ACTED_ON` waits for something that does not follow from the file alone.
     """
     acts = [act for story in storyboard.every("Story") for act in story.every("Act")]
     parts = [_initial(storyboard.need("Init", "Actions")), *map(_of_act, acts)]
@@ -71,7 +71,7 @@ def timed_actions(storyboard: Node) -> list[TimedAction]:
 
 
 def stop_time(storyboard: Node) -> tuple[float, list[Node]]:
-    """When it ends at the latest [s], infinite where only the motion tells, and conditions that are passed over."""
+    """When it ends at the latest [s], infinite where that depends on the motion, and conditions that are ignored."""
     passed_over: list[Node] = []
     trigger, earliest = storyboard.find("StopTrigger"), math.inf
     for group in trigger.every("ConditionGroup") if trigger else []:
@@ -110,7 +110,7 @@ def _of_act(act: Node) -> Iterator[TimedAction]:
 
 
 class _Start:
-    """When something starts; an error only if somebody needs to know."""
+    """When something starts; the error is raised only where the time is needed."""
 
     def __init__(self, trigger: Node | None, after: "_Start | None" = None) -> None:
         self._trigger = trigger

@@ -149,7 +149,7 @@ def _offset(node: Node, name: str, default: float | None = None) -> float:
 
 ANGLES = (-1e4, 1e4)
 FARTHEST = 1e5
-"""From a road or from somebody [m]: further away is another place."""
+"""From a road or from an entity [m]: further away is another place."""
 KINDS: Mapping[str, Callable[[Node, Surroundings], Placed]] = MappingProxyType(
     {
         "WorldPosition": _world,
@@ -165,7 +165,7 @@ KINDS: Mapping[str, Callable[[Node, Surroundings], Placed]] = MappingProxyType(
 # -- tracks ------------------------------------------------------------------------------------------------------------
 
 STANDING = 0.05
-"""Slower than this nobody drives on after a trajectory [m/s]."""
+"""An entity that is slower than this stands after its trajectory [m/s]."""
 SAME_PLACE = 1e-6
 """Nearer vertices give no direction [m]."""
 JUMP = 0.5
@@ -258,7 +258,7 @@ class Track:
         return replace(self, absent=(*self.absent, (time, math.inf)))
 
     def enters(self, time: float) -> "Track":
-        """From then on it is there again; who was never said to have left was not there before."""
+        """It is there from then on; if it never left before, it was absent until then."""
         last = self.absent[-1][0] if self.absent else -math.inf
         return replace(self, absent=(*self.absent[:-1], (last, time)))
 
@@ -314,7 +314,7 @@ def along_polyline(poses: Floats, given: Sequence[bool], node: Node) -> Floats:
 
 
 def final_speed(times: Floats, poses: Floats) -> float:
-    """Signed speed over the last segment; 0 for a single vertex or who stands."""
+    """Signed speed over the last segment; 0 for a single vertex or at standstill."""
     if len(times) < 2:
         return 0.0
     way = poses[-1, :2] - poses[-2, :2]

@@ -68,7 +68,7 @@ def substituted(node: Node, scope: Scope | None = None, assigned: Mapping[str, s
     """The same element with every parameter put in; `assigned` are values that replace declared ones.
 
     Raises:
-        InterchangeError: a parameter that nobody declares, or an expression that is none.
+        InterchangeError: an undeclared parameter, or a text that is no expression.
     """
     scope = ChainMap() if scope is None else scope
     attributes = {name: resolved(text, scope, node) for name, text in node.attributes.items()}
@@ -155,7 +155,7 @@ MOST_FILES = 100
 
 
 class Catalogs:
-    """The catalog files that a scenario's `CatalogLocations` name, read when somebody asks."""
+    """The catalog files that a scenario's `CatalogLocations` name, read at their first use."""
 
     def __init__(self, scenario: Node, folder: Path, limits: Limits) -> None:
         self._folders = [

@@ -1,4 +1,4 @@
-"""From tracks to a recording's samples: one grid of times for all, and everybody's state on it."""
+"""From tracks to a recording's samples: one grid of times for all, and the state of each entity on it."""
 
 import math
 from collections.abc import Sequence
@@ -66,8 +66,8 @@ def part_of(entity: Entity, track: Track) -> Part:
 class Grid(NamedTuple):
     """Times of all samples [s]."""
 
-    told: Floats
-    """Those at which the file says something of somebody, from 0 to the end."""
+    given: Floats
+    """Those at which the file says something of an entity, from 0 to the end."""
     times: Floats
     """These, and with a step that is asked for, or where they are far apart, whole steps."""
     step: float
@@ -81,16 +81,16 @@ def grid(parts: Sequence[Part], end: float, step: float | None, file: str) -> Gr
     Raises:
         InterchangeError: no times at all, or more samples than memory should hold.
     """
-    told = _told_times(parts, end, file)
+    given = _given_times(parts, end, file)
     spacing, usual = _spacing(parts)
-    said, remarks = _said_step(parts, told)
-    times, wanted = told, step or said
+    said, remarks = _said_step(parts, given)
+    times, wanted = given, step or said
     if wanted is None and usual > COARSE:
         wanted, step = FINE, FINE
     if step is not None:
-        times = _with_steps(told, step, len(parts), file)
+        times = _with_steps(given, step, len(parts), file)
     _check_size(len(times), len(parts), file)
-    return Grid(told, times, wanted or spacing, () if step else remarks)
+    return Grid(given, times, wanted or spacing, () if step else remarks)
 
 
 def usual_step(parts: Sequence[Part]) -> float:
@@ -99,11 +99,11 @@ def usual_step(parts: Sequence[Part]) -> float:
     return _most_common(np.diff(times)) if len(times) > 1 else math.inf
 
 
-def _said_step(parts: Sequence[Part], told: Floats) -> tuple[float | None, tuple[str, ...]]:
-    """The step that a file of ours says, if its samples stand so far apart, as far as few of them can tell."""
+def _said_step(parts: Sequence[Part], given: Floats) -> tuple[float | None, tuple[str, ...]]:
+    """Return the step that a file of ours says, if its samples stand so far apart, as far as a few of them can show."""
     said = dict.fromkeys(step for part in parts if (step := step_in(part.entity.properties)) is not None)
     usual = usual_step(parts)
-    few = len(told) < FEW
+    few = len(given) < FEW
     fitting = [
         step
         for step in said
@@ -136,8 +136,8 @@ def states(part: Part, times: Floats) -> Floats:
     return found
 
 
-def _told_times(parts: Sequence[Part], end: float, file: str) -> Floats:
-    """Times from 0 to the end [s] at which the file says something of somebody."""
+def _given_times(parts: Sequence[Part], end: float, file: str) -> Floats:
+    """Return the times from 0 to the end [s] at which the file says something of an entity."""
     times = _merged(np.concatenate([part.times for part in parts]))
     if not len(times):
         raise InterchangeError(
@@ -174,7 +174,7 @@ def _action_times(parts: Sequence[Part]) -> list[float]:
 
 
 def _merged(times: Floats) -> Floats:
-    """Ascending, and of instants that no format tells apart the first."""
+    """Return ascending times; of instants that no format can distinguish, the first."""
     times = np.sort(times)
     return times[np.diff(times, prepend=-math.inf) > SAME_INSTANT]
 

@@ -25,7 +25,7 @@ from engine.vocabulary import ActorKind, State
 FITS = 1e-6
 """How far a step of ours may lead from where the next vertex is [m]; our runs do to 2e-9 m."""
 FASTEST = 200.0
-"""What the language lets anybody be set to [m/s]."""
+"""Largest speed that the language lets an actor be set to [m/s]."""
 NOISE, NOISY_SHARE = 0.1, 0.2
 """How far one step of a recording from elsewhere may be off [m], and that share of its way besides."""
 MISFIT = "the speeds it carries do not fit its vertices, which are believed"
@@ -41,7 +41,7 @@ class Scored(NamedTuple):
     step: float
     """Usual distance of two samples [s]; further apart, there is a time between them without the actor."""
     fastest: float
-    """By the vertices of anybody [m/s]."""
+    """Fastest of all by their vertices [m/s]."""
 
 
 class Belief(NamedTuple):
@@ -120,8 +120,8 @@ def _wrong(steps: _Steps, actor: RecordedActor) -> str | None:
     off = np.abs(steps.way - (steps.speed * h - steps.acceleration * h * h / 2.0))
     strong = max(actor.max_acceleration, actor.max_braking) * (1.0 + FITS) + FITS
     off = np.maximum(off, np.abs(steps.aside)) - 10.0 * steps.rounding
-    stopping = np.where(steps.speed == 0.0, strong * h * h / 8.0, 0.0)  # who stops within the step then stands
-    return _told(steps, (off > FITS + stopping) | (np.abs(steps.acceleration) > strong))
+    stopping = np.where(steps.speed == 0.0, strong * h * h / 8.0, 0.0)  # an actor that stops in the step then stands
+    return _described(steps, (off > FITS + stopping) | (np.abs(steps.acceleration) > strong))
 
 
 def _rough(steps: _Steps) -> str | None:
@@ -130,7 +130,7 @@ def _rough(steps: _Steps) -> str | None:
     wrong = np.abs(off) > NOISE + NOISY_SHARE * np.abs(steps.way)
     if abs(off.sum()) > DRIFT + DRIFT_SHARE * np.abs(steps.way).sum():
         wrong[-1:] = True
-    return _told(steps, wrong)
+    return _described(steps, wrong)
 
 
 def _wrong_at_contact(steps: _Steps, actor: RecordedActor, step: float) -> str | None:
@@ -139,10 +139,10 @@ def _wrong_at_contact(steps: _Steps, actor: RecordedActor, step: float) -> str |
     slack = max(actor.max_acceleration, actor.max_braking) * step + 100.0 * steps.rounding / steps.length
     slack = slack + abs(actor.rear_to_center) * (steps.turn / steps.length) ** 2 * step + FITS
     low, high = np.minimum(mean, steps.before) - slack, np.maximum(mean, steps.before) + slack
-    return _told(steps, (steps.speed < low) | (steps.speed > high))
+    return _described(steps, (steps.speed < low) | (steps.speed > high))
 
 
-def _told(steps: _Steps, wrong: np.ndarray) -> str | None:
+def _described(steps: _Steps, wrong: np.ndarray) -> str | None:
     if not wrong.any():
         return None
     row = int(wrong.argmax())
@@ -153,13 +153,13 @@ def _told(steps: _Steps, wrong: np.ndarray) -> str | None:
 
 
 def _limits(times: Floats, actor: RecordedActor, scored: Scored) -> Floats:
-    """Of speeds that no step tells: those an actor comes in at, and those after contact."""
+    """Limits of speeds that do not follow from a step: those an actor comes in at, and those after contact."""
     top = max(min(actor.max_speed, FASTEST), scored.fastest) + FITS
     return np.where(times > scored.last + SAME_INSTANT, 2.0 * scored.fastest + 1.0, top)
 
 
 def _set_at_once(driven: _Steps, first: np.ndarray, steps: _Steps) -> str:
-    """A remark where an actor comes in faster than it ever drives: no step tells whether that is so."""
+    """Return a remark for an actor that comes in faster than it ever drives: no step can confirm that."""
     rows = driven.only(np.isin(driven.begin, steps.begin[first[: len(steps.begin)]]))
     drives = rows.speed - rows.acceleration * rows.length
     odd = np.abs(drives - rows.before) > 1e-3
@@ -172,7 +172,7 @@ def _set_at_once(driven: _Steps, first: np.ndarray, steps: _Steps) -> str:
     )
 
 
-# -- everybody together: first contact, and leaps ----------------------------------------------------------------------
+# -- all actors together: first contact, and leaps ---------------------------------------------------------------------
 
 LEAP = 0.5
 """A vertex this far from the middle of its neighbours is worth a remark [m] ..."""
@@ -180,12 +180,12 @@ HARD = 20.0
 """... unless an acceleration like this explains it [m/s^2]."""
 
 
-def judged(parts: Sequence[Part], told: Floats) -> list[Part]:
-    """The parts with their speeds believed or not, and remarks; `told` are the times that the file speaks of [s]."""
+def judged(parts: Sequence[Part], given: Floats) -> list[Part]:
+    """Return the parts with their speeds believed or not, and remarks; `given`: the times in the file [s]."""
     if not any(part.carried for part in parts):
         contact = math.inf
         return [replace(part, remarks=(*part.remarks, *_leaps(part, contact))) for part in parts]
-    scored = _scored(parts, told)
+    scored = _scored(parts, given)
     return [_judged(part, scored) for part in parts]
 
 
@@ -199,23 +199,23 @@ def _judged(part: Part, scored: Scored) -> Part:
     return replace(part, believed=found.believed, remarks=(*part.remarks, *said, *leaps))
 
 
-def _scored(parts: Sequence[Part], told: Floats) -> Scored:
+def _scored(parts: Sequence[Part], given: Floats) -> Scored:
     """Until contact by the vertices, at the first sample at which it has come."""
-    poses = [part.track.poses(told) for part in parts]
-    states = np.zeros((len(told), len(parts), len(State)))
+    poses = [part.track.poses(given) for part in parts]
+    states = np.zeros((len(given), len(parts), len(State)))
     for index, part in enumerate(parts):
         states[:, index, [State.X, State.Y, State.HEADING]] = centers(poses[index], part.entity)
-        states[:, index, State.PRESENT] = part.there(told)
+        states[:, index, State.PRESENT] = part.there(given)
     actors = [part.entity.actor for part in parts]
     touch = search_contact(states, np.array([[actor.length, actor.width] for actor in actors]))
     ways = np.array([np.hypot(*np.diff(each[:, :2], axis=0).T) for each in poses])
     present = states[1:, :, State.PRESENT] * states[:-1, :, State.PRESENT]
-    fastest = float((ways.T * present / np.diff(told)[:, np.newaxis]).max(initial=0.0))
+    fastest = float((ways.T * present / np.diff(given)[:, np.newaxis]).max(initial=0.0))
     last = math.inf
     if touch.sample >= 0:
-        after = min(touch.sample + 1, len(told) - 1)
-        time = told[touch.sample] + touch.part * (told[after] - told[touch.sample])
-        last = float(told[np.searchsorted(told, time - 10.0 * SAME_INSTANT)])
+        after = min(touch.sample + 1, len(given) - 1)
+        time = given[touch.sample] + touch.part * (given[after] - given[touch.sample])
+        last = float(given[np.searchsorted(given, time - 10.0 * SAME_INSTANT)])
     return Scored(last, usual_step(parts), fastest)
 
 

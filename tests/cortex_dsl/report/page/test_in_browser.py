@@ -165,12 +165,12 @@ def test_map_of_simulations(shown: Any) -> None:
     drawn = "c => c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some((v) => v > 0)"
     assert canvas.evaluate(drawn)
     box = canvas.bounding_box()
-    told = set()
+    tips = set()
     for step in range(144):
         across, up = (step % 12 + 0.5) / 12, (step // 12 + 0.5) / 12
         shown.mouse.move(box["x"] + box["width"] * across, box["y"] + box["height"] * up)
-        told.add(shown.locator(".tip").inner_text())
-    assert any("generation" in text for text in told)
+        tips.add(shown.locator(".tip").inner_text())
+    assert any("generation" in text for text in tips)
 
 
 @pytest.mark.parametrize("width", [360, 768, 1600])

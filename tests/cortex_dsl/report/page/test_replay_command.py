@@ -27,17 +27,17 @@ def test_one_frame_when_piped(folder: Path, capsys: pytest.CaptureFixture[str]) 
 
 def test_frames_move(opened: OpenedRun) -> None:
     """Two frames of a film differ, and the first has no mark of contact."""
-    told = replay_of_case(opened, every_case(opened.record)[0])
-    film = Film.of(told, 80, 40, ascii_only=True)
+    replay = replay_of_case(opened, every_case(opened.record)[0])
+    film = Film.of(replay, 80, 40, ascii_only=True)
 
     def text(place: float) -> str:
         out = io.StringIO()
         Console(file=out, width=80, theme=THEME).print(film.frame(place))
         return out.getvalue()
 
-    assert text(0) != text(told.key_sample + 1)
+    assert text(0) != text(replay.key_sample + 1)
     assert "X" not in text(0).split(" s  ")[0]
-    assert "X" in text(told.key_sample + 1)
+    assert "X" in text(replay.key_sample + 1)
 
 
 def test_it_plays_in_a_terminal(opened: OpenedRun, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -45,16 +45,16 @@ def test_it_plays_in_a_terminal(opened: OpenedRun, monkeypatch: pytest.MonkeyPat
     now = [0.0]
     monkeypatch.setattr(replay_view, "monotonic", lambda: now[0])
     monkeypatch.setattr(replay_view, "sleep", lambda seconds: now.__setitem__(0, now[0] + seconds))
-    told = replay_of_case(opened, every_case(opened.record)[0])
+    replay = replay_of_case(opened, every_case(opened.record)[0])
     taken = []
     for speed in (1.0, 4.0):
         now[0] = 0.0
         out = io.StringIO()
         console = Console(file=out, width=80, force_terminal=True, theme=THEME, _environ={"TERM": "xterm"})
-        replay_view.play(told, console, speed)
+        replay_view.play(replay, console, speed)
         assert out.getvalue().count(" km/h") > 8
         taken.append(now[0])
-    assert taken[0] == pytest.approx(told.trajectory.time[-1] + replay_view.PAUSE, abs=0.15)
+    assert taken[0] == pytest.approx(replay.trajectory.time[-1] + replay_view.PAUSE, abs=0.15)
     assert taken[1] < taken[0]
 
 
@@ -86,7 +86,7 @@ def test_replay_of_a_scenario(tmp_path: Path) -> None:
     assert "left_turn" in path.read_text(encoding="utf-8")
 
 
-def test_unknown_case_is_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_unknown_case_is_reported(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A case that a run does not have is refused with the ones that it has."""
     assert main(["replay", str(folder), "--case", "99999"]) == 2
     assert "1 is the worst" in capsys.readouterr().err

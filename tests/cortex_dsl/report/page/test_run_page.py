@@ -169,7 +169,7 @@ def test_command_writes_the_page(folder: Path, tmp_path: Path, capsys: pytest.Ca
         (["replay", "x", "--speed", "0"], "must be a factor"),
     ],
 )
-def test_slips_are_told(words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_slips_are_reported(words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
     """A wrong command line ends with 2, a message and no traceback."""
     assert main(words) == 2
     said = capsys.readouterr().err
@@ -177,7 +177,7 @@ def test_slips_are_told(words: list[str], message: str, capsys: pytest.CaptureFi
     assert "Traceback" not in said
 
 
-def test_unwritable_page_is_told(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_unwritable_page_is_reported(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A page that cannot be written is the user's to mend."""
     assert main(["report", str(folder), "--out", str(tmp_path / "no" / "page.html"), "--cases", "0"]) == 2
     assert "cannot write" in capsys.readouterr().err

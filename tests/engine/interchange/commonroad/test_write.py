@@ -235,7 +235,7 @@ def _lamps(light: Element) -> tuple[list[str], int]:
     return shown, int(light.findtext("cycle/timeOffset", "0"))
 
 
-def test_lights_between_steps_are_told() -> None:
+def test_lights_between_steps_are_reported() -> None:
     """And those that somebody may change; a yellow that is shorter than half a step is left out."""
     odd = SignalTimes(green=9.97, yellow=0.03, all_red=2.0, offset=0.0, controlled=True)
     export = write_commonroad(recording(signals=odd), "case")
@@ -244,7 +244,7 @@ def test_lights_between_steps_are_told() -> None:
     assert sum("light" in remark for remark in export.remarks) == 2
 
 
-def test_the_head_tells_the_origin() -> None:
+def test_the_head_states_the_origin() -> None:
     """Provenance and params, escaped; the name by CommonRoad's rule."""
     root = scenario(recording())
     assert root.attrib["source"] == "a car meets <another>; scenario: two & two.scn; seed: 7; SPEED: 18 km/h"

@@ -146,7 +146,7 @@ def test_one_actor_and_one_sample() -> None:
     assert "closing_speed" not in topic(recording(ActorKind.CAR, samples=1), "/numbers")[0]["car_1"]
 
 
-def test_what_is_not_shown_is_told() -> None:
+def test_what_is_not_shown_is_reported() -> None:
     """Heights are made up, lights are left out."""
 
     def remarks(export: Export) -> str:

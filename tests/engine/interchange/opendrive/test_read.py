@@ -90,7 +90,7 @@ def test_our_own_roads_are_read_where_they_lie(tmp_path: Path, spec: RoadSpec) -
         ("1", 10**9, 5.0, "no lane 1000000000", "lanes"),
     ],
 )
-def test_what_is_not_there_is_told_with_what_is(
+def test_what_is_not_there_is_reported_with_what_is(
     tmp_path: Path, road: str, lane: int | None, s: float, said: str, cure: str
 ) -> None:
     """Roads, lanes, and the ends of a road."""
@@ -122,7 +122,7 @@ def test_a_rounded_end_is_still_the_end(tmp_path: Path) -> None:
         ('a="4"', 'a="wide"', "not a number"),
     ],
 )
-def test_broken_roads_are_told_with_their_line(tmp_path: Path, old: str, new: str, said: str | None) -> None:
+def test_broken_roads_are_reported_with_their_line(tmp_path: Path, old: str, new: str, said: str | None) -> None:
     """Missing, doubled and absurd parts of a road."""
     text = XODR.replace(old, new)
     assert text != XODR
@@ -143,7 +143,7 @@ def test_broken_roads_are_told_with_their_line(tmp_path: Path, old: str, new: st
         (XODR.replace("</road>", "</road>" + XODR[XODR.index("<road") : XODR.index("</OpenDRIVE>")]), "two roads"),
     ],
 )
-def test_incomplete_networks_are_told(tmp_path: Path, text: str, said: str) -> None:
+def test_incomplete_networks_are_reported(tmp_path: Path, text: str, said: str) -> None:
     """No roads, roads without a line, two roads of one id."""
     with pytest.raises(InterchangeError, match=said):
         network(tmp_path, text)
@@ -158,7 +158,7 @@ def test_a_section_of_many_lanes_is_refused(tmp_path: Path) -> None:
     assert "at most 100" in caught.value.cure
 
 
-def test_a_negative_width_is_nothing_and_told(tmp_path: Path) -> None:
+def test_a_negative_width_is_nothing_and_reported(tmp_path: Path) -> None:
     """The lane beyond it lies where it would without."""
     read = network(tmp_path, XODR.replace('id="-1" type="driving"><width sOffset="0" a="3"', NEGATIVE))
     assert read.remarks == ("lane -1 of road `1` is -3 m wide, which is taken as 0 m",)

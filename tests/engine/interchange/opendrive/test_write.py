@@ -135,7 +135,7 @@ def test_the_same_road_gives_the_same_text() -> None:
     assert write_opendrive(spec, LIGHTS, "road") == write_opendrive(spec, LIGHTS, "road")
 
 
-def test_marks_tell_where_lanes_may_be_changed() -> None:
+def test_marks_show_where_lanes_may_be_changed() -> None:
     """Broken between lanes of one direction, solid in the middle and at the kerb."""
     document = Document(write_opendrive(RoadSpec(lanes=3), None, "road"))
     marks = {lane: only(document.lane("1", lane), "roadMark").attrib for lane in document.lane_ids("1")}

@@ -75,12 +75,12 @@ def test_a_long_description_is_cut() -> None:
 
 
 @pytest.mark.parametrize(
-    ("date", "told"), [("2026-05-01", "2026-05-01T00:00:00"), ("yesterday", "1970-01-01T00:00:00")]
+    ("date", "written"), [("2026-05-01", "2026-05-01T00:00:00"), ("yesterday", "1970-01-01T00:00:00")]
 )
-def test_any_date_becomes_a_date_and_time(date: str, told: str) -> None:
+def test_any_date_becomes_a_date_and_time(date: str, written: str) -> None:
     """The standard wants both."""
     header = scenario(replace(small(), provenance=Provenance(date=date))).find("FileHeader")
-    assert header.get("date") == told
+    assert header.get("date") == written
 
 
 @pytest.mark.parametrize(
@@ -191,10 +191,10 @@ def test_axles_are_a_wheelbase_apart(kind: ActorKind) -> None:
     assert (float(front.get("maxSteering")), float(rear.get("maxSteering"))) == (MODELS[kind].max_steer, 0.0)
 
 
-@pytest.mark.parametrize(("speed", "told"), [(10.0, UNBOUNDED_SPEED), (140.0, 140.0), (-120.0, 120.0)])
-def test_top_speed_is_finite_and_not_below_the_runs_own(speed: float, told: float) -> None:
+@pytest.mark.parametrize(("speed", "written"), [(10.0, UNBOUNDED_SPEED), (140.0, 140.0), (-120.0, 120.0)])
+def test_top_speed_is_finite_and_not_below_the_runs_own(speed: float, written: float) -> None:
     """No speed bounds a car, and a reader may cut what is above the maximum."""
-    assert float(entity(ActorKind.CAR, speed=speed).find("Performance").get("maxSpeed")) == told
+    assert float(entity(ActorKind.CAR, speed=speed).find("Performance").get("maxSpeed")) == written
 
 
 @pytest.mark.parametrize(
@@ -231,7 +231,7 @@ def test_everything_is_inline() -> None:
     assert not [element.tag for element in root.iter() if "model3d" in element.attrib or element.tag == "File"]
 
 
-def test_the_ego_is_told_from_the_others() -> None:
+def test_the_ego_is_distinguished_from_the_others() -> None:
     """ScenarioRunner wants one `ego_vehicle`; it is the first."""
     types = [properties(element)["type"] for element in scenario(small()).iter("ScenarioObject")]
     assert types == ["ego_vehicle", "simulation", "simulation", "simulation"]

@@ -85,7 +85,7 @@ def test_all_digits_are_written() -> None:
 
 
 @given(recordings())
-def test_what_positions_do_not_tell_stands_in_properties(of: Recording) -> None:
+def test_what_positions_do_not_say_stands_in_properties(of: Recording) -> None:
     """One number for each sample of the actor: speed, steering, acceleration and pedals as they were, and the step."""
     of.states[:, :, State.SPEED : State.PRESENT] = np.arange(of.states[:, :, State.SPEED : State.PRESENT].size).reshape(
         of.states[:, :, State.SPEED : State.PRESENT].shape

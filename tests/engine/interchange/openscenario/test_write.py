@@ -80,7 +80,7 @@ def test_readers_of_the_first_version_are_warned() -> None:
     assert "walker" not in remarks(small(), "1.2")
 
 
-def test_users_of_esmini_are_told_of_its_filter() -> None:
+def test_users_of_esmini_are_warned_of_its_filter() -> None:
     """It drops what lies close together; where nothing does, there is nothing to say."""
     fast, slow = ([(0.0, 0, 0), (way, 0, 0)] for way in (0.2, 0.05))
     assert "--traj_filter 0" in remarks(recording([actor("car")], [0.0, 0.05], [slow]))
@@ -137,7 +137,7 @@ def test_a_name_that_xml_cannot_hold_is_refused() -> None:
         write_trajectories(recording([actor("a\x01")], [0.0], [[(0, 0, 0)]]), "case", ExportOptions(), ROAD)
 
 
-def test_a_file_that_is_larger_than_import_takes_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_that_is_larger_than_import_takes_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     """With its size and the limits."""
     assert "refuses" not in remarks(small())
     monkeypatch.setattr(write, "LIMITS", Limits(elements=100))

@@ -43,8 +43,8 @@ FULL = """time,id,x,y,heading,speed,length,width,type
 def test_a_plain_table_is_read(table) -> None:
     """As it stands; no more is said than which units are taken for granted, and nothing where they are written."""
     found = table(FULL)
-    (told,) = found.remarks
-    assert told.startswith(
+    (remarks,) = found.remarks
+    assert remarks.startswith(
         "no unit is said: `time` [s], `x` [m], `y` [m], `heading` [rad], `speed` [m/s], `length` [m]"
     )
     units = "time [s],id,x [m],y [m],heading [rad],speed [m/s],length [m],width [m],type"
@@ -92,9 +92,9 @@ def test_what_is_missing_comes_from_motion_and_kind(table) -> None:
     assert states(found.recording, "a", State.SPEED)[:6] == pytest.approx([5.0] * 6)
     assert states(found.recording, "a", State.SPEED)[8:] == pytest.approx([0.0, 0.0], abs=1e-9)
     assert found.recording.actors[0].length == MODELS[ActorKind.CAR].length
-    told = " ".join(found.remarks)
+    remarks = " ".join(found.remarks)
     for word in ("headings", "speeds", "length", "width", "no type", "--ego"):
-        assert word in told
+        assert word in remarks
 
 
 def test_headings_are_unwrapped(table) -> None:
@@ -117,7 +117,7 @@ def test_who_is_the_ego(table) -> None:
     assert "Ego" in caught.value.cure
 
 
-def test_uneven_times_are_kept_and_told(table) -> None:
+def test_uneven_times_are_kept_and_reported(table) -> None:
     """Every instant of anybody is a sample; between two of its rows an actor moves linearly."""
     rows = [f"{t},a,{10 * t},0" for t in (0.0, 0.13, 0.2, 0.34, 0.4, 0.55)] + [f"{t},b,0,{t}" for t in (0.0, 0.4)]
     found = table("\n".join(["time,id,x,y", *rows]), ego="a")
@@ -190,9 +190,9 @@ def test_headings_across_the_way_are_not_believed(table) -> None:
         kept = table(driven(heading, way))
         assert states(kept.recording, "a", State.HEADING) == pytest.approx([heading] * 20)
         assert not any("across" in remark for remark in kept.remarks)
-    for heading, told in ((3.1, True), (1.0 - math.pi, False)):
-        way = (1.0, 0.05) if told else (math.cos(1.0), math.sin(1.0))
-        assert any("backwards, unless" in remark for remark in table(driven(heading, way)).remarks) == told
+    for heading, expected in ((3.1, True), (1.0 - math.pi, False)):
+        way = (1.0, 0.05) if expected else (math.cos(1.0), math.sin(1.0))
+        assert any("backwards, unless" in remark for remark in table(driven(heading, way)).remarks) == expected
 
 
 @pytest.mark.parametrize("said", [36.0, 0.0, 30.0, -10.0])
@@ -200,10 +200,10 @@ def test_speeds_that_positions_contradict_are_not_believed(table, said: float) -
     """They are taken from motion, which is said with both numbers, and with the unit that it might be."""
     found = table(driven(0.0, (1.0, 0.0), "heading,v", f",{said}"))
     assert states(found.recording, "a", State.SPEED) == pytest.approx([10.0] * 20)
-    told = " ".join(found.remarks)
-    assert ("is it km/h? call it `v [km/h]`" in told) == (said == 36.0)
+    remarks = " ".join(found.remarks)
+    assert ("is it km/h? call it `v [km/h]`" in remarks) == (said == 36.0)
     if said >= 0.0:
-        assert f"column `v`: {said:g}, but the positions of `a` move at 10 m/s" in told
+        assert f"column `v`: {said:g}, but the positions of `a` move at 10 m/s" in remarks
     for good in (10.0, 10.9, 9.2):
         kept = table(driven(0.0, (1.0, 0.0), "heading,v", f",{good}"))
         assert states(kept.recording, "a", State.SPEED).tolist() == [good] * 20
@@ -389,7 +389,7 @@ def test_texts_of_parquet_are_held_once(tmp_path: Path) -> None:
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 300_000
 
 
-def test_files_that_cannot_be_read_are_told(tmp_path: Path) -> None:
+def test_files_that_cannot_be_read_are_reported(tmp_path: Path) -> None:
     """Missing ones, folders, other kinds."""
     (tmp_path / "folder.csv").mkdir()
     for name, words in (("none.csv", "no such file"), ("folder.csv", "no file"), ("t.xlsx", "no table")):

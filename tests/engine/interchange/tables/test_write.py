@@ -162,9 +162,9 @@ def test_kinds_come_back() -> None:
 
 def test_what_the_columns_cannot_hold_is_said() -> None:
     """Commands, the road, the instant of contact."""
-    told = " ".join(write_csv(with_contact(), "case").remarks)
+    remarks = " ".join(write_csv(with_contact(), "case").remarks)
     for word in ("pedals", "road", "nanoseconds"):
-        assert word in told
+        assert word in remarks
 
 
 def test_who_comes_back_is_named() -> None:
@@ -172,8 +172,8 @@ def test_who_comes_back_is_named() -> None:
     recording = recordings()[0]
     states = recording.states.copy()
     states[5:8, 1, State.PRESENT] = 0.0
-    told = write_csv(replace(recording, states=states), "case").remarks
-    assert any(recording.actors[1].name in remark and "gap" in remark for remark in told)
+    remarks = write_csv(replace(recording, states=states), "case").remarks
+    assert any(recording.actors[1].name in remark and "gap" in remark for remark in remarks)
 
 
 def test_samples_within_a_nanosecond_are_refused() -> None:
@@ -185,7 +185,7 @@ def test_samples_within_a_nanosecond_are_refused() -> None:
         write_csv(replace(recording, time=recording.time * 1e-9, contact=Contact(2e-11, (0, 1))), "case")
 
 
-def test_parquet_tells_the_ego_and_all_names(tmp_path: Path) -> None:
+def test_parquet_names_the_ego_and_all_actors(tmp_path: Path) -> None:
     """omega-prime reads the one from its own key, we the others from ours."""
     import pyarrow.parquet
 

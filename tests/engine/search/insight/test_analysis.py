@@ -87,7 +87,7 @@ def test_intervals_cover_the_truth(spaces: Callable[..., ParamSpace], rows: Rows
     assert chance >= 0.85 * repetitions
 
 
-def test_chance_is_told_from_genes(spaces: Callable[..., ParamSpace], rows: Rows) -> None:
+def test_chance_is_distinguished_from_genes(spaces: Callable[..., ParamSpace], rows: Rows) -> None:
     """Half of the variance comes from the stream key: no gene may claim it."""
     found = sensitivity(spaces([0.0], [1.0]), valued(rows, lambda x, keys: x[:, 0] + noise(keys)), 8_192).risk
     assert found.genes[0].total.value == pytest.approx(0.5, abs=0.06)
@@ -128,7 +128,7 @@ def test_what_never_varies_has_no_index(spaces: Callable[..., ParamSpace], rows:
         assert math.isnan(indices.chance.interval.low)
 
 
-def test_what_makes_a_scene_possible_is_told_from_what_makes_it_risky(
+def test_what_makes_a_scene_possible_is_distinguished_from_what_makes_it_risky(
     spaces: Callable[..., ParamSpace], rows: Rows
 ) -> None:
     """One gene decides alone whether there is a run, another alone how risky it is: no part for the other."""

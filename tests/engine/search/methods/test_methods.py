@@ -191,7 +191,7 @@ def test_truncated_normal_has_its_moments() -> None:
     assert abs(points[:, 1].mean() - 0.3 * np.sqrt(2.0 / np.pi)) < 0.01
 
 
-def test_gene_weights_tell_what_matters() -> None:
+def test_gene_weights_show_what_matters() -> None:
     """A gene that decides weighs 1, one that tells nothing next to nothing."""
     stream = np.random.default_rng(1)
     points = stream.random((800, 3))

@@ -184,7 +184,7 @@ terminate after 4 s
 """
 
 
-def test_broken_runs_are_told_apart(square: ParamSpace, rows: Rows) -> None:
+def test_broken_runs_are_counted_apart(square: ParamSpace, rows: Rows) -> None:
     """What a requirement on the run made invalid did run, and is counted by itself."""
 
     def breaking(genomes: Floats, keys: Ints) -> Assessment:

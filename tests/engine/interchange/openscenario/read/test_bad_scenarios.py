@@ -93,7 +93,9 @@ def test_timings_without_sense_are_refused(tmp_path: Path, timing: str, said: st
         (on_lane("1", -1, 5.0).replace(ROAD, "<RoadNetwork/>"), "needs the road", "LogicFile"),
     ],
 )
-def test_unknown_places_on_the_road_are_told_with_what_exists(tmp_path: Path, text: str, said: str, cure: str) -> None:
+def test_unknown_places_on_the_road_are_reported_with_what_exists(
+    tmp_path: Path, text: str, said: str, cure: str
+) -> None:
     """At the line of the position that asks."""
     error = refused(tmp_path, text, XODR)
     assert said in error.message
@@ -101,7 +103,7 @@ def test_unknown_places_on_the_road_are_told_with_what_exists(tmp_path: Path, te
     assert error.place.startswith("case.xosc, line ")
 
 
-def test_a_missing_road_file_is_told(tmp_path: Path) -> None:
+def test_a_missing_road_file_is_reported(tmp_path: Path) -> None:
     """With one beside that may be meant; a web address is not fetched."""
     (tmp_path / "roads.xodr").write_text(XODR)
     error = refused(tmp_path, simple(network=ROAD))
@@ -111,7 +113,7 @@ def test_a_missing_road_file_is_told(tmp_path: Path) -> None:
     assert "nothing is fetched" in refused(tmp_path, elsewhere).message
 
 
-def test_a_broken_road_is_told_in_its_own_name(tmp_path: Path) -> None:
+def test_a_broken_road_is_reported_with_its_own_name(tmp_path: Path) -> None:
     """The place is in the road's file."""
     assert refused(tmp_path, simple(network=ROAD), "<OpenDRIVE").place == "road.xodr, line 1, column 1"
     assert "an OpenSCENARIO file" in refused(tmp_path, simple(network=ROAD), "<OpenSCENARIO/>").message
@@ -184,7 +186,7 @@ def test_storyboards_without_sense_are_refused(
         ("OpenSCENARIO>", "OpenDRIVE>", "an OpenDRIVE road"),
     ],
 )
-def test_other_kinds_of_files_are_told(tmp_path: Path, old: str, new: str, said: str) -> None:
+def test_other_kinds_of_files_are_reported(tmp_path: Path, old: str, new: str, said: str) -> None:
     """Old versions, catalogs, and files with parts missing."""
     text = simple()
     assert text.replace(old, new) != text

@@ -80,7 +80,7 @@ def test_a_property_says_who_the_ego_is(tmp_path: Path) -> None:
     assert [actor.name for actor in read(tmp_path, text).recording.actors] == ["b", "ego", "hero"]
 
 
-def test_a_trajectory_that_begins_elsewhere_is_told(tmp_path: Path) -> None:
+def test_a_trajectory_that_begins_elsewhere_is_reported(tmp_path: Path) -> None:
     """Who is put in one place and follows vertices in another; put twice is put where it was last."""
     init = [("Ego", teleport(world(0, 500)) + follow(STRAIGHT))]
     assert read(tmp_path, scenario([vehicle("Ego")], init)).remarks == ("Ego jumps 500.0 m at 0 s",)
@@ -88,7 +88,7 @@ def test_a_trajectory_that_begins_elsewhere_is_told(tmp_path: Path) -> None:
     assert read(tmp_path, scenario([vehicle("Ego")], init)).remarks == ()
 
 
-def test_a_vertex_far_from_its_neighbours_is_told(tmp_path: Path) -> None:
+def test_a_vertex_far_from_its_neighbours_is_reported(tmp_path: Path) -> None:
     """Where no acceleration explains it; a turn of a coarse polyline is none."""
     way = [(t / 10, world(float(t), 30.0 if t == 5 else 0.0, 0.0)) for t in range(9)]
     (remark,) = read(tmp_path, simple(polyline(*way))).remarks
@@ -303,7 +303,7 @@ def test_entities_and_trajectories_of_a_catalog_beside(tmp_path: Path) -> None:
     assert len(recording) == 3
 
 
-def test_what_is_not_replayed_is_told(tmp_path: Path) -> None:
+def test_what_is_not_replayed_is_reported(tmp_path: Path) -> None:
     """Another action of who follows a trajectory, lights, a map that is known by name only, and jumps."""
     lights = '<TrafficSignals><TrafficSignalController name="x"/></TrafficSignals>'
     network = f'<RoadNetwork><LogicFile filepath="Town01"/>{lights}</RoadNetwork>'
@@ -331,7 +331,7 @@ def test_speeds_have_the_sign_of_the_motion(tmp_path: Path) -> None:
     assert read(tmp_path, simple(aside)).recording.states[:, 0, State.SPEED] == pytest.approx([0.0] * 4)
 
 
-def test_a_trajectory_that_may_be_steered_is_told(tmp_path: Path) -> None:
+def test_a_trajectory_that_may_be_steered_is_reported(tmp_path: Path) -> None:
     """In mode `follow` a simulator stays near the trajectory only."""
     text = simple().replace('followingMode="position"', 'followingMode="follow"')
     assert any("mode `follow`" in remark for remark in read(tmp_path, text).remarks)

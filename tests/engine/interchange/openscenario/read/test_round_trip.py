@@ -185,7 +185,7 @@ def test_derived_speeds_are_those_of_the_rear_axle(tmp_path: Path, speed: float,
     assert speeds[1:-1] == pytest.approx(np.full(38, speed), rel=1e-4)
 
 
-def test_an_empty_folder_is_told(tmp_path: Path) -> None:
+def test_an_empty_folder_is_reported(tmp_path: Path) -> None:
     """As is a scenario that is not there."""
     with pytest.raises(InterchangeError, match="no such file"):
         read_openscenario(tmp_path / "case.xosc")

@@ -120,7 +120,7 @@ def test_an_acceleration_that_no_vehicle_has_explains_nothing(tmp_path: Path) ->
 VERTEX = r'(<Vertex time="0.1">\s*<Position>\s*<WorldPosition x=")[^"]+'
 
 
-def test_a_vertex_aside_is_told(tmp_path: Path) -> None:
+def test_a_vertex_aside_is_reported(tmp_path: Path) -> None:
     """Speeds do not lead there, and no vehicle does."""
     imported = again(tmp_path, crash(), (VERTEX, r"\g<1>40"))
     assert any(MISFIT in remark for remark in imported.remarks)
