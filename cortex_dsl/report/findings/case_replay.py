@@ -14,7 +14,7 @@ import numpy as np
 
 from cortex_dsl.api.arguments import Held, held_params
 from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
-from cortex_dsl.report.findings.run_report import PARTS, events_content, pairs_content, params_content
+from cortex_dsl.report.findings.run_report import PARTS, events_content, metrics_content, pairs_content, params_content
 from cortex_dsl.report.findings.story import Moment, aftermath, in_order, speeds, story_of
 from cortex_dsl.syntax import nodes
 from engine.kernels.conflict import Snapshot, snapshot
@@ -298,4 +298,5 @@ def case_content(replay: CaseReplay, case: Case) -> dict[str, Any]:
         "held": {one.name: {"value": one.value, "unit": one.unit} for one in replay.held},
         "pairs": pairs_content(program.actors, replay.outcomes),
         "events": events_content(program.actors, replay.moments),
+        "metrics": metrics_content(program.actors, replay.metrics),
     }

@@ -83,10 +83,7 @@ def polygon(x: float, y: float, heading: float) -> Polygon:
 def swept(states: Floats) -> list[Polygon]:
     """What a drive covers in each step."""
     boxes = [polygon(*row) for row in states[:, [State.X, State.Y, State.HEADING]].tolist()]
-    return [
-        MultiPoint([*one.exterior.coords, *two.exterior.coords]).convex_hull
-        for one, two in pairwise(boxes)
-    ]
+    return [MultiPoint([*one.exterior.coords, *two.exterior.coords]).convex_hull for one, two in pairwise(boxes)]
 
 
 @settings(deadline=None, max_examples=40)
