@@ -83,7 +83,7 @@ def simulate(program: Program, given: Inputs, config: SimulationConfig) -> Resul
     )
     model = MODELS[ActorKind.CAR]
     states = np.zeros((samples + 2, 2, len(State)))
-    _simulate(program.road, given, config.time_step, samples, model.steer_rate, model.max_speed, states, results)
+    _simulate(program.road, given, config.time_step, samples, model.steer_rate, model.top_speed, states, results)
     return results
 
 

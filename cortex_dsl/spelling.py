@@ -1,21 +1,9 @@
-"""The one helper that answers a misspelt word with the nearest right one."""
+"""The answer to a misspelt or foreign word: the nearest right one, the synonym of this language, or what exists."""
 
 from collections.abc import Iterable, Mapping
-from difflib import get_close_matches
 from types import MappingProxyType
 
-SHORTEST_BEGINNING = 4
-"""Letters of a word that is taken for the beginning of another."""
-
-
-def nearest(word: str, candidates: Iterable[str]) -> str | None:
-    """The candidate that `word` was probably meant to be, or None if none is near."""
-    by_folded = {candidate.lower(): candidate for candidate in candidates}
-    folded = word.lower()
-    begun = [candidate for candidate in by_folded if len(folded) >= SHORTEST_BEGINNING and candidate.startswith(folded)]
-    matches = [min(begun, key=len)] if begun else get_close_matches(folded, by_folded, n=1, cutoff=0.6)
-    return by_folded[matches[0]] if matches else None
-
+from engine.errors import nearest
 
 ELSEWHERE: Mapping[str, str] = MappingProxyType(
     {
@@ -24,7 +12,7 @@ ELSEWHERE: Mapping[str, str] = MappingProxyType(
         "everywhere": "write `None`, as in `with regionContainedIn None`",
         "nowhere": "there is no empty region here",
         "simulation": "there is no clock: count steps in a variable, or write `do … for 5 s`, `terminate after 5 s`",
-        "print": "write `record ego.speed` to have a value told when a run is over",
+        "print": "write `record ego.speed` to have a value shown when a run is over",
         "Vector": "write `(x, y)`",
         "distance": "write `distance from a to b`, without the brackets of a call",
         "math": "functions such as `sqrt`, `sin` and `abs` are built in: write them without `math.`",

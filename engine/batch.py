@@ -4,6 +4,7 @@ A scene's outcome depends on nothing but the program, the scene and the config: 
 or the number of threads.
 """
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
@@ -24,13 +25,24 @@ CHUNK = 1000
 """Scenes that one uninterruptible call may run: some 50 ms, so that Ctrl-C is answered at once."""
 
 
-def simulate(program: Program, scenes: Scenes, config: SimulationConfig = DEFAULTS, jobs: int = 1) -> Outcomes:
-    """Run all valid scenes; rows of invalid ones keep their verdict and hold NaN / -1."""
-    shared, rows = plan(program, config), requested(scenes)
+def simulate(
+    program: Program,
+    scenes: Scenes,
+    config: SimulationConfig = DEFAULTS,
+    jobs: int = 1,
+    hold: int = 1,
+    slides: Sequence[int] = (),
+) -> Outcomes:
+    """Run all valid scenes; rows of invalid ones keep their verdict and hold NaN / -1.
+
+    `hold` and `slides` are those of `engine.host.plan`: with them a run is made again by finer motion, or by slipping
+    tyres.
+    """
+    shared, rows = plan(program, config, hold, slides), requested(scenes)
     results = empty_results(len(program.actors), rows)
 
     def run(chunk: tuple[int, int]) -> None:
-        scratch = memory(program, samples_of(config) + 1)
+        scratch = memory(program, shared.layout.last_sample + 1)
         simulate_rows(shared, rows, *chunk, scratch, np.zeros((len(program.actors), 3)), results)
 
     chunks = _chunks(len(scenes), jobs)
@@ -46,7 +58,7 @@ def simulate(program: Program, scenes: Scenes, config: SimulationConfig = DEFAUL
 def trajectory(program: Program, scenes: Scenes, row: int, config: SimulationConfig = DEFAULTS) -> Trajectory:
     """States of one valid scene over time, up to the end or the last sample before first contact."""
     if not scenes.valid[row]:
-        raise ArgumentError(f"scene {row} is not valid; only a valid one can be run", "`scenes.valid` tells which are")
+        raise ArgumentError(f"scene {row} is not valid; only a valid one can be run", "`scenes.valid` says which are")
     shared, run, rows = plan(program, config), memory(program, samples_of(config) + 1), requested(scenes)
     begin(shared, run, int(rows.variant[row]), rows.values[row], rows.keys[row])
     advance(shared, run, samples_of(config) + 1, True)

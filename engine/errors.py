@@ -1,9 +1,11 @@
 """The exceptions of cortexc. What a user may catch is a `CortexError`; what only carries control flow is a `Signal`.
 
 A `CortexError` says what is wrong (`message`) and what to do (`cure`); every one can be pickled, so that it crosses
-from a worker's process to ours as it is.
+from a worker's process to ours as it is. Where a name is unknown, the cure offers the `nearest` one that exists.
 """
 
+from collections.abc import Iterable
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +28,19 @@ class CortexError(Exception):
 
 def _restored(kind: type[CortexError], arguments: tuple[Any, ...]) -> CortexError:
     return kind.__new__(kind, *arguments)
+
+
+SHORTEST_BEGINNING = 4
+"""Letters of a word that is taken for the beginning of another."""
+
+
+def nearest(word: str, candidates: Iterable[str]) -> str | None:
+    """Return the candidate that `word` was probably meant to be, or None if none is near."""
+    by_folded = {candidate.lower(): candidate for candidate in candidates}
+    folded = word.lower()
+    begun = [candidate for candidate in by_folded if len(folded) >= SHORTEST_BEGINNING and candidate.startswith(folded)]
+    matches = [min(begun, key=len)] if begun else get_close_matches(folded, by_folded, n=1, cutoff=0.6)
+    return by_folded[matches[0]] if matches else None
 
 
 class Signal(Exception):  # noqa: N818 - no error, it is caught where it is expected

@@ -1,6 +1,7 @@
 """What both hosts prepare around the kernels of `engine.kernels.rollout`: a plan, memory for runs, rows for results."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,7 @@ from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats, Ints, Size
-from engine.vehicles import MODELS
-from engine.vocabulary import ActorKind, Column, RuleKind, State
+from engine.vocabulary import Column, RuleKind, State
 
 MAX_SAMPLES = 100_000
 """Steps that a run may have; a record of so many takes 7 MB an actor."""
@@ -23,11 +23,13 @@ PLAIN = ("C", "A", "W")
 """Contiguous, aligned, writable arrays: numba would compile the kernels again for any others."""
 
 
-def plan(program: Program, config: SimulationConfig) -> Plan:
-    """The part of a program that its runs read. Raises ValueError for settings that make no simulation."""
+def plan(program: Program, config: SimulationConfig, hold: int = 1, slides: Sequence[int] = ()) -> Plan:
+    """The part of a program that its runs read. Raises ArgumentError for settings that make no simulation.
+
+    `hold`: steps from one turn of the behaviours to the next; `slides`: cars whose tyres slip.
+    """
     _check(config)
     code = program.code
-    models = [MODELS[ActorKind(kind)] for kind in code.actor_kind]
     return Plan(
         code=_integers(code.step_code),
         pool=_numbers(code.pool),
@@ -45,15 +47,16 @@ def plan(program: Program, config: SimulationConfig) -> Plan:
         monitor_started=_integers(code.monitor_started),
         present=_integers(code.actor_present),
         kinds=_integers(code.actor_kind),
-        limits=np.array([(model.steer_rate, model.max_speed) for model in models]),
+        slides=np.isin(np.arange(len(code.actor_kind)), slides).astype(np.int32),
         road=program.road._make(np.require(array, requirements=PLAIN) for array in program.road),
         layout=Layout(
             variant_values=len(code.literals),
             scene_values=len(code.literals) + code.variant_values.shape[1],
             locals=int(code.sizes[Size.LOCALS]),
             time_step=float(config.time_step),
-            last_sample=samples_of(config),
+            last_sample=-(-samples_of(config) // hold) * hold,
             budget=int(config.instruction_budget),
+            hold=hold,
         ),
     )
 

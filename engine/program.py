@@ -206,7 +206,7 @@ class Program:
 
 # -- as bytes ----------------------------------------------------------------------------------------------------------
 
-FORMAT = "cortexc program 1"
+FORMAT = "cortexc program 2"
 
 
 class ArchiveError(CortexError):
@@ -234,7 +234,7 @@ def save_program(program: Program, path: Path) -> None:
     }
     header = json.dumps({"format": FORMAT, **_plain(program)})
     with path.open("wb") as file:
-        np.savez_compressed(file, header=np.array(header), allow_pickle=False, **arrays)
+        np.savez_compressed(file, header=np.array(header), **arrays)
 
 
 def load_program(path: Path) -> Program:

@@ -9,6 +9,10 @@ Sources by the short names used below:
 - R13, R78: UN Regulations 13 (mean fully developed deceleration of trucks and buses, 5.0 m/s^2) and 78 (motorcycles).
 - ISO 4210: stopping distance of a bicycle, 7 m from 25 km/h on a dry road, hence 3.4 m/s^2.
 - Fruin (1971), "Pedestrian Planning and Design": the body ellipse, 24 x 18 inches, as a rectangle.
+- 92/6/EEC: Council Directive on speed limiters, as amended by 2002/85/EC: trucks (N2, N3) 90 km/h, buses (M2, M3)
+  100 km/h.
+- SUMO: Lopez et al. (2018), "Microscopic Traffic Simulation using SUMO", ITSC 2018; table of vehicle type defaults:
+  maximum speed of a motorcycle 200 km/h, of a bicycle 50 km/h.
 
 What has none of these as its source is marked *ours*: a round figure within the range usual for its kind.
 """
@@ -51,12 +55,25 @@ class ActorModel:
     """At full throttle, and the limit of the speed controller [m/s^2]."""
     max_braking: float
     """Deceleration at full pedal [m/s^2]."""
-    max_speed: float = math.inf
-    """Binds pedestrians only [m/s]."""
+    top_speed: float
+    """[m/s]"""
+    occluding: bool = False
+    """Whether the body hides what is behind it from a driver's eyes."""
+    fixed_above: float = math.inf
+    """Mass above which no impact moves the body [kg]."""
     friction: float = DRY_FRICTION
     view_angle: float = VIEW_ANGLE
     view_distance: float = VIEW_DISTANCE
     steer_rate: float = STEER_RATE
+    pedal_time: float = 0.0
+    """From no pedal to a full one [s]."""
+    drag: float = 0.0
+    """Deceleration of who rolls without pedals [m/s^2]."""
+
+    @property
+    def fixed(self) -> bool:
+        """Whether no impact moves a body of this mass."""
+        return self.mass > self.fixed_above
 
 
 def rectangle_inertia(mass: float, length: float, width: float) -> float:
@@ -74,6 +91,8 @@ CAR = ActorModel(
     max_steer=0.551,
     max_acceleration=3.0,
     max_braking=8.0,
+    top_speed=50.8,
+    occluding=True,
 )
 """CommonRoad; steering AASHTO P (asin 3.35 / 6.40: CommonRoad's 61 degrees turn no real car); pedals *ours*."""
 
@@ -87,8 +106,10 @@ TRUCK = ActorModel(
     max_steer=0.555,
     max_acceleration=1.2,
     max_braking=5.0,
+    top_speed=25.0,
+    occluding=True,
 )
-"""AASHTO SU-30 (rear overhang 1.83 m, turning radius 11.58 m); braking R13; mass and acceleration *ours*."""
+"""AASHTO SU-30 (rear overhang 1.83 m, turning radius 11.58 m); braking R13; top speed 92/6/EEC; rest *ours*."""
 
 BUS = ActorModel(
     length=12.20,
@@ -100,8 +121,10 @@ BUS = ActorModel(
     max_steer=0.723,
     max_acceleration=1.2,
     max_braking=5.0,
+    top_speed=27.78,
+    occluding=True,
 )
-"""AASHTO CITY-BUS (rear overhang 2.44 m, turning radius 11.52 m); braking R13; mass and acceleration *ours*."""
+"""AASHTO CITY-BUS (rear overhang 2.44 m, turning radius 11.52 m); braking R13; top speed 92/6/EEC; rest *ours*."""
 
 MOTORCYCLE = ActorModel(
     length=2.1,
@@ -113,8 +136,9 @@ MOTORCYCLE = ActorModel(
     max_steer=0.6,
     max_acceleration=4.0,
     max_braking=7.0,
+    top_speed=55.56,
 )
-"""*Ours*; braking above the 5.1 m/s^2 that R78 asks for, as a practised rider reaches it."""
+"""*Ours*; braking above the 5.1 m/s^2 that R78 asks for, as a practised rider reaches it; top speed SUMO."""
 
 BICYCLE = ActorModel(
     length=1.8,
@@ -126,8 +150,9 @@ BICYCLE = ActorModel(
     max_steer=0.7,
     max_acceleration=1.0,
     max_braking=3.4,
+    top_speed=13.89,
 )
-"""Braking ISO 4210; the rest *ours*."""
+"""Braking ISO 4210; top speed SUMO; the rest *ours*."""
 
 PEDESTRIAN = ActorModel(
     length=0.46,
@@ -139,7 +164,7 @@ PEDESTRIAN = ActorModel(
     max_steer=math.pi,
     max_acceleration=2.0,
     max_braking=3.0,
-    max_speed=5.0,
+    top_speed=5.0,
 )
 """Outline Fruin, faces along the short side; the rest *ours* (5 m/s is a hard run)."""
 
@@ -153,7 +178,9 @@ OBSTACLE = ActorModel(
     max_steer=0.0,
     max_acceleration=0.0,
     max_braking=0.0,
-    max_speed=0.0,
+    top_speed=0.0,
+    occluding=True,
+    fixed_above=1000.0,
 )
 """*Ours*: a thing in the way that never moves by itself."""
 

@@ -169,6 +169,18 @@ class Column(IntEnum):
     """Friction coefficient mu between tyre and road."""
     VIEW_ANGLE = 13
     VIEW_DISTANCE = 14
+    OCCLUDING = 15
+    """1.0 where the body hides what is behind it, else 0.0."""
+    FIXED = 16
+    """1.0 where no impact moves the body, else 0.0."""
+    TOP_SPEED = 17
+    """[m/s]"""
+    STEER_RATE = 18
+    """How fast the steering angle may change [rad/s]."""
+    PEDAL_TIME = 19
+    """From no pedal to a full one [s]; 0: at once."""
+    DRAG = 20
+    """Deceleration of who rolls without pedals [m/s^2]."""
 
 
 class State(IntEnum):

@@ -2,15 +2,20 @@
 
 What can be made again (parser tables, compiled kernels, proofs, lists of fonts) is kept in `build/cache` of the
 checkout, so that no test depends on what lies in the user's cache, and none leaves anything there.
+
+A shell that runs the suite in the background has it ignore Ctrl-C, and every process that a test starts would too.
 """
 
 import os
+import signal
 from pathlib import Path
 
 from hypothesis import HealthCheck, settings
 
 from engine.user_cache import ENVIRONMENT_VARIABLE
 
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 CACHE = Path(__file__).parent.parent / "build" / "cache"
 os.environ.setdefault(ENVIRONMENT_VARIABLE, str(CACHE))
 os.environ.setdefault("MPLCONFIGDIR", str(CACHE / "matplotlib"))

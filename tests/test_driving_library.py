@@ -162,7 +162,7 @@ def test_a_lane_change_starts_from_rest() -> None:
 
 
 def test_a_lane_change_without_a_lane_makes_the_run_invalid() -> None:
-    """There is nothing to the right of the lane at the kerb: told by name, scored as invalid."""
+    """There is nothing to the right of the lane at the kerb: reported by name, scored as invalid."""
     scenario = compile_text(CHANGE.format(speed=8, side="laneToRight", start=0))
     outcomes = scenario.simulate(scenario.sample(1, seed=5))
     rule = scenario.program.rules[int(outcomes.end_rule[0])]

@@ -46,7 +46,7 @@ def test_the_page_can_be_followed(
 
 
 def test_every_format_has_its_row() -> None:
-    """A format that is added is told of."""
+    """A format that is added is described on the page."""
     rows = [row for row in PAGE.splitlines() if row.startswith("| `")]
     assert {name for row in rows for name in re.findall(r"`(\w+)`", row.split("|")[1])} >= set(FORMATS)
     for name, entry in FORMATS.items():

@@ -1,4 +1,4 @@
-"""The schemas can tell a valid document from another."""
+"""The schemas can distinguish a valid document from another."""
 
 from pathlib import Path
 

@@ -60,7 +60,7 @@ def test_the_round_trip_passes_and_a_spoilt_file_does_not(items: list[Item]) -> 
 
 
 def test_a_refused_case_is_a_finding(items: list[Item]) -> None:
-    """It counts as a file, and is told with its reason."""
+    """It counts as a file, and is reported with its reason."""
     refused = Item("csv", Path("none.csv"), problem="a format cannot carry it")
     verdict = next(each for each in judged(OURS, [*items, refused]) if each.kind == "csv")
     assert verdict.findings == {"none.csv": ["a format cannot carry it"]}

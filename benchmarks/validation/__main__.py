@@ -24,7 +24,7 @@ PAGE = ROOT / "docs" / "how-to" / "cases-elsewhere.md"
 
 
 def main() -> int:
-    """Set up, write, ask, and tell."""
+    """Set up, write, check, and print the result."""
     arguments = _arguments()
     console = Console(highlight=False)
     checks = [check for check in CHECKS if not arguments.only or check.checker in arguments.only]

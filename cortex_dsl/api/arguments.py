@@ -17,7 +17,7 @@ from cortex_dsl.semantics.names.linking import override_text, param_entries
 from cortex_dsl.spelling import nearest
 from cortex_dsl.syntax import nodes
 from cortex_dsl.syntax.literals import UNIT_WORDS
-from engine.config import SearchConfig
+from engine.config import Config, SearchConfig
 from engine.errors import ArgumentError, ArgumentKindError, RowError
 from engine.program import Program
 
@@ -101,6 +101,39 @@ def one_of(name: str, value: object, choices: Iterable[str]) -> str:
         wanted = " or ".join(known) if len(known) == 2 else f"one of {', '.join(known)}"
         raise ArgumentError(f"{name}: expected {wanted}, got {given}", cure)
     return value
+
+
+def config_of(config: object) -> Config:
+    """Return a config, after checking the type of every setting in it: a dataclass takes whatever it is given.
+
+    Raises:
+        ArgumentKindError: it is no config, or a setting is of another type.
+    """
+    kind("config", config, Config, LEFT_OUT)
+    assert isinstance(config, Config)
+    for part in fields(Config):
+        group = getattr(config, part.name)
+        expected = part.default_factory
+        assert isinstance(expected, type)
+        kind(f"config.{part.name}", group, expected, LEFT_OUT)
+        for setting in fields(expected):
+            name, usual = f"config.{part.name}.{setting.name}", setting.default
+            value = getattr(group, setting.name)
+            if isinstance(usual, bool | str):
+                kind(name, value, type(usual), LEFT_OUT)
+            elif isinstance(usual, int):
+                whole(name, value, 0)
+            else:
+                _number(name, value)
+    return config
+
+
+def _number(name: str, value: object) -> None:
+    """Raises ArgumentKindError where a value is no number, ArgumentError where it is not finite."""
+    if isinstance(value, bool | np.bool_) or not isinstance(value, int | float | np.integer | np.floating):
+        raise ArgumentKindError(f"{name}: expected a number, got {value!r}", LEFT_OUT)
+    if not np.isfinite(value):
+        raise ArgumentError(f"{name}: expected a finite number, got {value!r}", LEFT_OUT)
 
 
 def settings(given: Mapping[str, object]) -> None:

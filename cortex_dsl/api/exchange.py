@@ -16,6 +16,7 @@ import numpy as np
 from cortex_dsl.api import arguments
 from cortex_dsl.api.runs import OpenedRun, every_case
 from cortex_dsl.api.scenario import Scenario
+from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, SCENARIO, TABLES, missing_extra
 from engine.errors import ArgumentError
 from engine.search.store import store_errors
 
@@ -24,20 +25,17 @@ if TYPE_CHECKING:
     from engine.interchange.measuring import Measured
     from engine.interchange.openscenario.read import Imported
 
-TABLES = (".csv", ".parquet")
-SCENARIO = ".xosc"
-
 
 def export(
     what: OpenedRun | Scenario,
     formats: str | Iterable[str],
     out: str | Path,
     *,
-    case: int = 1,
+    case: int | None = None,
     top: int | None = None,
     seed: int | None = None,
-    osc: str = "1.2",
-    mode: str = "trajectory",
+    osc: str | None = None,
+    mode: str | None = None,
     force: bool = False,
 ) -> list[Path]:
     """Write a case for other tools; return the paths of all its files, the one to open first before the others.
@@ -46,16 +44,17 @@ def export(
         what: an opened run, or a scenario.
         formats: one or more of xosc, xodr, commonroad, scenic, csv, parquet, mcap, scn.
         out: folder of the files, made if it is not there.
-        case: which one of a run, 1 is the worst.
-        top: the first so many of a run instead.
-        seed: whose scene of a scenario is run and written; None: 0, or the stream that a concrete file names.
-        osc: version of an xosc, 1.0 to 1.3.
-        mode: how an xosc is written: `trajectory` replays the case exactly, `maneuver` says it in speeds, routes and
-            triggers.
+        case: number of a case of a run; None: 1, the worst.
+        top: write the worst cases of a run, this many, instead of one.
+        seed: of a scenario, the seed of its scene; None: 0, or the stream that a concrete file names.
+        osc: version of an xosc, 1.0 to 1.3; None: 1.2.
+        mode: how an xosc is written: `trajectory` (None) replays the case exactly, `maneuver` says it in speeds, routes
+            and triggers.
         force: write over files that hold something else.
 
     Raises:
-        ArgumentKindError, ArgumentError: no such format or case, a scene that is not valid, or a file in the way.
+        ArgumentKindError, ArgumentError: no such format or case, an option that means nothing here (`seed` of a run,
+            `case` of a scenario, `osc` without xosc), a scene that is not valid, or a file in the way.
         MissingExtraError: a format needs a package that is not installed.
         InterchangeError: a format cannot carry the case.
         StoreError: the files cannot be written; none of them is.
@@ -67,7 +66,10 @@ def export(
     arguments.kind("formats", formats, Iterable, "name one, or several in a list")
     folder = arguments.path_of("out", out, "name a folder")
     names = _formats([formats] if isinstance(formats, str) else formats)
-    gathered = gather(_cases(what, case, top, seed), names, ExportOptions(osc, mode))
+    if "xosc" not in names:
+        _no_effect("without the format xosc", "leave it out, or add xosc to the formats", osc=osc, mode=mode)
+    how = ExportOptions(osc or "1.2", mode or "trajectory")
+    gathered = gather(_cases(what, case, top, seed), names, how)
     for refused in gathered.refused.values():
         raise refused
     with store_errors(folder):
@@ -120,8 +122,9 @@ def read_recording(file: str | Path, *, ego: str | None = None, step: float | No
 
         return read_openscenario(path, ego=ego, step=step)
     if path.suffix.lower() not in TABLES:
-        kinds = ", ".join((*TABLES, SCENARIO))
-        raise ArgumentError(f"file: expected one that ends in {kinds}, got `{path}`", "name a recording of these kinds")
+        raise ArgumentError(
+            f"file: expected one that ends in {', '.join(RECORDINGS)}, got `{path}`", "name a recording of these kinds"
+        )
     from engine.interchange.tables import read_table
 
     return read_table(path, ego=ego, step=step)
@@ -129,7 +132,6 @@ def read_recording(file: str | Path, *, ego: str | None = None, step: float | No
 
 def _formats(names: Iterable[str]) -> tuple[str, ...]:
     """Each format once; all of them known and installed."""
-    from cortex_dsl.interchange.formats import FORMATS, missing_extra
     from engine.extras import MissingExtraError
 
     words = tuple(dict.fromkeys(arguments.one_of("formats", name, FORMATS) for name in names))
@@ -141,9 +143,22 @@ def _formats(names: Iterable[str]) -> tuple[str, ...]:
     return words
 
 
-def _cases(what: OpenedRun | Scenario, case: int, top: int | None, seed: int | None) -> "list[ExportCase]":
+def _cases(what: OpenedRun | Scenario, case: int | None, top: int | None, seed: int | None) -> "list[ExportCase]":
     arguments.kind("what", what, (OpenedRun, Scenario), "`open_run` opens a run, `load` a scenario")
-    return [_scene(what, seed)] if isinstance(what, Scenario) else _of_run(what, case, top)
+    if isinstance(what, Scenario):
+        _no_effect("for a scenario, which has no cases", "leave it out, or export an opened run", case=case, top=top)
+        return [_scene(what, seed)]
+    _no_effect("for a run, whose cases have scenes of their own", "name a case with `case`", seed=seed)
+    if case is not None:
+        _no_effect("beside `case`", "name one of the two", top=top)
+    return _of_run(what, 1 if case is None else case, top)
+
+
+def _no_effect(where: str, cure: str, **options: object) -> None:
+    """Raises ArgumentError for the first option that is given."""
+    for name, value in options.items():
+        if value is not None:
+            raise ArgumentError(f"{name}: it has no effect {where}, got {value!r}", cure)
 
 
 def _of_run(run: OpenedRun, case: int, top: int | None) -> "list[ExportCase]":

@@ -40,6 +40,12 @@ START_UNITS: Mapping[Column, str] = {
     Column.FRICTION: "",
     Column.VIEW_ANGLE: "rad",
     Column.VIEW_DISTANCE: "m",
+    Column.OCCLUDING: "",
+    Column.FIXED: "",
+    Column.TOP_SPEED: "m/s",
+    Column.STEER_RATE: "rad/s",
+    Column.PEDAL_TIME: "s",
+    Column.DRAG: "m/s^2",
 }
 STATE_UNITS: Mapping[State, str] = {
     State.X: "m",

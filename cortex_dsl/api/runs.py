@@ -8,7 +8,7 @@
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, replace
 from errno import ENOENT
 from pathlib import Path
@@ -179,7 +179,7 @@ def _run_folder(path: Path) -> Path:
     if inside := sorted(each.parent for each in folder.glob(f"*/{JOURNAL}")):
         raise StoreError(f"`{folder}` holds {len(inside)} runs", f"name one of them, such as `{inside[0]}`")
     if is_study(folder):
-        raise StoreError(f"`{folder}` is a study, and no single run", f"`cortexc report {folder}` tells it")
+        raise StoreError(f"`{folder}` is a study, and no single run", f"`cortexc report {folder}` shows it")
     raise StoreError(
         f"there is no journal in `{folder}`", "if a search into it was ended before it began, start that search again"
     )
@@ -243,31 +243,52 @@ def resume(
     generations = None if generations is None else whole("generations", generations, 0)
     callback("on_generation", on_generation)
     callback("on_removed", on_removed)
-    return go_on(
-        open_run(folder), generations=generations, on_generation=on_generation, on_removed=on_removed, workers=workers
-    )
+    with reopened(open_run(folder), generations) as rest:
+        return rest.carry_out(on_generation=on_generation, on_removed=on_removed, workers=workers)
 
 
-def go_on(
-    run: OpenedRun,
-    *,
-    generations: int | None = None,
-    on_generation: OnGeneration | None = None,
-    on_removed: OnRemoved | None = None,
-    workers: Workers | None = None,
-) -> Found:
-    """`resume`, of a run that is open already."""
-    manifest = run.record.manifest
+@dataclass(frozen=True)
+class Rest:
+    """What is left to do of a run. Without a journal: nothing, it is finished."""
+
+    run: OpenedRun
+    manifest: Manifest
+    """Of the run as it is to end."""
+    journal: Journal | None = None
+    record: Record | None = None
+    """What the journal holds."""
+
+    def carry_out(
+        self,
+        *,
+        on_generation: OnGeneration | None = None,
+        on_removed: OnRemoved | None = None,
+        workers: Workers | None = None,
+    ) -> Found:
+        """Search to the end, or only report a run that is finished."""
+        folder, scenario = self.run.folder, replace(self.run.scenario, config=self.manifest.config)
+        work = Work(scenario, folder, self.manifest, on_generation, on_removed, workers or default_workers(scenario))
+        if self.journal is not None and self.record is not None:
+            return carry_out(work, self.journal, self.record)
+        campaign = replace(campaign_of(work, self.run.record), elapsed=self.run.record.seconds)
+        return Found(campaign, folder, self.manifest, worst_files(folder))
+
+
+@contextmanager
+def reopened(run: OpenedRun, generations: int | None = None) -> Iterator[Rest]:
+    """Hold an open run for as long as the block goes on with it, once nothing stands against that.
+
+    Raises:
+        StoreError: it cannot be made so long, another process is at it, or its folder cannot be written.
+    """
     longer = _with_generations(run, generations)
-    scenario = replace(run.scenario, config=longer.config)
-    work = Work(scenario, run.folder, longer, on_generation, on_removed, workers or default_workers(scenario))
-    if run.record.status == "finished" and longer == manifest:
-        campaign = replace(campaign_of(work, run.record), elapsed=run.record.seconds)
-        return Found(campaign, run.folder, manifest, worst_files(run.folder))
+    if run.record.status == "finished" and longer == run.record.manifest:
+        yield Rest(run, longer)
+        return
     with hold(run.folder):
         record = read_journal(run.folder / JOURNAL)  # read again under the lock: no process can change it any more
         with closing(Journal.reopen(run.folder / JOURNAL, longer)) as journal:
-            return carry_out(work, journal, record)
+            yield Rest(run, longer, journal, record)
 
 
 def _with_generations(run: OpenedRun, generations: int | None) -> Manifest:

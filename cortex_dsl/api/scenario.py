@@ -88,13 +88,12 @@ def compile_text(
 def _compiled(
     source: Source, config: Config | None, scenario: str | None, files: Folder, params: Mapping[str, object]
 ) -> "Scenario":
-    arguments.kind("config", config, (Config, NoneType), arguments.LEFT_OUT)
+    config = Config() if config is None else arguments.config_of(config)
     arguments.kind("scenario", scenario, (str, NoneType), arguments.LEFT_OUT)
     overrides = {param: str(value) for param, value in params.items()}
     with arguments.drawn_errors():
         compiled = compile_source(source, overrides, scenario=scenario, files=files)
     compiled = replace(compiled, diagnostics=arguments.in_python(compiled.diagnostics))
-    config = config or Config()
     simulation = in_file(config.simulation, compiled.program.settings)
     return Scenario(compiled, replace(config, simulation=simulation), overrides, scenario)
 
@@ -118,6 +117,9 @@ class Scenario:
     overrides: Mapping[str, str]
     chosen: str | None = None
     """Name of the scenario to run; None: the file's own choice."""
+
+    def __post_init__(self) -> None:
+        arguments.config_of(self.config)
 
     def __repr__(self) -> str:
         """One line, for notebooks: the whole would be the compiler's every table."""
@@ -255,7 +257,7 @@ class Scenario:
 
         arguments.settings(settings)
         arguments.kind("workers", workers, (Workers, NoneType), "`engine.search.workers.Workers` are some")
-        arguments.kind("method", method, str, "`known_searchers` tells all")
+        arguments.kind("method", method, str, "`known_searchers` lists all")
         arguments.callback("on_generation", on_generation)
         config = replace(
             self.config,
@@ -331,7 +333,7 @@ class Scenario:
         row = arguments.row_of(self._own(scenes), row)
         if not scenes.valid[row]:
             raise ArgumentError(
-                f"scene {row} is not valid; only a valid one can be written", "`scenes.valid` tells which are"
+                f"scene {row} is not valid; only a valid one can be written", "`scenes.valid` says which are"
             )
         return concrete_files(
             self.program,

@@ -106,7 +106,7 @@ def study(
     subjects = [_subject(name, scenario, preset, settings) for name, scenario in scenarios]
     words = [methods] if isinstance(methods, str) else _several("methods", methods)
     for word in words:
-        arguments.kind("methods", word, str, "`known_searchers` tells all")
+        arguments.kind("methods", word, str, "`known_searchers` lists all")
     arguments.callback("on_run", on_run)
     plan = Plan(with_own_seeds(subjects), tuple(dict.fromkeys(map(canonical, words))), runs, profile)
     check(plan)

@@ -75,7 +75,7 @@ PROBABILITY_EPILOG = """\
 mc: independent draws. subset: for what is rare; chains of runs that come ever
 nearer to contact.
 params: they are drawn once, and a scene for them is sought in max_attempts
-attempts. joint: they are drawn anew with every attempt, as the requirements
+attempts. joint: they are drawn again with every attempt, as the requirements
 are written (mc only); --samples counts valid runs.
 Of a run directory: of the scenario that it searched, with its settings; kept
 there for `cortexc report`."""

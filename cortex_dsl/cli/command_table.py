@@ -52,7 +52,7 @@ MODES: dict[Mode, ModeRow] = {
 SUBCOMMANDS: dict[str, Subcommand] = {
     "new": Subcommand("cortex_dsl.cli.examples:NEW", "a small scenario to begin with", "FILE"),
     "examples": Subcommand("cortex_dsl.cli.examples:EXAMPLES", "the scenarios that come with cortexc", "[NAME]"),
-    "repl": Subcommand("cortex_dsl.repl:REPL", "write a scenario interactively, weighed as you type", "[FILE]"),
+    "repl": Subcommand("cortex_dsl.repl:REPL", "write a scenario interactively, checked as you type", "[FILE]"),
     "explain": Subcommand(
         "cortex_dsl.console.code_pages:EXPLAIN", "what a code such as SCN203 means, with an example", "[CODE]"
     ),
@@ -70,7 +70,7 @@ SUBCOMMANDS: dict[str, Subcommand] = {
         "cortex_dsl.cli.export:EXPORT", "cases for other tools: OpenSCENARIO, CommonRoad …", "RUN|FILE"
     ),
     "measure": Subcommand(
-        "cortex_dsl.cli.measure:MEASURE", "metrics and risk of a recorded case, whoever drove", "FILE"
+        "cortex_dsl.cli.measure:MEASURE", "metrics and risk of a recorded case, from any driver", "FILE"
     ),
     "import": Subcommand("cortex_dsl.cli.measure:IMPORT", "an OpenSCENARIO case read back and scored", "FILE.xosc"),
     "paper-check": Subcommand("cortex_dsl.cli.study:PAPER_CHECK", "the arithmetic of the CORTEX-AVD paper, done again"),

@@ -10,7 +10,7 @@ from cortex_dsl.console.command import EXAMPLE_RUN, Command, Parser, with_exampl
 from cortex_dsl.console.request import SEED_LIMIT, assignment, whole_number
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import place_files
-from cortex_dsl.interchange.formats import FORMATS, checked_of, missing_extra
+from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, checked_of, missing_extra
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
@@ -24,7 +24,6 @@ MOST_CASES = 1_000
 """With --top; all their files are in memory before the first is written."""
 OSC_VERSIONS = ("1.0", "1.1", "1.2", "1.3")
 MODES = ("trajectory", "maneuver")
-RECORDINGS = (".xosc", ".csv", ".parquet")
 
 
 def _export(options: argparse.Namespace, terminal: Terminal) -> int:
@@ -89,7 +88,7 @@ def _formats(options: argparse.Namespace) -> tuple[str, ...]:
 def _is_file(path: Path) -> bool:
     """Whether a scenario is named, and not a run."""
     if path.suffix.lower() in RECORDINGS:
-        raise UsageError(f"`{path}` is a recording already", f"`cortexc measure {path}` tells how bad it was")
+        raise UsageError(f"`{path}` is a recording already", f"`cortexc measure {path}` shows its metrics and risk")
     return path.suffix == ".scn" and not path.is_dir()
 
 
@@ -103,8 +102,7 @@ def _home(path: Path) -> Path:
 
 def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
     """Case K of a run, or its first N."""
-    from cortex_dsl.api.runs import every_case
-    from cortex_dsl.cli.search_output import opened_run, usage_errors
+    from cortex_dsl.cli.search_output import cases_of, opened_run, usage_errors
     from cortex_dsl.interchange.cases import case_of_run
 
     for flag, value in (("--seed", options.seed), ("-p", options.param), ("--scenario", options.scenario)):
@@ -113,12 +111,8 @@ def _of_run(options: argparse.Namespace) -> "list[ExportCase]":
     run = opened_run(options.what)
     if not len(run.record.evaluations):
         raise UsageError(f"`{options.what}` has no finished generation", "`cortexc resume` goes on with it")
-    cases = every_case(run.record)
-    if not cases:
-        raise UsageError(f"`{options.what}` has no case: none of its simulations was valid", "search again")
     rank = options.case or 1
-    if rank > len(cases):
-        raise UsageError(f"`{options.what}` has no case {rank:,}", f"name one of 1 to {len(cases):,}; 1 is the worst")
+    cases = cases_of(run, options.what, rank)
     chosen = cases[rank - 1 : rank] if options.top is None else cases[: options.top]
     with usage_errors():
         return [case_of_run(run, case) for case in chosen]
@@ -218,7 +212,7 @@ def _options(parser: Parser) -> None:
         "-p", "--param", metavar="NAME=VALUE", action="append", type=assignment, help="hold a param fixed"
     )
     parser.add_argument("--scenario", metavar="NAME", help="the scenario to run, where the file has several")
-    parser.add_argument("--to", metavar="FORMATS", help="one or more, with commas between; `list` tells about all")
+    parser.add_argument("--to", metavar="FORMATS", help="one or more, with commas between; `list` shows all")
     parser.add_argument(
         "--osc", choices=OSC_VERSIONS, metavar="V", help=f"OpenSCENARIO {', '.join(OSC_VERSIONS)} (1.2)"
     )

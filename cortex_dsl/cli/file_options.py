@@ -90,13 +90,13 @@ def _subcommands() -> str:
 
 
 def _add_modes(parser: Parser) -> None:
-    group = parser.add_argument_group("what to do with FILE (one run, unless told otherwise)")
+    group = parser.add_argument_group("what to do with FILE (one run by default)")
     group.add_argument("--ga", action="store_true", help="search with the genetic algorithm")
     group.add_argument("--random", action="store_true", help="draw at random; with --ga: both, side by side")
     group.add_argument(
         "--method",
         metavar="NAME",
-        help="search by another method, or by several: niching,cmaes; `--method list` tells them all",
+        help="search by another method, or by several: niching,cmaes; `--method list` lists them all",
     )
     group.add_argument(
         "--sample", metavar="N", type=whole_number(1, 10**9), help="draw N scenes and count what was rejected, and why"

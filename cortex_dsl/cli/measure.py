@@ -16,16 +16,13 @@ from cortex_dsl.console.command import Command, Parser
 from cortex_dsl.console.request import seconds
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.console.user_files import place_files, reason
-from cortex_dsl.interchange.formats import FORMATS
+from cortex_dsl.interchange.formats import FORMATS, RECORDINGS, SCENARIO, TABLES
 from cortex_dsl.spelling import nearest
 
 if TYPE_CHECKING:
     from cortex_dsl.report.findings.interchange_report import MeasuredReport
     from engine.interchange.contract import Export, InterchangeError
     from engine.interchange.openscenario.read import Imported
-
-TABLES = (".csv", ".parquet")
-SCENARIO = ".xosc"
 
 
 @dataclass(frozen=True)
@@ -37,7 +34,7 @@ class Reader:
     example: str
 
 
-MEASURED = Reader("measure", (*TABLES, SCENARIO), "cortexc measure trajectories.csv")
+MEASURED = Reader("measure", RECORDINGS, "cortexc measure trajectories.csv")
 IMPORTED = Reader("import", (SCENARIO,), "cortexc import case.xosc")
 
 

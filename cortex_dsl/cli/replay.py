@@ -48,16 +48,11 @@ def _check_target(path: Path | None) -> None:
 
 def _of_run(folder: Path, rank: int) -> Replayed:
     """Case `rank` of a run, 1 the worst."""
-    from cortex_dsl.api.runs import every_case
-    from cortex_dsl.cli.search_output import opened_run, usage_errors
+    from cortex_dsl.cli.search_output import cases_of, opened_run, usage_errors
     from cortex_dsl.report.page.run_page import replay_of_case
 
     run = opened_run(folder)
-    cases = every_case(run.record)
-    if rank > len(cases):
-        cure = f"name one of 1 to {len(cases):,}; 1 is the worst" if cases else "none of its simulations was valid"
-        raise UsageError(f"`{folder}` has no case {rank:,}", cure)
-    case = cases[rank - 1]
+    case = cases_of(run, folder, rank)[rank - 1]
     with usage_errors():
         return Replayed(replay_of_case(run, case), case, run.folder)
 

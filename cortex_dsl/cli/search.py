@@ -5,7 +5,7 @@ import textwrap
 from pathlib import Path
 
 from cortex_dsl.api.run_folder import Found, search_and_keep
-from cortex_dsl.api.runs import OpenedRun, go_on, open_run
+from cortex_dsl.api.runs import OpenedRun, open_run, reopened
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.cli.search_output import chosen_workers, removed, show_found, usage_errors, watched
 from cortex_dsl.cli.study import resume_study, study_workers
@@ -93,7 +93,7 @@ def named(text: str) -> tuple[str, ...]:
     except UnknownMethodError as error:
         names = [name for method, entry in known_searchers().items() for name in (method, entry.alias) if name]
         near = nearest(error.name, names)
-        cure = f"did you mean `{near}`?" if near else "`cortexc --method list` tells them all"
+        cure = f"did you mean `{near}`?" if near else "`cortexc --method list` lists them all"
         raise UsageError(f"--method: there is no method `{error.name.strip()}`", cure) from None
 
 
@@ -127,16 +127,12 @@ def _resume(options: argparse.Namespace, terminal: Terminal) -> int:
         run = open_run(options.run)
         manifest, planned = run.record.manifest, run.scenario.config.search
         generations = options.generations or planned.generations
-        _say(run, generations, terminal)
-        compile_kernels(run.scenario, terminal)
-        with watched(terminal, manifest.method, generations, run.record) as on_generation:
-            found = go_on(
-                run,
-                generations=options.generations,
-                on_generation=on_generation,
-                on_removed=removed(terminal),
-                workers=chosen_workers(planned.engine, options.jobs, options.dask),
-            )
+        workers = chosen_workers(planned.engine, options.jobs, options.dask)
+        with reopened(run, options.generations) as rest:
+            _say(run, generations, terminal)
+            compile_kernels(run.scenario, terminal)
+            with watched(terminal, manifest.method, generations, run.record) as on_generation:
+                found = rest.carry_out(on_generation=on_generation, on_removed=removed(terminal), workers=workers)
     return show_found([found], run.scenario, CompileRequest(Path(manifest.file), json=options.json), terminal)
 
 

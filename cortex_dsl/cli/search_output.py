@@ -12,7 +12,7 @@ from math import nan
 from pathlib import Path
 
 from cortex_dsl.api.run_folder import Found, OnRemoved
-from cortex_dsl.api.runs import OpenedRun, check_journal, open_run
+from cortex_dsl.api.runs import OpenedRun, check_journal, every_case, open_run
 from cortex_dsl.api.scenario import Scenario
 from cortex_dsl.console.compiling import show
 from cortex_dsl.console.request import CompileRequest
@@ -27,6 +27,7 @@ from engine.program import Program
 from engine.search.journal_reader import Record
 from engine.search.manifest import changed_versions
 from engine.search.past import ForeignPastError
+from engine.search.ranking import Case
 from engine.search.result_files import summary
 from engine.search.run import Campaign, OnGeneration, Progress
 from engine.search.searchers import PluginError, UnknownMethodError
@@ -150,6 +151,20 @@ def opened_run(folder: Path) -> OpenedRun:
     """
     with usage_errors():
         return open_run(folder)
+
+
+def cases_of(run: OpenedRun, folder: Path, rank: int) -> tuple[Case, ...]:
+    """Return all cases of a run, the worst first.
+
+    Raises:
+        UsageError: there are none, or fewer than `rank`.
+    """
+    cases = every_case(run.record)
+    if not cases:
+        raise UsageError(f"`{folder}` has no case: none of its simulations was valid", "search again")
+    if rank > len(cases):
+        raise UsageError(f"`{folder}` has no case {rank:,}", f"name one of 1 to {len(cases):,}; 1 is the worst")
+    return cases
 
 
 def checked_run(folder: Path, terminal: Terminal) -> OpenedRun:

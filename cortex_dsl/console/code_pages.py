@@ -57,7 +57,7 @@ def _list(json: bool, terminal: Terminal) -> None:
             kind = "" if entry.severity.value == "error" else f" ({entry.severity.value})"
             terminal.out.print(f"  {entry.code}  {entry.title}", end="")
             terminal.out.print(kind, style="quiet")
-    terminal.out.print("\n`cortexc explain CODE` tells more about one of them.", style="quiet")
+    terminal.out.print("\n`cortexc explain CODE` shows more about one of them.", style="quiet")
 
 
 def _summary(entry: "Entry") -> dict[str, object]:
@@ -88,7 +88,7 @@ def _show(entry: "Entry", json: bool, terminal: Terminal) -> None:
     if said:
         out.print()
         print_diagnostics(source, said, out)
-    _program(out, "Mended", page.right, page.options[1])
+    _program(out, "Corrected", page.right, page.options[1])
 
 
 def _content(page: "Page") -> dict[str, object]:
@@ -135,7 +135,7 @@ def _options(parser: Parser) -> None:
 EXPLAIN = Command(
     name="explain",
     usage="[CODE] [--json]",
-    description="What a code means: why it is said, an example, and the example mended. Without CODE: all codes.",
+    description="What a code means: its reason, an example, and the example corrected. Without CODE: all codes.",
     options=_options,
     function=_explain,
     wrapped=True,

@@ -50,7 +50,7 @@ def _cure(requirements: int, *, built_in: bool) -> str:
     if requirements > 1:
         return "relax one of them, or widen the range of a param that it reads"
     return (
-        "relax it (without `--check` you are told by how much); or, as a `require` speaks of the start, write "
+        "relax it (without `--check` the report says by how much); or, as a `require` speaks of the start, write "
         "`require always …` of the whole run, `require eventually …` of some moment in it"
     )
 

@@ -187,7 +187,8 @@ def _properties(view: View, place: Place) -> Iterator[Candidate]:
             yield Candidate(symbol.name, "property", "of a class", symbol_text(view, symbol), 2)
     for name in (*FLAGS, *PROPERTIES):
         if name not in given:
-            dimension = dimension_name(PROPERTIES[name].dimension) if name in PROPERTIES else ""
+            number = name in PROPERTIES and not PROPERTIES[name].truth
+            dimension = dimension_name(PROPERTIES[name].dimension) if number else ""
             yield Candidate(name, "property", dimension, property_text(name), 3)
 
 

@@ -106,6 +106,8 @@ def property_text(name: str) -> str:
     """A property of objects, as `with` sets it."""
     if name in PROPERTIES:
         spec = PROPERTIES[name]
+        if spec.truth:
+            return joined(code(f"with {name}"), "`True` or `False`", spec.doc)
         limits = range_text(spec.low, spec.high, si_word(spec.dimension))
         return joined(code(f"with {name}"), f"{dimension_name(spec.dimension)}, {limits}", spec.doc)
     if name in IGNORED:

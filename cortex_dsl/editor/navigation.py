@@ -146,7 +146,7 @@ def rename(view: View, offset: int, name: str) -> list[Span]:
     if symbol is None or symbol.kind in (SymbolKind.PROPERTY, SymbolKind.IMPORT):
         raise CannotRenameError("this name is not defined in this file", "rename it in the file that defines it")
     if not view.fresh:
-        raise CannotRenameError("the file has to be free of syntax errors first", "mend those that are marked")
+        raise CannotRenameError("the file has to be free of syntax errors first", "correct the marked ones")
     if name in view.known(symbol.span.start):
         raise CannotRenameError(f"there is a `{name}` already", "take another name")
     return references(view, offset)

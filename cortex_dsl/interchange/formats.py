@@ -13,6 +13,11 @@ if TYPE_CHECKING:
     from engine.interchange.contract import Export, ExportOptions, Finding
     from engine.interchange.recording import Recording
 
+TABLES = (".csv", ".parquet")
+SCENARIO = ".xosc"
+RECORDINGS = (*TABLES, SCENARIO)
+"""Suffixes of the recordings that are read: tables of trajectories, and OpenSCENARIO files with timed polylines."""
+
 
 class Writer(Protocol):
     """What a row names: the files of one case, whose names begin with `stem`."""

@@ -26,7 +26,7 @@ REPL = Command(
     usage="[FILE]",
     description="""\
 Write a scenario entry by entry: each is checked at once, each `require` is
-weighed on 10,000 draws. Commands sample, draw, plot, run and search; `:help`
+tested on 10,000 draws. Commands sample, draw, plot, run and search; `:help`
 lists them. From a pipe (`cortexc repl < script`) entries are done one by one.""",
     options=_options,
     function=_start,

@@ -38,14 +38,14 @@ _ROWS = (
     Command(
         "relax", "[SHARE%]", "which requirement to relax, and by how much, to accept that share", "commands_scenes"
     ),
-    Command("run", "[SEED]", "run one scene and tell what happened", "commands_scenes"),
+    Command("run", "[SEED]", "run one scene and show what happened", "commands_scenes"),
     Command("ga", "[GENERATIONS]", "search with the genetic algorithm (10 generations of 100)", "commands_scenes"),
     Command("random", "[GENERATIONS]", "search at random", "commands_scenes"),
     Command("show", "NAME", "what a name, unit or construct is", "commands_info", "name"),
     Command("explain", "[CODE]", "what a code such as SCN203 means", "commands_info", "code"),
     Command("seed", "[N]", "the seed of all that is drawn", "commands_info"),
     Command("set", "[PARAM=VALUE]", "hold a param at a value; `:set PARAM` lets it go", "commands_info", "param"),
-    Command("load", "FILE", "begin anew with a file", "commands_draft", "file"),
+    Command("load", "FILE", "start over with a file", "commands_draft", "file"),
     Command(
         "save", "[FILE]", "write the scenario, formatted; `:save! FILE` over another file", "commands_draft", "file"
     ),

@@ -14,7 +14,7 @@ from cortex_dsl.report.terminal.theme import columns, left
 from cortex_dsl.spelling import did_you_mean
 
 ENTERING = """\
-Enter statements: each is checked at once, each `require` is weighed on 10,000
+Enter statements: each is checked at once, each `require` is tested on 10,000
 draws. A definition replaces the old one of its name; an expression shows what
 it is. After a colon, a comma or an open bracket a line goes on; a blank line
 ends a block, Escape and Enter end anything."""
@@ -77,7 +77,7 @@ def do_check(state: State, _argument: str) -> None:
 
 def do_show(state: State, argument: str) -> None:
     if not argument:
-        raise UsageError("what shall be shown?", "a name, a unit or a construct, as in `:show require`")
+        raise UsageError("what should be shown?", "a name, a unit or a construct, as in `:show require`")
     text = next((text for text in _texts(state, argument) if text), "")
     if not text:
         raise UsageError(f"nothing is called `{argument}`", did_you_mean(argument, known(state)))

@@ -44,8 +44,9 @@ class TolerantHistory(FileHistory):
             return []
 
     def store_string(self, string: str) -> None:
+        """Keep an entry; bytes that were no text become `?`: older versions of the library cannot write them."""
         with suppress(OSError):
-            super().store_string(string)
+            super().store_string(string.encode("utf-8", "replace").decode("utf-8"))
 
 
 def past_entries() -> History:

@@ -289,5 +289,5 @@ class State:
     def not_ready(self) -> UsageError:
         """Why nothing can be drawn yet."""
         if self.checked.errors:
-            return UsageError("the scenario has errors", "`:check` shows them, `:edit N` mends an entry")
+            return UsageError("the scenario has errors", "`:check` shows them, `:edit N` corrects an entry")
         return UsageError("still to come: an ego", LIKE)

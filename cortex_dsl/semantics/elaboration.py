@@ -188,7 +188,7 @@ def _has_end(module: nodes.Module, file: FileContext) -> bool:
 
 def _how_to_have_options(file: FileContext, span: Span) -> str:
     if any(d.code == NEVER_EQUAL.code and span.start <= d.label.span.start < span.end for d in file.findings):
-        return "mend the comparison in it, which never holds"
+        return "correct the comparison in it, which never holds"
     if "U_TURN" in file.source.slice(span):
         return "gridded intersections have no U-turns: choose `STRAIGHT`, `LEFT_TURN` or `RIGHT_TURN`"
     return "widen the filter, or choose another map"

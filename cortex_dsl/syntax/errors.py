@@ -281,6 +281,6 @@ def too_many(last: Diagnostic) -> Diagnostic:
         Span(last.label.span.end, last.label.span.end),
         f"reading stops here, after {MAX_ERRORS} errors",
         reason=TOO_MANY.why,
-        cure="mend the first ones and try again",
+        cure="correct the first ones and try again",
     )
     return replace(diagnostic, severity=Severity.NOTE)

@@ -77,6 +77,7 @@ UNITS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "speed": ("m/s", "km/h", "mph"),
         "acceleration": ("m/s^2", "g"),
         "angle": ("deg", "rad"),
+        "angular speed": ("deg/s", "rad/s"),
         "mass": ("kg", "t"),
         "frequency": ("Hz",),
     }

@@ -4,10 +4,9 @@ error that says what is wrong with a file from elsewhere, or with the wish to wr
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from itertools import islice
 
-from engine.errors import CortexError
+from engine.errors import CortexError, nearest
 
 # -- errors, and how text from other tools is shown --------------------------------------------------------------------
 
@@ -36,16 +35,21 @@ def quoted(text: str) -> str:
     return '"' + "".join(letter if letter.isprintable() else "?" for letter in cut) + '"'
 
 
-def did_you_mean(word: str, names: Iterable[str], few: int = MOST_CHOICES) -> str:
-    """A cure for an unknown name: the nearest one, or those that exist, at most `few` of them."""
+def near_name(word: str, names: Iterable[str]) -> str | None:
+    """Return the name that `word` was probably meant to be, or None; of both only a bounded part is compared."""
+    return nearest(word[:MOST_LETTERS], islice(names, MOST_COMPARED))
+
+
+def name_cure(word: str, names: Iterable[str]) -> str:
+    """Return the cure for an unknown name: the nearest one, or those that exist; "" without any."""
     choices = list(islice(dict.fromkeys(names), MOST_COMPARED))
-    folded = {name.casefold(): name for name in choices}
-    if near := get_close_matches(word.casefold()[:MOST_LETTERS], folded, n=1):
-        return f"did you mean `{folded[near[0]]}`?"
-    if not choices or not few:
+    if near := near_name(word, choices):
+        return f"did you mean `{near}`?"
+    if not choices:
         return ""
-    rest = " and others" if len(choices) > few else ""
-    return "there is " + ", ".join(f"`{name}`" for name in choices[:few]) + rest
+    rest = " and others" if len(choices) > MOST_CHOICES else ""
+    verb = "is" if len(choices) == 1 else "are"
+    return f"there {verb} " + ", ".join(f"`{name}`" for name in choices[:MOST_CHOICES]) + rest
 
 
 # -- what is asked for, and answered -----------------------------------------------------------------------------------

@@ -17,7 +17,6 @@ from engine.outcomes import Outcomes
 from engine.program import Program, RoadSpec
 from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats
-from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, State
 
 if TYPE_CHECKING:  # pymunk, which nothing that reads or writes a file needs
@@ -158,7 +157,7 @@ class Recording:
     def refuse_broken(self) -> None:
         """Raises InterchangeError where no actor takes part, times do not ascend, or a state is no number."""
         if not len(self) or not self.there.any():
-            raise InterchangeError(f"`{self.name}` holds nobody at any time", "record one actor at least")
+            raise InterchangeError(f"`{self.name}` holds no actor at any time", "record one actor at least")
         if not (np.isfinite(self.time).all() and (np.diff(self.time) > 0.0).all()):
             raise InterchangeError(f"the times of `{self.name}` do not ascend", "record each instant once, in order")
         broken = np.argwhere(self.there & ~np.isfinite(self.states).all(axis=2))
@@ -317,7 +316,7 @@ def _recorded_actor(name: str, kind: ActorKind, columns: Floats) -> RecordedActo
         max_acceleration=float(columns[Column.MAX_ACCELERATION]),
         max_braking=float(columns[Column.MAX_BRAKING]),
         max_steer=float(columns[Column.MAX_STEER]),
-        max_speed=MODELS[kind].max_speed,
+        max_speed=float(columns[Column.TOP_SPEED]),
     )
 
 

@@ -20,7 +20,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 from xml.parsers import expat
 
-from engine.interchange.contract import Finding, InterchangeError, did_you_mean, quoted
+from engine.interchange.contract import Finding, InterchangeError, near_name, quoted
 
 NUMBER = re.compile(r"\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,4})?\s*", re.ASCII)
 """XML Schema's xs:double without its infinities; Python alone would take `1_000`, too."""
@@ -130,8 +130,9 @@ class Node:
         """
         value = self.attributes.get(name, default)
         if value is None:
-            near = did_you_mean(name, self.attributes, few=0)
-            raise self.error(f"<{self.tag}> lacks the attribute `{name}`", near or f'write {name}="…"')
+            near = near_name(name, self.attributes)
+            cure = f"did you mean `{near}`?" if near else f'write {name}="…"'
+            raise self.error(f"<{self.tag}> lacks the attribute `{name}`", cure)
         return value
 
     def number(self, name: str, default: float | None = None, low: float = -LARGEST, high: float = LARGEST) -> float:
@@ -229,7 +230,7 @@ def _regular(path: Path) -> Path:
 def _unreadable(path: Path, error: OSError) -> InterchangeError:
     if isinstance(error, FileNotFoundError | NotADirectoryError):
         return InterchangeError("there is no such file", f"looked for {quoted(str(path))}", path.name)
-    return InterchangeError(f"it cannot be read: {error.strerror}", "mend that, or copy the file", path.name)
+    return InterchangeError(f"it cannot be read: {error.strerror}", "solve that, or copy the file", path.name)
 
 
 def _of_kind(node: Node, root: str) -> Node:
@@ -290,7 +291,7 @@ class _Reader:
         except expat.ExpatError as error:
             place = f"{self.file}, line {error.lineno}, column {error.offset + 1}"
             message = f"this is not well-formed XML: {expat.ErrorString(error.code)}"
-            raise InterchangeError(message, "mend the file there, or name an XML file", place) from None
+            raise InterchangeError(message, "correct the file there, or name an XML file", place) from None
         except (ValueError, LookupError) as error:
             message = f"its encoding cannot be read: {quoted(str(error))[1:-1]}"
             raise self._error(message, "save it as UTF-8") from None

@@ -229,7 +229,7 @@ def _follow(plan: Plan, run: Run, sample: int, actor: int, row: int) -> bool:
         _hold_speed(plan, run, sample, actor, target_speed)
         return False
     wheelbase = column_of(plan, run, actor, Column.WHEELBASE)
-    time_step = plan.layout.time_step
+    time_step = plan.layout.time_step * plan.layout.hold
     run.actors[actor, Slot.STEER] = steer_along(plan.road, path, point, heading, speed, wheelbase, time_step)
     target = planned_speed(plan.road, path, point.s, speed, target_speed, max_lateral)
     _hold_speed(plan, run, sample, actor, target)

@@ -24,6 +24,7 @@ neither, and their rows of sample k + 1 are left for the host to write. Monitors
 
 import math
 
+from engine.kernels.actuation import slide
 from engine.kernels.approach import circles_apart, first_contact
 from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, Turn, interpret
 from engine.kernels.bicycle import Demand, Motion, clip, drive, stand, walk
@@ -67,7 +68,8 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
     Unscored, there are no rules, no monitors and no contact search, and nothing that a behaviour does ends the run.
     """
     while run.status[Status.SAMPLE] < until and (run.status[Status.END] == RUNNING or not scored):
-        _take_turns(plan, run, scored)
+        if run.status[Status.SAMPLE] % plan.layout.hold == 0:
+            _take_turns(plan, run, scored)
         if scored and run.status[Status.END] != RUNNING:
             break
         _step(plan, run)
@@ -93,9 +95,10 @@ def _judge(plan: Plan, run: Run) -> None:
     if reason == RUNNING or reason == EndReason.ABORTED or reason == EndReason.BROKEN or reason == EndReason.STUCK:
         return
     last = run.status[Status.SAMPLE] - (1 if run.status[Status.CONTACT_ONE] >= 0 else 0)
-    broken = find_broken(plan.formula, plan.temporal_root, run.watched, last, run.truth, run.decided)
+    hold = plan.layout.hold
+    broken = find_broken(plan.formula, plan.temporal_root, run.watched, last // hold, run.truth, run.decided)
     if broken.temporal >= 0:
-        run.status[Status.SAMPLE] = broken.sample
+        run.status[Status.SAMPLE] = broken.sample * hold
         run.status[Status.CONTACT_ONE] = run.status[Status.CONTACT_OTHER] = -1
         _end(plan, run, EndReason.ABORTED, plan.temporal_rule[broken.temporal], 0.0)
 
@@ -150,7 +153,7 @@ def _look(plan: Plan, run: Run, sample: int, template: int, rule: int, result: T
     """Keep the value of a rule, or let it end the run unless an earlier one has."""
     value = run.registers[plan.rules[template, rule, Segment.RESULT]]
     if plan.rule_kinds[rule] == RuleKind.WATCH:
-        run.watched[sample, rule] = value
+        run.watched[sample // plan.layout.hold, rule] = value
     if run.status[Status.END] != RUNNING:
         return
     if result.signal == OUT_OF_BUDGET:
@@ -239,6 +242,7 @@ def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
     speed = run.states[sample, actor, State.SPEED]
     if slots[actor, Slot.SET_SPEED] != NO_SPEED:
         speed = clip(slots[actor, Slot.SET_SPEED], 0.0, vehicle.max_speed)
+        slots[actor, Slot.SET_SPEED] = NO_SPEED
     heading, steer = run.states[sample, actor, State.HEADING], run.states[sample, actor, State.STEER]
     motion = Motion(
         slots[actor, Slot.REAR_X],
@@ -256,6 +260,9 @@ def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
     elif kind == ActorKind.PEDESTRIAN:
         after = walk(motion, demand, vehicle, plan.layout.time_step)
         slots[actor, Slot.STEER] = 0.0  # a turn is made once, an angle of wheels stays
+    elif plan.slides[actor] != 0:
+        mass, rear = column_of(plan, run, actor, Column.MASS), column_of(plan, run, actor, Column.REAR_TO_CENTER)
+        after = slide(motion, demand, vehicle, mass, rear, slots, actor, plan.layout.time_step)
     else:
         after = drive(motion, demand, vehicle, plan.layout.time_step)
     slots[actor, Slot.REAR_X], slots[actor, Slot.REAR_Y] = after.x, after.y

@@ -32,6 +32,9 @@ class Layout(NamedTuple):
     """The sample at which the time limit ends a run."""
     budget: int
     """Instructions that one turn may take."""
+    hold: int
+    """Steps from one turn of rules, monitors and behaviours to the next, in which what they command is held; 1 but
+    where a run is made again with finer motion."""
 
 
 class Plan(NamedTuple):
@@ -68,8 +71,9 @@ class Plan(NamedTuple):
     """(actors,) 1 for those that take part from the start."""
     kinds: Ints
     """(actors,) `ActorKind`"""
-    limits: Floats
-    """(actors, 2): steering rate [rad/s], top speed [m/s]."""
+    slides: Ints
+    """(actors,) 1 for those whose tyres slip (`kernels.dynamics`): only where a run is made again to see whether that
+    matters."""
     road: RoadTables
     layout: Layout
 
@@ -100,6 +104,13 @@ class Slot(IntEnum):
     """1 for a body that contact physics has taken over: it neither behaves nor steps here."""
     AWAITED = 12
     """1 for an actor that has not come into the scene yet."""
+    DRIFT_SPEED = 13
+    """Of a car whose tyres slip: speed of its centre [m/s], angle from its heading to its motion [rad] …"""
+    DRIFT_ANGLE = 14
+    YAW_RATE = 15
+    """… yaw rate and speeds of its wheels [rad/s]."""
+    FRONT_WHEEL = 16
+    REAR_WHEEL = 17
 
 
 class Status(IntEnum):
@@ -163,11 +174,11 @@ def vehicle_of(plan: Plan, run: Run, actor: int) -> Vehicle:
     return Vehicle(
         wheelbase=column_of(plan, run, actor, Column.WHEELBASE),
         max_steer=column_of(plan, run, actor, Column.MAX_STEER),
-        steer_rate=plan.limits[actor, 0],
+        steer_rate=column_of(plan, run, actor, Column.STEER_RATE),
         max_acceleration=column_of(plan, run, actor, Column.MAX_ACCELERATION),
         max_braking=column_of(plan, run, actor, Column.MAX_BRAKING),
         grip=GRAVITY * column_of(plan, run, actor, Column.FRICTION),
-        max_speed=plan.limits[actor, 1],
+        max_speed=column_of(plan, run, actor, Column.TOP_SPEED),
     )
 
 
@@ -193,7 +204,8 @@ def place(plan: Plan, run: Run, sample: int, actor: int, present: float) -> None
     states[sample, actor, State.X] = x
     states[sample, actor, State.Y] = y
     states[sample, actor, State.HEADING] = heading
-    states[sample, actor, State.SPEED] = clip(column_of(plan, run, actor, Column.SPEED), 0.0, plan.limits[actor, 1])
+    top_speed = column_of(plan, run, actor, Column.TOP_SPEED)
+    states[sample, actor, State.SPEED] = clip(column_of(plan, run, actor, Column.SPEED), 0.0, top_speed)
     states[sample, actor, State.PRESENT] = present
     to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
     cos, sin = math.cos(heading), math.sin(heading)

@@ -19,7 +19,7 @@ class ForeignPastError(CortexError):
     def __init__(self, generation: int) -> None:
         super().__init__(
             f"generation {generation} does not follow from the ones before it",
-            "use the version of cortexc that wrote it, or search anew",
+            "use the version of cortexc that wrote it, or search again",
         )
         self.generation = generation
 

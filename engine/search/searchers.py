@@ -48,7 +48,7 @@ class PluginError(CortexError):
     """A searcher of another package cannot be used: whose it is, and what is wrong with it."""
 
     def __init__(self, name: str, problem: str) -> None:
-        super().__init__(f"the searcher `{name}` {problem}", "mend or remove the package that offers it")
+        super().__init__(f"the searcher `{name}` {problem}", "repair or remove the package that offers it")
         self.name = name
 
 
@@ -178,7 +178,7 @@ def build_searcher(name: str, box: Box, config: Config, number: int | None = Non
     if search.generations > 1 << FIELD_BITS.generation:
         limit = 1 << FIELD_BITS.generation
         raise ArgumentError(
-            f"generations is {search.generations}; the random streams of a run tell {limit} apart", "take fewer"
+            f"generations is {search.generations}; the random streams of a run distinguish {limit}", "take fewer"
         )
     method = entry.number if number is None else number
     return entry.build(box, config, partial(operator_generator, search.seed, method, search.run))

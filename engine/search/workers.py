@@ -10,8 +10,9 @@ import logging
 import multiprocessing
 import os
 import signal
+import sys
 import threading
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, contextmanager
@@ -109,13 +110,28 @@ def open_workers(workers: Workers) -> Generator[Executor | None]:
 
 
 @contextmanager
-def process_pool(jobs: int) -> Generator[Executor]:
-    """Processes of our own. They are started afresh: a fork would inherit the locks of running threads."""
-    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), serve_parent)
+def process_pool(jobs: int, start: Callable[..., None] = serve_parent, *given: object) -> Generator[Executor]:
+    """Processes of our own, each of which first calls `start(*given)`.
+
+    They are started afresh: a fork would inherit the locks of running threads.
+    """
+    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), start, given)
     try:
         yield pool
     finally:
+        if sys.version_info < (3, 11, 5):
+            _let_go_of_the_dead(pool)
         pool.shutdown(cancel_futures=True)
+
+
+def _let_go_of_the_dead(pool: ProcessPoolExecutor) -> None:
+    """Close the pipe from which killed workers read, so that `shutdown` does not wait for what they will never take.
+
+    Later versions of Python do so themselves (https://github.com/python/cpython/issues/94777).
+    """
+    queue: Any = getattr(pool, "_call_queue", None)
+    if getattr(pool, "_broken", False) and queue is not None:
+        queue._reader.close()
 
 
 @contextmanager

@@ -150,7 +150,7 @@ def _check_streams(folder: Path, connection: sqlite3.Connection) -> None:
             raise StoreError(
                 f"the study in `{folder}` was begun when all searchers of other packages, `{method}` among them, drew "
                 "the same random numbers",
-                "report it as it is, or begin it anew",
+                "report it as it is, or start a new one",
             )
 
 

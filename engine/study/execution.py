@@ -6,7 +6,7 @@ stops after the generation in flight when it is asked to, and ends when the proc
 
 import multiprocessing
 from collections.abc import Callable, Collection, Generator, Iterable
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from itertools import islice
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from engine.errors import Signal
 from engine.search.store import StoreError
-from engine.search.workers import serve_parent, unheard_by_children
+from engine.search.workers import process_pool, serve_parent, unheard_by_children
 from engine.study.plan import Address, Plan, Task
 
 if TYPE_CHECKING:
@@ -107,15 +107,13 @@ def _drain(
 
 @contextmanager
 def workers(jobs: int) -> Generator[Executor]:
-    """Processes of our own. They are started afresh, not forked: a fork would inherit locks of running threads."""
-    context = multiprocessing.get_context("spawn")
-    stop = context.Event()
-    pool = ProcessPoolExecutor(jobs, context, _start_worker, (stop,))
-    try:
-        yield pool
-    finally:
-        stop.set()
-        pool.shutdown(cancel_futures=True)
+    """Processes of our own; who leaves the block stops the runs that are under way."""
+    stop = multiprocessing.get_context("spawn").Event()
+    with process_pool(jobs, _start_worker, stop) as pool:
+        try:
+            yield pool
+        finally:
+            stop.set()
 
 
 def _start_worker(stop: "Event") -> None:

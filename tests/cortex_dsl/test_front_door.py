@@ -4,6 +4,8 @@ import ast
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,7 @@ from cortex_dsl import Scenario
 from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.api.studies import Studied, resume_study, study
 from cortex_dsl.version import VERSION
+from engine.config import ContactConfig, GAConfig, SearchConfig, SimulationConfig
 from engine.study.execution import perform_all
 from engine.study.run_records import Finished
 
@@ -114,7 +117,7 @@ def test_a_scene_is_exported(scenario: Scenario, tmp_path: Path) -> None:
 
 
 def test_a_study_in_memory(scenario: Scenario) -> None:
-    """Every run is told, and compared."""
+    """Every run is passed to `on_run`, and compared."""
     heard: list[Finished] = []
     done = cx.study([scenario], ["random", "ga"], 2, on_run=heard.append, **SMALL)
     assert done.complete
@@ -125,7 +128,7 @@ def test_a_study_in_memory(scenario: Scenario) -> None:
 
 
 def test_a_study_that_is_kept_and_gone_on_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What was stopped by Ctrl-C ends as if nothing had happened; two files of one name are told apart."""
+    """A study that was stopped by Ctrl-C ends as if nothing had happened; two files of one name get different names."""
     whole = cx.study(EXAMPLES / "left_turn.scn", "random", 3, out=tmp_path / "whole", **SMALL)
     assert (tmp_path / "whole" / "runs.csv").is_file()
 
@@ -173,6 +176,10 @@ def test_a_compile_error_shows_where() -> None:
     )
 
 
+def _with(scenario: Scenario, **parts: Any) -> Scenario:
+    return replace(scenario, config=replace(scenario.config, **parts))
+
+
 SLIPS: dict[str, tuple[Callable[[Scenario, OpenedRun], object], type[Exception], str]] = {
     "no file": (lambda s, r: cx.load("no.scn"), OSError, "cannot read `no.scn`: no such file"),
     "no path": (lambda s, r: cx.load(3), TypeError, "path: expected str or Path, got int"),  # type: ignore[arg-type]
@@ -197,6 +204,21 @@ SLIPS: dict[str, tuple[Callable[[Scenario, OpenedRun], object], type[Exception],
     "formats": (lambda s, r: cx.export(s, [], "x"), ValueError, "formats: expected one or more"),
     "export what": (lambda s, r: cx.export(3, "csv", "x"), TypeError, "what: expected OpenedRun or Scenario"),  # type: ignore[arg-type]
     "case": (lambda s, r: cx.export(r, "csv", "x", case=999), ValueError, "case: expected 1 to"),
+    "seed of a run": (lambda s, r: cx.export(r, "csv", "x", seed=3), ValueError, "seed: it has no effect for a run"),
+    "case of a scenario": (lambda s, r: cx.export(s, "csv", "x", case=1), ValueError, "case: it has no effect"),
+    "top of a scenario": (lambda s, r: cx.export(s, "csv", "x", top=1), ValueError, "top: it has no effect"),
+    "case and top": (lambda s, r: cx.export(r, "csv", "x", case=1, top=1), ValueError, "top: .* beside `case`"),
+    "osc of a table": (lambda s, r: cx.export(s, "csv", "x", osc="1.0"), ValueError, "osc: .* without the format xosc"),
+    "config": (lambda s, r: replace(s, config=3), TypeError, "config: expected Config, got int"),  # type: ignore[arg-type]
+    "part of a config": (lambda s, r: _with(s, simulation=3), TypeError, "config.simulation: expected Simulation"),
+    "count": (lambda s, r: _with(s, search=SearchConfig(jobs=1.5)), TypeError, "search.jobs: expected a whole number"),  # type: ignore[arg-type]
+    "number": (
+        lambda s, r: _with(s, simulation=SimulationConfig(time_step="x")),  # type: ignore[arg-type]
+        TypeError,
+        "config.simulation.time_step: expected a number, got 'x'",
+    ),
+    "no number": (lambda s, r: _with(s, contact=ContactConfig(friction=nan)), ValueError, "expected a finite number"),
+    "word": (lambda s, r: _with(s, ga=GAConfig(preset=3)), TypeError, "config.ga.preset: expected str"),  # type: ignore[arg-type]
     "measure what": (lambda s, r: cx.measure("x.foo"), ValueError, "file: expected one that ends in .csv"),
     "measure nothing": (lambda s, r: cx.measure("x.csv"), Exception, "there is no such file"),
 }

@@ -72,7 +72,7 @@ def test_copies() -> None:
 
 
 def test_what_it_cannot_make() -> None:
-    """A class with `__post_init__` is told to be a real dataclass."""
+    """A class with `__post_init__` is refused: it must be a real dataclass."""
     with pytest.raises(TypeError, match="real dataclass"):
 
         @frozen

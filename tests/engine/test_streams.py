@@ -45,7 +45,7 @@ def test_text_of_a_key():
 
 
 def test_text_of_a_key_of_a_method_without_a_value():
-    """It tells the method by the hash of its name, which is stable too; and every other number is refused."""
+    """It names the method by the hash of its name, which is stable too; and every other number is refused."""
     assert format_key(StreamKey(1, method_number("climber"), 0, 12, 55, 0)) == "1.method-1fd94f4f.0.12.55.0"
     for stray in (16, 16 << 4):
         with pytest.raises(ValueError, match="the number of no method"):

@@ -13,6 +13,9 @@ import sqlite3
 from collections.abc import Callable, Iterator, Sequence
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
+
+import pyarrow.parquet
 
 from cortex_dsl.cli import main
 from cortex_dsl.cli.command_table import SUBCOMMANDS
@@ -23,12 +26,14 @@ EXAMPLE = "examples/left_turn.scn"
 SMALL = ("--generations", "3", "--population", "20", "--seed", "1")
 EXPORTS = "xosc,xodr,commonroad,scenic,csv,parquet,mcap,scn"
 TABLES = ("generation", "individual", "simulation")
-"""What a journal holds of a search; its manifest and its pace are told apart."""
+"""What a journal holds of a search; its manifest and its pace are no part of it."""
 DURATIONS = re.compile(
     r"in [\d.,]+ m?s, [\d.,]+ a second|[\d.,]+ simulations a second +[\d.,]+ m?s left|[\d.,]+ m?s of work"
     r"|(?<=It took )[\d.,]+ m?s"
     r"|\"(seconds|simulations_per_second|runs_per_second)\": ?[\d.e+-]+"
     r"|\"(cortexc|lark|llvmlite|numba|numpy|pymunk|python|scipy)\": ?\"[^\"]*\""
+    r"|(?<=versions</th><td>)[^<]*"
+    r"|(?<=\.parquet) +[\d.]+ kB"
 )
 """What no two runs have in common: times, and the versions of what is installed."""
 
@@ -117,7 +122,15 @@ def exports(folder: Path) -> Subjects:
     for name, words in (("trajectory", ["--to", EXPORTS]), ("maneuver", ["--to", "xosc", "--mode", "maneuver"])):
         yield f"export {name}", command("export", "run", *words, "--check", "--out", name, at=folder)
         for path in sorted((folder / name).iterdir()):
-            yield f"export {name} {path.name}", path.read_bytes().decode("latin-1")
+            yield f"export {name} {path.name}", _content(path)
+
+
+def _content(path: Path) -> str:
+    """The bytes of a file; of Parquet, whose bytes are its library's, all columns and values."""
+    if path.suffix != ".parquet":
+        return path.read_bytes().decode("latin-1")
+    table: Any = pyarrow.parquet.read_table(path)
+    return f"{table.schema.to_string(show_schema_metadata=True)}\n{table.to_pydict()}"
 
 
 def views(folder: Path) -> Subjects:

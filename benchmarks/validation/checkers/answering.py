@@ -33,7 +33,7 @@ def _guarded(check: Callable[[Any], list[str]], job: object) -> list[str]:
 
 @contextmanager
 def _heard() -> Iterator[list[str]]:
-    """Warnings of whatever kind, as they come; not those that tell developers of what will go one day."""
+    """Warnings of any kind, as they come, but for deprecations."""
     said: list[str] = []
     ear = logging.Handler(logging.WARNING)
     ear.emit = lambda record: said.append(f"{record.name}: {record.getMessage()}")  # type: ignore[method-assign]

@@ -74,7 +74,7 @@ def _of_champions(found: "_Champions") -> Iterator[str]:
 def _of_ranges(plan: ManeuverPlan) -> Iterator[str]:
     names = [each.name for each in plan.parameters if not each.is_drawn]
     if names:
-        yield f"only params have ranges: where chance put somebody ({', '.join(names)}) stays as in this case"
+        yield f"only params have ranges: drawn places ({', '.join(names)}) stay as in this case"
     names = [each.name for each in plan.parameters if each.is_drawn and each.whole and not is_listed(each)]
     if names:
         yield f"the ranges draw {', '.join(names)} from all numbers, not from the whole ones alone: they are too many"

@@ -65,12 +65,12 @@ STAND_INS: Mapping[str, StandIn] = {
             "else:",
             "    do FollowTrajectoryBehavior(target_speed=target_speed, trajectory=trajectory)",
         ),
-        "it keeps its speed whoever is ahead",
+        "it keeps its speed, also behind others",
     ),
     "GapAcceptanceBehavior": StandIn(
         ("target_speed=10", "trajectory=None"),
         ("do FollowTrajectoryBehavior(target_speed=target_speed, trajectory=trajectory)",),
-        "it gives way to nobody",
+        "it never gives way",
     ),
     "EmergencyBrakeBehavior": StandIn(
         ("behavior",), ("do behavior",), "it drives as the behavior that it is given, without an emergency brake"

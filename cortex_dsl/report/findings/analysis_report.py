@@ -134,7 +134,7 @@ def fastest_text(analysis: Analysis) -> str:
     if not math.isfinite(analysis.fastest):
         return ""
     fastest = closing_text(analysis.fastest)
-    return f"risk has a top and tells no severity beyond; the fastest contact of the search closed at {fastest}"
+    return f"risk has a maximum and shows no severity beyond it; the fastest contact of the search closed at {fastest}"
 
 
 def margin_text(answer: Avoidability) -> str:
@@ -165,7 +165,7 @@ EXPOSURE = "a range is drawn evenly, which is no model of how often a road bring
 def how_drawn(found: Probability) -> str:
     """Which probability it is: the two differ where some params allow a scene more often than others."""
     if found.condition == JOINT:
-        return "params and scene are drawn anew together until the requirements hold"
+        return "params and scene are drawn again together until the requirements hold"
     often = f" in up to {counted(found.max_attempts, 'attempt')}" if found.max_attempts else ""
     return f"params are drawn once, a scene for them is then sought{often}"
 

@@ -170,7 +170,7 @@ def headline(record: Record) -> str:
         kinds = f"{counted(found, 'scene')} in which the ego collides"
         return f"{kinds}, among {tried}. The worst scores {worst[0].score} of {HIGHEST_RISK}."
     if worst and not isfinite(worst[0].min_distance):
-        return f"Nothing to come near to in {tried}: nobody but the ego was in the scene."
+        return f"Nothing to come near to in {tried}: the ego was alone in the scene."
     if worst:
         near = fixed(worst[0].min_distance, 2)
         of = tried if simulated.valid_runs == simulated.runs else f"{simulated.valid_runs:,} valid of {tried}"

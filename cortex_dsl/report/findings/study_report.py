@@ -44,7 +44,7 @@ def differences(rows: Sequence[Beside]) -> list[str]:
     alike = sum(row.same_direction for row in windows)
     lines = [
         f"{same} of {len(others)} comparisons of risk, collisions and distances point the same way as in the paper",
-        f"{alike} of {len(windows)} of NIS do, one observation told over again: all share the windows that decide it",
+        f"{alike} of {len(windows)} of NIS do, one observation counted again: all share the windows that decide it",
         *(f"the other way in {row.letter}: {row.measure.name}" for row in against),
     ]
     for name in dict.fromkeys(row.measure.name for row in rows):

@@ -113,7 +113,7 @@ def analysis_view(program: Program, analysis: Analysis, width: int) -> Renderabl
     space = program.space
     parts: list[RenderableType] = [heading(program.name), *_summary(analysis), *_partners(program, analysis)]
     if analysis.failures:
-        parts.append(section("Kinds of failures", _kinds(space, analysis), "what tells them from all else simulated"))
+        parts.append(section("Kinds of failures", _kinds(space, analysis), "what sets them apart from all others"))
     covered = [grid for grid in analysis.grids if grid.covered]
     parts += [section(grid.name, _grid(grid, width), _grid_note(grid)) for grid in covered]
     parts += [Text(), indented(Text(MARKS, "quiet"))] if covered else []
@@ -256,7 +256,7 @@ def _interval(interval: Interval) -> str:
 
 # -- how probable a collision is ---------------------------------------------------------------------------------------
 
-HINT = "--condition joint draws the params anew, too, until the requirements hold"
+HINT = "--condition joint draws the params again, too, until the requirements hold"
 TOO_RARE = "valid runs are too rare for subset simulation to begin with; `--method mc` takes those that it finds"
 
 

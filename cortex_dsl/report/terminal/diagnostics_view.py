@@ -46,7 +46,7 @@ def print_diagnostics(source: Source, diagnostics: Sequence[Diagnostic], console
             text = Text.assemble(*((piece, styles[style]) for piece, style in line))
             console.print(text, soft_wrap=number > 0 or not console.is_terminal)
     if left := len(diagnostics) - len(drawn):
-        console.print(f"\nand {left:,} more; --format json tells all", soft_wrap=True)
+        console.print(f"\nand {left:,} more; --format json lists all", soft_wrap=True)
 
 
 def _drawn(diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:

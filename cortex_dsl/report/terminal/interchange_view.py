@@ -82,7 +82,7 @@ def _headline(report: MeasuredReport) -> Text:
     touched = int(report.measured.outcomes.contact_actors[0, 0]) >= 0
     end = float(report.measured.outcomes.end_time[0])
     if not report.paired:
-        return Text(f"no contact: {report.cast.actors[0]} is alone, there is nobody to measure against", "warn")
+        return Text(f"no contact: {report.cast.actors[0]} is alone, there is no other actor to measure against", "warn")
     judged = f"  risk {int(report.measured.risk.score[0])} of 22"
     what = recorded_end(report) if touched else "no contact"
     return Text.assemble((what, "bad" if touched else "good"), (f"  after {end:.2f} s", "quiet"), (judged, "title"))

@@ -62,7 +62,7 @@ def _params_kept(program: Program, tally: Tally) -> list[Text]:
     if not len(program.space):
         return []
     hopeless = int(tally.verdicts[Verdict.INFEASIBLE])
-    lines = [Text("a scene keeps its params: each of its attempts draws all the rest anew", "quiet")]
+    lines = [Text("a scene keeps its params: each of its attempts draws all the rest again", "quiet")]
     if hopeless:
         lines.append(Text(f"{hopeless:,} of {counted(tally.scenes, 'draw')} of the params can have no scene", "warn"))
     return lines
@@ -155,7 +155,7 @@ def distribution_view(weighing: "Weighing", gene: int, width: int, *, ascii_only
     note = f"{len(accepted):,} accepted of {counted(len(drawn), 'draw')}"
     title = f"{space.names[gene]} [{space.units[gene]}]" if space.units[gene] else space.names[gene]
     if not len(accepted):
-        return section(title, Text("no draw is accepted; `:relax` tells why", "warn"), note)
+        return section(title, Text("no draw is accepted; `:relax` shows why", "warn"), note)
     if space.kinds[gene] == GeneKind.INDEX:
         return section(title, _options(weighing, gene, drawn, accepted, ascii_only), note)
     return section(title, _chart(weighing, gene, (drawn, accepted), width, ascii_only), note)

@@ -272,7 +272,7 @@ NOT_A_DRIVER = Problem(
 NO_INTERSECTION = Problem(
     "SCN632",
     "this trajectory crosses no intersection",
-    "there is nobody to give way to on it",
+    "no other traffic crosses or joins it",
     "as in `[maneuver.startLane, maneuver.connectingLane, maneuver.endLane]`",
     page=Page(
         "trajectory without an intersection",

@@ -100,7 +100,7 @@ GENE_BOUNDS = Problem(
     "SCN507",
     "the bounds of the param `{name}` are not constant",
     "a search needs a fixed box",
-    "use numbers, or drop `param` to draw it anew for every scene",
+    "use numbers, or drop `param` to draw it again for every scene",
     page=Page(
         "bounds that are not constant",
         "A search moves in a box, so each param that it chooses has bounds of its own.",
@@ -166,7 +166,7 @@ FIXED_EXHAUSTED = Problem(
 )
 RANDOM_WHILE_RUNNING = Problem(
     "SCN513",
-    "objects cannot be chosen anew during the run",
+    "objects cannot be chosen again during the run",
     "lanes and other objects are settled with the scene",
     "choose outside the behavior and pass the choice as an argument",
     page=Page(
@@ -191,7 +191,7 @@ NUISANCE_PARAM = note(
     "use `Range` or `TruncatedNormal` to make it a gene",
     page=Page(
         "param that is not searched",
-        "A search needs bounds. A param without them is drawn anew for every scene, as any other random value.",
+        "A search needs bounds. A param without them is drawn again for every scene, like any other random value.",
         "param V = Normal(9, 1)\nego = new Car on road\nrequire ego.speed < V\n",
         "param V = TruncatedNormal(9, 1, 5, 12)\nego = new Car on road\nrequire ego.speed < V\n",
     ),

@@ -150,7 +150,7 @@ SECOND_EGO = warning(
     page=Page(
         "second ego",
         "A scenario has one vehicle under test. `ego` may be given to another object further down, as in Scenic, but "
-        "whoever writes it twice mostly wants a second car.",
+        "a file that does so mostly wants a second car.",
         "lane = network.lanes[0]\nego = new Car in lane.centerline\nego = new Car ahead of ego by 9 m\n",
         "lane = network.lanes[0]\nego = new Car in lane.centerline\nlead = new Car ahead of ego by 9 m\n",
     ),
@@ -162,8 +162,8 @@ SELF_AS_PARAMETER = Problem(
     "leave it out of the brackets",
     page=Page(
         "`self` among the parameters",
-        "The object that a behavior drives is `self` there, without being named in its brackets as in Python; whoever "
-        "calls it gives the other arguments alone. Monitors and scenarios drive none.",
+        "The object that a behavior drives is `self` there, without being named in its brackets as in Python; a call "
+        "gives the other arguments only. Monitors and scenarios drive none.",
         "behavior Go(self, v):\n    do FollowLaneBehavior(v)\n\nego = new Car on road, with behavior Go(5 m/s)\n",
         "behavior Go(v):\n    do FollowLaneBehavior(v)\n\nego = new Car on road, with behavior Go(5 m/s)\n",
     ),
@@ -187,8 +187,8 @@ DEAD_GENE = warning(
     "use it where it matters, or give it a constant value",
     page=Page(
         "dead param",
-        "All uses of the param are in places that are never reached or that make no difference: a behavior nobody "
-        "has, a product with 0, a branch that is decided already.",
+        "All uses of the param are in places that are never reached or that make no difference: a behavior "
+        "that no object has, a product with 0, a branch that is decided already.",
         "param V = Range(1, 9) m/s\n\nbehavior Drive():\n    do FollowLaneBehavior(target_speed=V)\n\n"
         "ego = new Car on road\n",
         "param V = Range(1, 9) m/s\n\nbehavior Drive():\n    do FollowLaneBehavior(target_speed=V)\n\n"
@@ -201,7 +201,7 @@ UNUSED_NAME = hint(
     cure="remove it, or begin it with `_` if it is meant",
     page=Page(
         "name that is never read",
-        "What is worked out and then not used is often a slip: another name was meant further down.",
+        "What is worked out and then not used is often a mistake: another name was meant further down.",
         "gap = 9 m\nego = new Car on road\ncar = new Car ahead of ego by 5 m\n",
         "gap = 9 m\nego = new Car on road\ncar = new Car ahead of ego by gap\n",
     ),
@@ -267,7 +267,7 @@ TOO_MANY_IMPORTS = Problem(
     cure="join small files",
     page=Page(
         "too many imports",
-        "There is a limit on the number of imported files, so that a slip cannot keep the compiler reading.",
+        "There is a limit on the number of imported files, so that a mistake cannot keep the compiler reading.",
         shown="while the imports of a file are read",
     ),
 )

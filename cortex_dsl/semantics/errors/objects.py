@@ -244,7 +244,7 @@ CANNOT_MUTATE = Problem(
 MUTATED_ALIAS = Problem(
     "SCN240",
     "`{name}` was not made under this name",
-    "`mutate` is told the name to which `new` was assigned",
+    "`mutate` takes the name to which `new` was assigned",
     "name the object as where it was made",
     page=Page(
         "mutation by another name",

@@ -147,7 +147,7 @@ UNKNOWN_COLOUR = Problem(
 )
 SIGNALS_UNUSED = warning(
     "SCN453",
-    "nobody looks at the traffic lights",
+    "no actor looks at the traffic lights",
     "they change nothing by themselves",
     "drive with `obey_signals=True`, or ask `withinDistanceToRedYellowTrafficLight(self, 15)`",
     page=Page(

@@ -145,7 +145,7 @@ BAD_SETTING = Problem(
     "SCN428",
     "`{name}` must be {expected}, but this is {actual}",
     "{reason}",
-    'a search writes it, as in `stream="7.ga.0.3.12.0"`; leave it out to draw anew',
+    'a search writes it, as in `stream="7.ga.0.3.12.0"`; leave it out to draw again',
     page=Page(
         "wrong setting",
         "`simulation(...)` pins settings of the run; each takes a certain kind of value.",
@@ -227,7 +227,7 @@ NEVER_CHANGES = warning(
     "SCN463",
     "nothing in this condition changes during the run",
     "it is the same in all samples, so it decides about the scene alone",
-    "write `require` without temporal operators: scenes in which it fails are then drawn anew",
+    "write `require` without temporal operators: scenes in which it fails are then drawn again",
     page=Page(
         "temporal requirement about what never changes",
         "A run that breaks a temporal requirement is aborted and counts as invalid. A condition that is settled with "

@@ -56,7 +56,7 @@ UNKNOWN_UNIT = Problem(
     cure="{suggestion}",
     page=Page(
         "unknown unit",
-        "The units are mm, cm, m, km, ft; ms, s, min; m/s, km/h, mph; m/s^2, g; deg, rad; kg, t; Hz.",
+        "The units are mm, cm, m, km, ft; ms, s, min; m/s, km/h, mph; m/s^2, g; deg, rad; deg/s, rad/s; kg, t; Hz.",
         shown="when a program is made without its text; in a file the parser says SCN111",
     ),
 )

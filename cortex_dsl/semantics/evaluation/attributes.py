@@ -271,6 +271,8 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
 def property_value(value: Value, name: str) -> Value:
     """A stored property as the language sees it."""
     if isinstance(value, Term):
+        if PROPERTIES[name].truth:
+            return Truth(value)
         return Quantity(value, PROPERTIES[name].dimension)
     return value
 

@@ -236,13 +236,20 @@ class Making:
         algebra, model = self.ev.algebra, MODELS[self.kind]
         if name not in MODEL_FIELDS:
             return algebra.literal(0.0) if name == "speed" else None
+        if name == "fixed":
+            return self._number("mass") > model.fixed_above
+        if name == "occluding" and self.ev.file.from_scenic:
+            return algebra.truth(True)  # as in Scenic, whose objects all do
         default: Term = algebra.literal(float(getattr(model, MODEL_FIELDS[name])))
         own_length = "length" in self.defaults or any(each.property == "length" for each in self.given)
         if name in ("wheelbase", "rearToCenter") and own_length:
-            length = self.get("length")
-            assert isinstance(length, Term)
-            return default * (length / model.length)
+            return default * (self._number("length") / model.length)
         return default
+
+    def _number(self, name: str) -> Term:
+        value = self.get(name)
+        assert isinstance(value, Term)
+        return value
 
 
 @dataclass
@@ -269,6 +276,8 @@ def checked(ev: Evaluator, kind: ActorKind, name: str, value: Value, span: Span)
     if name not in PROPERTIES:
         return value
     spec = PROPERTIES[name]
+    if spec.truth:
+        return numbers.truth(ev, value, span)
     expr = numbers.adopt(ev, value, spec.dimension, span, f"`{name}`")
     return numbers.in_range(ev, expr, spec.low, spec.high, spec.dimension, span, f"`{name}`", above=spec.above)
 

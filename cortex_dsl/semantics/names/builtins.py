@@ -11,7 +11,7 @@ from enum import Enum
 
 from cortex_dsl import ir
 from cortex_dsl.ir import Dimension
-from cortex_dsl.semantics.quantities.units import ACCELERATION, ANGLE, LENGTH, MASS, PURE, SPEED, TIME
+from cortex_dsl.semantics.quantities.units import ACCELERATION, ANGLE, ANGULAR_SPEED, LENGTH, MASS, PURE, SPEED, TIME
 from engine.frozen import frozen
 from engine.vocabulary import ActorKind, Column, Command
 
@@ -175,7 +175,7 @@ _ROWS = (
                Parameter("trajectory"), _LATERAL, _OBEY),
     _behaviour("FollowLaneBehavior", "Follow the lane and whatever comes after it, straight on where that can be.",
                _SPEED, _LANE, _LATERAL, _OBEY, _OPPOSITE),
-    _behaviour("CarFollowingBehavior", "Follow a lane or trajectory behind whoever is ahead on it (IDM).",
+    _behaviour("CarFollowingBehavior", "Follow a lane or trajectory behind the actor ahead on it (IDM).",
                _SPEED, Parameter("trajectory", default="the lane it is on"),
                Parameter("time_headway", TIME, "1.6 s", low=0.0),
                Parameter("min_gap", LENGTH, "2 m", low=0.0),
@@ -280,7 +280,7 @@ OFF_ROAD = frozenset({ActorKind.PEDESTRIAN, ActorKind.OBSTACLE})
 
 @frozen
 class Property:
-    """A number that `with` sets: its column in a scene, its dimension and its legal range."""
+    """A number or a truth that `with` sets: its column in a scene, its dimension and its legal range."""
 
     name: str
     column: Column
@@ -290,6 +290,12 @@ class Property:
     above: bool = False
     """Whether the lower end itself is illegal."""
     doc: str = ""
+    truth: bool = False
+    """Whether it is True or False, kept as 1.0 or 0.0."""
+
+
+def _truth(name: str, column: Column, doc: str) -> Property:
+    return Property(name, column, PURE, 0.0, 1.0, doc=doc, truth=True)
 
 
 PROPERTIES: Mapping[str, Property] = {
@@ -307,6 +313,12 @@ PROPERTIES: Mapping[str, Property] = {
         Property("friction", Column.FRICTION, PURE, 0.0, 10.0, above=True, doc="Between tyre and road."),
         Property("viewAngle", Column.VIEW_ANGLE, ANGLE, 0.0, math.tau, above=True, doc="Opening angle of its view."),
         Property("visibleDistance", Column.VIEW_DISTANCE, LENGTH, doc="How far it sees."),
+        _truth("occluding", Column.OCCLUDING, "Whether others are hidden behind it."),
+        _truth("fixed", Column.FIXED, "Whether no impact moves it."),
+        Property("topSpeed", Column.TOP_SPEED, SPEED, 0.0, TOP_SPEED, doc="No throttle takes it beyond."),
+        Property("steerRate", Column.STEER_RATE, ANGULAR_SPEED, 0.0, 100.0, doc="How fast its wheels turn."),
+        Property("pedalTime", Column.PEDAL_TIME, TIME, 0.0, 10.0, doc="From no pedal to a full one."),
+        Property("drag", Column.DRAG, ACCELERATION, 0.0, 100.0, doc="Deceleration while it rolls without pedals."),
     )
 }
 

@@ -10,6 +10,7 @@ TIME = Dimension(time=1)
 SPEED = Dimension(length=1, time=-1)
 ACCELERATION = Dimension(length=1, time=-2)
 ANGLE = Dimension(angle=1)
+ANGULAR_SPEED = Dimension(angle=1, time=-1)
 MASS = Dimension(mass=1)
 FREQUENCY = Dimension(time=-1)
 
@@ -41,6 +42,8 @@ UNITS: dict[str, Unit] = {
         Unit("g", ACCELERATION, 9.80665),
         Unit("deg", ANGLE, math.pi / 180.0),
         Unit("rad", ANGLE, 1.0),
+        Unit("deg/s", ANGULAR_SPEED, math.pi / 180.0),
+        Unit("rad/s", ANGULAR_SPEED, 1.0),
         Unit("kg", MASS, 1.0),
         Unit("t", MASS, 1000.0),
         Unit("Hz", FREQUENCY, 1.0),
@@ -54,6 +57,7 @@ _NAMES = {
     SPEED: "a speed",
     ACCELERATION: "an acceleration",
     ANGLE: "an angle",
+    ANGULAR_SPEED: "an angular speed",
     MASS: "a mass",
     FREQUENCY: "a frequency",
 }

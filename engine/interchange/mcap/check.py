@@ -94,4 +94,4 @@ def _numbers(recording: Recording, sample: int, message: Any, place: str) -> Ite
 def _same_people(recording: Recording, sample: int, written: Mapping[str, Any], place: str) -> Iterator[Finding]:
     there = {actor.name for actor, is_there in zip(recording.actors, recording.there[sample], strict=True) if is_there}
     if there != set(written):
-        yield Finding(place, f"{len(there)} are there, {len(written)} are told of, or others", OURS)
+        yield Finding(place, f"{len(there)} are there, {len(written)} are in the message, or others", OURS)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from engine.interchange.contract import InterchangeError, did_you_mean
+from engine.interchange.contract import InterchangeError, name_cure
 from engine.interchange.opendrive.places import Piece, Pose, read_piece
 from engine.interchange.xml import LIMITS, Limits, Node, read_xml
 
@@ -112,7 +112,7 @@ class OdrNetwork:
             InterchangeError: there is no such road.
         """
         if road not in self.roads:
-            cure = did_you_mean(road, self.roads)
+            cure = name_cure(road, self.roads)
             raise InterchangeError(f"there is no road `{road[:40]}` in {self.file}", cure, place or self.file)
         return self.roads[road]
 

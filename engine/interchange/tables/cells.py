@@ -186,7 +186,9 @@ def _largest(key: str) -> float:
 
 
 def _bad(text: str, wanted: str, column: Column, place: str) -> InterchangeError:
-    cure = "write a point in numbers, not a comma" if DECIMAL_COMMA.fullmatch(text) else "mend it, or leave the row out"
+    cure = (
+        "write a point in numbers, not a comma" if DECIMAL_COMMA.fullmatch(text) else "correct it or leave out the row"
+    )
     said = quoted(text) if text.strip() else "nothing"
     return InterchangeError(f"it should hold {wanted}, and holds {said}", cure, f"{place}, column `{column.name}`")
 
@@ -241,7 +243,7 @@ def _stored(file: ParquetFile, key: str, column: Column, chosen: Chosen) -> Stor
     if len(wrong):
         message = f"it should hold a number that can be, and holds {values[wrong[0]]}"
         raise InterchangeError(
-            message, "mend it, or leave the row out", f"{file.file}, row {wrong[0] + 1}, column `{column.name}`"
+            message, "correct it or leave out the row", f"{file.file}, row {wrong[0] + 1}, column `{column.name}`"
         )
     if storage.typecode == "q":
         return array("q", values.astype(np.int64).tobytes())

@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError, did_you_mean, quoted
+from engine.interchange.contract import InterchangeError, name_cure, near_name, quoted
 from engine.tables import Floats
 
 TEXTS = frozenset({"actor", "type", "role", "name"})
@@ -116,7 +116,7 @@ def check_complete(chosen: Chosen, header: Sequence[str], file: str) -> None:
     taken = {column.index for column in chosen.columns.values()}
     free = [name.strip() for index, name in enumerate(header[:MOST_COMPARED]) if index not in taken]
     words = {missing[0]} if chosen.omega_prime else {*PLAIN[missing[0]]}
-    near = next((name for name in free if did_you_mean(name, words, few=0)), "")
+    near = next((name for name in free if near_name(name, words)), "")
     cure = f"is it {_cited(near)}? call that column `{missing[0]}`" if near else f"name a column `{missing[0]}`"
     there = ", ".join(map(_cited, (name.strip() for name in header[:12])))
     also = f", nor {', '.join(f'`{name}`' for name in missing[1:])}" if missing[1:] else ""
@@ -133,7 +133,7 @@ def _meaning(name: str, place: str) -> tuple[str, str]:
     if not meaning or meaning in TEXTS:
         return meaning, ""
     if unit and unit not in _units(meaning):
-        cure = did_you_mean(unit, _units(meaning))
+        cure = name_cure(unit, _units(meaning))
         raise InterchangeError(f"{_cited(name)}: no unit of its {meaning} is called {quoted(unit)}", cure, place)
     return meaning, unit
 

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from engine.host import MAX_SAMPLES
-from engine.interchange.contract import ExportOptions, Finding, InterchangeError, quoted
+from engine.interchange.contract import ExportOptions, Finding, InterchangeError, name_cure, quoted
 from engine.interchange.measuring import same_run
 from engine.interchange.openscenario.read import Imported
 from engine.interchange.recording import RecordedActor, RecordedCase, Recording
 from engine.interchange.tables.cells import Cells, read_csv_cells, read_parquet_cells
 from engine.interchange.tables.columns import GAP
-from engine.interchange.tables.tracks import TableTrack, spelt, tracks_of
+from engine.interchange.tables.tracks import TableTrack, tracks_of
 from engine.tables import Floats
 from engine.vehicles import MODELS
 from engine.vocabulary import State
@@ -72,14 +72,14 @@ def _cells(path: Path) -> Cells:
         return read_csv_cells(path) if path.suffix.lower() == ".csv" else read_parquet_cells(path)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
-        raise InterchangeError(f"it cannot be read: {reason}", "mend that, or copy the file", path.name) from None
+        raise InterchangeError(f"it cannot be read: {reason}", "solve that, or copy the file", path.name) from None
 
 
 def _ego_first(tracks: Sequence[TableTrack], ego: str | None, cells: Cells) -> tuple[list[TableTrack], tuple[str, ...]]:
     """The tracks with the ego before all others, and what is to be said of the choice."""
     names = [track.name for track in tracks]
     if ego is not None and ego not in names:
-        raise InterchangeError(f"no actor is called `{quoted(ego)[1:-1]}`", spelt(names, ego), cells.file)
+        raise InterchangeError(f"no actor is called `{quoted(ego)[1:-1]}`", name_cure(ego, names), cells.file)
     remarks: tuple[str, ...] = ()
     if ego is not None:
         first = names.index(ego)
@@ -106,7 +106,7 @@ def _actor(track: TableTrack) -> RecordedActor:
         max_acceleration=model.max_acceleration,
         max_braking=model.max_braking,
         max_steer=model.max_steer,
-        max_speed=model.max_speed,
+        max_speed=model.top_speed,
     )
 
 

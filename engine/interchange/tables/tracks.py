@@ -1,7 +1,7 @@
 """Rows of a table gathered by actor: one track each, in the order of time."""
 
 from array import array
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from types import MappingProxyType
@@ -107,7 +107,7 @@ def _times(cells: Cells) -> Floats:
     if last - first > LONGEST_SPAN * 10**9:
         row = int(np.flatnonzero(nanos == last)[0])
         message = f"this is {(last - first) / 1e9:,.0f} s after the first time"
-        raise InterchangeError(message, "mend it, or leave the row out", cells.place(row, "total_nanos"))
+        raise InterchangeError(message, "correct it or leave out the row", cells.place(row, "total_nanos"))
     return (nanos - first) / 1e9
 
 
@@ -260,9 +260,3 @@ def _turning_point(time: Floats, velocity: Floats, heading: Floats, usual: float
     middle = float(np.median(distances))
     agreed = np.count_nonzero(np.abs(distances - middle) < SAME_PLACE)
     return middle if 2 * agreed > len(distances) else usual
-
-
-def spelt(names: Sequence[str], name: str) -> str:
-    """The actor that was probably meant, or those that there are."""
-    near = get_close_matches(name, names, n=1)
-    return f"did you mean `{near[0]}`?" if near else "there are " + ", ".join(f"`{n}`" for n in names[:12])

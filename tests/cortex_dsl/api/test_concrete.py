@@ -164,7 +164,7 @@ def test_copies_are_in_the_one_layout() -> None:
 
 
 def test_a_bare_param_stays_bare() -> None:
-    """A param without a unit is told in that of its places, and written without it: it may stand in products, too."""
+    """A param without a unit is displayed in that of its places, and written without it: it may stand in products."""
     text = "map intersection()\nparam V = Range(5, 9)\nego = new Car on road, with speed V\nrequire V * V < 70\n"
     scenario = compile_text(text)
     assert scenario.program.space.units == ("m/s",)

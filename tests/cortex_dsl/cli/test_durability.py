@@ -210,6 +210,7 @@ def test_what_cannot_become_longer(cortexc: Command, left_turn: Path, tmp_path: 
     refused = cortexc("resume", tmp_path / "sa", "--generations", 9)
     assert refused.code == 2
     assert "paces itself by the number of its generations" in refused.err
+    assert "going on" not in refused.err
     assert cortexc("resume", tmp_path / "sa", "--generations", 4).code == 0
     cortexc(left_turn, "--random", *SMALL, "--out", tmp_path / "random")
     refused = cortexc("resume", tmp_path / "random", "--generations", 3)
@@ -276,6 +277,7 @@ def test_two_processes_on_one_run(killed: Path, cortexc: Command, left_turn: Pat
         refused = cortexc("resume", tmp_path / "busy")
         assert refused.code == 2
         assert "being written by another process" in refused.err
+        assert "going on" not in refused.err
         process.kill()
     with start("resume", killed, "--generations", 60000) as process:
         before = written(killed)
@@ -315,7 +317,7 @@ def test_journals_that_are_none_of_ours(killed: Path, cortexc: Command, damage: 
 
 
 def test_files_that_are_no_journal(cortexc: Command, killed: Path, tmp_path: Path) -> None:
-    """Torn off, overwritten, a folder of runs, a name misspelt, a file, nothing: each is told apart."""
+    """Torn off, overwritten, a folder of runs, a name misspelt, a file, nothing: each has its own message."""
     (killed / "journal.sqlite-wal").unlink(missing_ok=True)
     (killed / "journal.sqlite").write_bytes(os.urandom(5000))
     assert "is not a readable journal" in cortexc("resume", killed).err
@@ -381,7 +383,7 @@ def test_a_process_whose_folder_is_removed(left_turn: Path, tmp_path: Path) -> N
 def test_a_journal_that_was_changed_by_hand(
     cortexc: Command, left_turn: Path, tmp_path: Path, command: tuple[object, ...], change: str
 ) -> None:
-    """Whatever the search would not have proposed is told, by those who report a run as by those who go on with it."""
+    """Individuals that the search would not have proposed are reported, by commands that show a run and by `resume`."""
     run = tmp_path / "run"
     assert cortexc(left_turn, "--ga", "--generations", 4, "--population", 20, "--jobs", 1, "--out", run).code == 0
     with closing(sqlite3.connect(run / "journal.sqlite")) as connection, connection:

@@ -16,13 +16,13 @@ Command = Callable[..., Any]
 
 
 def test_a_page(cortexc: Command) -> None:
-    """Why, the example, what the compiler says about it, and the example mended, in this order."""
+    """Why, the example, what the compiler says about it, and the example corrected, in this order."""
     result = cortexc("explain", "scn203")
     assert result.code == 0
     parts = ["SCN203 (error): unknown attribute", "ego.sped < 3 m/s", "error[SCN203]", "did you mean `speed`?"]
     places = [result.out.index(part) for part in parts]
     assert places == sorted(places)
-    assert "    require ego.speed < 3 m/s" in result.out.split("Mended")[1]
+    assert "    require ego.speed < 3 m/s" in result.out.split("Corrected")[1]
 
 
 @pytest.mark.parametrize("entry", codes.entries(), ids=lambda entry: entry.code)
@@ -69,7 +69,7 @@ def test_help_names_the_command(cortexc: Command) -> None:
 
 @pytest.mark.parametrize("problem", [STUCK, UNDEFINED], ids=lambda problem: problem.code)
 def test_what_only_a_run_shows(problem: Problem, cortexc: Command, tmp_path: Path) -> None:
-    """The examples of these pages are run: one is told, the other ends well."""
+    """The examples of these pages are run: one is reported, the other ends well."""
     assert problem.page
     wrong, right = tmp_path / "wrong.scn", tmp_path / "right.scn"
     wrong.write_text(problem.page.wrong)

@@ -1,4 +1,4 @@
-"""`cortexc export`: files for other tools, none of them half written, and what cannot be done told with a cure."""
+"""`cortexc export`: files for other tools, none of them half written, and what cannot be done reported with a cure."""
 
 import errno
 import json
@@ -205,7 +205,7 @@ def test_a_folder_in_a_files_place(cortexc: Command, run: Path, tmp_path: Path) 
 
 
 def test_a_full_disk(cortexc: Command, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Is told, and leaves nothing behind."""
+    """It is reported, and leaves nothing behind."""
 
     def full(_handle: int) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -314,7 +314,7 @@ def test_what_a_format_cannot_carry(
 
 
 def test_formats_that_can_are_written_beside_one_that_cannot(cortexc: Command, tmp_path: Path) -> None:
-    """The one is told with its cure, by the exit code of what cannot be done; alone it leaves nothing."""
+    """The one is reported with its cure, with the exit code of what cannot be done; alone it leaves nothing."""
     file = tmp_path / "left.scn"
     file.write_text("map intersection(left_hand=True)\nego = new Car in road\nterminate after 1 s\n", encoding="utf-8")
     result = cortexc("export", file, "--to", "xosc,scenic,csv,scn", "--check", "--out", tmp_path / "out")

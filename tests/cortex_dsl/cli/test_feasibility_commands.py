@@ -63,7 +63,7 @@ def test_an_infeasible_run_names_the_requirement_to_blame(cortexc: Command, scen
 
 
 def test_sample_of_what_is_proved_impossible(cortexc: Command, tmp_path: Path) -> None:
-    """Nothing is drawn: what is to blame is told at once, with its place and the amount."""
+    """Nothing is drawn: the requirement to blame is reported at once, with its place and the amount."""
     path = tmp_path / "far.scn"
     path.write_text(
         "map intersection(approach=80 m)\nlane = network.lanes[0]\n"

@@ -1,4 +1,4 @@
-"""`cortexc fmt`: what is written, what is only told, and how it ends."""
+"""`cortexc fmt`: what is written, what is only reported, and how it ends."""
 
 import io
 import os
@@ -88,7 +88,7 @@ def test_line_breaks_and_mark_of_a_file_stay(cortexc: Command, tmp_path: Path) -
 
 @pytest.mark.parametrize("content", [b"", b"# only\n", b"\xff", b"\0"])
 def test_files_without_statements_are_no_reason_to_stop(cortexc: Command, tmp_path: Path, content: bytes) -> None:
-    """A file of comments is formatted; one that is no text is told as everywhere."""
+    """A file of comments is formatted; one that is no text is refused as everywhere."""
     path = tmp_path / "odd.scn"
     path.write_bytes(content)
     result = cortexc("fmt", path)
@@ -98,7 +98,7 @@ def test_files_without_statements_are_no_reason_to_stop(cortexc: Command, tmp_pa
 
 @pytest.mark.parametrize("arguments", [(), ("-", "a.scn"), ("nowhere.scn",), ("--chek", "."), ("nowhere\0.scn",)])
 def test_wrong_calls(cortexc: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str]) -> None:
-    """A slip of the command line is told with a cure."""
+    """A mistake on the command line is answered with a cure."""
     monkeypatch.chdir(tmp_path)
     result = cortexc("fmt", *arguments)
     assert result.code == 2

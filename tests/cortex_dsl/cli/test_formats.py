@@ -59,7 +59,7 @@ def test_a_listing_on_a_terminal_names_a_few_codes(
 
 
 def test_hints_belong_to_check(cortexc: Command) -> None:
-    """A run keeps quiet about better ways to write a file, and still tells warnings."""
+    """A run prints no hints, but still prints warnings."""
     assert "hint[SCN223]" in cortexc(GOLDEN / "advice.scn", "--check").err
     quiet = cortexc(GOLDEN / "advice.scn", "--emit", "ir").err
     assert "hint" not in quiet

@@ -105,7 +105,7 @@ def test_one_actor_has_metrics_of_none_and_no_risk(cortexc: Cortexc, tmp_path: P
     (tmp_path / "one.csv").write_text("time,id,x,y\n0,a,0,0\n0.1,a,1,0\n")
     result = cortexc("measure", tmp_path / "one.csv")
     assert result.code == Exit.FINE
-    assert "no contact: a is alone, there is nobody to measure against" in result.out
+    assert "no contact: a is alone, there is no other actor to measure against" in result.out
     assert "risk" not in result.out
     assert cortexc("measure", tmp_path / "one.csv", "--json").document["risk"]["score"] is None
 
@@ -133,7 +133,7 @@ def test_the_view_keeps_within_its_width(
 
 
 def test_it_is_turned_into_other_formats(cortexc: Cortexc, head_on: Path, tmp_path: Path) -> None:
-    """Beside the file or in --out; nothing else is written over, and what was lost is told."""
+    """Beside the file or in --out; nothing else is written over, and what the format cannot carry is reported."""
     out = tmp_path / "out"
     result = cortexc("measure", head_on, "--to", "csv,parquet", "--out", out)
     assert result.code == Exit.FINE

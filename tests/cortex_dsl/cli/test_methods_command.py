@@ -78,7 +78,7 @@ def test_every_method_runs_to_its_report(cortexc: Command, left_turn: Path, tmp_
     ("arguments", "message"),
     [
         (["--method", "nichng"], "did you mean `niching`?"),
-        (["--method", "niching,xyzzy"], "`cortexc --method list` tells them all"),
+        (["--method", "niching,xyzzy"], "`cortexc --method list` lists them all"),
         (["--method", "niching", "--check"], "--method and --check ask for different things"),
         (["--method", "niching", "--preset", "cortex"], "--preset has no effect without the genetic algorithm"),
         (["--dask", "local"], "--dask has no effect on a single run"),
@@ -105,7 +105,7 @@ def test_a_package_that_is_missing(cortexc: Command, left_turn: Path, monkeypatc
 def test_a_broken_searcher_of_another_package(
     cortexc: Command, left_turn: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Its fault is told as its own, not as a bug of ours."""
+    """Its fault is reported as its own, not as a bug of ours."""
     point = EntryPoint("shaky", "nowhere.at.all:make", "cortexc.searchers")
     monkeypatch.setattr("engine.search.searchers.entry_points", lambda **_: [point])
     result = cortexc(left_turn, "--method", "shaky", "--out", "never")

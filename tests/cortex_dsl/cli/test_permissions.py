@@ -1,4 +1,4 @@
-"""Files and folders that the user may not read or write: told with their names, and left as they were."""
+"""Files and folders that the user may not read or write: reported by name, and left as they were."""
 
 import os
 import stat

@@ -34,7 +34,7 @@ def test_run_repeats_itself(cortexc: Command, left_turn: Path) -> None:
 
 
 def test_an_aborted_run_is_no_scene(cortexc: Command, scenario: Scenario) -> None:
-    """Exit code 3; the rule, its line and the time are told by both engines, and so is what was recorded."""
+    """Exit code 3; the rule, its line and the time are reported by both engines, and so is what was recorded."""
     rule = 'require always (distance from ego to adversary) > 60 m as "far apart"'
     path = scenario("terminate after", f'{rule}\nrecord ego.speed as "pace"\nterminate after')
     line = path.read_text()[: path.read_text().index(rule)].count("\n") + 1

@@ -55,7 +55,7 @@ def test_what_the_last_ten_of_three_are(cortexc: Callable[..., Any], left_turn: 
 
 
 def test_a_folder_is_its_scenarios(cortexc: Callable[..., Any], left_turn: Path, tmp_path: Path) -> None:
-    """In order of name, other files left out; an empty one is told."""
+    """In order of name, other files left out; an empty one is refused."""
     (tmp_path / "files").mkdir()
     for name in ("b.scn", "a.scn", "c.txt"):
         (tmp_path / "files" / name).write_text(left_turn.read_text())

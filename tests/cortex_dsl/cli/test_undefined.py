@@ -1,4 +1,4 @@
-"""Numbers that do not exist: the file is told where, never called a bug of ours."""
+"""Numbers that do not exist: the message names the place in the file, and never calls it a bug of ours."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -38,7 +38,7 @@ def test_a_scene_without_a_number(speed: str, why: str, tmp_path: Path, cortexc:
 
 
 def test_a_sample_without_a_number(tmp_path: Path, cortexc: Command) -> None:
-    """--sample tells of the first scene that holds one, as text and as a document."""
+    """--sample reports the first scene that holds one, as text and as a document."""
     path = written(tmp_path / "a.scn", "ego = new Car in lane.centerline, with speed sqrt(W - 0.9)\n")
     assert "error[SCN691]" in (result := cortexc(path, "--sample", 100)).err
     assert (result.code, result.out) == (1, "")

@@ -52,7 +52,7 @@ def test_the_document_says_the_same(cortexc: Command, run: Path) -> None:
 
 
 def test_analyse_needs_a_run(cortexc: Command, tmp_path: Path) -> None:
-    """Without one, and without a journal in it, a cure is told."""
+    """Without one, and without a journal in it, a cure is shown."""
     for arguments in (("analyse",), ("analyse", tmp_path)):
         result = cortexc(*arguments)
         assert result.code == 2
@@ -60,7 +60,7 @@ def test_analyse_needs_a_run(cortexc: Command, tmp_path: Path) -> None:
 
 
 def test_probability_has_its_interval(cortexc: Command, left_turn: Path) -> None:
-    """Both estimators tell a value inside its interval, and roughly the same one."""
+    """Both estimators give a value inside its interval, and roughly the same one."""
     values = []
     for method in ("mc", "subset"):
         found = cortexc("probability", left_turn, "--method", method, "--samples", "2000", "--json").document
@@ -83,7 +83,7 @@ def test_probability_under_the_joint_condition(cortexc: Command, left_turn: Path
     assert found["avoidable_interval"]["low"] <= found["avoidable"] <= found["avoidable_interval"]["high"]
     assert found["valid_share"] < 0.05
     text = cortexc("probability", left_turn, "--condition", "joint", "--samples", "300").out
-    assert "params and scene are drawn anew together" in text
+    assert "params and scene are drawn again together" in text
     assert "valid of" in text
     assert "draws" in text
     wrong = cortexc("probability", left_turn, "--condition", "joint", "--method", "subset")
@@ -111,7 +111,7 @@ def test_frozen_params_are_no_genes(cortexc: Command, declared: Path) -> None:
 
 
 def test_params_to_freeze_can_be_named(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
-    """By name in any file; one that is not there is told, as is a file that names none."""
+    """By name in any file; one that is not there is refused, as is a file that names none."""
     assert "6 params" in cortexc(left_turn, "--freeze", "EGO_BRAKE", "--check").out
     wrong = cortexc(left_turn, "--freeze", "EGO_BRAK", "--check")
     assert wrong.code == 2
@@ -189,7 +189,7 @@ def test_replay_of_a_run_takes_no_seed(cortexc: Command, run: Path) -> None:
 
 
 def test_a_study_is_no_run(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
-    """The command for it is told."""
+    """The command for it is shown."""
     folder = tmp_path / "study"
     small = ("--runs", "1", "--generations", "1", "--population", "4")
     assert cortexc("study", left_turn, *small, "--out", folder).code == 0

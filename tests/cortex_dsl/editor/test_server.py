@@ -156,7 +156,7 @@ def test_definition_in_an_imported_file(talk, tmp_path):
 
 
 def test_an_unsaved_import_counts(talk, tmp_path):
-    """A file that another imports is read from the editor; a change of it is told about in both."""
+    """A file that another imports is read from the editor; after a change diagnostics of both are published."""
     (tmp_path / "cars.scn").write_text("slow = 3 m/s\n")
 
     async def conversation(client):
@@ -251,7 +251,7 @@ def test_it_stays_useful_while_the_text_is_broken(talk, left_turn):
 
 
 def test_only_the_last_of_many_changes_counts(talk, left_turn):
-    """Superseded texts are never told about: the first diagnostics after a burst are those of its end."""
+    """Nothing is published for superseded texts: the first diagnostics after a burst are those of its end."""
 
     async def conversation(client):
         client.open(left_turn)
@@ -293,7 +293,7 @@ def test_without_pygls_there_is_one_clear_line(tmp_path):
 
 
 def served(*messages: object) -> "subprocess.CompletedProcess[bytes]":
-    """The server, told these messages at once, and its end."""
+    """Send these messages to a server at once; return its exit code."""
     bodies = [json.dumps(message).encode() for message in messages]
     data = b"".join(b"Content-Length: %d\r\n\r\n%s" % (len(body), body) for body in bodies)
     return subprocess.run([sys.executable, "-m", "cortex_dsl", "lsp"], input=data, capture_output=True, check=False)

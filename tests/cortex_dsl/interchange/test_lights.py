@@ -66,7 +66,7 @@ def sites(program: Program, variant: int) -> list[tuple[int, ...]]:
 
 
 def test_a_choice_that_a_gene_makes_counts() -> None:
-    """Variants are told apart as the simulators do."""
+    """The variant is chosen as the simulators do."""
     text = "param SIDE = Uniform(1, -1)\nparam GREEN = DiscreteRange(4, 9)\n"
     text += "signals(green=GREEN * 1 s, offset=SIDE * 2 s)\n"
     crossing = scenario(f"{text}LEG = Uniform(*network.intersections[0].incomingLanes)\nother = new Car on LEG\n")

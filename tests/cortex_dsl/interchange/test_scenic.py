@@ -1,4 +1,4 @@
-"""Scenic source: every value fixed, in Scenic's units, headings and names, and what it cannot say told by its line."""
+"""Scenic source: every value fixed, in Scenic's units, headings and names; a remark by line for what it cannot say."""
 
 import math
 import os
@@ -148,7 +148,7 @@ def test_drivers_of_ours_have_stand_ins() -> None:
     """Which say what they lack."""
     text, remarks = written(f"{ROAD}{EGO}, with behavior CarFollowingBehavior(9 m/s, time_headway=2 s)\n")
     assert "behavior CarFollowingBehavior(target_speed=10, trajectory=None):" in text
-    assert any("`CarFollowingBehavior`" in remark and "whoever is ahead" in remark for remark in remarks)
+    assert any("`CarFollowingBehavior`" in remark and "also behind others" in remark for remark in remarks)
     assert any("`time_headway`" in remark for remark in remarks)
 
 

@@ -1,4 +1,4 @@
-"""Behaviours, from text to what an actor does: the throttle of each step tells which line of the behaviour ran.
+"""Behaviours, from text to what an actor does: the throttle of each step shows which line of the behaviour ran.
 
 Every actor coasts at 1 m/s on a step of 1 s, so `self.position.x` counts the steps; a throttle of a hundredth changes
 the speed a little, which the conditions below allow for.

@@ -1,6 +1,6 @@
 """Guards, picks, monitors, temporal requirements and records: checked IR made by hand, lowered, and run in both hosts.
 
-As in `test_behaviours`, a throttle of n hundredths tells which act ran.
+As in `test_behaviours`, a throttle of n hundredths shows which act ran.
 """
 
 from collections.abc import Sequence

@@ -69,7 +69,7 @@ def test_edit_and_delete(talk: Talk) -> None:
 
 
 def test_expressions_are_shown_and_not_added(talk: Talk) -> None:
-    """Kind, unit and range; a mistake in one is told like any other."""
+    """Kind, unit and range; a mistake in one is reported like any other."""
     said = talk("param V = Range(18, 36) km/h", "V * 2", "(V)", "intersection.incomingLanes")
     assert "a speed, 10 to 20 m/s" in said.out
     assert "a list of 4: a lane each" in said.out
@@ -96,7 +96,7 @@ def test_a_file_with_mistakes_can_be_mended(talk: Talk, tmp_path: Path) -> None:
 
 
 def test_a_file_is_saved_formatted_and_guarded(talk: Talk, tmp_path: Path) -> None:
-    """Saving writes the one layout; over another file only when told to."""
+    """Saving writes the one layout; over another file only when confirmed."""
     path = tmp_path / "mine.scn"
     said = talk("x=1 m", f":save {tmp_path / 'mine'}")
     assert path.read_text() == "x = 1 m\n"

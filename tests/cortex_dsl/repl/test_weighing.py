@@ -9,7 +9,7 @@ PARAMS = ("param V = Range(0, 100) m/s", "param D = Range(0, 50) m")
 
 
 def test_acceptance_before_and_after(talk: Talk) -> None:
-    """Also without an ego: the shares are those of the params, and what is left of a range is told."""
+    """Also without an ego: the shares are those of the params, and what is left of a range is shown."""
     talk(*PARAMS)
     said = talk("require V > 40 m/s")
     before, after = map(float, re.findall(r"([\d.]+) %", said.out)[:2])

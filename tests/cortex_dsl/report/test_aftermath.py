@@ -1,4 +1,4 @@
-"""What is told after contact: how fast bodies go that slide sideways, and when they lie still."""
+"""What is reported after contact: the speed of bodies that slide sideways, and when they lie still."""
 
 import numpy as np
 import pytest

@@ -123,7 +123,7 @@ def test_the_cure_of_what_is_proved(requirements: str, cure: str) -> None:
 
 
 def test_nothing_is_said_of_what_is_whole() -> None:
-    """A file without a cut is told in one line."""
+    """A file whose ranges are not cut is reported in one line."""
     free = compile_text("map intersection(ways=4, lanes=1)\nparam A = Range(0, 10) m\nego = new Car on road\n").program
     assert feasibility_view(free, explain(free)) is None
 

@@ -1,4 +1,4 @@
-"""Speeds are told in the unit that the file writes."""
+"""Speeds are displayed in the unit that the file writes."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The story of a run: what is told, in which order."""
+"""The story of a run: its moments and their order."""
 
 from dataclasses import replace
 

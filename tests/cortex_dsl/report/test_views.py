@@ -375,7 +375,7 @@ PAIR_FIELDS = (
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_further_pairs_have_a_line_each(outcomes: Outcomes, width: int) -> None:
-    """The deciding pair has the metrics; who else was near is told, the nearest first."""
+    """The deciding pair has the metrics; the other pairs are listed, the nearest first."""
     one = {name: getattr(outcomes, name) for name in PAIR_FIELDS}
     fields = {name: np.hstack([value, np.full((1, 1), np.inf), value + 1.0]) for name, value in one.items()}
     actors = ("ego", "adversary", "ghost", "walker")

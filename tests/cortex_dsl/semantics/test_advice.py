@@ -164,7 +164,7 @@ def test_names_that_are_never_read(said: Said, text: str, count: int) -> None:
 
 
 def test_names_of_what_is_built_in(said: Said) -> None:
-    """Hiding one is pointed out, unless files are told to choose it anew."""
+    """Hiding one is pointed out, except for names that a message asks files to assign."""
     assert "SCN211" in said("max = 3\nrequire ego.speed < max\n")
     assert "SCN211" not in said("intersection = Uniform(*network.intersections)\nrequire ego in intersection\n")
 

@@ -208,7 +208,7 @@ def test_defaults_are_those_of_the_model(name: str, compiled: Compiled) -> None:
 
 
 def test_length_scales_the_axles(compiled: Compiled) -> None:
-    """A car twice as long has its axles twice as far apart, unless told otherwise."""
+    """A car twice as long has its axles twice as far apart, unless the file says otherwise."""
     scenario = compiled(
         "a = new Car at (0, 0), with length 9.016\nb = new Car at (0, 0), with length 9, with wheelbase 4\n"
     )

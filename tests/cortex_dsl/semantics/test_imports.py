@@ -1,4 +1,4 @@
-"""Imports: names of their own, read once, and every mistake told in the file where it stands."""
+"""Imports: names of their own, read once, and every mistake reported in the file where it stands."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -15,7 +15,7 @@ ALWAYS, NEVER = "SCN480", "SCN423"
 
 
 def holds(condition: str, head: str = WIDE) -> bool:
-    """Whether the compiler can tell that a condition on the road is true."""
+    """Return whether the compiler can prove that a condition on the road is true."""
     codes = [d.code for d in findings(f"{head}{EGO}require {condition}\n")]
     assert len(codes) == 1
     assert codes[0] in (ALWAYS, NEVER), codes

@@ -124,7 +124,7 @@ def test_names_of_records_are_unique(said: Said, text: str) -> None:
 
 
 def test_one_value_may_be_kept_in_three_ways(said: Said) -> None:
-    """The default names tell when a value is taken."""
+    """The default names say when a value is taken."""
     assert said("record ego.speed\nrecord initial ego.speed\nrecord final ego.speed\n") == []
 
 

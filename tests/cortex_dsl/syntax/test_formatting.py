@@ -102,7 +102,7 @@ def test_golden_layout(path: Path) -> None:
 
 
 def test_a_broken_file_is_left_alone() -> None:
-    """What does not parse is told, not formatted."""
+    """What does not parse is reported, not formatted."""
     with pytest.raises(CompileError):
         formatted("x = (1\n")
 

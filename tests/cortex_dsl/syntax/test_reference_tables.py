@@ -162,6 +162,8 @@ def properties() -> Rows:
 
 
 def property_range(prop: Property) -> str:
+    if prop.truth:
+        return "`True` or `False`"
     angle = prop.dimension == ANGLE
     low, high = (math.degrees(end) if angle else end for end in (prop.low, prop.high))
     unit = "deg" if angle else si_word(prop.dimension)

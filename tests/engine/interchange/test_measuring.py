@@ -94,9 +94,9 @@ def car(name: str, kind: ActorKind = ActorKind.CAR, **changes: float) -> Recorde
         "max_acceleration",
         "max_braking",
         "max_steer",
-        "max_speed",
     ]
-    return RecordedActor(name=name, kind=kind, **({each: getattr(model, each) for each in names} | changes))
+    numbers = {each: getattr(model, each) for each in names} | {"max_speed": model.top_speed}
+    return RecordedActor(name=name, kind=kind, **(numbers | changes))
 
 
 def by_hand(
@@ -133,7 +133,7 @@ def test_contact_of_two_head_on_is_where_arithmetic_has_it() -> None:
 
 
 def test_uneven_times_give_the_same_as_even_ones() -> None:
-    """Motion between samples is linear, so of steady motion any samples tell the same."""
+    """Motion between samples is linear, so any samples of steady motion give the same result."""
     even = measure(head_on(np.arange(30) * 0.1)).outcomes
     uneven = measure(head_on([0.0, 0.07, 0.31, 0.32, 0.9, 1.4, 1.77, 2.5])).outcomes
     assert uneven.end_time[0] == pytest.approx(even.end_time[0], abs=1e-5)
@@ -276,7 +276,7 @@ def test_nothing_depends_on_the_axes(number: int, angle: float, shift: tuple[flo
         ({"step": 0.0}, "time step"),
         ({"step": float("nan")}, "time step"),
         ({"step": 1e-9}, "too many"),
-        ({"states": np.zeros((3, 2, len(State)))}, "nobody"),
+        ({"states": np.zeros((3, 2, len(State)))}, "no actor"),
         ({"states": np.full((3, 2, len(State)), np.inf)}, "no number"),
     ],
 )

@@ -49,13 +49,13 @@ def test_times_from_zero() -> None:
 
 
 def test_broken_ones_are_refused() -> None:
-    """Nobody there, times that go back, a state that is no number; what nobody reads may be anything."""
+    """No actor, times that go back, a state that is no number; values that are never read may be anything."""
     whole = recording(ActorKind.CAR)
     nobody = absent(absent(whole, 0, 0, 1, 2, 3), 1, 0, 1, 2, 3)
     back = replace(whole, time=whole.time[::-1])
     broken = replace(whole, states=whole.states.copy())
     broken.states[2, 1, State.BRAKE] = np.nan
-    for made, words in ((nobody, "holds nobody"), (back, "do not ascend"), (broken, "`car_1` at 0.2 s is no number")):
+    for made, words in ((nobody, "holds no actor"), (back, "do not ascend"), (broken, "`car_1` at 0.2 s is no number")):
         with pytest.raises(InterchangeError, match=words):
             made.refuse_broken()
     absent(broken, 1, 2).refuse_broken()

@@ -94,8 +94,8 @@ def test_abort_leaves_the_try_at_once(car, hand, trace) -> None:
     """After `abort` the code behind the try acts in the same turn."""
     handler = (between(car, hand, 0.2, 9), lambda _: car.emit(Op.JUMP, 0, "out"))
     car.attempt(0, speeds(car, hand, 1, 2, 3, 4), handler, end="out")
-    speeds(car, hand, 50, 51)(0)
-    assert trace(car, 5) == [1, 2, 50, 51, 51]
+    speeds(car, hand, 40, 41)(0)
+    assert trace(car, 5) == [1, 2, 40, 41, 41]
 
 
 def test_a_finished_body_leaves_the_try(car, hand, trace) -> None:
@@ -155,7 +155,7 @@ def test_locals_last_and_start_at_zero(car, hand, trace) -> None:
 
 
 def test_a_behaviour_that_never_acts_is_stuck(car, hand) -> None:
-    """It is stopped after its budget, and the row where it was is told; the run is an error."""
+    """It is stopped after its budget, and its row is returned; the run is an error."""
     car.emit(Op.YIELD, 0, 0)
     car.label("loop")
     car.emit(Op.JUMP, 0, "loop")

@@ -172,7 +172,7 @@ def test_a_heading_turns_the_short_way() -> None:
 
 
 def test_outlines_that_touch_from_the_start_are_in_contact() -> None:
-    """Contact belongs to (0, 1], so it is told just after the start."""
+    """Contact belongs to (0, 1], so it is reported just after the start."""
     a = box(0, 0, 0, 4, 2)
     assert 0.0 < first_contact(a, a, a, a) < 1e-6
 
@@ -194,7 +194,7 @@ def test_broken_numbers_end_the_search(broken: float) -> None:
 @compiled
 @given(motions(), motions())
 def test_closest_approach_is_a_distance_of_the_step_and_the_least(a: tuple[Box, Box], b: tuple[Box, Box]) -> None:
-    """It occurs at the fraction told, and no sample lies lower but for the tolerance."""
+    """It occurs at the returned fraction, and no sample lies lower but for the tolerance."""
     distance, part = closest_in_step(*a, *b, math.inf)
     assert distance == pytest.approx(box_distance(at(*a, part), at(*b, part)), abs=1e-9)
     assert distance <= min(sampled(a, b)) + DISTANCE_TOLERANCE + 1e-9

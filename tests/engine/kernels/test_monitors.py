@@ -63,7 +63,7 @@ def test_the_first_true_rule_that_ends_runs_ends_the_run(hand, apart, first, sec
 
 
 def test_an_aborted_run_has_no_metrics(hand, apart) -> None:
-    """Verdict, rule and time are told, everything that is measured is NaN."""
+    """Verdict, rule and time are returned, everything that is measured is NaN."""
     code = hand.assembler(CAR, CAR)
     after(code, hand, 0.7, RuleKind.ABORT)
     outcome = both(code.program(hand.road()), apart())

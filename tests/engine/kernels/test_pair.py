@@ -67,7 +67,7 @@ def test_overtaking_is_nearest_side_by_side() -> None:
 
 
 def test_a_crossing_between_samples_is_seen() -> None:
-    """At 1 m a step and a closest approach half-way between two samples, samples alone would tell too much."""
+    """At 1 m a step and a closest approach half-way between two samples, samples alone would give too large a value."""
     ego, other = line(0, 0, 0, 0.0), line(-20.5, 2.5, 0, 20)
     tiny = np.array([[0.01, 0.01, 0.0], [0.01, 0.01, 0.0]])
     metrics = measure(ego, other, tiny)

@@ -87,7 +87,7 @@ def test_a_pedestrian_walks_and_an_obstacle_stands(hand) -> None:
     """A walker turns at once, once, and keeps to its top speed; a thing keeps its place whatever it is told."""
     walker = lone(hand, [(Command.STEER, 1.0)], kind=PEDESTRIAN, speed=99.0)
     assert list(walker[:3, State.HEADING]) == [0, 1, 1]
-    assert np.all(walker[:, State.SPEED] == MODELS[PEDESTRIAN].max_speed)
+    assert np.all(walker[:, State.SPEED] == MODELS[PEDESTRIAN].top_speed)
     thing = lone(hand, [(Command.SPEED, 5.0), (Command.STEER, 1.0)], kind=OBSTACLE, speed=3.0)
     assert np.all(thing[:, [State.X, State.Y, State.HEADING, State.SPEED]] == 0)
 

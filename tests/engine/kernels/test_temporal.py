@@ -72,7 +72,7 @@ def test_a_formula_means_what_its_definition_says(rows: list[Row], trace: np.nda
 @compiled
 @given(formulas(), TRACES)
 def test_always_is_decided_where_it_breaks_first_and_all_else_at_the_end(rows: list[Row], trace: np.ndarray) -> None:
-    """The sample that is told is the one at which nothing later could mend it."""
+    """The returned sample is the one from which nothing later could make it true."""
     root = len(rows) - 1
     broken, sample = judge(rows, [root], trace)
     if broken == 0:

@@ -21,7 +21,7 @@ REQUIREMENTS = 3
 def make_space(
     low: list[float], high: list[float], kinds: list[GeneKind] | None = None, names: list[str] | None = None
 ) -> ParamSpace:
-    """A space of genes with the given ranges; continuous unless told otherwise."""
+    """A space of genes with the given ranges; continuous unless `kinds` says otherwise."""
     count = len(low)
     kinds = kinds or [GeneKind.CONTINUOUS] * count
     return ParamSpace(

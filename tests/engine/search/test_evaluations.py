@@ -194,7 +194,7 @@ def test_an_effect_is_compared_among_scenes_with_the_same_choices(
 
 
 def test_a_discrete_gene_may_be_the_choice_itself(spaces: Callable[..., ParamSpace], rows: Rows) -> None:
-    """What it does is then compared whatever was chosen; a continuous one without a comparison has no effect told."""
+    """What it does is then compared whatever was chosen; a continuous one without a comparison has no effect."""
     space = spaces([0, 0], [3, 1], [GeneKind.INDEX, GeneKind.CONTINUOUS])
 
     def evaluate(genomes: Floats, keys: Ints) -> Assessment:

@@ -96,7 +96,7 @@ def test_resumed_journal_equals_the_undisturbed_one(
 def test_only_new_generations_are_simulated(
     tmp_path: Path, space: ParamSpace, evaluate: Evaluate, manifests: Callable[..., Manifest]
 ) -> None:
-    """What the journal holds is told to the searcher, not run again."""
+    """What the journal holds is passed to the searcher, not run again."""
     journal = Journal.create(tmp_path / JOURNAL, manifests(space, CONFIG, "random"))
     with pytest.raises(Cut):
         search(space, evaluate, journal, "random", 4, [])

@@ -139,7 +139,7 @@ def test_its_journal_is_gone_on_with(
     tmp_path: Path,
     number: int | None,
 ) -> None:
-    """Read back, told again and gone on with, as any other; and read where the package is gone. A journal from before
+    """Read back, replayed and resumed, as any other; and read where the package is gone. A journal from before
     names made numbers (None) has all searchers of other packages under one, and goes on with it.
     """
     install()

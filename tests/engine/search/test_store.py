@@ -180,7 +180,7 @@ def test_full_disk_is_a_clear_error(
 def test_changed_rows_are_noticed(
     harm: str, tmp_path: Path, space: ParamSpace, evaluate: Evaluate, manifests: Callable[..., Manifest]
 ) -> None:
-    """Nobody may be told numbers that do not follow from what was simulated."""
+    """No command shows numbers that do not follow from what was simulated."""
     journal = Journal.create(tmp_path / JOURNAL, manifests(space, CONFIG))
     journal.finish(run(space, evaluate, on_generation=journal.write))
     journal.close()

@@ -35,7 +35,8 @@ from engine.search.workers import (
     workers_for,
 )
 
-EXAMPLE = Path(__file__).parents[3] / "examples" / "left_turn.scn"
+ROOT = Path(__file__).parents[3]
+EXAMPLE = ROOT / "examples" / "left_turn.scn"
 RESULTS = ("generation", "individual", "simulation")
 
 
@@ -164,6 +165,40 @@ def test_a_process_that_is_killed(scenario: Scenario, monkeypatch: pytest.Monkey
         with pytest.raises(WorkersLostError, match="killed") as caught:
             evaluate(scenes.genomes, scenes.keys)
     assert "resume" in caught.value.cure
+
+
+WAITING = """
+import os, signal
+from concurrent.futures.process import BrokenProcessPool
+from engine.search.workers import process_pool
+
+def die(load):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+if __name__ == "__main__":
+    with process_pool(1) as pool:
+        futures = [pool.submit(die, bytes(4_000_000)) for _ in range(4)]
+        try:
+            futures[0].result()
+        except BrokenProcessPool:
+            print("broken")
+print("over")
+"""
+
+
+def test_a_killed_process_is_not_waited_for(tmp_path: Path) -> None:
+    """A worker dies while more is on its way to it than a pipe holds: the pool still closes."""
+    (tmp_path / "waiting.py").write_text(WAITING)
+    done = subprocess.run(
+        [sys.executable, "waiting.py"],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=True,
+    )
+    assert done.stdout.split() == ["broken", "over"]
 
 
 class Backwards(Executor):

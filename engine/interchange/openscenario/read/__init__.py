@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from engine.interchange.contract import InterchangeError, did_you_mean, quoted
+from engine.interchange.contract import InterchangeError, name_cure, quoted
 from engine.interchange.opendrive.read import OdrNetwork, read_opendrive
 from engine.interchange.openscenario.read.actions import (
     TimedAction,
@@ -55,7 +55,7 @@ class _Stage:
 
     def track(self, name: str, node: Node) -> Track:
         if name not in self.tracks:
-            raise node.error(f"nobody is called `{name[:40]}`", did_you_mean(name, self.tracks))
+            raise node.error(f"no actor is called `{name[:40]}`", name_cure(name, self.tracks))
         return self.tracks[name]
 
     def does(self, timed: TimedAction) -> None:
@@ -247,7 +247,7 @@ def _beside(node: Node, folder: Path, name: str) -> Path:
         others = [path.name for path in folder.glob("*.xodr")]
     except OSError:
         others = []
-    near = did_you_mean(Path(name).name, others)
+    near = name_cure(Path(name).name, others)
     cure = near or "put it beside the scenario, or take <LogicFile> out if all positions are world positions"
     raise node.error(f"the road file {quoted(name)} is not there", cure)
 

@@ -137,7 +137,7 @@ def _known_time(condition: Node) -> float:
     time = _condition_time(condition)
     if time is None:
         raise condition.error(
-            f"a start trigger waits for <{condition_name(condition)}>, which only a simulation can tell",
+            f"a start trigger waits for <{condition_name(condition)}>, which depends on the simulation",
             "use a SimulationTimeCondition, or record the run in a simulator and import the recording",
         )
     return time
@@ -161,7 +161,7 @@ def _timed(start: _Start, names: list[str], action: Node, initial: bool) -> Iter
         return
     actors = [entity] if entity is not None else names
     if not actors and leaf.tag == "FollowTrajectoryAction":
-        raise leaf.error("nobody is named to follow this trajectory", "name its actors by <EntityRef>")
+        raise leaf.error("no actor is named to follow this trajectory", "name its actors by <EntityRef>")
     is_read = leaf.tag in ACTED_ON and (initial or leaf.tag != "SpeedAction")
     time = start.time if is_read else 0.0
     for name in actors:

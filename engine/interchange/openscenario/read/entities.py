@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from engine.interchange import own_metadata
-from engine.interchange.contract import InterchangeError, did_you_mean
+from engine.interchange.contract import InterchangeError, name_cure
 from engine.interchange.openscenario.read.parameters import Catalogs
 from engine.interchange.recording import MOST_ACTORS, RecordedActor
 from engine.interchange.xml import Node
@@ -60,7 +60,7 @@ def read_entities(scenario: Node, catalogs: Catalogs, ego: str | None) -> list[E
     """
     objects = scenario.need("Entities").every("ScenarioObject")
     if not objects:
-        raise scenario.need("Entities").error("nobody takes part", "write <ScenarioObject> elements")
+        raise scenario.need("Entities").error("no actor takes part", "write <ScenarioObject> elements")
     if len(objects) > MOST_ACTORS:
         raise objects[-1].error(f"{len(objects):,} take part", f"leave at most {MOST_ACTORS:,}")
     by_name: dict[str, Entity] = {}
@@ -90,7 +90,7 @@ def _ego(entities: list[Entity], ego: str | None, scenario: Node) -> Entity:
     for names in (shown, written):
         if ego in names:
             return entities[names.index(ego)]
-    raise InterchangeError(f"nobody is called `{ego}`", did_you_mean(ego, [*shown, *written]), scenario.file)
+    raise InterchangeError(f"no actor is called `{ego}`", name_cure(ego, [*shown, *written]), scenario.file)
 
 
 def _usual_ego(entities: list[Entity]) -> Entity:
@@ -147,7 +147,7 @@ def _kind(body: Node, said: own_metadata.Properties) -> ActorKind:
         return BODIES[body.tag]
     category = body.text("vehicleCategory")
     if category not in CATEGORIES:
-        raise body.error(f"there is no vehicle category `{category[:40]}`", did_you_mean(category, CATEGORIES))
+        raise body.error(f"there is no vehicle category `{category[:40]}`", name_cure(category, CATEGORIES))
     return CATEGORIES[category]
 
 
@@ -165,7 +165,7 @@ def _actor(name: str, kind: ActorKind, body: Node, forward: float) -> RecordedAc
         max_acceleration=performance.number("maxAcceleration", model.max_acceleration, low=0.0, high=math.inf),
         max_braking=performance.number("maxDeceleration", model.max_braking, low=0.0, high=math.inf),
         max_steer=_max_steer(body, model.max_steer),
-        max_speed=performance.number("maxSpeed", model.max_speed, low=0.0, high=math.inf),
+        max_speed=performance.number("maxSpeed", model.top_speed, low=0.0, high=math.inf),
     )
 
 

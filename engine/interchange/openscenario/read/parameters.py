@@ -15,7 +15,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from engine.interchange.contract import InterchangeError, did_you_mean, quoted
+from engine.interchange.contract import InterchangeError, name_cure, quoted
 from engine.interchange.xml import NUMBER, Limits, Node, read_xml
 
 NAME = re.compile(r"\$([A-Za-z_]\w*)", re.ASCII)
@@ -101,7 +101,7 @@ def resolved(text: str, scope: Mapping[str, str], node: Node) -> str:
 
 def _value(name: str, scope: Mapping[str, str], node: Node) -> str:
     if name not in scope:
-        cure = did_you_mean(name, scope) or "declare it in <ParameterDeclarations>"
+        cure = name_cure(name, scope) or "declare it in <ParameterDeclarations>"
         raise node.error(f"there is no parameter `${name[:40]}`", cure)
     return scope[name]
 
@@ -176,12 +176,12 @@ class Catalogs:
         if self._read is None:
             self._read = dict(self._files())
         if catalog not in self._read:
-            cure = did_you_mean(catalog, self._read) or "put the catalog there, or write the element in its place"
+            cure = name_cure(catalog, self._read) or "put the catalog there, or write the element in its place"
             raise reference.error(f"the catalog {quoted(catalog)} is not beside the scenario", cure)
         rows = {node.attributes.get("name", ""): node for node in self._read[catalog].children}
         if entry not in rows:
             raise reference.error(
-                f"{quoted(catalog)} has no entry {quoted(entry)}", did_you_mean(entry, rows) or "fill it"
+                f"{quoted(catalog)} has no entry {quoted(entry)}", name_cure(entry, rows) or "fill it"
             )
         assignments = reference.find("ParameterAssignments")
         rows_assigned = assignments.every("ParameterAssignment") if assignments else []

@@ -141,7 +141,7 @@ def _given_times(parts: Sequence[Part], end: float, file: str) -> Floats:
     times = _merged(np.concatenate([part.times for part in parts]))
     if not len(times):
         raise InterchangeError(
-            "nobody follows a trajectory with times, so there is no recorded case in this file",
+            "no actor follows a trajectory with times, so there is no recorded case in this file",
             "play it in a simulator, and import what was recorded",
             file,
         )

@@ -10,10 +10,10 @@
 # To look at it: scenic --2d library.scenic
 #
 # Not as in the original:
-# - Scenic has no `CarFollowingBehavior`; what stands in for it lacks something: it keeps its speed whoever is ahead
+# - Scenic has no `CarFollowingBehavior`; what stands in for it lacks something: it keeps its speed, also behind others
 # - line 18: Scenic has no `before … by`: left out
 # - Scenic has no `EmergencyBrakeBehavior`; what stands in for it lacks something: it drives as the behavior that it is given, without an emergency brake
-# - Scenic has no `GapAcceptanceBehavior`; what stands in for it lacks something: it gives way to nobody
+# - Scenic has no `GapAcceptanceBehavior`; what stands in for it lacks something: it never gives way
 # - Scenic has no `CrossingBehavior`; what stands in for it lacks something: it walks at its least speed, and does not time its arrival
 # - the start is exact; Scenic's own behaviors drive otherwise than ours, so a run of it is not the same run
 
@@ -30,7 +30,7 @@ maneuver_west_in_2_to_north_out_2 = next(m for m in lane_west_in_2.maneuvers if 
 section_west_in_1 = network.laneSectionAt((-53.0, -5.25))
 
 behavior CarFollowingBehavior(target_speed=10, trajectory=None):
-    # in its place: it keeps its speed whoever is ahead
+    # in its place: it keeps its speed, also behind others
     if trajectory is None:
         do FollowLaneBehavior(target_speed=target_speed)
     else:
@@ -41,7 +41,7 @@ behavior EmergencyBrakeBehavior(behavior):
     do behavior
 
 behavior GapAcceptanceBehavior(target_speed=10, trajectory=None):
-    # in its place: it gives way to nobody
+    # in its place: it never gives way
     do FollowTrajectoryBehavior(target_speed=target_speed, trajectory=trajectory)
 
 behavior CrossingBehavior(reference_actor, min_speed=1, threshold=10):

@@ -230,6 +230,6 @@ def test_searches_that_find_nothing_have_a_page(what: str, tmp_path: Path) -> No
     main([str(file), "--random", "--generations", "2", "--population", "8", "--out", str(run), "--json"])
     assert main(["report", str(run)]) == 0
     text = (run / "report.html").read_text(encoding="utf-8")
-    words = {"nobody else": "nobody but the ego", "nothing valid": "no scene met the requirements"}
+    words = {"nobody else": "the ego was alone", "nothing valid": "no scene met the requirements"}
     assert words[what] in text
     assert not re.search(r">[^<]*\b(nan|inf|None)\b[^<]*<", text.split("<script", maxsplit=1)[0].split("</style>")[-1])

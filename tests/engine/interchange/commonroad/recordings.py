@@ -35,7 +35,7 @@ def actor(name: str, kind: ActorKind = ActorKind.CAR) -> RecordedActor:
         max_acceleration=model.max_acceleration,
         max_braking=model.max_braking,
         max_steer=model.max_steer,
-        max_speed=model.max_speed,
+        max_speed=model.top_speed,
     )
 
 

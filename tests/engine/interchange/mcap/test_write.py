@@ -168,7 +168,7 @@ def test_without_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_broken_recordings() -> None:
     """Empty, or with a state that is no number."""
     empty = recording()
-    with pytest.raises(InterchangeError, match="nobody"):
+    with pytest.raises(InterchangeError, match="no actor"):
         write_mcap(replace(empty, time=empty.time[:0], states=empty.states[:0]), "case")
     broken = recording()
     broken.states[1, 0, State.X] = np.inf

@@ -142,9 +142,9 @@ def test_no_text_refers_to_a_parameter() -> None:
 # -- Who takes part, as others see them --------------------------------------------------------------------------------
 
 
-def entity(kind: ActorKind, version: str = "1.2", speed: float = 0.0) -> Element:
+def entity(kind: ActorKind, version: str = "1.2", speed: float = 0.0, **changes: float) -> Element:
     """The element of an only actor."""
-    alone = recording([actor("one", kind)], [0.0], [[(0.0, 0.0, 0.0)]])
+    alone = recording([replace(actor("one", kind), **changes)], [0.0], [[(0.0, 0.0, 0.0)]])
     alone.states[0, 0, State.SPEED] = speed
     return next(iter(scenario(alone, version).find("Entities/ScenarioObject")))
 
@@ -193,8 +193,8 @@ def test_axles_are_a_wheelbase_apart(kind: ActorKind) -> None:
 
 @pytest.mark.parametrize(("speed", "written"), [(10.0, UNBOUNDED_SPEED), (140.0, 140.0), (-120.0, 120.0)])
 def test_top_speed_is_finite_and_not_below_the_runs_own(speed: float, written: float) -> None:
-    """No speed bounds a car, and a reader may cut what is above the maximum."""
-    assert float(entity(ActorKind.CAR, speed=speed).find("Performance").get("maxSpeed")) == written
+    """Where no speed bounds a car a reader may still cut what is above the maximum."""
+    assert float(entity(ActorKind.CAR, speed=speed, max_speed=math.inf).find("Performance").get("maxSpeed")) == written
 
 
 @pytest.mark.parametrize(
@@ -239,8 +239,9 @@ def test_the_ego_is_distinguished_from_the_others() -> None:
 
 def test_what_an_element_has_no_place_for_is_a_property() -> None:
     """A pedestrian has no performance, a car no infinite top speed."""
-    walker, car = properties(entity(ActorKind.PEDESTRIAN)), properties(entity(ActorKind.CAR))
-    assert float(walker["cortexc.max_speed"]) == MODELS[ActorKind.PEDESTRIAN].max_speed
+    walker = properties(entity(ActorKind.PEDESTRIAN))
+    car = properties(entity(ActorKind.CAR, max_speed=math.inf))
+    assert float(walker["cortexc.max_speed"]) == MODELS[ActorKind.PEDESTRIAN].top_speed
     assert float(walker["cortexc.max_braking"]) == MODELS[ActorKind.PEDESTRIAN].max_braking
     assert float(car["cortexc.max_speed"]) == math.inf
     assert "cortexc.max_braking" not in car

@@ -82,7 +82,7 @@ def test_the_first_version_wants_a_model_of_pedestrians_and_no_mass_of_vehicles(
 
 @pytest.mark.parametrize(("version", "speed"), [("1.0", "0"), ("1.1", "-2")])
 def test_who_begins_backwards(version: str, speed: str) -> None:
-    """ScenarioRunner refuses a file with a negative start speed; the trajectory tells the same."""
+    """ScenarioRunner refuses a file with a negative start speed; the trajectory holds the same."""
     backwards = small()
     backwards.states[0, 0, 3] = -2.0
     assert scenario(backwards, version).find(".//AbsoluteTargetSpeed").get("value") == speed

@@ -116,12 +116,12 @@ def test_an_empty_recording_is_refused() -> None:
     nobody = recording([], [0.0], [])
     never = recording([actor("car")], [], [[]])
     for empty in (nobody, never):
-        with pytest.raises(InterchangeError, match="nobody at any time"):
+        with pytest.raises(InterchangeError, match="no actor at any time"):
             write_trajectories(empty, "case", ExportOptions(), ROAD)
 
 
 def test_a_broken_state_is_refused() -> None:
-    """NaN is told with who and when; where an actor is not there, nobody looks."""
+    """NaN is refused with actor and time; samples at which an actor is absent are not checked."""
     broken = small()
     broken.states[0, 2] = np.nan
     broken.states[0, 2, State.PRESENT] = 0.0

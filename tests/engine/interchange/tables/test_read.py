@@ -242,7 +242,7 @@ def test_sizes_in_millimetres_are_refused(table) -> None:
 
 @pytest.mark.parametrize(("header", "unit"), [("time", 1.0), ("timestamp_ms", 1000.0)])
 def test_times_from_1970_have_their_step(table, header: str, unit: float) -> None:
-    """To the digit that such large numbers can tell, and the first is said in full."""
+    """To the digits that such large numbers hold, and the first is shown in full."""
     begin = 1_700_000_000.25
     rows = [f"{(begin + k / 10) * unit!r},a,{k},0" for k in range(30)]
     found = table("\n".join([f"{header},id,x,y", *rows]))

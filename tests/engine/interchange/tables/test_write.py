@@ -247,7 +247,7 @@ def test_doubled_names_are_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("factor", [0.0, 3.0, -1.0])
 def test_velocities_that_positions_contradict_are_not_believed(tmp_path: Path, factor: float) -> None:
-    """The score is that of the motion, as nearly as positions tell it, and it is said."""
+    """The score is that of the motion, as nearly as positions give it, and a remark says so."""
     path = written(with_contact(), tmp_path, "csv")
     head, *rows = (line.split(",") for line in path.read_text().splitlines())
     for row in rows:

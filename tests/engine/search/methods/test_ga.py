@@ -323,7 +323,7 @@ def test_answers_must_match() -> None:
 
 
 def test_same_streams_same_search() -> None:
-    """Two searches that are told the same ask for the same."""
+    """Two searches that get the same results propose the same."""
     histories = [run(GeneticAlgorithm(simple_box(), 30, streams), 5, by_sum) for _ in range(2)]
     assert histories[0] == histories[1]
 
@@ -335,7 +335,7 @@ def test_slots_are_independent() -> None:
 
 
 def test_random_search_learns_nothing(box: Box) -> None:
-    """Its proposals are uniform in the box and the same whatever it was told."""
+    """Its proposals are uniform in the box and the same whatever results it got."""
     searches = [RandomSearch(box, 200, streams) for _ in range(2)]
     proposals = [search.ask() for search in searches]
     searches[0].tell([valid(22.0)] * 200)

@@ -57,7 +57,7 @@ def search(
 
 @pytest.mark.parametrize("method", METHODS)
 def test_never_leaves_its_box(space: ParamSpace, evaluators: Callable[..., Evaluate], method: str) -> None:
-    """Every genome lies in the box, discrete genes on whole numbers, whatever is told of invalid and failed ones."""
+    """Every genome lies in the box, discrete genes on whole numbers, whatever results it got, invalid ones too."""
     box = Box.of(space)
     found = search(method, space, evaluators(space, error_above=0.9))
     assert len(found.evaluations) == CONFIG.generations * CONFIG.population
@@ -97,7 +97,7 @@ def test_a_search_without_a_hint_covers_its_box(
 
 @pytest.mark.parametrize("method", METHODS)
 def test_same_seed_same_search(space: ParamSpace, evaluators: Callable[..., Evaluate], method: str) -> None:
-    """A search is a function of its seed and of what it is told."""
+    """A search is a function of its seed and of the results it gets."""
     first, second = (search(method, space, evaluators(space)) for _ in range(2))
     other = search(method, space, evaluators(space), seed=4)
     np.testing.assert_array_equal(first.evaluations.genomes, second.evaluations.genomes)
@@ -192,7 +192,7 @@ def test_truncated_normal_has_its_moments() -> None:
 
 
 def test_gene_weights_show_what_matters() -> None:
-    """A gene that decides weighs 1, one that tells nothing next to nothing."""
+    """A gene that decides has weight 1, one without influence next to 0."""
     stream = np.random.default_rng(1)
     points = stream.random((800, 3))
     weights = gene_weights(points, points[:, 1] > 0.5)

@@ -47,7 +47,7 @@ def truth(bound: float) -> float:
 
 
 def test_monte_carlo_covers_the_truth(square: ParamSpace, corner: Callable[[float], Evaluate]) -> None:
-    """Invalid draws are conditioned out, and the share of valid ones is told."""
+    """Invalid draws are conditioned out, and the share of valid ones is returned."""
     found = monte_carlo(square, corner(0.7), 20_000, seed=3)
     assert found.interval.low <= truth(0.7) <= found.interval.high
     assert found.valid_share == pytest.approx(0.8, abs=0.01)

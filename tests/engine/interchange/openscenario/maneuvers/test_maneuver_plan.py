@@ -77,7 +77,7 @@ def test_drivers_here_look_ahead_as_those_of_the_simulator() -> None:
 
 
 def braked(found: tuple, speed: float) -> tuple[float, float]:
-    """Where the speed of the bend is reached and what it is, by a driver who does as told and no more."""
+    """Return where the speed of the bend is reached and what it is, by a driver who follows the plan exactly."""
     at = {"SPEED": speed}
     hard, slows = found[1], found[2]
     way = 0.0

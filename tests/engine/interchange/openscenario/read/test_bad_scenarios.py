@@ -1,4 +1,4 @@
-"""What a stranger's scenario can have wrong: each is told with a place and a cure."""
+"""Mistakes of scenarios from other tools: each is reported with a place and a cure."""
 
 from pathlib import Path
 
@@ -122,7 +122,7 @@ def test_a_broken_road_is_reported_with_its_own_name(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("entities", "said"),
     [
-        ([], "nobody takes part"),
+        ([], "no actor takes part"),
         ([EGO, EGO], "two take part as `Ego`"),
         ([EGO.replace('<Center x="1.5" y="0" z="0.7"/>', "")], "no <BoundingBox/Center>"),
         ([EGO.replace('length="4.5"', 'length="0"')], "cannot be"),
@@ -154,11 +154,11 @@ WAITS = (
 @pytest.mark.parametrize(
     ("init", "events", "said"),
     [
-        ([("ego", follow(STRAIGHT))], [], "nobody is called `ego`"),
-        ([("Ego", teleport(world(0)))], [], "nobody follows a trajectory with times"),
+        ([("ego", follow(STRAIGHT))], [], "no actor is called `ego`"),
+        ([("Ego", teleport(world(0)))], [], "no actor follows a trajectory with times"),
         ([("Ego", teleport(world(0)))], [event("Ego", speed(5.0))], "moved by <SpeedAction>"),
         ([("Ego", teleport(world(0)))], [event("Ego", follow(STRAIGHT), WAITS)], "waits for <TimeHeadwayCondition>"),
-        ([("Ego", teleport(world(0)))], [event("", follow(STRAIGHT))], "nobody is called ``"),
+        ([("Ego", teleport(world(0)))], [event("", follow(STRAIGHT))], "no actor is called ``"),
         ([("Ego", follow("").replace("<TrajectoryRef>", "").replace("</TrajectoryRef>", ""))], [], "no shape"),
         ([("Ego", speed(1e9) + follow(STRAIGHT))], [], "cannot be"),
         (
@@ -171,7 +171,7 @@ WAITS = (
 def test_storyboards_without_sense_are_refused(
     tmp_path: Path, init: list[tuple[str, str]], events: list[str], said: str
 ) -> None:
-    """Unknown names, motion that only a simulator knows, triggers that only a run can tell."""
+    """Unknown names, motion that only a simulator knows, triggers that depend on a run."""
     assert said in refused(tmp_path, scenario([EGO], init, events)).message
 
 
@@ -202,7 +202,7 @@ def test_options_without_sense_are_refused(tmp_path: Path) -> None:
 
 
 def test_more_samples_than_memory_holds_are_refused(tmp_path: Path) -> None:
-    """A vertex a year later, or a tiny step, costs nothing before it is told."""
+    """A vertex a year later, or a tiny step, is refused before it costs memory."""
     way = polyline((0.0, world(0)), (1e8, world(1)))
     assert "more than is read at once" in refused(tmp_path, simple(way)).message
     late = polyline((0.0, world(0)), (1000.0, world(1)))

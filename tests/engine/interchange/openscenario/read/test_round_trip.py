@@ -72,7 +72,7 @@ def test_the_ego_may_be_named_as_it_is_shown(tmp_path: Path, ego: str) -> None:
 def test_nobody_of_that_name(tmp_path: Path) -> None:
     """The name that is shown is offered before that of the file."""
     again(tmp_path, small())
-    with pytest.raises(InterchangeError, match="nobody is called `walkre`") as wrong:
+    with pytest.raises(InterchangeError, match="no actor is called `walkre`") as wrong:
         read_openscenario(tmp_path / "case.xosc", ego="walkre")
     assert wrong.value.cure == "did you mean `walker`?"
 

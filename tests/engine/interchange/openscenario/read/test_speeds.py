@@ -141,7 +141,7 @@ def test_who_is_made_to_stand_is_not_driving(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("step", ["1e8", "0.5", "0.0000001"])
 def test_a_step_that_is_not_that_of_the_samples_is_not_taken(tmp_path: Path, step: str) -> None:
-    """It is told, and the samples say another."""
+    """It gets a remark, and the samples say another."""
     imported = again(tmp_path, crash(), ('"cortexc.step" value="[^"]*"', f'"cortexc.step" value="{step}"'))
     assert imported.recording.step == crash().step
     assert [remark for remark in imported.remarks if "samples stand 0.05 s apart" in remark]
@@ -165,7 +165,7 @@ def driven(speeds: list[float], accelerations: list[float]) -> Recording:
 
 
 def test_a_speed_that_is_set_at_once_is_believed(tmp_path: Path) -> None:
-    """Within the run the next step tells it; who comes in faster than it ever drives is told besides."""
+    """Within the run the next step shows it; an actor that comes in faster than it ever drives gets a remark."""
     within = again(tmp_path, driven([5.0, 5.0, 9.0, 9.0], [0.0] * 4))
     assert within.remarks == ()
     assert within.recording.states[:, 0, State.SPEED].tolist() == [5.0, 5.0, 9.0, 9.0]

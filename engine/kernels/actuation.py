@@ -1,0 +1,156 @@
+"""From what a driver asks for to what the wheels of a car with slipping tyres are given.
+
+Steering goes as fast as it can to the angle asked for. Pedals go through an ideal anti-lock and traction control, which
+every new car has (UN Regulation 13-H, annex 6): the torque is the most that keeps the slip of either axle at
+`SLIP_TARGET`, given its load and slip angle; a wheel that slips more is brought back. Both are set anew every 5 ms.
+"""
+
+import math
+from typing import NamedTuple
+
+from engine.kernels.bicycle import GRAVITY, Demand, Motion, Vehicle, clip
+from engine.kernels.dynamics import (
+    COMMAND_STEP,
+    LEAST_FRICTION,
+    SUBSTEP,
+    WHEEL_INERTIA,
+    WHEEL_LAG,
+    WHEEL_RADIUS,
+    Chassis,
+    Drift,
+    Held,
+    hold,
+    wheels_of,
+)
+from engine.kernels.jit import inlined, kernel
+from engine.kernels.stage import Slot
+from engine.kernels.tyres import tyre_along
+from engine.tables import Floats
+
+SLIP_TARGET = 0.12
+"""Just below that of the largest force on a dry road; on others in proportion to the friction."""
+BMW = Chassis(1.1561957064, 1.4227170936, 1093.2952334674046, 1791.5995300122856, 0.61373004, 0.66, 0.0, 7.319, 1.0)
+"""Vehicle 2 of CommonRoad, a BMW 320i."""
+
+
+@inlined
+def chassis_of(mass: float, wheelbase: float, rear: float, friction: float) -> Chassis:
+    """A car like the BMW, of another mass [kg] and with its centre elsewhere between its axles [m]: yaw inertia goes
+    with mass and the product of both ways to the axles, the height of the centre stays.
+    """
+    front = wheelbase - rear
+    share = mass * front * rear / (BMW.mass * BMW.front * BMW.rear)
+    return Chassis(
+        front,
+        rear,
+        mass,
+        BMW.yaw_inertia * share,
+        BMW.height,
+        BMW.brake_split,
+        BMW.drive_split,
+        BMW.power_speed,
+        max(friction, LEAST_FRICTION),
+    )
+
+
+@kernel
+def slide(
+    motion: Motion, demand: Demand, vehicle: Vehicle, mass: float, rear: float, slots: Floats, actor: int, time: float
+) -> Motion:
+    """One step of a car with slipping tyres [s]; `slots` is `Run.actors`, `rear` the way from rear axle to centre."""
+    chassis = chassis_of(mass, vehicle.wheelbase, rear, vehicle.grip / GRAVITY)
+    car = driven(_taken(motion, chassis, slots, actor), demand, vehicle, chassis, time)
+    slots[actor, Slot.DRIFT_SPEED], slots[actor, Slot.DRIFT_ANGLE] = car.speed, car.slip
+    slots[actor, Slot.YAW_RATE] = car.yaw_rate
+    slots[actor, Slot.FRONT_WHEEL], slots[actor, Slot.REAR_WHEEL] = car.front_wheel, car.rear_wheel
+    cos, sin = math.cos(car.heading), math.sin(car.heading)
+    x, y = car.x - rear * cos, car.y - rear * sin
+    return Motion(x, y, car.heading, cos, sin, car.speed * math.cos(car.slip), car.steer)
+
+
+@inlined
+def _taken(motion: Motion, chassis: Chassis, slots: Floats, actor: int) -> Drift:
+    """The car as the step before left it; at first, and where its speed has been set, one that rolls freely."""
+    speed, slip = slots[actor, Slot.DRIFT_SPEED], slots[actor, Slot.DRIFT_ANGLE]
+    front, rear = slots[actor, Slot.FRONT_WHEEL], slots[actor, Slot.REAR_WHEEL]
+    if motion.speed != speed * math.cos(slip):
+        slip = clip(slip, -1.4, 1.4)
+        speed = motion.speed / math.cos(slip)
+        front = rear = motion.speed / WHEEL_RADIUS
+    x, y = motion.x + chassis.rear * motion.cos, motion.y + chassis.rear * motion.sin
+    return Drift(x, y, motion.heading, speed, slip, slots[actor, Slot.YAW_RATE], motion.steer, front, rear)
+
+
+@inlined
+def driven(car: Drift, demand: Demand, vehicle: Vehicle, chassis: Chassis, time: float) -> Drift:
+    """A car after a time in which its driver asks for the same [s]."""
+    commands = math.ceil(time / COMMAND_STEP - 1e-9)
+    held = time / commands
+    substeps = math.ceil(held / SUBSTEP - 1e-9)
+    target = clip(demand.steer, -vehicle.max_steer, vehicle.max_steer)
+    for _ in range(commands):
+        rate = clip((target - car.steer) / held, -vehicle.steer_rate, vehicle.steer_rate)
+        car = hold(car, Held(rate, eased(car, demand.acceleration, chassis)), chassis, held, substeps)
+    return car
+
+
+# -- anti-lock ---------------------------------------------------------------------------------------------------------
+
+
+class Axle(NamedTuple):
+    """An axle that brakes or drives."""
+
+    share: float
+    """Of the car's torque."""
+    load: float
+    """At rest, over the car's mass [m/s^2] …"""
+    gain: float
+    """… and what it gains by an acceleration, as a share of that."""
+    force: float
+    """Its load now [N]."""
+    slip: float
+    angle: float
+    """Slip angle [rad]."""
+    hub: float
+    """Speed of its hub [m/s]."""
+    wheel: float
+    """[rad/s]"""
+
+
+@inlined
+def eased(car: Drift, demand: float, chassis: Chassis) -> float:
+    """The acceleration asked for, shortened until both axles can give their shares of it at `SLIP_TARGET` [m/s^2]."""
+    if demand == 0.0:
+        return demand
+    wheels = wheels_of(car, demand, chassis)
+    split = chassis.brake_split if demand < 0.0 else chassis.drive_split
+    wheelbase = chassis.front + chassis.rear
+    front, rear = GRAVITY * chassis.rear / wheelbase, GRAVITY * chassis.front / wheelbase
+    # Load moves to the front under brake, to the rear under throttle.
+    moved = -math.copysign(chassis.height / wheelbase, demand)
+    most = abs(demand)
+    for axle in range(2):
+        if axle == 0:
+            slip, angle, hub = wheels.front_slip, wheels.front_angle, wheels.front_hub
+            one = Axle(split, front, moved, wheels.front_load, slip, angle, hub, car.front_wheel)
+        else:
+            slip, angle, hub = wheels.rear_slip, wheels.rear_angle, wheels.rear_hub
+            one = Axle(1.0 - split, rear, -moved, wheels.rear_load, slip, angle, hub, car.rear_wheel)
+        if one.share > 0.0:
+            most = min(most, _axle_limit(one, math.copysign(1.0, demand), chassis))
+    return math.copysign(most, demand)
+
+
+@inlined
+def _axle_limit(axle: Axle, way: float, chassis: Chassis) -> float:
+    """The largest acceleration of a car of which an axle can give its share [m/s^2]; `way`: 1 forwards, -1 braking."""
+    target = -way * SLIP_TARGET * min(chassis.friction, 1.0)
+    held = abs(tyre_along(target, axle.angle, axle.force, chassis.friction)) / axle.force
+    rest = axle.share - held * axle.gain
+    limit = held * axle.load / rest if rest > 0.0 else math.inf
+    if way * axle.slip < way * target:
+        wanted = axle.hub * (1.0 - target) / WHEEL_RADIUS
+        now = abs(tyre_along(axle.slip, axle.angle, axle.force, chassis.friction))
+        back = WHEEL_INERTIA * abs(wanted - axle.wheel) / (WHEEL_LAG * WHEEL_RADIUS)
+        limit = min(limit, max(0.0, now - back) / (chassis.mass * axle.share))
+    return limit
