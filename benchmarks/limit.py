@@ -14,11 +14,12 @@ from engine.config import SimulationConfig
 from engine.host import samples_of
 from engine.kernels.approach import circles_apart, first_contact
 from engine.kernels.bicycle import GRAVITY, Demand, Motion, Vehicle, drive
-from engine.kernels.geometry import Box, View, sees
+from engine.kernels.geometry import Box, View
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.pair import measure_pair
 from engine.kernels.path import path_project, path_project_near
 from engine.kernels.region import region_contains
+from engine.kernels.sight import SEEN, look
 from engine.kernels.steering import pedals_towards, planned_speed, steer_along
 from engine.program import Program
 from engine.scenes import Scenes
@@ -204,8 +205,9 @@ def _simulate(
                 break
             dx, dy = other_box.x - ego_box.x, other_box.y - ego_box.y
             apart = dx * dx + dy * dy
-            seen = apart < nearest * nearest and sees(
-                View(ego_box.x, ego_box.y, ego_box.heading, angle, radius), other_box
+            view = View(ego_box.x, ego_box.y, ego_box.heading, angle, radius)
+            seen = apart < nearest * nearest and (
+                look(view, other_box, start[0], 0, 0, road.buildings, -1, -1) == SEEN  # two alone: nothing hides
             )
             if seen and apart < crash * crash:
                 break

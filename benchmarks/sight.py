@@ -2,8 +2,8 @@
 
 Random scenes of up to twenty outlines, half of them on a grid, where outlines touch, share sides and cover one another
 exactly. The kernel's verdicts are held against one ray in every interval between the directions at which anything can
-change, in plain Python, and against the polygons of shadows that shapely makes. Verdicts that hang on less than 1e-9 rad
-count as right either way.
+change, in plain Python, and against the polygons of shadows that shapely makes. Verdicts that hang on less than 1e-9
+rad count as right either way.
 """
 
 import argparse
@@ -16,6 +16,7 @@ import numpy as np
 from engine.kernels.sight import SEEN, look
 from tests.engine.kernels.sight_reference import agrees, by_rays, drawn, seen_area, table
 
+NO_BUILDINGS = np.zeros((0, 5))
 SLIVER = 1e-6
 """Shapely's polygons are not asked about what is thinner [rad]."""
 
@@ -32,14 +33,14 @@ def main(arguments: list[str]) -> int:
         scene = drawn(random, int(random.integers(0, 21)), grid=number % 2 == 0)
         shades = table(scene.shades)
         start = time.perf_counter()
-        verdict = look(scene.view, scene.target, shades, 0, len(scene.shades), -1, -1)
+        verdict = look(scene.view, scene.target, shades, 0, len(scene.shades), NO_BUILDINGS, -1, -1)
         seconds += time.perf_counter() - start
         verdicts[verdict] += 1
         wrong += not agrees(verdict, scene)
         far = scene._replace(view=scene.view._replace(distance=1e3))
         if number % 2 and not 0.0 < by_rays(far).seen < SLIVER:
             asked_shapely += 1
-            seen = look(far.view, far.target, shades, 0, len(far.shades), -1, -1) == SEEN
+            seen = look(far.view, far.target, shades, 0, len(far.shades), NO_BUILDINGS, -1, -1) == SEEN
             against_shapely += seen != (seen_area(far) > 1e-9)
     told = {
         "scenes": options.scenes,

@@ -7,7 +7,7 @@
     >>> cx.export(cx.open_run("runs/mine"), ["xosc", "csv"], "elsewhere")
 
 These are all names that a user needs; the modules behind them may move. Nothing is imported before it is used,
-and nothing here prints. What cannot be done is a `CortexError`, which says what is wrong and how to mend it.
+and nothing here prints. What cannot be done is a `CortexError`, which says what is wrong and what to do.
 """
 
 from importlib import import_module

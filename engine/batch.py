@@ -33,7 +33,7 @@ def simulate(
     hold: int = 1,
     slides: Sequence[int] = (),
 ) -> Outcomes:
-    """Run all valid scenes; rows of invalid ones keep their verdict and hold NaN / -1.
+    """Run all valid scenes and return their outcomes; rows of invalid ones keep their verdict and hold NaN / -1.
 
     `hold` and `slides` are those of `engine.host.plan`: with them a run is made again by finer motion, or by slipping
     tyres.
@@ -56,7 +56,7 @@ def simulate(
 
 
 def trajectory(program: Program, scenes: Scenes, row: int, config: SimulationConfig = DEFAULTS) -> Trajectory:
-    """States of one valid scene over time, up to the end or the last sample before first contact."""
+    """Return the states of one valid scene over time, up to the end or the last sample before first contact."""
     if not scenes.valid[row]:
         raise ArgumentError(f"scene {row} is not valid; only a valid one can be run", "`scenes.valid` says which are")
     shared, run, rows = plan(program, config), memory(program, samples_of(config) + 1), requested(scenes)

@@ -14,7 +14,7 @@ from engine.kernels.stage import Layout, Plan, Run, Slot, Status
 from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
-from engine.tables import Floats, Ints, Size
+from engine.tables import SHADE, Floats, Ints, Size
 from engine.vocabulary import Column, RuleKind, State
 
 MAX_SAMPLES = 100_000
@@ -100,6 +100,7 @@ def memory(program: Program, samples: int) -> Run:
         watched=np.zeros((samples, len(code.rule_kind)) if watching else (0, 0)),
         truth=np.zeros((2, len(code.formula)), dtype=np.bool_),
         decided=np.zeros(len(code.temporal_root), dtype=np.int64),
+        shades=np.zeros(actors * SHADE),
     )
 
 

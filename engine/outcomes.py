@@ -269,6 +269,21 @@ class _Measured:
             in_document=False,
         ),
     ]
+    first_seen: Annotated[
+        Floats,
+        Result(
+            "when the ego first saw the other [s], their time to collision then [s], and for how long it was hidden "
+            "where the ego looked [s]",
+            "s",
+            per=Per.PAIR,
+            kept=Kept.DECIDING,
+        ),
+    ]
+    """NaN where it never did; as the next. Of recordings, which say nothing of views, all three are NaN."""
+    ttc_at_first_sight: Annotated[Floats, Result("", "s", per=Per.PAIR, kept=Kept.DECIDING)]
+    """Exact for the outlines at constant velocities; infinite where they were not on a collision course."""
+    hidden_time: Annotated[Floats, Result("", "s", per=Per.PAIR, kept=Kept.DECIDING)]
+    """Of the samples at which the other was in the sector and radius of the ego's view, but covered."""
     left_road_time: Annotated[
         Floats, Result("when the first actor left the road [s]", "s", per=Per.ACTOR, kept=Kept.LEAST)
     ]

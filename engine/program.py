@@ -151,6 +151,8 @@ class RoadSpec:
     block: float = 100.0
     """Distance between the centres of neighbouring intersections [m]."""
     left_hand: bool = False
+    buildings: float | None = None
+    """How far back from the kerbs blocks of buildings stand between the arms [m]; None: there are none."""
 
 
 @frozen
@@ -214,7 +216,7 @@ class ArchiveError(CortexError):
 
 
 def program_digest(space: ParamSpace, code: CodeTables, road: RoadTables, settings: Settings) -> str:
-    """32 hexadecimal digits over all numbers of a program; names, text and drawings do not count."""
+    """Return 32 hexadecimal digits over all numbers of a program; names, text and drawings do not count."""
     digest = blake2b(FORMAT.encode(), digest_size=16)
     for prefix, group in (("space", _arrays_of(space)), ("code", code._asdict()), ("road", road._asdict())):
         for name, array in group.items():
@@ -238,7 +240,7 @@ def save_program(program: Program, path: Path) -> None:
 
 
 def load_program(path: Path) -> Program:
-    """Read what `save_program` wrote.
+    """Return the program that `save_program` wrote.
 
     Raises:
         ArchiveError: not a program, of another format version, or damaged (its digest does not fit).
@@ -281,14 +283,6 @@ def _jsonable(item: Any) -> Any:
     return item
 
 
-_RENAMED = {"told_unit": "display_unit", "told_scale": "display_scale"}
-"""Fields of a requirement in files of version 0.2 and before, and what they are called now."""
-
-
-def _with_display(requirement: Mapping[str, Any]) -> dict[str, Any]:
-    return {_RENAMED.get(name, name): value for name, value in requirement.items()}
-
-
 def _rebuild(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Program:
     def group(prefix: str) -> dict[str, Any]:
         return {name.removeprefix(prefix): a for name, a in arrays.items() if name.startswith(prefix)}
@@ -304,7 +298,7 @@ def _rebuild(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Pro
         "road_spec": RoadSpec(**header["road_spec"]),
         "settings": Settings(**header["settings"]),
         "actors": tuple(header["actors"]),
-        "requirements": tuple(Requirement(**_with_display(r)) for r in header["requirements"]),
+        "requirements": tuple(Requirement(**r) for r in header["requirements"]),
         "rules": tuple(Rule(**_with(r, kind=RuleKind(r["kind"]))) for r in header["rules"]),
         "records": tuple(Record(**r) for r in header["records"]),
         "monitors": tuple(header["monitors"]),

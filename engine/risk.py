@@ -1,4 +1,4 @@
-"""How bad a run was: the risk score of the CORTEX-AVD paper (its Table 2), 0 .. 22, and -1 for what could not be run.
+"""The risk score of the CORTEX-AVD paper (its Table 2): 0 .. 22 for a run, and -1 for what could not be run.
 
 Each pair (ego, other) scores 10 for contact (C) and 0 .. 4 for each of MD, D_MS and TTC_MS by the band it falls in.
 Bands are closed below and open above, and nothing is rounded before banding. A scene has the largest risk of its
@@ -107,7 +107,7 @@ class Risk:
 
 
 def assess(outcomes: Outcomes, profile: RiskProfile = PAPER) -> Risk:
-    """Score every row of the outcomes."""
+    """Score every row of the outcomes and return its risk."""
     valid = outcomes.verdict == Verdict.VALID
     rows, pairs = map(int, outcomes.min_distance.shape)
     if pairs == 0:

@@ -38,7 +38,7 @@ __all__ = ["draw_genomes", "sample", "uniform_genomes"]
 
 
 def draw_genomes(space: ParamSpace, keys: Ints) -> Floats:
-    """(n, d) gene values in file units, each from its own distribution; row i depends on key i alone."""
+    """Return (n, d) gene values in file units, each from its own distribution; row i depends on key i alone."""
     return from_uniforms(space, _uniforms(space, keys))
 
 
@@ -51,7 +51,7 @@ def from_uniforms(space: ParamSpace, uniforms: Floats) -> Floats:
 
 
 def uniform_genomes(space: ParamSpace, keys: Ints) -> Floats:
-    """(n, d) gene values in file units, uniform over the box of the search; row i depends on key i alone."""
+    """Return (n, d) gene values in file units, uniform over the box of the search; row i depends on key i alone."""
     genomes = _uniforms(space, keys)
     for gene in range(len(space)):
         genomes[:, gene] = _from_box(space, gene, genomes[:, gene])
@@ -103,7 +103,7 @@ BLOCK_LIMIT = 1 << 32
 """Blocks of random numbers that one stream can address."""
 PLAIN: tuple[Literal["C", "A", "W"], ...] = ("C", "A", "W")
 """Contiguous, aligned, writable: the one layout of arrays that kernels are compiled for."""
-PACKED = 5
+PACKED = 6
 """Registers that a packed operand reads at most."""
 WIDEST = 3
 """Registers that a geometry instruction may write."""
@@ -128,7 +128,7 @@ def sample(
     jobs: int = 1,
     prune: Pruner | None = None,
 ) -> Scenes:
-    """Draw one scene for each genome (n, d; file units) from the stream of its key (n, 6).
+    """Draw one scene for each genome (n, d; file units) from the stream of its key (n, 6), and return them all.
 
     `prune` is the program's pruner, for callers who sample often; without one it is made where the config asks for it.
     """
@@ -237,7 +237,8 @@ def decided_by_genes(code: CodeTables, layout: Layout) -> Ints:
         for row in code.scene_code[start:end].tolist():
             geometry = row[0] >= Op.PATH_POSE
             reads = (register + i for register in row[2:] for i in range(PACKED if geometry else 1))
-            if not varying.isdisjoint(reads):
+            hidden = row[0] == Op.CAN_SEE and max(varying, default=-1) >= row[4]  # outlines without number may hide
+            if hidden or not varying.isdisjoint(reads):
                 varying.update(range(row[1], row[1] + (WIDEST if geometry else 1)))
             else:
                 varying.discard(row[1])

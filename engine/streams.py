@@ -82,7 +82,7 @@ def old_number(name: str) -> int:
 def key_rows(
     seed: int, method: int, run: int, generation: int, indices: Iterable[int] | NDArray[np.integer], rollout: int = 0
 ) -> Ints:
-    """(n, 6) int64: one `StreamKey` row for each index."""
+    """Return (n, 6) int64: one `StreamKey` row for each index."""
     index = np.asarray(indices if isinstance(indices, np.ndarray) else list(indices), dtype=np.int64)
     rows = np.empty((len(index), len(StreamKey._fields)), dtype=np.int64)
     _check(StreamKey(seed, method, run, generation, 0, rollout))
@@ -143,7 +143,7 @@ def _method_text(method: int) -> str:
 
 
 def parse_key(text: str) -> StreamKey:
-    """Inverse of `format_key`; ValueError says what is wrong."""
+    """Return the key that a text of `format_key` stands for. Raises ValueError if it stands for none."""
     words = text.strip().split(".")
     if len(words) != len(StreamKey._fields):
         raise ArgumentError(
@@ -175,7 +175,7 @@ def _number(name: str, word: str) -> int:
 
 
 def operator_generator(seed: int, method: int, run: int, generation: int, index: int = 0) -> "Generator":
-    """A numpy generator for a search's operators, independent of every scene and of every other address.
+    """Return a numpy generator for a search's operators, independent of every scene and of every other address.
 
     The fields fill disjoint bits of Philox4x64's key and of the counter's top word, which counting never reaches.
     """

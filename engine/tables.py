@@ -47,7 +47,13 @@ class RoadTables(NamedTuple):
     """(n, 4): least x, least y, greatest x, greatest y of rectangles that lie in the region: a quick yes."""
     core_start: Ints
     """(regions + 1,)"""
+    buildings: Floats
+    """(n, 5): x, y, heading, length, width of walls beside the road, which hide what is behind them."""
 
+
+SHADE = 6
+"""Numbers of an outline in a table of those that hide: x, y, heading, length, width, and whether it hides (0: it does
+not)."""
 
 ROAD_REGION = 0
 """Region 0 is always the whole drivable road."""

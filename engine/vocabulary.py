@@ -277,7 +277,9 @@ class Op(IntEnum):
     BOX_DISTANCE = 47
     """dst <- distance between the outlines at a..a+4 and b..b+4; 0 when they touch."""
     CAN_SEE = 48
-    """dst <- whether the viewer at a..a+4 (x, y, heading, view angle, view distance) sees the outline at b..b+4."""
+    """dst <- whether the viewer at a..a+5 (x, y, heading, view angle, view distance; its number below, or -1) sees the
+    outline at b..b+4 past buildings and the outlines at c: how many, then x, y, heading, length, width, and whether it
+    hides, of each."""
     ROAD_HEADING = 49
     """dst <- direction of the lane nearest to (a, b)."""
     ROAD_FOLLOW = 50
@@ -304,9 +306,15 @@ class Op(IntEnum):
     ahead on it, and that actor's speed along the path; infinity and 0 with no actor ahead."""
     TTC = 65
     """dst <- exact time to collision of the outlines of actors a and b (integers; b = -1: the least over all others)
-    at constant velocities; infinity if they would never touch, 0 when they do."""
+    at constant velocities; infinity if they would never touch, 0 when they do. c = 1 (integer): who is hidden from a
+    does not count."""
     IS_RUNNING = 66
     """dst <- whether block a (integer) has started and not ended."""
+    SEES = 67
+    """dst <- whether actor a (integer) sees actor b (integer) past all others and buildings; of -1, which is no actor,
+    the view is packed at c (x, y, heading, view angle, view distance), and the outline at d."""
+    NOTICES = 68
+    """dst <- whether nothing hides actor b (integer) from actor a (integer), wherever a looks."""
 
     # -- control: jumps are absolute rows of the code
     JUMP = 80

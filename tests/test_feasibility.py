@@ -16,7 +16,7 @@ from engine.program import Program
 from engine.sampling import draw_genomes, groups_of, sample, uniform_genomes
 from engine.scenes import Scenes
 from engine.streams import key_rows
-from engine.vocabulary import Method, Verdict
+from engine.vocabulary import Column, Method, Verdict
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.scn"))
 SINGLE = SimulationConfig(max_attempts=1)
@@ -219,7 +219,7 @@ def test_variants_keep_their_weights() -> None:
     pruned = _drawn(program, 2000, prune=True)
     plain = _drawn(program, 2000, prune=False)
     for scenes in (plain, pruned):
-        speed = scenes.values[scenes.valid][:, 15 + 3]
+        speed = scenes.values[scenes.valid][:, len(Column) + Column.SPEED]
         assert (speed > 8).mean() == pytest.approx(2 / 8, abs=0.03)
 
 

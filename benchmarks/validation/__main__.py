@@ -16,6 +16,7 @@ from benchmarks.validation.checks import CHECKS, Verdict, judged
 from benchmarks.validation.drives import drives
 from benchmarks.validation.environments import FOLDER, ROOT, SetupError, set_up
 from benchmarks.validation.items import Item
+from benchmarks.validation.looks import looked
 from benchmarks.validation.material import CONSTRUCTS, EXAMPLES, cases, written
 from benchmarks.validation.roads import swept
 from benchmarks.validation.table import markdown, show, write
@@ -46,6 +47,9 @@ def main() -> int:
 
 def _items(arguments: argparse.Namespace, console: Console, asked: set[str]) -> Iterator[Item]:
     folder: Path = arguments.out
+    if "looks" in asked:
+        console.print("looking past one another", style="dim")
+        yield from looked(folder / "looks", arguments.looks)
     if not arguments.cases_only:
         console.print("writing every kind of road", style="dim")
         yield from swept(folder / "roads")
@@ -63,6 +67,7 @@ def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.validation", description=__doc__.partition("\n\n")[0])
     parser.add_argument("--top", type=int, default=10, help="worst cases of each of A to F")
     parser.add_argument("--others", type=int, default=3, help="scenes without contact of each scenario")
+    parser.add_argument("--looks", type=int, default=2000, help="scenes for Scenic's `can see`")
     parser.add_argument("--only", nargs="+", help="these checkers alone")
     parser.add_argument("--cases-only", action="store_true", help="without the sweep over roads")
     parser.add_argument("--examples-only", action="store_true", help="without the scenarios of every construct")

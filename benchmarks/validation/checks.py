@@ -53,6 +53,13 @@ CHECKS = (
         ("scenic",),
         (r"(ego = new \w+ at \(-?\d+)", r"\g<1>1"),
     ),
+    Check(
+        "scenic",
+        "Scenic's `can see`",
+        "equal verdicts, but where less than 1 degree is seen",
+        ("looks",),
+        ('"seen": true', '"seen": false'),
+    ),
     Check("commonroad", "CommonRoad's reader", "no warning, everybody there", ("commonroad",), NO_OBSTACLE),
     Check(
         "commonroad_collisions",

@@ -49,10 +49,10 @@ def whole(name: str, value: object, least: int) -> int:
 
 
 def row_of(things: Any, row: int) -> int:
-    """A row that there is.
+    """Return the index of an existing row, counted from 0.
 
     Raises:
-        RowError: there is none.
+        RowError: there is no such row.
     """
     if not -len(things) <= whole("row", row, -len(things)) < len(things):
         rows = f"its rows are 0 to {len(things) - 1}" if len(things) else "it has none"
@@ -61,7 +61,7 @@ def row_of(things: Any, row: int) -> int:
 
 
 def kind(name: str, value: object, expected: type | tuple[type, ...], cure: str) -> None:
-    """Raises ArgumentKindError where a thing is of another kind."""
+    """Raise ArgumentKindError if a value is of another type than expected."""
     if not isinstance(value, expected):
         kinds = expected if isinstance(expected, tuple) else (expected,)
         wanted = " or ".join(each.__name__ for each in kinds)
@@ -69,7 +69,7 @@ def kind(name: str, value: object, expected: type | tuple[type, ...], cure: str)
 
 
 def path_of(name: str, value: object, cure: str = "name it by its path") -> Path:
-    """A path that a file system can be asked for.
+    """Return the value as a path, if a file can have it.
 
     Raises:
         ArgumentKindError: it is none.
@@ -82,16 +82,16 @@ def path_of(name: str, value: object, cure: str = "name it by its path") -> Path
 
 
 def callback(name: str, value: object) -> None:
-    """Raises ArgumentKindError where something that is to be called cannot be."""
+    """Raise ArgumentKindError if a callback is no function."""
     if value is not None and not callable(value):
         raise ArgumentKindError(f"{name}: expected a function, got {type(value).__name__}", LEFT_OUT)
 
 
 def one_of(name: str, value: object, choices: Iterable[str]) -> str:
-    """A word that is among those that there are.
+    """Return the value if it is one of `choices`.
 
     Raises:
-        ArgumentError: it is not.
+        ArgumentError: it is another word, or no text.
     """
     known = list(choices)
     if not isinstance(value, str) or value not in known:
@@ -153,10 +153,10 @@ def settings(given: Mapping[str, object]) -> None:
 
 
 def genome_of(program: Program, genome: "ArrayLike") -> "Floats":
-    """A value (d,) for each param.
+    """Return the genome as an array (d,), a value for each param.
 
     Raises:
-        ArgumentKindError: these are no numbers.
+        ArgumentKindError: the values are no numbers.
         ArgumentError: it has another length.
     """
     names = program.space.names
@@ -175,10 +175,10 @@ def genome_of(program: Program, genome: "ArrayLike") -> "Floats":
 
 
 def key_of(key: "ArrayLike") -> "Ints":
-    """A stream key (6,).
+    """Return the stream key as an array (6,).
 
     Raises:
-        ArgumentKindError: these are no whole numbers.
+        ArgumentKindError: the values are no whole numbers.
         ArgumentError: it has another shape.
     """
     from engine.streams import StreamKey
@@ -198,10 +198,10 @@ def key_of(key: "ArrayLike") -> "Ints":
 
 
 def scenes_of(program: Program, scenes: object) -> "Scenes":
-    """Scenes that can be of this program.
+    """Return the scenes, after checking that they fit this program.
 
     Raises:
-        ArgumentKindError, ArgumentError: they are none, or of another.
+        ArgumentKindError, ArgumentError: the value holds no scenes, or those of another program.
     """
     from engine.scenes import Scenes
 
@@ -218,7 +218,7 @@ def scenes_of(program: Program, scenes: object) -> "Scenes":
 
 @contextmanager
 def drawn_errors() -> Iterator[None]:
-    """Let a CompileError be drawn as the command draws it, errors first, for somebody who knows of no `-p`."""
+    """Draw a CompileError as the command does, errors first, in the words of Python instead of `-p`."""
     try:
         yield
     except CompileError as error:
@@ -232,7 +232,7 @@ def drawn_errors() -> Iterator[None]:
 
 
 def in_python(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """The same for somebody who fixed a param by a keyword, and knows of no `-p`."""
+    """Return the diagnostics in the words of Python: a param is fixed by a keyword, not by `-p`."""
     return tuple(
         replace(each, message=_words(each.message), reason=_words(each.reason), cure=_words(each.cure))
         for each in diagnostics
@@ -244,7 +244,7 @@ def _words(text: str) -> str:
     return re.sub(r"`-p (\w+)", r"`\1", text).replace("`-p`", "a keyword")
 
 
-# -- Params that the command line holds fixed, told as the file would write them ---------------------------------------
+# -- Params that the command line holds fixed, as the file would write them --------------------------------------------
 
 AMOUNT = re.compile(r"(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?) *(?P<unit>\S*)")
 

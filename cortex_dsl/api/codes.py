@@ -26,7 +26,7 @@ FAMILIES = {
 
 @dataclass(frozen=True)
 class Entry:
-    """One code."""
+    """One code with its page."""
 
     code: str
     severity: Severity
@@ -42,7 +42,7 @@ class Entry:
 
 
 def entries() -> tuple[Entry, ...]:
-    """Every code, in the order of their numbers."""
+    """Return every code, in the order of their numbers."""
     return tuple(sorted(_declared(), key=lambda entry: entry.code))
 
 
@@ -54,13 +54,13 @@ def _declared() -> Iterator[Entry]:
 
 
 def find(text: str) -> Entry | None:
-    """The code that a person means by `SCN203`, `scn203` or `203`."""
+    """Return the code that a person means by `SCN203`, `scn203` or `203`; None if there is no such code."""
     number = text.strip().upper().removeprefix("SCN")
     return next((entry for entry in entries() if entry.code == f"SCN{number}"), None)
 
 
 def near(text: str) -> list[Entry]:
-    """Codes that may be meant: those of nearly the same number, or with nearly that title."""
+    """Return codes that may be meant: those of nearly the same number, or with nearly that title."""
     known = {entry.code: entry for entry in entries()}
     digits = "".join(character for character in text if character in "0123456789")
     if digits:

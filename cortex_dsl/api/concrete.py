@@ -50,7 +50,7 @@ def concrete_files(
     name: str = "copy.scn",
     laid_out: bool = True,
 ) -> dict[str, str]:
-    """The scenario that is scene `row` and nothing else, by file name: the main text first, then what it imports.
+    """Return the scenario that is scene `row` and nothing else, by file name: the main text, then what it imports.
 
     Args:
         program: what the scenes were drawn from.

@@ -87,13 +87,13 @@ def export(
 def measure(
     file: str | Path, *, ego: str | None = None, step: float | None = None, profile: str = "paper"
 ) -> "Measured":
-    """Judge a recording, whoever drove, by the kernels that judge our own runs: `.outcomes` and `.risk` (one row each),
+    """Judge a recording, from any driver, by the kernels that judge our runs: `.outcomes` and `.risk` (one row each),
     `.metrics` (name, value, unit) and the `.trajectory` on whole steps.
 
     Args:
         file: a table of trajectories (`.csv`, `.parquet`), or an OpenSCENARIO file (`.xosc`) whose actors follow timed
             polylines.
-        ego: who is judged; None: who is called ego, or else the first.
+        ego: name of the actor that is judged; None: the one called ego, or else the first.
         step: time step of the metrics [s]; None: that of the file.
         profile: where the bands of the risk end, `paper`, `paper-mm` or `literature`.
 
@@ -109,7 +109,7 @@ def measure(
 
 
 def read_recording(file: str | Path, *, ego: str | None = None, step: float | None = None) -> "Imported":
-    """What `measure` judges: a file's recording, its road where it has one, and what could not be taken over.
+    """Return what `measure` judges: a file's recording, its road where it has one, and what could not be taken over.
 
     Raises:
         ArgumentError, InterchangeError: as `measure`.
@@ -131,7 +131,7 @@ def read_recording(file: str | Path, *, ego: str | None = None, step: float | No
 
 
 def _formats(names: Iterable[str]) -> tuple[str, ...]:
-    """Each format once; all of them known and installed."""
+    """Return each format once; all of them are known and installed."""
     from engine.extras import MissingExtraError
 
     words = tuple(dict.fromkeys(arguments.one_of("formats", name, FORMATS) for name in names))

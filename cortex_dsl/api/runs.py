@@ -161,7 +161,7 @@ def check_journal(run: OpenedRun) -> None:
 
 
 def _run_folder(path: Path) -> Path:
-    """The folder of a run, named itself or by its journal."""
+    """Return the folder of a run, which may be named by its journal."""
     folder = path.parent if path.name == JOURNAL else path
     if (folder / JOURNAL).exists():
         return folder
@@ -186,7 +186,7 @@ def _run_folder(path: Path) -> Path:
 
 
 def _compiled(folder: Path, manifest: Manifest) -> Compiled:
-    """The program of the manifest, and no other."""
+    """Compile the scenario of a manifest; it must give the very program that was searched."""
     wrote = manifest.versions.get("cortexc", "unknown")
     cure = f"use the version that started it, cortexc {wrote}; what it found can still be read from its journal"
     source, origin = Source(manifest.file, manifest.file_text), manifest.origin
@@ -205,7 +205,7 @@ def _compiled(folder: Path, manifest: Manifest) -> Compiled:
 
 
 def _edited(manifest: Manifest) -> Iterator[str]:
-    """Files of the run that are there and differ."""
+    """Return the files of the run that exist with another content now."""
     for file in (Text(manifest.file, manifest.file_text), *manifest.origin.imports):
         with suppress(OSError, ValueError):
             if _text_of(file.name) != file.text:
@@ -213,7 +213,7 @@ def _edited(manifest: Manifest) -> Iterator[str]:
 
 
 def _text_of(name: str) -> str | None:
-    """The text of a file as the compiler reads it; None where it could not."""
+    """Return the text of a file as the compiler reads it; None where that fails."""
     try:
         return read_source(name).text
     except CompileError:
@@ -231,7 +231,7 @@ def resume(
     on_removed: OnRemoved | None = None,
     workers: Workers | None = None,
 ) -> Found:
-    """Go on with a run that was stopped or killed, to the journal that an undisturbed one would have written.
+    """Continue a run that was stopped or killed, to the journal that an undisturbed one would have written.
 
     `generations`: as many in all as this, more or fewer than the run was started with. Of a finished run nothing is
     written, and nothing simulated but the probes of its genes.
@@ -292,7 +292,7 @@ def reopened(run: OpenedRun, generations: int | None = None) -> Iterator[Rest]:
 
 
 def _with_generations(run: OpenedRun, generations: int | None) -> Manifest:
-    """The manifest of the run as it is to end."""
+    """Return the manifest of the run with so many generations."""
     manifest, done = run.record.manifest, len(run.record.generations)
     settings: dict[str, Any] = manifest.settings
     if generations is None or generations == settings["search"]["generations"]:
@@ -312,7 +312,7 @@ def _with_generations(run: OpenedRun, generations: int | None) -> Manifest:
 
 
 def every_case(record: Record) -> tuple[Case, ...]:
-    """Every genome with a valid simulation. Number 7 is `worst/07.scn`; from 11 on it is what is left."""
+    """Return every genome with a valid simulation. Number 7 is `worst/07.scn`; from 11 on all others, worst first."""
     evaluations = record.evaluations
     first = worst_cases(evaluations, WORST, box_of(record))
     taken = {case.row for case in first}
@@ -321,12 +321,12 @@ def every_case(record: Record) -> tuple[Case, ...]:
 
 
 def first_cases(record: Record, count: int) -> tuple[Case, ...]:
-    """The first `count` of them."""
+    """Return the first `count` cases."""
     return every_case(record)[:count]
 
 
 def box_of(record: Record) -> Box:
-    """The space that a run searched."""
+    """Return the box that a run searched."""
     rows = record.manifest.parameters
     return Box(
         tuple(p.name for p in rows),

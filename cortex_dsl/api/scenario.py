@@ -99,7 +99,7 @@ def _compiled(
 
 
 def in_file(config: SimulationConfig, settings: Settings) -> SimulationConfig:
-    """The config, with what the file itself says about its simulation put in."""
+    """Return the config with the settings that the file itself makes."""
     said = {name: getattr(settings, name) for name in ("time_step", "max_time", "max_attempts")}
     return replace(config, **{name: value for name, value in said.items() if value is not None})
 
@@ -152,14 +152,14 @@ class Scenario:
         return sample(self.program, drawn, keys, self.config.simulation, jobs)
 
     def scene_of_seed(self, seed: int | None = None) -> "Scenes":
-        """The one scene of `cortexc FILE --seed N`, or without a seed that of `cortexc FILE`: up to a hundred genomes
+        """Return the scene of `cortexc FILE --seed N`, or without a seed of `cortexc FILE`: up to a hundred genomes
         are drawn until one allows a scene. It is not valid where none did.
         """
         *_, scenes = self.attempts(seed)
         return scenes
 
     def attempts(self, seed: int | None = None) -> "Iterator[Scenes]":
-        """One scene after another, each of a genome of its own; the last one is the scene of the seed, if it is valid.
+        """Yield scenes, each of a genome of its own; the last one is the scene of the seed, if it is valid.
 
         Without a seed: of the stream that a concrete file names, or else of seed 0.
         """
@@ -174,7 +174,7 @@ class Scenario:
                 return
 
     def table(self, thing: "Scenes | Outcomes | WorldRun") -> "Columns":
-        """Columns by name with their units, as for `pandas.DataFrame`: of scenes the verdict, the params and how
+        """Return columns by name with their units, as for `pandas.DataFrame`: of scenes the verdict, the params and how
         each actor starts, of outcomes how they ended and the metrics of each pair, of a run the states over time.
 
         Raises:
@@ -217,7 +217,7 @@ class Scenario:
         return world.run(self.program, self._own(scenes), arguments.row_of(scenes, row), self.config)
 
     def assess(self, outcomes: "Outcomes", profile: str = "paper") -> "Risk":
-        """Risk of each outcome: the integer score 0 .. 22 (-1 invalid), its parts, the continuous score.
+        """Return the risk of each outcome: the integer score 0 .. 22 (-1 invalid), its parts, the continuous score.
 
         `profile`: where the bands of the score end, `paper`, `paper-mm` or `literature` (see `engine.risk`).
         """
@@ -281,31 +281,31 @@ class Scenario:
         return found.campaign
 
     def scene(self, case: "Case") -> "Scenes":
-        """The one scene of a campaign's case, drawn again from its genome and stream key."""
+        """Return the one scene of a campaign's case, drawn again from its genome and stream key."""
         from engine.search.ranking import Case
 
         arguments.kind("case", case, Case, "a campaign has some in `worst`")
         return self.scene_of(np.array(case.genome), np.array(case.key))
 
     def scene_of(self, genome: "ArrayLike", key: "ArrayLike") -> "Scenes":
-        """The one scene of a genome (d,) and a stream key (6,)."""
+        """Return the one scene of a genome (d,) and a stream key (6,)."""
         from engine.sampling import sample
 
         values, keys = arguments.genome_of(self.program, genome), arguments.key_of(key)
         return sample(self.program, values[np.newaxis], keys[np.newaxis], self.config.simulation)
 
     def _own(self, scenes: object) -> "Scenes":
-        """Scenes that can be of this scenario."""
+        """Return the scenes, after checking that they fit this scenario."""
         return arguments.scenes_of(self.program, scenes)
 
     def show(self, thing: "Scenes | Case | Campaign", row: int = 0) -> "Picture | Shown":
-        """For notebooks: one of some scenes as a picture, a case as a page that plays, a campaign as a table."""
+        """Show in a notebook: one of some scenes as a picture, a case as a page that plays, a campaign as a table."""
         from cortex_dsl.report.page import notebook
 
         return notebook.show(self, thing, row)
 
     def replay(self, scenes: "Scenes", row: int = 0) -> "Shown":
-        """For notebooks: one scene run in the pymunk world, as a page that plays."""
+        """Show in a notebook one scene, run in the pymunk world, as a page that plays."""
         from cortex_dsl.report.page import notebook
 
         return notebook.replay(self, scenes, row)
@@ -316,15 +316,15 @@ class Scenario:
         return str(notebook.scenario_table(self))
 
     def concrete(self, scenes: "Scenes", row: int = 0, remark: str = "") -> str:
-        """One scene as a scenario of its own, which runs to the same outcome bit for bit. See `concrete_files` for one
-        with imports.
+        """Return one scene as a scenario of its own, which runs to the same outcome bit for bit. See `concrete_files`
+        for one with imports.
         """
         return next(iter(self.concrete_files(scenes, row, remark).values()))
 
     def concrete_files(
         self, scenes: "Scenes", row: int = 0, remark: str = "", name: str = "copy.scn", *, laid_out: bool = True
     ) -> dict[str, str]:
-        """The same with the files that it imports, by the names under which they must be written side by side. Without
+        """Return the same with the files that it imports, by the names under which they stand side by side. Without
         `laid_out` every line stays where the author has it.
 
         Raises:

@@ -42,9 +42,9 @@ class Studied:
 
     plan: Plan
     records: tuple[RunRecord, ...]
-    """Of each finished run, in the order of the plan."""
+    """Records of the finished runs, in the order of the plan."""
     folder: Path | None = None
-    """Where every evaluation is kept; None: nowhere."""
+    """Folder that keeps every evaluation; None: they are not kept."""
 
     @property
     def complete(self) -> bool:
@@ -53,7 +53,7 @@ class Studied:
 
     @cached_property
     def findings(self) -> Findings:
-        """Comparisons run by run, rates of collision of random search, and what may be claimed."""
+        """Return comparisons run by run, rates of collision of random search, and what may be claimed."""
         return findings(self.plan, self.records)
 
     def __repr__(self) -> str:
@@ -119,7 +119,7 @@ def study(
 
 
 def resume_study(folder: str | Path, *, jobs: int = 1, on_run: "OnRun | None" = None) -> Studied:
-    """Go on with a study that was stopped or killed, from what its folder keeps; one that is complete is only read.
+    """Continue a study that was stopped or killed, from what its folder keeps; one that is complete is only read.
 
     Raises:
         StoreError: no readable study, another process is at it, or another version of the engine began it.
@@ -136,7 +136,7 @@ def resume_study(folder: str | Path, *, jobs: int = 1, on_run: "OnRun | None" = 
 
 
 def carry_out(plan: Plan, earlier: Sequence[RunRecord], on_run: "OnRun", workers: Workers) -> bool:
-    """Do what is left to do; whether Ctrl-C came first."""
+    """Do the runs that are left; return whether Ctrl-C came first."""
     done = [record.address for record in earlier]
     try:
         if workers.kind == "dask":
@@ -150,7 +150,7 @@ def carry_out(plan: Plan, earlier: Sequence[RunRecord], on_run: "OnRun", workers
 
 
 def facts(plan: Plan, command_line: Sequence[str]) -> dict[str, object]:
-    """What a reader may want to know of how a study came to be."""
+    """Return the facts on how a study came to be."""
     from engine.kernels.jit import source_hash
 
     versions: dict[str, str] = {}
@@ -160,7 +160,7 @@ def facts(plan: Plan, command_line: Sequence[str]) -> dict[str, object]:
 
 
 def insist_on_same_engine(study: Study) -> None:
-    """Runs of two different engines must not be compared as if they were of one.
+    """Check that a study is continued by the engine that began it: runs of two engines must not be compared as one.
 
     Raises:
         StoreError: they would be.
@@ -185,7 +185,7 @@ def short_names(files: Sequence[Path]) -> list[str]:
 
 
 def _scenarios(files: Iterable[Files]) -> list[tuple[str, Scenario]]:
-    """Each scenario with its short name; folders unfolded."""
+    """Return each scenario with its short name; a folder stands for the scenarios in it."""
     loaded: list[tuple[Path, Scenario]] = []
     for each in files:
         arguments.kind("files", each, (str, Path, Scenario), "name scenario files or folders, or load them")

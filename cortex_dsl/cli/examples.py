@@ -85,7 +85,7 @@ def _found(name: str) -> Traversable:
     """The example of a name, with or without its suffix.
 
     Raises:
-        UsageError: there is none.
+        UsageError: there is no such example.
     """
     known = {_name(example): example for example in _examples()}
     wanted = Path(name).name.removesuffix(SUFFIX)

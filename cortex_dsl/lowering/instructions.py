@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from cortex_dsl import ir
 from cortex_dsl.semantics.quantities.bounds import changes, operands
 from engine.frozen import frozen
+from engine.tables import SHADE
 from engine.vocabulary import Op
 
 # -- operands and rows: code before registers have numbers -------------------------------------------------------------
@@ -154,6 +155,8 @@ class ExpressionWriter:
     known: dict[int, Register] = field(default_factory=dict)
     monitor_blocks: Sequence[int] = ()
     """Block of each monitor."""
+    shades: tuple[ir.Expr, ...] = ()
+    """Outlines that hide at the start, as `Op.CAN_SEE` reads them."""
 
     def branch(self) -> "ExpressionWriter":
         """A writer into the same buffer whose results the original will not rely on."""
@@ -204,14 +207,26 @@ class ExpressionWriter:
         return Temporary(first.index + index)
 
     def _pack(self, items: tuple[ir.Expr, ...]) -> Register:
-        sources = [self.register(item) for item in items]
-        first = self.buffer.temporary(len(items))
+        return self._side_by_side([self.register(item) for item in items])
+
+    def _side_by_side(self, sources: Sequence[Register]) -> Register:
+        first = self.buffer.temporary(len(sources))
         for position, source in enumerate(sources):
             self.buffer.emit(Op.MOVE, Temporary(first.index + position), source)
         return first
 
+    def _shades(self) -> Register:
+        """How many outlines hide, and what they are: written once for all looks of a buffer."""
+        if (key := id(self.shades)) not in self.known:
+            count = self.constants.add(float(len(self.shades) // SHADE))
+            sources = [count, *(self.register(item) for item in self.shades)]
+            self.known[key] = self._side_by_side(sources)
+        return self.known[key]
+
     def _apply(self, expression: ir.Apply) -> Register:
         registers = [self.register(argument) for argument in expression.arguments]
+        if expression.op == Op.CAN_SEE:
+            registers.append(self._shades())
         destination = self.buffer.temporary(expression.width)
         self.buffer.emit(expression.op, destination, *expression.immediates, *registers)
         return destination

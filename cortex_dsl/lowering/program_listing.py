@@ -18,7 +18,9 @@ PLAIN_OPERANDS: dict[Op, tuple[int, ...]] = {
     Op.STATE: (0, 1),
     Op.WITHIN: (0,),
     Op.LEAD: (0,),
-    Op.TTC: (0, 1),
+    Op.TTC: (0, 1, 2),
+    Op.SEES: (0, 1),
+    Op.NOTICES: (0, 1),
     Op.IS_RUNNING: (0,),
     Op.SPAWN: (0,),
     Op.JUMP: (0,),
@@ -41,11 +43,12 @@ OPERAND_COUNT: dict[Op, int] = {
     **dict.fromkeys((Op.TIME, Op.RANDOM, Op.HALT, Op.END), 0),
     **dict.fromkeys((Op.SELECT, Op.PATH_DISTANCE, Op.REGION_SAMPLE, Op.REGION_DISTANCE, Op.REGION_CONTAINS), 3),
     **dict.fromkeys((Op.ROAD_FOLLOW, Op.PATH_PROJECT), 3),
-    Op.FOLLOW: 4,
+    **dict.fromkeys((Op.CAN_SEE, Op.TTC), 3),
+    **dict.fromkeys((Op.FOLLOW, Op.SEES), 4),
 }
 """Operands that an instruction reads; 2 where it is not named here."""
 
-OF_ACTORS = frozenset({Op.STATE, Op.WITHIN, Op.LEAD, Op.TTC, Op.SPAWN})
+OF_ACTORS = frozenset({Op.STATE, Op.WITHIN, Op.LEAD, Op.TTC, Op.SPAWN, Op.SEES, Op.NOTICES})
 """Their plain operands are actors (of STATE the first)."""
 
 WITHOUT_DESTINATION = frozenset(op for op in Op if op >= Op.JUMP and op != Op.FOLLOW)
@@ -198,6 +201,8 @@ def _plain(op: Op, position: int, operand: int) -> str:
     """A number that stands for itself, as a word where it has one."""
     if op == Op.STATE and position == 1:
         return State(operand).name.lower()
+    if op == Op.TTC and position == 2:
+        return "noticed" if operand else "any"
     if op in OF_ACTORS:
         return f"actor {operand}" if operand >= 0 else "anybody"
     if op == Op.COMMAND:

@@ -108,7 +108,7 @@ def lower_variant(variant: ir.Variant) -> VariantCode:
     site_values = tuple(tuple(values.number(value) for value in site.values) for site in variant.draw_sites)
 
     scene = CodeBuffer()
-    scene_writer = ExpressionWriter(scene, constants)
+    scene_writer = ExpressionWriter(scene, constants, shades=_shades(variant.actors))
     tested = [_requirement(scene, scene_writer, requirement) for requirement in variant.requirements]
     start = len(scene.rows)
     outputs = tuple(scene_writer.register(expression) for expression in values.expressions)
@@ -133,6 +133,19 @@ def lower_variant(variant: ir.Variant) -> VariantCode:
         blocks=numbered.blocks.count,
         locals=numbered.locals.count,
     )
+
+
+HIDING = (Column.X, Column.Y, Column.HEADING, Column.LENGTH, Column.WIDTH)
+"""What `Op.CAN_SEE` reads of an outline that may hide, before whether it does."""
+
+
+def _shades(actors: Sequence[ir.Actor]) -> tuple[ir.Expr, ...]:
+    """All outlines at the start, in the order of the actors; who comes in later hides nobody yet."""
+    items: list[ir.Expr] = []
+    for actor in actors:
+        items += [actor.columns[column] for column in HIDING]
+        items.append(actor.columns[Column.OCCLUDING] if actor.present else ir.Literal(actor.span, 0.0))
+    return tuple(items)
 
 
 def _requirement(buffer: CodeBuffer, writer: ExpressionWriter, requirement: ir.Requirement) -> tuple[Segment, Segment]:

@@ -59,7 +59,7 @@ def execute(state: State, chunk: str) -> None:
     """Carry out a command.
 
     Raises:
-        UsageError: there is none of that name, or it cannot do what it was asked for.
+        UsageError: there is no such command, or it cannot do what it was asked for.
     """
     word, _, argument = chunk.strip().removeprefix(":").strip().partition(" ")
     name, loud = word.removesuffix("!"), word.endswith("!")
@@ -82,7 +82,7 @@ def whole_number(text: str, default: int, what: str, most: int) -> int:
     """A count from 1 to `most`; without a text the default.
 
     Raises:
-        UsageError: it is none.
+        UsageError: the text is no such count.
     """
     digits = text.replace(",", "").replace("_", "")
     if not text:

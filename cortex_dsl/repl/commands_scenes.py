@@ -108,7 +108,7 @@ def do_scene(state: State, _argument: str) -> None:
 
 
 def _next_scene(state: State, scenario: "Scenario") -> "Scenes | None":
-    """The next accepted scene of the seed; where there is none, why."""
+    """Return the next accepted scene of the seed; where there is none, show why and return None."""
     tally = Tally()
     for _ in range(TRIES):
         scenes = _draw(scenario, state.seed, np.array([state.scenes_tried]))
@@ -192,7 +192,7 @@ def seed_of(text: str, default: int) -> int:
     """A seed as typed.
 
     Raises:
-        UsageError: it is none.
+        UsageError: the text is no seed.
     """
     if not text:
         return default

@@ -87,6 +87,7 @@ def elaborate_variant(
         composer = set_up_run(ev)
         _compose(ev, composer)
         actors = _finished_actors(ev)
+        _require_visible(ev, actors)
         _rules(ev, module.statements, composer)
         behaviours = [_behaviour(ev, actor) for actor in actors]
     except Rejection as rejection:
@@ -133,6 +134,16 @@ def _finished_actors(ev: Evaluator) -> list[Actor]:
         end = len(ev.file.source.text.rstrip())
         ev.report(NO_EGO.at(Span(end, end), label="the file ends without one"))
     return sorted(ev.run.built.actors, key=lambda actor: actor.index)
+
+
+def _require_visible(ev: Evaluator, actors: Sequence[Actor]) -> None:
+    """What `requireVisible` asks for: that the ego sees an object at the start."""
+    ego = ev.run.ego
+    for actor in actors if ego is not None else ():
+        present = actor.scenario is None or actor.scenario.present
+        if actor is not ego and present and actor.properties.get("requireVisible", False) is True:
+            name, line = f"{actor.name} is visible from the ego", ev.file.line(actor.span)
+            ev.run.built.requirements.append(ir.Requirement(geometry.sees(ev, ego, actor), 1.0, name, line))
 
 
 def _compose(ev: Evaluator, composer: Composer | None) -> None:

@@ -171,7 +171,7 @@ def between_outlines(_road: RoadTables, operands: Sequence[Interval]) -> Sequenc
 
 
 def sees(_road: RoadTables, operands: Sequence[Interval]) -> Sequence[Interval]:
-    viewer, outline = operands[:5], operands[5:]
+    viewer, outline = operands[:6], operands[6:]
     near = _between_centres(viewer, outline)[0] - circles(outline)[1]
     never = numbers(*operands) & (near > viewer[4].high)
     return [truth(np.zeros(len(never), dtype=bool), never)]
@@ -291,7 +291,7 @@ OPERANDS: Mapping[Op, tuple[int, ...]] = {
     Op.REGION_CONTAINS_BOX: (1, 5),
     Op.REGION_BOX_DISTANCE: (1, 5),
     Op.BOX_DISTANCE: (5, 5),
-    Op.CAN_SEE: (5, 5),
+    Op.CAN_SEE: (6, 5),
     Op.ROAD_HEADING: (1, 1),
     Op.ROAD_FOLLOW: (1, 1, 1),
     Op.LANE_ROUTE: (3,),

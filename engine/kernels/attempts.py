@@ -192,7 +192,7 @@ def _finish(recipe: Recipe, template: int, row: int, registers: Floats, out: Led
         out.failed[row, layout.reasons] += 1
         return False
     out.tested[row, layout.reasons + 1] += 1
-    if overlap(code.overlap_check, values):
+    if overlap(recipe.road.buildings, code.overlap_check, values):
         out.failed[row, layout.reasons + 1] += 1
         return False
     out.verdict[row] = Verdict.VALID
@@ -277,4 +277,4 @@ def _weigh_scene(recipe: Recipe, template: int, row: int, registers: Floats, out
         return
     reasons = recipe.layout.reasons
     out.holds[row, reasons] = 1 if inside_road(recipe.road, code.road_check, values) else 0
-    out.holds[row, reasons + 1] = 0 if overlap(code.overlap_check, values) else 1
+    out.holds[row, reasons + 1] = 0 if overlap(recipe.road.buildings, code.overlap_check, values) else 1

@@ -15,11 +15,13 @@ from typing import NamedTuple
 
 from engine.kernels.conflict import Snapshot, shadow, time_to_collision
 from engine.kernels.evaluate import evaluate
-from engine.kernels.geometry import Box, View, sees
+from engine.kernels.geometry import Box, View
 from engine.kernels.jit import inlined, kernel
+from engine.kernels.noticing import can_see, look_past, notices, sees_within, view_of
 from engine.kernels.pair import Rate, center_velocity
 from engine.kernels.path import path_distance, path_pose, path_project, path_project_near
 from engine.kernels.random_numbers import ATTEMPT_CHANNEL, open_stream, uniform
+from engine.kernels.sight import SEEN
 from engine.kernels.stage import Plan, Run, Slot, Status, column_of, outline_of, place
 from engine.kernels.steering import pedals_towards, planned_speed, steer_along, turn_along
 from engine.vocabulary import ActorKind, Column, Command, Op, Purpose, State
@@ -39,8 +41,8 @@ def leader(plan: Plan, run: Run, sample: int, me: int, path: int) -> Leader:
     """Return the nearest actor ahead of `me` on a path; infinity and 0 with no actor ahead.
 
     An actor is on the path if it reaches into the strip that my width sweeps along it, and ahead if its centre's foot
-    point lies beyond mine. The gap is measured along the path between the shadows of both outlines on its direction at
-    their foot points, and is 0 where these overlap.
+    point lies beyond mine. One that is hidden from me does not count. The gap is measured along the path between the
+    shadows of both outlines on its direction at their foot points, and is 0 where these overlap.
     """
     mine = outline_of(plan, run, sample, me)
     start = path_project(plan.road, path, mine.x, mine.y)
@@ -57,15 +59,16 @@ def leader(plan: Plan, run: Run, sample: int, me: int, path: int) -> Leader:
         aside = path_distance(plan.road, path, box.x, box.y)
         if foot > start and aside < 0.5 * mine.width + shadow(box, -sin, cos):
             between = max(0.0, foot - shadow(box, cos, sin) - front)
-            if between < gap:
+            if between < gap and notices(plan, run, sample, me, other):
                 gap, speed = between, run.states[sample, other, State.SPEED] * math.cos(box.heading - heading)
     return Leader(gap, speed)
 
 
 @kernel
-def least_time_to_collision(plan: Plan, run: Run, sample: int, one: int, other: int) -> float:
+def least_time_to_collision(plan: Plan, run: Run, sample: int, one: int, other: int, noticed: bool = False) -> float:
     """`conflict.time_to_collision` of two actors [s], or (`other` = -1) the least over all others; infinite for those
-    that are absent. What comes is unknown yet, so yaw rates are those of the step that ended at the sample.
+    that are absent, and, where only the `noticed` count, for those hidden from `one`. What comes is unknown yet, so yaw
+    rates are those of the step that ended at the sample.
     """
     least = math.inf
     if run.states[sample, one, State.PRESENT] == 0.0:
@@ -73,7 +76,9 @@ def least_time_to_collision(plan: Plan, run: Run, sample: int, one: int, other: 
     for each in range(run.states.shape[1]):
         asked = each != one and (other < 0 or each == other)
         if asked and run.states[sample, each, State.PRESENT] != 0.0:
-            least = min(least, time_to_collision(_pair(plan, run, sample, one, each)))
+            time = time_to_collision(_pair(plan, run, sample, one, each))
+            if time < least and (not noticed or notices(plan, run, sample, one, each)):
+                least = time
     return least
 
 
@@ -125,11 +130,17 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         elif op == Op.RANDOM:
             registers[dst] = _draw(run)
         elif op == Op.WITHIN:
-            registers[dst] = 1.0 if _within(plan, run, sample, a, registers[b]) else 0.0
+            registers[dst] = 1.0 if sees_within(plan, run, sample, a, registers[b]) else 0.0
         elif op == Op.LEAD:
             registers[dst], registers[dst + 1] = leader(plan, run, sample, a, int(registers[b]))
         elif op == Op.TTC:
-            registers[dst] = least_time_to_collision(plan, run, sample, a, b)
+            registers[dst] = least_time_to_collision(plan, run, sample, a, b, int(code[row - 1, 4]) != 0)
+        elif op == Op.SEES:
+            actors = a >= 0 and b >= 0
+            sees = can_see(plan, run, sample, a, b) if actors else _sees_place(plan, run, sample, row - 1)
+            registers[dst] = 1.0 if sees else 0.0
+        elif op == Op.NOTICES:
+            registers[dst] = 1.0 if notices(plan, run, sample, a, b) else 0.0
         elif op == Op.IS_RUNNING:
             registers[dst] = 1.0 if run.resume[a] >= 0 else 0.0
         elif op == Op.JUMP:
@@ -164,6 +175,7 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         elif op == Op.SPAWN:
             if run.states[sample, a, State.PRESENT] == 0.0:
                 place(plan, run, sample, a, 1.0)
+                run.status[Status.SHADED] = -1
         else:
             signal = SEGMENT_ENDED
             break
@@ -178,22 +190,25 @@ def _draw(run: Run) -> float:
     return uniform(open_stream(run.key, Purpose.BEHAVIOUR, ATTEMPT_CHANNEL), number)
 
 
-@inlined
-def _within(plan: Plan, run: Run, sample: int, me: int, distance: float) -> bool:
-    """withinDistanceToAnyObjs: whether a present actor's centre is nearer than `distance` and `me` sees it."""
-    states = run.states
-    x, y = states[sample, me, State.X], states[sample, me, State.Y]
-    for other in range(states.shape[1]):
-        if other == me or states[sample, other, State.PRESENT] == 0.0:
-            continue
-        dx, dy = states[sample, other, State.X] - x, states[sample, other, State.Y] - y
-        if distance > 0.0 and dx * dx + dy * dy < distance * distance:
-            angle = column_of(plan, run, me, Column.VIEW_ANGLE)
-            radius = column_of(plan, run, me, Column.VIEW_DISTANCE)
-            view = View(x, y, states[sample, me, State.HEADING], angle, radius)
-            if sees(view, outline_of(plan, run, sample, other)):
-                return True
-    return False
+@kernel
+def _sees_place(plan: Plan, run: Run, sample: int, row: int) -> bool:
+    """`Op.SEES` where the viewer or what it looks at is a place."""
+    code, registers = plan.code, run.registers
+    viewer, target, at, there = int(code[row, 2]), int(code[row, 3]), int(code[row, 4]), int(code[row, 5])
+    for actor in (viewer, target):
+        if actor >= 0 and run.states[sample, actor, State.PRESENT] == 0.0:
+            return False
+    if viewer >= 0:
+        view = view_of(plan, run, sample, viewer)
+    else:
+        view = View(registers[at], registers[at + 1], registers[at + 2], registers[at + 3], registers[at + 4])
+    if target >= 0:
+        box = outline_of(plan, run, sample, target)
+    else:
+        box = Box(
+            registers[there], registers[there + 1], registers[there + 2], registers[there + 3], registers[there + 4]
+        )
+    return bool(look_past(plan, run, sample, view, box, viewer, target) == SEEN)
 
 
 @inlined

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.kernels.geometry import Box, View, box_distance, sees
+from engine.kernels.geometry import Box, View, box_distance
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.path import path_distance, path_pose, path_project
 from engine.kernels.random_numbers import normal_cdf, normal_quantile
@@ -33,6 +33,7 @@ from engine.kernels.region import (
     region_distance,
     region_sample,
 )
+from engine.kernels.sight import SEEN, look
 from engine.tables import Bools, Floats, Ints, RoadTables
 from engine.vocabulary import Op, TemporalOp
 
@@ -201,7 +202,9 @@ def _geometry(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road
         registers[dst] = region_box_distance(road, int(registers[a]), _box(registers, b))
     elif op == Op.CAN_SEE:
         view = View(registers[a], registers[a + 1], registers[a + 2], registers[a + 3], registers[a + 4])
-        registers[dst] = 1.0 if sees(view, _box(registers, b)) else 0.0
+        viewer, count = int(registers[a + 5]), int(registers[c])
+        verdict = look(view, _box(registers, b), registers, c + 1, count, road.buildings, viewer, -1)
+        registers[dst] = 1.0 if verdict == SEEN else 0.0
     elif op == Op.LANE_ROUTE or op == Op.LANE_NEAREST:
         lane = lane_nearest(road, registers[a], registers[a + 1], registers[a + 2])
         registers[dst] = road.lane_route[lane] if op == Op.LANE_ROUTE else lane

@@ -113,6 +113,9 @@ def measure_pair(
         approach_angle=approach.angle,
         closing_speed=approach.closing_speed,
         side=float(approach.side),
+        first_seen=math.nan,
+        ttc_at_first_sight=math.nan,
+        hidden_time=math.nan,
     )
 
 
@@ -131,6 +134,9 @@ def _never_together() -> PairMetrics:
         approach_angle=math.nan,
         closing_speed=math.nan,
         side=-1.0,
+        first_seen=math.nan,
+        ttc_at_first_sight=math.nan,
+        hidden_time=math.nan,
     )
 
 

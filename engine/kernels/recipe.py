@@ -192,11 +192,22 @@ def inside_road(road: RoadTables, checked: Ints, values: Floats) -> bool:
 
 
 @kernel
-def overlap(checked: Ints, values: Floats) -> bool:
-    """Whether two actors touch that both must not overlap."""
+def overlap(buildings: Floats, checked: Ints, values: Floats) -> bool:
+    """Whether two actors touch that both must not overlap, or one that must not touches a building."""
     for one in range(len(checked)):
+        if checked[one] != 0 and _touches_building(buildings, _outline(values, one)):
+            return True
         for other in range(one):
             both = checked[one] != 0 and checked[other] != 0
             if both and box_distance(_outline(values, one), _outline(values, other)) == 0.0:
                 return True
+    return False
+
+
+@inlined
+def _touches_building(buildings: Floats, box: Box) -> bool:
+    for number in range(len(buildings)):
+        x, y, heading = buildings[number, 0], buildings[number, 1], buildings[number, 2]
+        if box_distance(box, Box(x, y, heading, buildings[number, 3], buildings[number, 4])) == 0.0:
+            return True
     return False

@@ -4,12 +4,16 @@ from collections import namedtuple
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from engine.kernels.jit import kernel
+from engine.kernels.noticing import sighting_of
 from engine.kernels.pair import measure_pair
 from engine.kernels.rollout import advance, begin
 from engine.kernels.stage import COLUMNS, RUNNING, Plan, Run, Slot, Status
-from engine.outcomes import OUTCOMES, Per
+from engine.outcomes import OUTCOMES, PAIRS, Per
 from engine.tables import Floats, Ints
 from engine.vocabulary import Column, EndReason, Verdict
+
+FIRST_SEEN = [row.name for row in PAIRS].index("first_seen")
+"""Where the numbers of `noticing.Sighting` stand among those of a pair, one beside the other."""
 
 
 class Requested(NamedTuple):
@@ -81,3 +85,7 @@ def measure_run(plan: Plan, run: Run, values: Floats, row: int, outlines: Floats
         metrics = measure_pair(run.states, samples, plan.layout.time_step, other, outlines, touching == other, ending)
         for number in range(len(metrics)):
             out.pairs[row, other - 1, number] = metrics[number]
+        sighting = sighting_of(plan, run, samples, ending, other, outlines)
+        for number in range(len(sighting)):
+            out.pairs[row, other - 1, FIRST_SEEN + number] = sighting[number]
+    run.status[Status.SHADED] = -1

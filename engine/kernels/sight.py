@@ -22,14 +22,10 @@ from typing import NamedTuple
 
 from engine.kernels.geometry import Box, Frame, View, frame
 from engine.kernels.jit import inlined, kernel
-from engine.tables import Floats
+from engine.tables import SHADE, Floats
 
 OUTSIDE, HIDDEN, SEEN = 0, 1, 2
 """What becomes of a look: out of the sector or its radius, in it but covered, seen."""
-
-SHADE = 6
-"""Numbers of an outline in a table of those that hide: x, y, heading, length, width, and whether it hides (0: it does
-not)."""
 
 EDGE = 1e-12
 """Directions so little beyond an edge of the sector count as on it [rad]; edges belong to the sector."""
@@ -60,22 +56,24 @@ class Sight(NamedTuple):
 
 
 @kernel
-def look(view: View, target: Box, shades: Floats, start: int, count: int, viewer: int, looked_at: int) -> int:
+def look(
+    view: View, target: Box, shades: Floats, start: int, count: int, buildings: Floats, viewer: int, looked_at: int
+) -> int:
     """What becomes of a look at an outline: `OUTSIDE`, `HIDDEN` or `SEEN`.
 
     `shades` holds `count` outlines of `SHADE` numbers each from index `start` on; the viewer's and the target's own
-    numbers among them are left out (-1: not among them). A target of no size is a place.
+    numbers among them are left out (-1: not among them). `buildings` (n, 5) hide, too. A target of no size is a place.
     """
     dx, dy, reach = target.x - view.x, target.y - view.y, view.distance + 0.5 * (target.length + target.width)
     if not dx * dx + dy * dy <= reach * reach:  # NaN is nowhere
         return OUTSIDE
     box = frame(target)
     sight = _sight(view, box)
-    if sight.verdict != HIDDEN or count == 0:
-        return SEEN if sight.verdict == HIDDEN else sight.verdict
-    if _is_covered(view, box, sight.first, shades, start, count, viewer, looked_at) and (
-        sight.pieces == 1 or _is_covered(view, box, sight.second, shades, start, count, viewer, looked_at)
-    ):
+    if sight.verdict != HIDDEN:
+        return sight.verdict
+    if not _is_covered(view, box, sight.first, shades, start, count, buildings, viewer, looked_at):
+        return SEEN
+    if sight.pieces == 1 or _is_covered(view, box, sight.second, shades, start, count, buildings, viewer, looked_at):
         return HIDDEN
     return SEEN
 
@@ -98,7 +96,7 @@ def _sight(view: View, box: Frame) -> Sight:
     nearest = beyond_x * beyond_x + beyond_y * beyond_y
     if not nearest <= view.distance * view.distance or not abs(x) + abs(y) >= 0.0 or not view.distance >= 0.0:
         return Sight(OUTSIDE, 0, cone, cone)
-    if nearest == 0.0:
+    if nearest <= TOUCH * TOUCH:
         return Sight(SEEN, 0, cone, cone)
     cone = _silhouette(x, y, box.half_length, box.half_width, 0.0)
     far_x, far_y = abs(x) + box.half_length, abs(y) + box.half_width
@@ -254,33 +252,48 @@ def _holds(cone: Cone, x: float, y: float, slack: float) -> bool:
 
 @kernel
 def _is_covered(
-    view: View, target: Frame, piece: Cone, shades: Floats, start: int, count: int, viewer: int, looked_at: int
+    view: View,
+    target: Frame,
+    piece: Cone,
+    shades: Floats,
+    start: int,
+    count: int,
+    buildings: Floats,
+    viewer: int,
+    looked_at: int,
 ) -> bool:
     """Whether outlines that hide the target cover a piece of its directions."""
+    number_of_all = count + len(buildings)
+    if number_of_all == 0:
+        return False
     dx, dy = target.x - view.x, target.y - view.y
     distance = math.sqrt(dx * dx + dy * dy)
     way_x, way_y = dx / distance, dy / distance
     radius = math.sqrt(target.half_length * target.half_length + target.half_width * target.half_width)
     x, y = piece.right_x, piece.right_y
-    for _ in range(count + 1):
+    for _ in range(number_of_all + 1):
         walked = False
-        for number in range(count):
-            at = start + number * SHADE
-            if number == viewer or number == looked_at or shades[at + 5] == 0.0:  # noqa: SIM109 - numba
-                continue
-            off_x, off_y = shades[at] - view.x, shades[at + 1] - view.y
+        for number in range(number_of_all):
+            if number >= count:
+                box = _building(buildings, number - count)
+            else:
+                at = start + number * SHADE
+                if number == viewer or number == looked_at or shades[at + 5] == 0.0:  # noqa: SIM109 - numba
+                    continue
+                box = Box(shades[at], shades[at + 1], shades[at + 2], shades[at + 3], shades[at + 4])
+            off_x, off_y = box.x - view.x, box.y - view.y
             aside, along = abs(_cross(way_x, way_y, off_x, off_y)), way_x * off_x + way_y * off_y
-            reach = 0.5 * (shades[at + 3] + shades[at + 4])
+            reach = 0.5 * (box.length + box.width)
             if aside > reach + radius or along < -reach or along > distance + radius + reach:
                 continue
-            shade = frame(Box(shades[at], shades[at + 1], shades[at + 2], shades[at + 3], shades[at + 4]))
+            shade = frame(box)
             off_x, off_y = shade.cos * off_x + shade.sin * off_y, shade.cos * off_y - shade.sin * off_x
             beyond = max(abs(off_x) - shade.half_length, abs(off_y) - shade.half_width)
             if beyond < -TOUCH:
                 return True
             if not _is_nearer(view, shade, target, -off_x, -off_y):
                 continue
-            slack = TOUCH if beyond <= 0.0 else 0.0
+            slack = TOUCH if beyond <= TOUCH else 0.0
             cone = _silhouette(-off_x, -off_y, shade.half_length, shade.half_width, slack)
             cone = _unit(_turned(cone, shade.cos, shade.sin))
             if _holds(cone, x, y, SLIT):
@@ -291,6 +304,13 @@ def _is_covered(
         if not walked:
             return False
     return False
+
+
+@inlined
+def _building(buildings: Floats, number: int) -> Box:
+    return Box(
+        buildings[number, 0], buildings[number, 1], buildings[number, 2], buildings[number, 3], buildings[number, 4]
+    )
 
 
 @inlined

@@ -128,6 +128,8 @@ class Status(IntEnum):
     TEMPLATE = 5
     DRAWS = 6
     """Random numbers that behaviours have drawn."""
+    SHADED = 7
+    """The sample whose outlines stand in `Run.shades`, or -1."""
 
 
 RUNNING = -1
@@ -160,6 +162,8 @@ class Run(NamedTuple):
     """(2, formula rows): working memory for `temporal.find_broken` …"""
     decided: Ints
     """… (temporals,) int64, too."""
+    shades: Floats
+    """(actors * `sight.SHADE`,): the outlines that hide, of the sample `Status.SHADED`."""
 
 
 @inlined

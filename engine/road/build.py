@@ -53,6 +53,7 @@ class _Builder:
             self.add_turns(site, strips)
         network.lanes, network.maneuvers = tuple(self.lanes), tuple(self.maneuvers)
         network.links = link(network, self.junction)
+        network.buildings = grid.buildings()
         return network
 
     def add_road(self, site: Site, arm: Direction) -> None:

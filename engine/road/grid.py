@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from engine.frozen import frozen
 from engine.program import RoadSpec
 from engine.road.junction import Direction, Junction
 from engine.road.regions import Shape, anticlockwise, ring_edges, shape_of, shape_of_parts, triangulate, with_cores
+from engine.road.specification import street_wall
 from engine.tables import Floats
 
 
@@ -110,6 +112,37 @@ class Grid:
         for arm in self.junction.arms:
             is_stop |= np.hypot(*(middle - self.junction.stop * np.array([arm.x, arm.y])).T) < 1e-9
         return outline[~is_stop]
+
+    # -- what stands beside it
+
+    def buildings(self) -> Floats:
+        """(n, 5): x, y, heading, length, width of blocks, one between each two arms that meet at a corner.
+
+        A block reaches from a street wall to the next one, or to where the roads end.
+        """
+        if self.spec.buildings is None:
+            return np.zeros((0, 5))
+        blocks = [block for site in self.sites for block in self._blocks_at(site)]
+        return np.array([(site_x, site_y, 0.0, length, width) for site_x, site_y, length, width in blocks])
+
+    def _blocks_at(self, site: Site) -> Iterator[tuple[float, float, float, float]]:
+        """Centres and sizes of the blocks at the corners of a site that no other site has told of."""
+        spec, wall, end = self.spec, street_wall(self.spec), self.junction.stop + self.spec.approach
+        arms = self.junction.arms
+        for across, along in product((arm for arm in arms if arm.x), (arm for arm in arms if arm.y)):
+            beside, behind = self._continues(site, across), self._continues(site, along)
+            if (beside and across.x < 0) or (behind and along.y < 0 and spec.ways == 4):
+                continue
+            far_x = spec.block - wall if beside else end
+            far_y = spec.block - wall if behind else end
+            if spec.ways == 3:  # the stem ends before the next row, and the blocks along it with it
+                far_y = min(far_y, end)
+            x, y = site.x + 0.5 * across.x * (wall + far_x), site.y + 0.5 * along.y * (wall + far_y)
+            yield x, y, far_x - wall, far_y - wall
+
+    def _continues(self, site: Site, arm: Direction) -> bool:
+        """Whether there is an intersection in the direction of an arm, joined to it or not."""
+        return 0 <= site.row + arm.row < self.spec.rows and 0 <= site.col + arm.col < self.spec.cols
 
     def arm_ring(self, site: Site, arm: Direction) -> Floats:
         """(4, 2) corners of an arm, anticlockwise: the right kerb outwards, across the end, the left kerb back."""

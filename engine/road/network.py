@@ -230,6 +230,8 @@ class Network:
     """Lanes of all roads first, connecting lanes last."""
     maneuvers: tuple[Maneuver, ...] = ()
     links: Links = field(default_factory=Links, repr=False)
+    buildings: Floats = field(default_factory=lambda: np.zeros((0, 5)))
+    """(n, 5): x, y, heading, length, width of blocks between the arms."""
 
 
 # -- as arrays for the kernels -----------------------------------------------------------------------------------------
@@ -254,6 +256,7 @@ def road_tables(network: Network) -> RoadTables:
         triangle_start=_offsets([len(shape.triangles) for shape in shapes]),
         cores=np.vstack([shape.cores for shape in shapes]),
         core_start=_offsets([len(shape.cores) for shape in shapes]),
+        buildings=network.buildings,
     )
 
 

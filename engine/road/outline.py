@@ -24,6 +24,8 @@ class Outline:
     """Closed rings: the first point is not repeated."""
     center_lines: tuple[Floats, ...]
     """Of all lanes, connecting ones too, in the order of `network.lanes`."""
+    buildings: tuple[Floats, ...] = ()
+    """Closed rings, as of intersections."""
 
 
 def outline(network: Network) -> Outline:
@@ -37,7 +39,13 @@ def outline(network: Network) -> Outline:
         stop_lines=tuple(_stop_line(lane) for lane in road_lanes if lane.maneuvers),
         intersections=tuple(grid.junction.outline + np.array([site.x, site.y]) for site in grid.sites),
         center_lines=tuple(network.paths.points(lane.path) for lane in network.lanes),
+        buildings=tuple(_block(*row) for row in network.buildings.tolist()),
     )
+
+
+def _block(x: float, y: float, _heading: float, length: float, width: float) -> Floats:
+    """(4, 2) corners, anticlockwise."""
+    return np.array([x, y]) + 0.5 * np.array([length, width]) * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
 
 
 def _corner_kerbs(grid: Grid) -> list[Floats]:

@@ -17,6 +17,7 @@ LENGTHS = {
     "corner_radius": (0.0, 1000.0),
     "approach": (SHORTEST_ROAD, 100_000.0),
     "block": (SHORTEST_ROAD, 100_000.0),
+    "buildings": (0.0, 1000.0),
 }
 """Limits of the lengths of a specification [m]."""
 
@@ -48,7 +49,8 @@ def wrong_alone(spec: RoadSpec) -> Iterator[RoadError]:
     yield from _choice("lanes", spec.lanes, range(1, MAX_LANES + 1))
     yield from _counts(spec)
     for argument, (low, high) in LENGTHS.items():
-        yield from _length(argument, getattr(spec, argument), low, high)
+        if getattr(spec, argument) is not None:
+            yield from _length(argument, getattr(spec, argument), low, high)
 
 
 def half_width(spec: RoadSpec) -> float:
@@ -59,6 +61,11 @@ def half_width(spec: RoadSpec) -> float:
 def stop_distance(spec: RoadSpec) -> float:
     """From an intersection's centre to its stop lines, where the corner fillets begin [m]."""
     return half_width(spec) + spec.corner_radius
+
+
+def street_wall(spec: RoadSpec) -> float:
+    """From the middle of a road to the buildings along it [m]."""
+    return half_width(spec) + (spec.buildings or 0.0)
 
 
 def _choice(argument: str, value: int, choices: Sequence[int]) -> Iterator[RoadError]:
@@ -110,4 +117,29 @@ def wrong_together(spec: RoadSpec) -> Iterator[RoadError]:
             f"below, at most {room:g} m from its stop line",
             "approach",
             f"write `approach={math.floor(room)} m` or less, or `block` larger",
+        )
+    if spec.buildings is not None:
+        yield from _wrong_buildings(spec, spec.buildings)
+
+
+def _wrong_buildings(spec: RoadSpec, setback: float) -> Iterator[RoadError]:
+    """Blocks that stand on the road, or have no room between the roads."""
+    # The corner of a block lies sqrt(2) (r - setback) from the centre of the fillet, whose kerb lies r from it.
+    least = spec.corner_radius * (1.0 - math.sqrt(0.5))
+    if setback < least:
+        yield RoadError(
+            f"`buildings` is {setback:g} m, and a block that near would stand on the road at the corner, whose kerb is "
+            f"an arc of {spec.corner_radius:g} m",
+            "buildings",
+            f"write `buildings={math.ceil(10.0 * least) / 10.0:g} m` or more, or a smaller `corner_radius`",
+        )
+    room = stop_distance(spec) + spec.approach - half_width(spec)
+    if spec.rows * spec.cols > 1:
+        room = min(room, 0.5 * spec.block - half_width(spec))
+    if setback > room - SHORTEST_ROAD:
+        yield RoadError(
+            f"`buildings` is {setback:g} m, but only {room:g} m lie between the kerb and the end of the road, or half "
+            "way to the next road",
+            "buildings",
+            f"write `buildings={max(0, math.floor(room - SHORTEST_ROAD))} m` or less, or leave it out",
         )

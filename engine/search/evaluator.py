@@ -1,4 +1,4 @@
-"""The real `Evaluate`: sample a scene for each genome, simulate it, judge its risk.
+"""`Evaluate` with the real simulators: sample a scene for each genome, simulate it, judge its risk.
 
 The one module of the search that knows sampler, hosts and risk; a host is imported when it is chosen.
 """
@@ -24,7 +24,7 @@ Simulate = Callable[[Scenes], Outcomes]
 
 
 def make_evaluator(program: Program, config: Config, profile: RiskProfile) -> Evaluate:
-    """An evaluator of this program by the engine, threads and settings of the config."""
+    """Return an evaluator of this program by the engine, threads and settings of the config."""
     jobs = config.search.jobs
     prune = pruner(program) if config.simulation.prune else None
     simulate = make_host(program, config)
@@ -38,7 +38,7 @@ def make_evaluator(program: Program, config: Config, profile: RiskProfile) -> Ev
 
 
 def make_host(program: Program, config: Config) -> Simulate:
-    """The simulator that the config names: `batch` or `world`."""
+    """Return the simulator that the config names: `batch` or `world`."""
     jobs = config.search.jobs
     if config.search.engine == "batch":
         from engine import batch

@@ -19,7 +19,7 @@ from engine.vocabulary import Verdict
 
 @dataclass(frozen=True)
 class Case:
-    """One simulation that is worth looking at; genome and key reproduce it."""
+    """One simulation among the worst of a campaign; genome and key reproduce it."""
 
     rank: int
     """From 1."""
@@ -38,13 +38,13 @@ class Case:
 
 
 def order_of_risk(evaluations: Evaluations) -> Ints:
-    """Valid simulated rows, worst first: integer risk, then continuous risk, then birth."""
+    """Return the valid simulated rows, worst first: integer risk, then continuous risk, then birth."""
     rows = np.flatnonzero(evaluations.valid & evaluations.simulated)
     return rows[np.lexsort((rows, -evaluations.continuous[rows], -evaluations.score[rows]))]
 
 
 def worst_cases(evaluations: Evaluations, count: int = 10, box: Box | None = None) -> tuple[Case, ...]:
-    """The worst rollouts of up to `count` different genomes, worst first; with a box, of such as lie apart."""
+    """Return the worst rollouts of up to `count` different genomes, worst first; with a box, of distant ones."""
     rows = _different(evaluations, order_of_risk(evaluations))
     if box is not None:
         rows = _apart(evaluations, rows, count, box)

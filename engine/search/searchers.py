@@ -140,7 +140,7 @@ def canonical(name: str) -> str:
     """The one name of a method, from an alias or from a spelling with hyphens or capitals.
 
     Raises:
-        UnknownMethodError: there is none.
+        UnknownMethodError: there is no such method.
     """
     word = name.strip().lower().replace("-", "_")
     if word in SEARCHERS:
@@ -157,7 +157,7 @@ def find_searcher(name: str) -> SearcherEntry:
     """The row of a method.
 
     Raises:
-        UnknownMethodError: there is none.
+        UnknownMethodError: there is no such method.
     """
     return known_searchers()[canonical(name)]
 
@@ -167,7 +167,7 @@ def build_searcher(name: str, box: Box, config: Config, number: int | None = Non
     the method in a run's manifest, where it is not its own (None) any more.
 
     Raises:
-        UnknownMethodError: there is none of this name.
+        UnknownMethodError: there is no method of this name.
         MissingExtraError: its package is not installed.
         PluginError: it is of another package, which is broken.
     """

@@ -41,19 +41,6 @@ def test_a_program_survives_the_disk(program: Program, tmp_path: Path) -> None:
             assert one == other, field.name
 
 
-def test_a_program_of_an_older_version_is_read(program: Program, tmp_path: Path) -> None:
-    """The fields of a requirement that are for display had other names in 0.2."""
-    save_program(program, tmp_path / "program.npz")
-    with np.load(tmp_path / "program.npz") as archive:
-        arrays = dict(archive)
-    header = str(arrays["header"])
-    assert "display_unit" in header
-    assert "display_scale" in header
-    header = header.replace("display_unit", "told_unit").replace("display_scale", "told_scale")
-    np.savez_compressed(tmp_path / "old.npz", **{**arrays, "header": np.array(header)})
-    assert load_program(tmp_path / "old.npz").requirements == program.requirements
-
-
 def test_a_loaded_program_runs_without_the_language(program: Program, tmp_path: Path) -> None:
     """Sampling and simulation need nothing but the archive."""
     save_program(program, tmp_path / "program.npz")

@@ -161,6 +161,8 @@ WORDS: Mapping[Op, str] = {
     Op.LEAD: "the gap to who drives ahead",
     Op.SELECT: "a choice between two numbers",
     Op.CAN_SEE: "`can see`",
+    Op.SEES: "`can see`",
+    Op.NOTICES: "whether somebody is hidden",
     Op.WITHIN: "`withinDistanceToAnyObjs` in a calculation",
     Op.TTC: "a time to collision in a calculation",
     Op.PATH_PROJECT: "a place along a lane",
@@ -187,7 +189,9 @@ def varied_params(case: Case) -> Iterator[Parameter]:
 
 # -- at the instant at which a run begins ------------------------------------------------------------------------------
 
-DYNAMIC = (Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING)
+DYNAMIC = (
+    Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING, Op.SEES, Op.NOTICES
+)  # fmt: skip
 """Operations that ask the running simulation."""
 AT_START = {State.X: Column.X, State.Y: Column.Y, State.HEADING: Column.HEADING, State.SPEED: Column.SPEED}
 

@@ -188,6 +188,8 @@ class Reader:
         name = self.names[self.actor]
         if _mentions(condition, Op.WITHIN):
             self.remarks.append(f"`{name}` notices others within a distance all around, not in its view sector only")
+        if _mentions(condition, Op.NOTICES) and self.case.may_hide:
+            self.remarks.append(f"`{name}` also notices others that are hidden")
         if _mentions(condition, Op.TTC):
             self.remarks.append(f"`{name}` reacts to times to collision as the reader defines them")
 

@@ -58,7 +58,7 @@ def _trigger(case: Case, names: tuple[str, ...], condition: ir.Expr) -> Trigger:
     if condition.op in (Op.AND, Op.OR):
         both = [_trigger(case, names, part) for part in parts]
         return all_of(both) if condition.op == Op.AND else any_of(both)
-    if _is_there(case, condition):
+    if _is_there(case, condition) or condition.op == Op.NOTICES:
         return ALWAYS
     raise UnsayableError(f"a condition on {condition.op.name.lower().replace('_', ' ')}", condition.span)
 

@@ -1,6 +1,6 @@
 """One case of a search, run again from its genome and stream key: what a page, a film or a terminal shows of it.
 
-Beside the run itself: how everybody is drawn, the part of the world that a drawing shows, and how the deciding pair
+Beside the run itself: how each actor is drawn, the part of the world that a drawing shows, and how the deciding pair
 came near over time, by the kernels that measure it.
 """
 

@@ -120,7 +120,7 @@ class Cast:
 
 
 def one_line(text: str, most: int = LONGEST_TITLE) -> str:
-    """A stranger's text on one line."""
+    """Return a text from another tool's file on one line."""
     line = " ".join("".join(mark if mark.isprintable() else " " for mark in text).split())
     return line if len(line) <= most else line[: most - 1] + "…"
 

@@ -181,7 +181,7 @@ def _of_pair(program: Cast, outcomes: Outcomes, row: int, pair: int, unit: Speed
         )
 
 
-# -- how fast everybody moves, also after contact, where bodies slide sideways and spin --------------------------------
+# -- how fast all actors move, also after contact, where bodies slide sideways and spin --------------------------------
 
 
 def speeds(trajectory: Trajectory) -> Floats:

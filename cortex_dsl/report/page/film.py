@@ -19,6 +19,7 @@ FRAMES_PER_SECOND = 20
 HOLD = 1.2
 """How long contact, and the end, stand still [s]."""
 GROUND, ASPHALT, KERB, MARKING, INK = "#f3f1ea", "#d3d6d9", "#8b9198", "#ffffff", "#1b1f24"
+BUILDING = "#c9c7c1"
 ACTORS = ("#0072b2", "#d55e00", "#008f68", "#b0508a", "#8a6d00", "#4a4f55")
 HOT = "#c8400a"
 
@@ -71,6 +72,8 @@ def _ground(replay: CaseReplay, lens: Lens, image: Any) -> Any:
     ground = image.new("RGB", (FINE * WIDTH, round(lens.frame.height * lens.scale)), GROUND)
     draw, road = draw_module.Draw(ground), replay.road
     lane = round((replay.program.road_spec.lane_width + 0.1) * lens.scale)
+    for ring in road.buildings:
+        draw.polygon(lens(ring), fill=BUILDING)
     for line in road.center_lines:
         draw.line(lens(line), fill=ASPHALT, width=lane)
     for ring in road.intersections:

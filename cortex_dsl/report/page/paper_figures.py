@@ -15,7 +15,7 @@ from cortex_dsl.report.findings.analysis_report import HeatMap, heat_maps
 from cortex_dsl.report.findings.case_replay import CaseReplay, colour, outline_corners
 from cortex_dsl.report.findings.search_report import METRICS, PaperMetric, method_name
 from cortex_dsl.report.findings.study_report import BOXED, measure_called
-from cortex_dsl.report.page.film import ACTORS, ASPHALT, HOT, KERB
+from cortex_dsl.report.page.film import ACTORS, ASPHALT, BUILDING, HOT, KERB
 from cortex_dsl.report.page.run_page import replay_of_case
 from engine.extras import needed
 from engine.search.journal_reader import Record
@@ -116,6 +116,8 @@ def _scene(replay: CaseReplay) -> Any:
     frame, states = replay.frame, replay.trajectory.states[replay.key_sample]
     figure = new_figure(3.6, 3.6 * frame.height / frame.width)
     axes = figure.subplots()
+    for ring in replay.road.buildings:
+        axes.fill(*ring.T, color=BUILDING, linewidth=0)
     for ring in replay.road.intersections:
         axes.fill(*ring.T, color=ASPHALT, linewidth=0)
     for line in replay.road.kerbs:

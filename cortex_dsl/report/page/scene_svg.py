@@ -47,9 +47,10 @@ def _view_box(frame: Frame) -> str:
 
 
 def road_layer(road: Outline, lane_width: float) -> Element:
-    """Asphalt, lines and kerbs."""
+    """Buildings, asphalt, lines and kerbs."""
     return element(
         "g",
+        [element("polygon", points=points_text(ring), class_="building") for ring in road.buildings],
         [_line(line, "asphalt", stroke_width=number(lane_width + 0.1)) for line in road.center_lines],
         [element("polygon", points=points_text(ring), class_="junction") for ring in road.intersections],
         [_line(line, "kerb") for line in road.kerbs],

@@ -126,7 +126,7 @@ def _metric(name: str, number: str, unit: str, meaning: str, time: float) -> tup
     return Text(name, "title"), quantity(number, f"{unit:<4}"), Text(meaning), Text(f"at {fixed(time, 2)} s", "quiet")
 
 
-# -- how near the ego came to everybody else: a line for each pair that did not decide the risk ------------------------
+# -- how near the ego came to all others: a line for each pair that did not decide the risk ----------------------------
 
 MOST = 12
 

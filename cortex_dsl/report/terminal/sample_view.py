@@ -58,7 +58,7 @@ def sample_view(
 
 
 def _params_kept(program: Program, tally: Tally) -> list[Text]:
-    """What an attempt draws anew, and how many draws of the params are hopeless."""
+    """Return what an attempt draws again, and how many draws of the params are hopeless."""
     if not len(program.space):
         return []
     hopeless = int(tally.verdicts[Verdict.INFEASIBLE])
@@ -87,7 +87,7 @@ def verdicts_table(tally: Tally) -> RenderableType:
     return columns(left(), right(), right(), left(), left(wrap=True), rows=rows)
 
 
-# -- one scene before anything moves: where everybody stands, how fast, and the way that each will take ----------------
+# -- one scene before anything moves: place and speed of each actor, and the way that it will take ---------------------
 
 
 def still_view(

@@ -66,7 +66,7 @@ def draw_scene(
     canvas = Canvas(width, rows, Window.around(shown, width, rows, MARGIN))
     for line in (*road.middle_lines, *road.lane_lines):
         canvas.line(_points(line), "road", on=1, off=3)
-    for line in (*road.stop_lines, *road.kerbs):
+    for line in (*road.stop_lines, *road.kerbs, *(np.vstack([ring, ring[:1]]) for ring in road.buildings)):
         canvas.line(_points(line), "road")
     for actor, way in reversed(list(enumerate(ways))):
         on, off = GAPS[actor % len(GAPS)]

@@ -14,6 +14,8 @@ course: nothing would be hit within 4 s, the time to collision that parts safe f
 Graham 1997, in Noy, "Ergonomics and Safety of Intelligent Driver Interfaces"). At standstill it holds while an actor is
 close ahead in the lane or intersection.
 
+Nobody acts on who is hidden behind others or buildings. The view of a driver is otherwise unlimited here: heads turn.
+
 Giving way waits at the entry of an intersection until the gap in conflicting traffic is long enough. Who conflicts is a
 matter of the road network (`engine.road.linking`). A vehicle is waited for while it would come into the way within the
 critical gap at its present speed, or is in the way already. Critical gaps by maneuver are the base values of the
@@ -31,7 +33,7 @@ from cortex_dsl.semantics.errors.behaviours import NO_INTERSECTION
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation.arguments import Given
 from cortex_dsl.semantics.evaluation.calls import as_behaviour
-from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES, actor_of, closest, together
+from cortex_dsl.semantics.evaluation.driving import NOT_VEHICLES, actor_of, together
 from cortex_dsl.semantics.evaluation.geometry import (
     between,
     current_pose,
@@ -41,6 +43,7 @@ from cortex_dsl.semantics.evaluation.geometry import (
     sees,
     size_of,
     state,
+    unhidden,
 )
 from cortex_dsl.semantics.evaluation.lanes import Trajectory, index_of, lane_at, looked_up, trajectory
 from cortex_dsl.semantics.evaluation.roads import network_of
@@ -79,7 +82,7 @@ def emergency_brake(job: Job) -> ir.Block:
 
 
 def _on_collision_course(job: Job) -> Term:
-    return _moves(job) & (job.ev.algebra.time_to_contact(job.actor.index) < CLEAR)
+    return _moves(job) & (job.ev.algebra.time_to_contact(job.actor.index, noticed=True) < CLEAR)
 
 
 def _blocked(job: Job) -> Term:
@@ -106,7 +109,7 @@ def _full_brake(job: Job, while_: Term) -> ir.Act:
 
 def _collision_is_close(job: Job) -> Term:
     if job.given("threshold") is not None:
-        close = job.ev.algebra.time_to_contact(job.actor.index) < job.number("threshold")
+        close = job.ev.algebra.time_to_contact(job.actor.index, noticed=True) < job.number("threshold")
     else:
         close = job.ev.algebra.any_of([_within_reference(job, other) for other in others(job.ev, job.actor)])
     return _moves(job) & close
@@ -116,7 +119,8 @@ def _within_reference(job: Job, other: Actor) -> Term:
     """TTC < v_rel / (2 b) + delay."""
     braking = 2.0 * job.number("reference_deceleration", REFERENCE_DECELERATION)
     threshold = _relative_speed(job, other) / braking + job.number("delay", REFERENCE_DELAY)
-    return is_present(job.ev, other) & (job.ev.algebra.time_to_contact(job.actor.index, other.index) < threshold)
+    time = job.ev.algebra.time_to_contact(job.actor.index, other.index, noticed=True)
+    return is_present(job.ev, other) & (time < threshold)
 
 
 def _relative_speed(job: Job, other: Actor) -> Term:
@@ -132,9 +136,15 @@ def _velocity(job: Job, actor: Actor) -> tuple[Term, Term]:
 def drive_avoiding(job: Job) -> ir.Block:
     """Follow the lane; full brakes while another vehicle is near."""
     vehicles = [each for each in others(job.ev, job.actor) if each.kind not in NOT_VEHICLES]
-    near = closest(job.ev, job.actor, vehicles) <= job.number("avoidance_threshold", AVOIDANCE_THRESHOLD)
+    limit = job.number("avoidance_threshold", AVOIDANCE_THRESHOLD)
+    near = job.ev.algebra.any_of([_noticed_near(job, each, limit) for each in vehicles])
     brake = ir.Take(job.call.span, ((Command.BRAKE, job.ev.algebra.literal(1.0)),))
     return (ir.TryInterrupt(job.call.span, follow_lane(job), ((near, (brake,)),)),)
+
+
+def _noticed_near(job: Job, other: Actor, limit: Term) -> Term:
+    near = between(current_pose(job.ev, job.actor), current_pose(job.ev, other)) <= limit
+    return job.ev.algebra.all_of((is_present(job.ev, other), near, unhidden(job.ev, job.actor, other)))
 
 
 # -- giving way --------------------------------------------------------------------------------------------------------
@@ -205,7 +215,7 @@ def _in_the_way(job: Job, other: Actor, places: tuple[Window, ...], gap: Term) -
     to_go = enter - (s + half)
     soon = to_go < gap * state(ev, other, State.SPEED)
     not_past = s - half < leave
-    return ev.algebra.all_of((is_present(ev, other), soon, not_past))
+    return ev.algebra.all_of((is_present(ev, other), soon, not_past, unhidden(ev, job.actor, other)))
 
 
 # -- people on foot, and others who cross another's way ----------------------------------------------------------------

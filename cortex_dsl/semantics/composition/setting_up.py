@@ -152,7 +152,7 @@ STATEMENTS: Mapping[type, Run] = {
 
 # -- `override x with property value`: in a scenario, for as long as it runs -------------------------------------------
 
-SETTLED = ("name", "allowCollisions", "regionContainedIn")
+SETTLED = ("name", "allowCollisions", "regionContainedIn", "requireVisible")
 """Properties that are used before the run only."""
 
 

@@ -180,7 +180,7 @@ def get(ev: Evaluator, value: Value, name: str, span: Span) -> Value:
     """The attribute `name` of a value.
 
     Raises:
-        Mistake: when there is none.
+        Mistake: when the value has no such attribute.
     """
     if isinstance(value, Actor):
         return _of_actor(ev, value, name, span)

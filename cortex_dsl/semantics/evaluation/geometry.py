@@ -117,11 +117,36 @@ def outline_of(ev: Evaluator, actor: Actor) -> Term:
 
 
 def sees(ev: Evaluator, viewer: Actor, other: Actor) -> Term:
-    """Whether a corner or the centre of the other lies in the viewer's sector."""
-    pose = current_pose(ev, viewer)
-    sector = (size_of(viewer, "viewAngle"), size_of(viewer, "visibleDistance"))
-    view = ev.algebra.pack(pose.x, pose.y, pose.heading, *sector)
-    return in_view(view, outline_of(ev, other))
+    """Whether one object sees a part of another's outline."""
+    return _seen(ev, viewer, other, ev.algebra.span, ev.algebra.span)
+
+
+def unhidden(ev: Evaluator, viewer: Actor, other: Actor) -> Term:
+    """Whether nothing hides one object from another, wherever that looks: what drivers of the library notice."""
+    return ev.algebra.notices(viewer.index, other.index)
+
+
+def _seen(ev: Evaluator, viewer: Value, target: Value, viewer_span: Span, target_span: Span) -> Term:
+    """Whether a part of an outline, or a place, is in the view of an object, or all around a point, and not hidden."""
+    if not ev.moment.running:
+        return in_view(_view(ev, viewer, viewer_span), outline(ev, target, target_span))
+    nothing = ev.algebra.literal(0.0)
+    one, view = (viewer.index, nothing) if isinstance(viewer, Actor) else (-1, _view(ev, viewer, viewer_span))
+    if isinstance(target, Actor):
+        return ev.algebra.sees(one, target.index, view, nothing)
+    return ev.algebra.sees(one, -1, view, outline(ev, target, target_span))
+
+
+def _view(ev: Evaluator, viewer: Value, span: Span) -> Term:
+    """Packed x, y, heading, opening angle and reach of a view, and the number of who looks."""
+    pose = oriented(ev, viewer, span, "what sees")
+    if isinstance(viewer, Actor):
+        angle, reach = size_of(viewer, "viewAngle"), size_of(viewer, "visibleDistance")
+        number = ev.algebra.number_of(viewer)
+    else:
+        angle, reach = ev.algebra.literal(math.tau), ev.algebra.literal(VIEW_DISTANCE)
+        number = ev.algebra.literal(-1.0)
+    return ev.algebra.pack(pose.x, pose.y, pose.heading, angle, reach, number)
 
 
 # -- places -----------------------------------------------------------------------------------------------------------
@@ -279,13 +304,7 @@ def _heading(ev: Evaluator, value: Value, span: Span) -> Term:
 
 def can_see(ev: Evaluator, node: nodes.CanSee) -> Value:
     viewer, target = ev.evaluate_all((node.viewer, node.target))
-    pose = oriented(ev, viewer, node.viewer.span, "what sees")
-    if isinstance(viewer, Actor):
-        angle, reach = size_of(viewer, "viewAngle"), size_of(viewer, "visibleDistance")
-    else:
-        angle, reach = ev.algebra.literal(math.tau), ev.algebra.literal(VIEW_DISTANCE)
-    view = ev.algebra.pack(pose.x, pose.y, pose.heading, angle, reach)
-    return Truth(in_view(view, outline(ev, target, node.target.span)))
+    return Truth(_seen(ev, viewer, target, node.viewer.span, node.target.span))
 
 
 def intersects(ev: Evaluator, node: nodes.Intersects) -> Value:

@@ -214,7 +214,7 @@ def some_lane(ev: Evaluator, value: Value, span: Span, what: str) -> Term:
     """Index of the lane that an argument names.
 
     Raises:
-        Mistake: when it is none.
+        Mistake: when the argument is no lane.
     """
     index = index_of(ev, value)
     if index is None:

@@ -23,6 +23,7 @@ from cortex_dsl.semantics.names.builtins import (
     ACTOR_KINDS,
     FLAGS,
     IGNORED,
+    LOW,
     MODEL_FIELDS,
     PLACED,
     PLACES,
@@ -96,6 +97,8 @@ class Making:
     ev: Evaluator
     kind: ActorKind
     own: ClassValue | None
+    builtin: str | None
+    """The class of the language that the object is of, or that its own class is made from."""
     given: Sequence[nodes.With]
     posed: Callable[[], Pose] | None = None
     values: dict[str, Value] = field(default_factory=dict)
@@ -240,6 +243,8 @@ class Making:
             return self._number("mass") > model.fixed_above
         if name == "occluding" and self.ev.file.from_scenic:
             return algebra.truth(True)  # as in Scenic, whose objects all do
+        if name == "occluding" and self.builtin in LOW:
+            return algebra.truth(False)
         default: Term = algebra.literal(float(getattr(model, MODEL_FIELDS[name])))
         own_length = "length" in self.defaults or any(each.property == "length" for each in self.given)
         if name in ("wheelbase", "rearToCenter") and own_length:
@@ -285,8 +290,8 @@ def checked(ev: Evaluator, kind: ActorKind, name: str, value: Value, span: Span)
 def _flag(ev: Evaluator, kind: ActorKind, name: str, value: Value, span: Span) -> Value:
     if name == "behavior":
         return _behaviour(kind, value, span)
-    if name == "allowCollisions":
-        return known_truth(ev, value, span, "`allowCollisions`")
+    if name in ("allowCollisions", "requireVisible"):
+        return known_truth(ev, value, span, f"`{name}`")
     if name == "name" and not isinstance(value, str):
         raise WRONG_KIND.mistake(span, what="`name`", expected="text", actual=kind_name(value), cure="")
     return value

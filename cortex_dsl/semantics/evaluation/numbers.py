@@ -67,7 +67,7 @@ def quantity(value: Value, span: Span, what: str = "this") -> Quantity:
     """The value as a number.
 
     Raises:
-        Mistake: when it is none.
+        Mistake: when the value is no number.
     """
     if isinstance(value, Quantity):
         return value

@@ -152,7 +152,8 @@ def new(ev: Evaluator, node: nodes.New) -> Value:
     kind = ACTOR_KINDS.get(node.class_name) if own is None else own.kind
     if kind is None:
         return _new_place(ev, node, sorted_)
-    return _new_actor(ev, node, sorted_, Making(ev, kind, own, sorted_.properties))
+    builtin = node.class_name if own is None else (own, *own.bases)[-1].node.base
+    return _new_actor(ev, node, sorted_, Making(ev, kind, own, builtin, sorted_.properties))
 
 
 def _sorted(node: nodes.New) -> Sorted:

@@ -46,7 +46,7 @@ from engine.road.specification import LENGTHS, wrong_alone, wrong_together
 from engine.tables import ROAD_REGION
 
 _WHOLE = ("ways", "lanes", "rows", "cols")
-_LENGTHS = ("lane_width", "corner_radius", "approach", "block")
+_LENGTHS = ("lane_width", "corner_radius", "approach", "block", "buildings")
 MAP_ARGUMENTS = (*_WHOLE, *_LENGTHS, "left_hand")
 
 
@@ -63,7 +63,7 @@ def _spec(ev: Evaluator, node: nodes.Map) -> RoadSpec:
     """The road that is asked for.
 
     Raises:
-        Mistake: there is none; what is wrong with each argument has been reported.
+        Mistake: no road fits; what is wrong with each argument has been reported.
     """
     given, mistaken = evaluate_each(ev, node.arguments)
     values: dict[str, float | bool] = {}

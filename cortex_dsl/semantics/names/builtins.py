@@ -261,6 +261,10 @@ PROPS = (
 )  # fmt: skip
 """Things of Scenic's CARLA model: obstacles here, all of one size."""
 
+LOW = frozenset(PROPS) - {"VendingMachine", "BusStop", "Container", "Kiosk", "TrafficWarning"}
+"""Props over which a driver sees: none is higher than a driver's eyes, 1.08 m above the road (AASHTO, "A Policy on
+Geometric Design of Highways and Streets", 2011, section 3.2.6)."""
+
 ACTOR_KINDS: Mapping[str, ActorKind] = {
     "Car": ActorKind.CAR,
     "Truck": ActorKind.TRUCK,
@@ -330,6 +334,7 @@ FLAGS: Mapping[str, str] = {
     "name": "What reports call it.",
     "allowCollisions": "Whether it may overlap others at the start.",
     "regionContainedIn": "`None`: it may start off the road.",
+    "requireVisible": "Whether the ego must see it at the start.",
 }
 """Properties that are not numbers."""
 
@@ -337,7 +342,6 @@ IGNORED: Mapping[str, str] = {
     "blueprint": "the looks of a vehicle do not matter here",
     "color": "the looks of a vehicle do not matter here",
     "rolename": "objects have the name of their variable",
-    "requireVisible": "nothing has to be visible from the ego",
     "physics": "every object takes part",
 }
 """Properties of Scenic's scripts that are accepted and do nothing."""

@@ -9,7 +9,7 @@ Transcendental operations on constants stay operations: a concrete copy of a cas
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.values import TOO_DEEP
@@ -129,6 +129,23 @@ class Constant(Term, ir.Literal):
     """A number that is known."""
 
 
+class Numbered(Protocol):
+    """What gets a number when everything is made: an object of the scene."""
+
+    index: int
+
+
+class _Number(Term, ir.Literal):
+    """The number of an object, whatever it is in the end."""
+
+    def __init__(self, span: Span, of: Numbered) -> None:
+        self.__dict__.update(span=span, of=of)
+
+    @property
+    def value(self) -> float:  # pyright: ignore[reportIncompatibleVariableOverride]
+        return float(self.__dict__["of"].index)
+
+
 class Operation(Term, ir.Apply):
     arguments: tuple[Term, ...]
 
@@ -185,6 +202,10 @@ class Algebra:
     def running(self, monitor: int) -> Term:
         return self._interned(("running", monitor), _Running, monitor)
 
+    def number_of(self, of: Numbered) -> Term:
+        """The number of an object, which may be unknown until all are made."""
+        return self._interned(("number", of), _Number, of)
+
     def random(self) -> Term:
         """A fresh number of the behaviour stream: never shared with another."""
         return self._own(Operation(self.span, Op.RANDOM, ()))
@@ -197,9 +218,19 @@ class Algebra:
         """What the run knows of an object now."""
         return self.apply(Op.STATE, immediates=(actor, int(column)))
 
-    def time_to_contact(self, actor: int, other: int = -1) -> Term:
-        """Until the outlines of two touch at their velocities [s]; the least over all others where `other` is -1."""
-        return self.apply(Op.TTC, immediates=(actor, other))
+    def time_to_contact(self, actor: int, other: int = -1, *, noticed: bool = False) -> Term:
+        """Until the outlines of two touch at their velocities [s]; the least over all others where `other` is -1, or
+        over those that are not hidden from the actor.
+        """
+        return self.apply(Op.TTC, immediates=(actor, other, 1) if noticed else (actor, other))
+
+    def sees(self, viewer: int, other: int, view: Term, outline: Term) -> Term:
+        """Whether one actor sees another now; -1 for who is no actor, but a packed view or outline."""
+        return self.apply(Op.SEES, view, outline, immediates=(viewer, other))
+
+    def notices(self, viewer: int, other: int) -> Term:
+        """Whether nothing hides one actor from another."""
+        return self.apply(Op.NOTICES, immediates=(viewer, other))
 
     def pack(self, *items: Term) -> Term:
         return self._interned(("pack", *items), _Pack, items)
@@ -324,7 +355,8 @@ region_box_distance, region_contains_box = map(_function, (Op.REGION_BOX_DISTANC
 box_distance = _function(Op.BOX_DISTANCE)
 """Between two outlines [m]."""
 in_view = _function(Op.CAN_SEE)
-"""`in_view(view, outline)`, a view being packed x, y, heading, opening angle, reach."""
+"""`in_view(view, outline)` at the start, a view being packed x, y, heading, opening angle, reach, number of the viewer
+or -1."""
 
 
 def region_sample(region: Term, u: Term, v: Term) -> tuple[Term, Term]:

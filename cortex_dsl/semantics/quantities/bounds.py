@@ -26,7 +26,8 @@ from engine.vocabulary import Op
 
 # -- parts and values --------------------------------------------------------------------------------------------------
 
-_DYNAMIC = frozenset({Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING})
+_DYNAMIC = frozenset({Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING,
+                      Op.SEES, Op.NOTICES})  # fmt: skip
 
 
 def operands(expression: ir.Expr) -> tuple[ir.Expr, ...]:

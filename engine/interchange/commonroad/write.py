@@ -82,7 +82,12 @@ def _add_vehicle_state(trajectory: Element, ego: Course, step: int) -> None:
 
 def remarks(line: Timeline) -> tuple[str, ...]:
     """Each as one sentence that names it."""
-    return (*_contact(line), *_times(line), *_signals(line), *_ego(line), *_always())
+    return (*_contact(line), *_times(line), *_signals(line), *_ego(line), *_buildings(line), *_always())
+
+
+def _buildings(line: Timeline) -> Iterator[str]:
+    if line.recording.road is not None and line.recording.road.buildings is not None:
+        yield "the buildings beside the road are left out"
 
 
 def _contact(line: Timeline) -> Iterator[str]:

@@ -19,7 +19,7 @@ import numpy as np
 
 from engine.interchange.xml import LARGEST, Node
 from engine.program import RoadSpec
-from engine.road import Lane, LaneRole, Maneuver, Network, build_network
+from engine.road import Lane, LaneRole, Maneuver, Network, Primitive, build_network
 
 
 class RoadPlace(NamedTuple):
@@ -64,6 +64,15 @@ class Carriageway:
     @property
     def lanes(self) -> tuple[Lane, ...]:
         return (*self.forward, *self.backward)
+
+    @property
+    def middle(self) -> Primitive:
+        """The line between the two directions of the road, with its forward traffic."""
+        lane = self.forward[-1]
+        start, shift = lane.network.paths.pose(lane.path, 0.0), 0.5 * lane.width
+        to_left = -shift if lane.network.spec.left_hand else shift
+        cos, sin = round(math.cos(start.heading)), round(math.sin(start.heading))  # exact: roads run along the axes
+        return Primitive(start.x - to_left * sin, start.y + to_left * cos, start.heading, 0.0, lane.length)
 
 
 @dataclass(frozen=True)
@@ -123,6 +132,31 @@ def road_map(spec: RoadSpec) -> RoadMap:
         RoadError: no road fits the specification.
     """
     return RoadMap(build_network(spec))
+
+
+class Beside(NamedTuple):
+    """A building beside a road: its number, s and t of its centre [m], heading against the road's [rad], sizes [m]."""
+
+    number: int
+    s: float
+    t: float
+    heading: float
+    length: float
+    width: float
+
+
+def buildings_by_road(roads: RoadMap) -> Mapping[str, list[Beside]]:
+    """The buildings, each with the first road whose length passes its centre, by the id of the road."""
+    found: dict[str, list[Beside]] = {road.id: [] for road in roads.roads}
+    for number, (x, y, heading, length, width) in enumerate(roads.network.buildings.tolist()):
+        for road in roads.roads:
+            line = road.middle
+            cos, sin = round(math.cos(line.heading)), round(math.sin(line.heading))
+            s, t = (x - line.x) * cos + (y - line.y) * sin, (y - line.y) * cos - (x - line.x) * sin
+            if 0.0 <= s <= line.length:
+                found[road.id].append(Beside(number, s, t, heading - line.heading, length, width))
+                break
+    return found
 
 
 def _carriageway(road_id: str, name: str, lanes: Sequence[Lane]) -> Carriageway:

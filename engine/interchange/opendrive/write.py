@@ -1,10 +1,9 @@
 """`write_opendrive`: our road as a document, with its roads, junctions and traffic lights."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from engine.interchange.opendrive.places import Carriageway, RoadMap, road_map
+from engine.interchange.opendrive.places import Beside, Carriageway, RoadMap, buildings_by_road, road_map
 from engine.interchange.recording import ARMS, NO_PROVENANCE, PHASES, Provenance, SignalTimes, phase_of
 from engine.interchange.xml import Element, child, xml_text
 from engine.program import RoadSpec
@@ -60,7 +59,7 @@ def add_mark(lane: Element, kind: str, lane_change: str) -> None:
 def add_road(document: Element, roads: RoadMap, road: Carriageway) -> Element:
     element = child(document, "road", id=road.id, name=road.name, length=road.length, junction="-1", rule=rule(roads))
     _add_junctions(element, roads, road)
-    add_plan(element, [middle(road)])
+    add_plan(element, [road.middle])
     section = child(child(element, "lanes"), "laneSection", s=0)
     count = len(road.forward)
     left, center, right = (child(section, side) for side in ("left", "center", "right"))
@@ -74,13 +73,21 @@ def rule(roads: RoadMap) -> str:
     return "LHT" if roads.network.spec.left_hand else "RHT"
 
 
-def middle(road: Carriageway) -> Primitive:
-    """The line between the two directions of a road, with its forward traffic."""
-    lane = road.forward[-1]
-    start, shift = lane.network.paths.pose(lane.path, 0.0), 0.5 * lane.width
-    to_left = -shift if lane.network.spec.left_hand else shift
-    cos, sin = round(math.cos(start.heading)), round(math.sin(start.heading))  # exact: roads run along the axes
-    return Primitive(start.x - to_left * sin, start.y + to_left * cos, start.heading, 0.0, lane.length)
+STOREYS = 10.0
+"""Height of a building [m]; nothing here depends on it, but viewers draw nothing that has none."""
+
+
+def add_buildings(road: Element, places: Sequence[Beside]) -> None:
+    """Objects beside a road."""
+    objects = child(road, "objects") if places else road
+    for place in places:
+        number = place.number + 1
+        around = {"hdg": place.heading, "pitch": 0, "roll": 0, "orientation": "none"}
+        size = {"length": place.length, "width": place.width, "height": STOREYS}
+        name = f"building {number}"
+        child(
+            objects, "object", id=number, name=name, type="building", s=place.s, t=place.t, zOffset=0, **around, **size
+        )
 
 
 def _add_junctions(element: Element, roads: RoadMap, road: Carriageway) -> None:
@@ -298,8 +305,10 @@ def write_opendrive(
     roads = road_map(spec)
     document = Element("OpenDRIVE")
     _add_header(document, roads, name, provenance)
+    beside = buildings_by_road(roads)
     for road in roads.roads:
         element = add_road(document, roads, road)
+        add_buildings(element, beside[road.id])
         if signals is not None:
             add_signals(element, roads, road)
     for maneuver in roads.network.maneuvers:

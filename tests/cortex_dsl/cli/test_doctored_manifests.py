@@ -49,7 +49,8 @@ def doctored(run: Path, field: str, change: Change) -> Iterator[Path]:
         shutil.copy(run / JOURNAL, folder)
         with contextlib.closing(sqlite3.connect(Path(folder) / JOURNAL)) as connection, connection:
             query = "SELECT value FROM manifest WHERE field = ?"
-            value = change(connection.execute(query, (field,)).fetchone()[0])
+            row = connection.execute(query, (field,)).fetchone() or ("null",)  # `number` stands in some runs alone
+            value = change(row[0])
             connection.execute("DELETE FROM manifest WHERE field = ?", (field,))
             if value is not None:
                 connection.execute("INSERT INTO manifest VALUES (?, ?)", (field, value))

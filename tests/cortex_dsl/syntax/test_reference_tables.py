@@ -94,7 +94,7 @@ def map_arguments() -> Rows:
     whole = {"ways": "3 or 4", "lanes": f"1 to {MAX_LANES}", "left_hand": "`True` or `False`"}
     for name in MAP_ARGUMENTS:
         value = getattr(spec, name)
-        default = f"{value:g} m" if name in LENGTHS else f"{value}"
+        default = "none" if value is None else f"{value:g} m" if name in LENGTHS else f"{value}"
         grid = f"1 to {MAX_INTERSECTIONS}, in all"
         yield f"`{name}`", default, range_of(name) or whole.get(name, grid), words.get(f"`{name}`", "")
 

@@ -10,8 +10,8 @@ import numpy as np
 import shapely
 
 from engine.kernels.geometry import Box, View
-from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN, SHADE
-from engine.tables import Floats
+from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN
+from engine.tables import SHADE, Floats
 
 BORDER = 1e-9
 """Where less than this remains, either answer is right [rad]."""
@@ -73,12 +73,14 @@ def overlap_area(first: Box, second: Box) -> float:
 
 
 def entry(outline: list[Point], x: float, y: float, direction: float) -> float:
-    """Distance at which a ray from outside first meets an outline [m]; infinite if it does not. One from its border is
-    met where it comes out, if it goes in.
-    """
+    """Distance at which a ray from outside or the border first meets an outline [m]; infinite if it does not."""
     cos, sin = math.cos(direction), math.sin(direction)
+    ahead_x, ahead_y = x + 1e-6 * cos, y + 1e-6 * sin
+    sides = list(zip(outline, outline[1:] + outline[:1], strict=True))
+    if all((bx - ax) * (ahead_y - ay) - (by - ay) * (ahead_x - ax) > 0.0 for (ax, ay), (bx, by) in sides):
+        return 0.0
     nearest = math.inf
-    for (ax, ay), (bx, by) in zip(outline, outline[1:] + outline[:1], strict=True):
+    for (ax, ay), (bx, by) in sides:
         a, b = cos * (ay - y) - sin * (ax - x), cos * (by - y) - sin * (bx - x)
         if (a > 0.0) != (b > 0.0):
             part = a / (a - b)

@@ -11,10 +11,12 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from engine.kernels.evaluate import run_segment
-from engine.kernels.geometry import Box, box_distance
+from engine.kernels.geometry import Box, View, box_distance
+from engine.kernels.sight import OUTSIDE, SEEN
 from engine.program import RoadSpec
 from engine.road import build_network, road_tables
 from engine.vocabulary import ManeuverType, Op
+from tests.engine.kernels.sight_reference import Scene, agrees
 
 REGISTERS = 24
 numbers = st.floats(allow_nan=False, allow_infinity=False, width=32) | st.integers(-9, 9).map(float)
@@ -229,12 +231,9 @@ def test_distance_between_outlines(calculate, x, y, heading):
     assert calculate(Op.BOX_DISTANCE, *first, *second, b=5)[0] == box_distance(Box(*first), Box(*second))
 
 
-def in_sector(point, x, y, heading, angle, distance):
-    """Whether a point is seen, by its polar coordinates; None where rounding decides."""
-    dx, dy = point[0] - x, point[1] - y
-    off_axis = abs(math.remainder(math.atan2(dy, dx) - heading, math.tau))
-    margin = min(distance - math.hypot(dx, dy), angle / 2 - off_axis if angle < math.tau else math.inf)
-    return None if abs(margin) < 1e-6 or math.hypot(dx, dy) < 1e-6 else margin > 0.0
+def can_see(calculate, viewer, outline):
+    """With nobody in between: a view and -1, an outline, no outline that hides."""
+    return calculate(Op.CAN_SEE, *viewer, -1.0, *outline, 0.0, b=6, c=11)[0]
 
 
 @settings(deadline=None, max_examples=300)
@@ -243,25 +242,16 @@ def in_sector(point, x, y, heading, angle, distance):
     outline=st.tuples(near, near, angles, st.just(4.5), st.just(1.8)),
 )
 def test_can_see(calculate, viewer, outline):
-    """Seen is whose centre or corner lies in the sector, by an independent form in polar coordinates."""
-    x, y, heading, length, width = outline
-    corners = [
-        (
-            x + 0.5 * (a * length * math.cos(heading) - b * width * math.sin(heading)),
-            y + 0.5 * (a * length * math.sin(heading) + b * width * math.cos(heading)),
-        )
-        for a, b in ((0, 0), (1, 1), (1, -1), (-1, 1), (-1, -1))
-    ]
-    seen = [in_sector(corner, *viewer) for corner in corners]
-    assume(True in seen or None not in seen)
-    assert calculate(Op.CAN_SEE, *viewer, *outline, b=5)[0] == (True in seen)
+    """Seen is who has a part in the sector, by one ray in each interval of directions."""
+    scene = Scene(View(*viewer), Box(*outline), [])
+    assert agrees(SEEN if can_see(calculate, viewer, outline) else OUTSIDE, scene)
 
 
 def test_can_see_what_surrounds_the_viewer(calculate):
     """The apex belongs to the sector, and a full circle has no blind spot."""
-    assert calculate(Op.CAN_SEE, 0, 0, 1.0, 0.1, 1.0, 0, 0, 0, 4.5, 1.8, b=5)[0] == 1.0
-    assert calculate(Op.CAN_SEE, 0, 0, 0.0, math.tau, 50.0, -20, 0, 0, 4.5, 1.8, b=5)[0] == 1.0
-    assert calculate(Op.CAN_SEE, 0, 0, 0.0, math.pi, 50.0, -20, 0, 0, 4.5, 1.8, b=5)[0] == 0.0
+    assert can_see(calculate, (0, 0, 1.0, 0.1, 1.0), (0, 0, 0, 4.5, 1.8)) == 1.0
+    assert can_see(calculate, (0, 0, 0.0, math.tau, 50.0), (-20, 0, 0, 4.5, 1.8)) == 1.0
+    assert can_see(calculate, (0, 0, 0.0, math.pi, 50.0), (-20, 0, 0, 4.5, 1.8)) == 0.0
 
 
 @settings(deadline=None)

@@ -16,7 +16,10 @@ TRUCK = Box(10.0, 0.0, 0.0, 9.0, 2.5)
 
 
 def looked(view: View, target: Box, *shades: Box, viewer: int = -1, looked_at: int = -1) -> int:
-    return look(view, target, table([*shades]), 0, len(shades), viewer, looked_at)
+    """Some of what hides is in the table of actors, some are buildings."""
+    listed = max(viewer, looked_at) + 1 or len(shades) // 2
+    buildings = np.array(shades[listed:], dtype=np.float64).reshape(-1, 5)
+    return look(view, target, table([*shades[:listed]]), 0, listed, buildings, viewer, looked_at)
 
 
 @pytest.mark.parametrize("grid", [False, True])
@@ -162,6 +165,14 @@ def test_on_the_border_of_what_hides(y):
     assert looked(ALL_AROUND, WALKER._replace(y=1.6 * y), touching) == HIDDEN
     assert looked(ALL_AROUND, WALKER._replace(x=-20.0), touching) == SEEN
     assert looked(ALL_AROUND, WALKER._replace(x=0.0, y=-20.0 if y >= 0.0 else 20.0), touching) == SEEN
+
+
+def test_on_a_corner_by_rounding():
+    """A corner that rounding puts a bit beyond one side of it hides a quarter, and no more."""
+    view = View(-8.0, -6.0, 0.0, math.tau, 50.0)
+    corner, beside = Box(-5.0, -3.0, math.pi, 6.0, 6.0), Box(-26.0 / 3.0, -1.0, math.pi / 2, 6.0, 1.0)
+    assert looked(view, beside, corner) == SEEN
+    assert looked(view, Box(5.0, 0.0, 0.0, 1.0, 1.0), corner) == HIDDEN
 
 
 def test_a_place():

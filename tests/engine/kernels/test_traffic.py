@@ -22,7 +22,8 @@ compiled = settings(deadline=None, max_examples=60)
 @pytest.fixture(scope="module")
 def driven(hand):
     """A function of starts (x, y, heading, speed, steer) to a run of 0.5 s in which everybody holds its steering, with
-    TTC of every pair, of actor 0 to all, and its leader on the way from the south to the west watched.
+    TTC of every pair, of actor 0 to all, and its leader on the way from the south to the west watched. Nobody hides
+    anybody: these may overlap.
     """
 
     def drive(*starts: tuple[float, float, float, float, float]) -> Trajectory:
@@ -42,7 +43,7 @@ def driven(hand):
             code.behaviour(actor)
             code.emit(Op.COMMAND, 0, int(Command.STEER), hand.literal(steer))
             code.emit(Op.HALT)
-        scene = hand.scenes([hand.placed(CAR, *start[:4]) for start in starts])
+        scene = hand.scenes([hand.placed(CAR, *start[:4], occluding=0.0) for start in starts])
         return batch.trajectory(code.program(hand.road()), scene, 0, SimulationConfig(max_time=0.5))
 
     return drive

@@ -1,4 +1,4 @@
-"""`read_openscenario`: a scenario of timed polylines as a recording, with its road, read as if a stranger had written
+"""`read_openscenario`: a scenario of timed polylines as a recording, with its road, whichever tool wrote
 it. Versions 1.0 to 1.3.
 
 file -> xml -> parameters and catalogs put in -> entities, road -> actions in the order of time -> tracks (motion) ->

@@ -1,0 +1,144 @@
+"""Who sees whom in a run: the view of an actor at a sample, past everybody else who takes part and all buildings.
+
+An actor sees another in the sector of its view (`viewAngle`, `visibleDistance`) where nothing hides it. A driver of the
+library turns its head: it *notices* whomever nothing hides. Who is absent neither sees, nor is seen, nor hides anybody.
+"""
+
+import math
+from typing import NamedTuple
+
+from engine.kernels.conflict import Snapshot, time_to_collision
+from engine.kernels.geometry import Box, View
+from engine.kernels.jit import inlined, kernel
+from engine.kernels.pair import center_velocity
+from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN, look
+from engine.kernels.stage import Plan, Run, Status, column_of, outline_of
+from engine.tables import SHADE, Floats
+from engine.vocabulary import Column, State
+
+
+@inlined
+def look_at(plan: Plan, run: Run, sample: int, viewer: int, target: int) -> int:
+    """What becomes of one actor's look at another at a recorded sample: `sight.OUTSIDE`, `HIDDEN` or `SEEN`."""
+    if not _both_present(run, sample, viewer, target):
+        return OUTSIDE
+    box = outline_of(plan, run, sample, target)
+    return look_past(plan, run, sample, view_of(plan, run, sample, viewer), box, viewer, target)
+
+
+@inlined
+def can_see(plan: Plan, run: Run, sample: int, viewer: int, target: int) -> bool:
+    """Whether one actor sees another at a recorded sample."""
+    return bool(look_at(plan, run, sample, viewer, target) == SEEN)
+
+
+@inlined
+def notices(plan: Plan, run: Run, sample: int, viewer: int, target: int) -> bool:
+    """Whether nothing hides one actor from another at a recorded sample, wherever that looks."""
+    if not _both_present(run, sample, viewer, target):
+        return False
+    x, y = run.states[sample, viewer, State.X], run.states[sample, viewer, State.Y]
+    around = View(x, y, 0.0, 2.0 * math.pi, math.inf)
+    box = outline_of(plan, run, sample, target)
+    return bool(look_past(plan, run, sample, around, box, viewer, target) == SEEN)
+
+
+@inlined
+def _both_present(run: Run, sample: int, viewer: int, target: int) -> bool:
+    states = run.states
+    return bool(states[sample, viewer, State.PRESENT] != 0.0 and states[sample, target, State.PRESENT] != 0.0)
+
+
+@inlined
+def view_of(plan: Plan, run: Run, sample: int, viewer: int) -> View:
+    """An actor's field of view at a recorded sample."""
+    return View(
+        run.states[sample, viewer, State.X],
+        run.states[sample, viewer, State.Y],
+        run.states[sample, viewer, State.HEADING],
+        column_of(plan, run, viewer, Column.VIEW_ANGLE),
+        column_of(plan, run, viewer, Column.VIEW_DISTANCE),
+    )
+
+
+@inlined
+def look_past(plan: Plan, run: Run, sample: int, view: View, target: Box, viewer: int, looked_at: int) -> int:
+    """What becomes of a look at an outline past all actors but two (-1: there is no such actor)."""
+    count = len(plan.kinds)
+    if count == (1 if viewer >= 0 else 0) + (1 if looked_at >= 0 else 0):
+        count = 0
+    elif run.status[Status.SHADED] != sample:
+        _cast_shades(plan, run, sample)
+    return look(view, target, run.shades, 0, count, plan.road.buildings, viewer, looked_at)
+
+
+@inlined
+def _cast_shades(plan: Plan, run: Run, sample: int) -> None:
+    """Note the outlines that hide at a sample, once for all looks."""
+    for actor in range(len(plan.kinds)):
+        box, at = outline_of(plan, run, sample, actor), actor * SHADE
+        run.shades[at], run.shades[at + 1], run.shades[at + 2] = box.x, box.y, box.heading
+        run.shades[at + 3], run.shades[at + 4] = box.length, box.width
+        hides = run.states[sample, actor, State.PRESENT] != 0.0
+        run.shades[at + 5] = column_of(plan, run, actor, Column.OCCLUDING) if hides else 0.0
+    run.status[Status.SHADED] = sample
+
+
+@inlined
+def sees_within(plan: Plan, run: Run, sample: int, me: int, distance: float) -> bool:
+    """Whether a present actor's centre is nearer than `distance` and `me` sees it."""
+    states = run.states
+    x, y = states[sample, me, State.X], states[sample, me, State.Y]
+    for other in range(states.shape[1]):
+        if other == me or states[sample, other, State.PRESENT] == 0.0:
+            continue
+        dx, dy = states[sample, other, State.X] - x, states[sample, other, State.Y] - y
+        if distance > 0.0 and dx * dx + dy * dy < distance * distance and can_see(plan, run, sample, me, other):
+            return True
+    return False
+
+
+# -- what the ego saw of another -------------------------------------------------------------------------------------
+
+
+class Sighting(NamedTuple):
+    """How a run looked to the ego: what `engine.outcomes` calls by these names."""
+
+    first_seen: float
+    """[s]; NaN if never."""
+    ttc_at_first_sight: float
+    """[s]; infinite where they were not on a collision course, NaN if never seen."""
+    hidden_time: float
+    """[s]"""
+
+
+@kernel
+def sighting_of(plan: Plan, run: Run, samples: int, ending: float, other: int, outlines: Floats) -> Sighting:
+    """What the ego saw of `other` in the first `samples` samples of a run and the part `ending` of a step after them;
+    `outlines` as in `pair.measure_pair`. What is seen at a sample holds for the step that follows.
+
+    Where nobody else and no building can hide it, one that was seen needs no further look.
+    """
+    time_step = plan.layout.time_step
+    hideable = len(plan.kinds) > 2 or len(plan.road.buildings) > 0
+    first, time, hidden = math.nan, math.nan, 0.0
+    for sample in range(samples):
+        verdict = look_at(plan, run, sample, 0, other)
+        if verdict == HIDDEN:
+            hidden += 1.0 if sample + 1 < samples else ending
+        if verdict == SEEN and math.isnan(first):
+            first, time = sample * time_step, time_to_collision(_pair(plan, run, sample, samples, other, outlines))
+            if not hideable:
+                break
+    return Sighting(first, time, hidden * time_step)
+
+
+@inlined
+def _pair(plan: Plan, run: Run, sample: int, samples: int, other: int, outlines: Floats) -> Snapshot:
+    step = plan.layout.time_step
+    return Snapshot(
+        outline_of(plan, run, sample, 0),
+        outline_of(plan, run, sample, other),
+        center_velocity(run.states, samples, sample, step, 0, outlines[0, 2]),
+        center_velocity(run.states, samples, sample, step, other, outlines[other, 2]),
+    )
