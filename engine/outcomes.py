@@ -81,6 +81,10 @@ class Result:
     """Whether it belongs to the metrics that the score comes from, which reports tell together with it."""
     in_document: bool = True
     """Of a metric of a pair: whether the JSON of a single run tells it."""
+    formula: str = ""
+    """Of a metric that people know by a symbol: what it comes from …"""
+    source: str = ""
+    """… and who defined it so."""
     name: str = ""
     """The attribute; filled in from the class."""
 
@@ -182,6 +186,8 @@ class _Measured:
             kept=Kept.NEAREST,
             when="min_distance_time",
             of_risk=True,
+            formula="least distance between the outlines over continuous time; 0 on contact",
+            source="CORTEX-AVD, Table 1",
         ),
     ]
     """Infinite for two never in the scene together."""
@@ -197,6 +203,8 @@ class _Measured:
             kept=Kept.DECIDING,
             when="max_closing_time",
             of_risk=True,
+            formula="max of c = -(p . v) / |p| over samples, p and v: way and relative velocity of the centres",
+            source="CORTEX-AVD, Table 1",
         ),
     ]
     max_closing_time: Annotated[Floats, Result("", "s", per=Per.PAIR, kept=Kept.DECIDING)]
@@ -211,6 +219,8 @@ class _Measured:
             kept=Kept.DECIDING,
             when="max_closing_time",
             of_risk=True,
+            formula="distance at the first sample with c >= MS - 0.01 m/s; infinite if they never approach",
+            source="CORTEX-AVD, Table 1",
         ),
     ]
     ttc_at_ms: Annotated[
@@ -224,6 +234,8 @@ class _Measured:
             kept=Kept.DECIDING,
             when="max_closing_time",
             of_risk=True,
+            formula="D_MS / MS; infinite if they never approach",
+            source="CORTEX-AVD, Table 1",
         ),
     ]
     ego_speed: Annotated[

@@ -101,9 +101,9 @@ def verify(
     fine = replace(config, time_step=config.time_step / hold)
     slides = cars(program, scenes)
     run = drives(simulate(program, scenes, config, jobs), profile)
-    finer = drives(simulate(program, scenes, fine, jobs, hold), profile)
+    finer = drives(simulate(program, scenes, fine, jobs, hold=hold), profile)
     alert = drives(simulate(program, scenes, fine, jobs), profile)
-    dynamic = drives(simulate(program, scenes, fine, jobs, hold, slides), profile)
+    dynamic = drives(simulate(program, scenes, fine, jobs, hold=hold, slides=slides), profile)
     rows = zip(run, finer, alert, dynamic, strict=True)
     return tuple(
         _verified(*row, slides) if valid else None for row, valid in zip(rows, scenes.valid.tolist(), strict=True)

@@ -16,15 +16,13 @@ from engine.interchange.contract import OURS, Finding, InterchangeError
 from engine.interchange.recording import OF_STEPS, SAME_INSTANT, RecordedCase, Recording, states_at
 from engine.kernels.approach import Touch, search_contact_of
 from engine.kernels.pair import measure_pair
-from engine.metrics import Metric, measure_trajectory
+from engine.metrics import Body, Metric, measure_trajectory
 from engine.outcomes import PAIRS, Outcomes, blank_outcomes
 from engine.risk import PROFILES, Risk, assess
 from engine.scenes import Trajectory
 from engine.tables import ROAD_REGION, Floats
+from engine.vehicles import MODELS
 from engine.vocabulary import EndReason, State, Verdict
-
-COMMANDS = frozenset({"steering oscillation", "pedal oscillation"})
-"""Metrics of wheel and pedals, which not every recording contains."""
 
 
 @dataclass(frozen=True)
@@ -74,9 +72,26 @@ def measure(recording: Recording, profile: str = "paper") -> Measured:
     contact = min(end.last, len(steps) - 1) if end.touch.sample >= 0 else -1
     trajectory = Trajectory(instants, steps, outlines[:, :2].copy(), contact)
     outcomes = _outcomes(recording, _judged(steps, end), outlines, end, others)
-    metrics = measure_trajectory(trajectory, outcomes, rear_to_center=outlines[:, 2].tolist())
-    recorded = tuple(metric for metric in metrics if recording.commands or metric.name not in COMMANDS)
-    return Measured(outcomes, assess(outcomes, PROFILES[profile]), recorded, trajectory)
+    metrics = measure_trajectory(trajectory, outcomes, _bodies(recording), commands=recording.commands)
+    return Measured(outcomes, assess(outcomes, PROFILES[profile]), metrics, trajectory)
+
+
+def _bodies(recording: Recording) -> tuple[Body, ...]:
+    """What the actors are; of the road no recording says how slippery it was."""
+    return tuple(
+        Body(
+            actor.kind,
+            actor.length,
+            actor.width,
+            actor.rear_to_center,
+            actor.mass,
+            actor.max_acceleration,
+            actor.max_braking,
+            MODELS[actor.kind].friction,
+            actor.max_speed,
+        )
+        for actor in recording.actors
+    )
 
 
 # -- what can be measured ---------------------------------------------------------------------------------------------

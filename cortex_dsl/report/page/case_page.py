@@ -18,6 +18,7 @@ from cortex_dsl.report.page.analysis_sections import avoidance_badge
 from cortex_dsl.report.page.markup import Element, Node, element, figure, page, prose
 from cortex_dsl.report.page.player import SCRIPTS, player, player_data
 from engine.avoidability import Avoidability
+from engine.metrics import Metric
 from engine.outcomes import MODEL_RANGE, PAIRS, Outcomes, Result
 from engine.risk import HIGHEST_RISK
 from engine.search.ranking import Case
@@ -32,6 +33,7 @@ PART_MEANINGS = {
     "D_MS": "distance at fastest closing",
     "TTC_MS": "time to collision at fastest closing",
 }
+IN_RISK = frozenset(row.symbol for row in PAIRS if row.of_risk)
 
 
 def risk_table(replay: CaseReplay) -> Element:
@@ -64,18 +66,29 @@ def _amount(replay: CaseReplay, row: Result) -> str:
 
 
 def measures_table(replay: CaseReplay) -> Node:
-    """The metrics of the deciding pair that the score does not come from; nothing where there are none."""
-    rows = [
-        element(
-            "tr",
-            element("th", row.symbol, scope="row"),
-            element("td", row.meaning),
-            element("td", _amount(replay, row), class_="number"),
-        )
-        for row in PAIRS
-        if row.symbol and not row.of_risk and replay.outcomes.min_distance.shape[1]
+    """The metrics of the deciding pair and its two that the score does not come from; nothing where there are none."""
+    pair = (0, replay.pair + 1)
+    found = [metric for metric in replay.metrics if metric.name not in IN_RISK]
+    rows = [_measure(metric, metric.name) for metric in found if metric.actors == pair]
+    rows += [
+        _measure(metric, f"{metric.name}, {replay.program.actors[actor]}")
+        for actor in pair
+        for metric in found
+        if metric.actors == (actor,)
     ]
-    return [element("h4", "Measures"), element("table", element("tbody", rows), class_="params")] if rows else None
+    if not rows:
+        return None
+    table = element("table", element("tbody", rows), class_="params")
+    return element("details", element("summary", "Measures"), table)
+
+
+def _measure(metric: Metric, name: str) -> Element:
+    return element(
+        "tr",
+        element("th", name, scope="row"),
+        element("td", metric.meaning),
+        element("td", f"{fixed(metric.value, 2)} {metric.unit}".rstrip(), class_="number"),
+    )
 
 
 def pairs_table(replay: CaseReplay) -> Node:

@@ -147,6 +147,7 @@ def still(replay: CaseReplay, frame: Frame, **attributes: str) -> Element:
         _ghosts(replay),
         element("g", scene_svg.actor_layer(replay.shapes, replay.trajectory.states[sample]), class_="actors"),
         scene_svg.contact_mark(*point) if point else None,
+        compass=True,
         **attributes,
     )
 
