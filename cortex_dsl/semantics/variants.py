@@ -17,7 +17,7 @@ from cortex_dsl.semantics.errors.names import DUPLICATE
 from cortex_dsl.semantics.errors.objects import NO_EGO
 from cortex_dsl.semantics.errors.problems import Mistake, Rejection
 from cortex_dsl.semantics.errors.scenarios import WHICH_SCENARIO
-from cortex_dsl.semantics.evaluation import calls, geometry, objects, operators
+from cortex_dsl.semantics.evaluation import calls, geometry, objects, operators, seeing
 from cortex_dsl.semantics.evaluation.roads import network_of
 from cortex_dsl.semantics.evaluation.surroundings import in_environment
 from cortex_dsl.semantics.model.choices import Decisions, Oracle
@@ -57,7 +57,7 @@ HANDLERS: Mapping[type, Handler] = {
     nodes.Conditional: operators.conditional,
     nodes.Distance: geometry.distance,
     nodes.RelativeHeading: geometry.relative_heading,
-    nodes.CanSee: geometry.can_see,
+    nodes.CanSee: seeing.can_see,
     nodes.Intersects: geometry.intersects,
     nodes.OffsetBy: geometry.offset_by,
     nodes.OffsetAlong: geometry.offset_along,
@@ -144,11 +144,13 @@ def _finished_actors(ev: Evaluator) -> list[Actor]:
 def _require_visible(ev: Evaluator, actors: Sequence[Actor]) -> None:
     """What `requireVisible` asks for: that the ego sees an object at the start."""
     ego = ev.run.ego
-    for actor in actors if ego is not None else ():
+    if ego is None:
+        return
+    for actor in actors:
         present = actor.scenario is None or actor.scenario.present
         if actor is not ego and present and actor.properties.get("requireVisible", False) is True:
             name, line = f"{actor.name} is visible from the ego", ev.file.line(actor.span)
-            ev.run.built.requirements.append(ir.Requirement(geometry.sees(ev, ego, actor), 1.0, name, line))
+            ev.run.built.requirements.append(ir.Requirement(seeing.sees(ev, ego, actor), 1.0, name, line))
 
 
 def _compose(ev: Evaluator, composer: Composer | None) -> None:
