@@ -54,7 +54,7 @@ class Frame:
         height = max(LEAST_HEIGHT, float(size[1]), float(size[0]) / shape)
         return Frame(float(x) - shape * height / 2.0, float(y) - height / 2.0, shape * height, height, heading)
 
-    def turned(self, points: Floats) -> Floats:
+    def turned(self, points: Floats | Sequence[tuple[float, float]]) -> Floats:
         """Points (n, 2) of the world, in the picture's own axes."""
         return _turned(points, self.heading)
 
@@ -104,7 +104,7 @@ def _resized(frame: Frame, width: float, height: float) -> Frame:
     return Frame(left, bottom, width, height, frame.heading)
 
 
-def _turned(points: Floats, heading: float) -> Floats:
+def _turned(points: Floats | Sequence[tuple[float, float]], heading: float) -> Floats:
     cos, sin = math.cos(heading), math.sin(heading)
     return np.asarray(points, dtype=np.float64).reshape(-1, 2) @ np.array([[cos, -sin], [sin, cos]])
 

@@ -135,7 +135,7 @@ def _looks(replay: CaseReplay, actor: int) -> dict[str, Any]:
     }
 
 
-def still(replay: CaseReplay, frame: Frame, **attributes: str) -> Element:
+def still(replay: CaseReplay, frame: Frame) -> Element:
     """The scene at its key moment."""
     sample, point = replay.key_sample, replay.contact_point
     return scene_svg.scene(
@@ -147,8 +147,6 @@ def still(replay: CaseReplay, frame: Frame, **attributes: str) -> Element:
         _ghosts(replay),
         element("g", scene_svg.actor_layer(replay.shapes, replay.trajectory.states[sample]), class_="actors"),
         scene_svg.contact_mark(*point) if point else None,
-        compass=True,
-        **attributes,
     )
 
 
