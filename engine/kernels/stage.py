@@ -123,6 +123,8 @@ class Slot(IntEnum):
     """… yaw rate and speeds of its wheels [rad/s]."""
     FRONT_WHEEL = 16
     REAR_WHEEL = 17
+    REVERSE = 18
+    """1 while the gear is the reverse one; stays until the next."""
 
 
 LOOSE, HOSTED, REPLACED = 1.0, 2.0, 3.0

@@ -15,7 +15,7 @@ from cortex_dsl.report.findings.story import Moment
 from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.analysis_sections import avoidance_badge
 from cortex_dsl.report.page.markup import Element, Node, element, figure, page, prose
-from cortex_dsl.report.page.player import player, player_data
+from cortex_dsl.report.page.player import SCRIPTS, player, player_data
 from engine.avoidability import Avoidability
 from engine.outcomes import PAIRS, Result
 from engine.risk import HIGHEST_RISK
@@ -252,7 +252,7 @@ def case_page(replay: CaseReplay, case: Case | None = None, folder: Path | None 
         card(replay, place, 0),
         class_="film",
     )
-    return page(f"{program.name}: replay", body, {"replays": [player_data(replay)]}, ("replay.js",))
+    return page(f"{program.name}: replay", body, {"replays": [player_data(replay)]}, SCRIPTS)
 
 
 def case_of(replay: CaseReplay) -> Case:

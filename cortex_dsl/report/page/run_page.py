@@ -12,7 +12,8 @@ from cortex_dsl.report.findings.readable import counted, first_line, fixed
 from cortex_dsl.report.findings.search_report import headline, method_name, search_content, whole_run
 from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections
 from cortex_dsl.report.page.markup import Element, Node, element, figure, page, part, top_bar
-from cortex_dsl.report.page.player import player_data
+from cortex_dsl.report.page.player import SCRIPTS, player_data
+from cortex_dsl.report.page.thumbnails import shared_road, thumbnails
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
 from engine.search.evaluations import distinct_collisions
@@ -25,7 +26,6 @@ from engine.search.result_files import collisions_by_partner
 
 CASES = 10
 """Cases that a page replays."""
-SCRIPTS = ("page.js", "replay.js")
 LINKS = (
     ("#summary", "Summary"),
     ("#cases", "Worst cases"),
@@ -83,7 +83,7 @@ def render_page(found: RunPage) -> str:
         "replays": [player_data(replay) for replay in found.replays],
         "evaluations": finite(run_sections.dots(found.record)),
     }
-    return page(f"{manifest.name}: {method_name(manifest.method)}", body, data, SCRIPTS)
+    return page(f"{manifest.name}: {method_name(manifest.method)}", body, data, ("page.js", *SCRIPTS))
 
 
 def content(found: RunPage) -> dict[str, Any]:
@@ -188,29 +188,31 @@ def _cases(found: RunPage) -> Node:
         return None
     note = (
         "Worst first, no two of them nearly the same; their numbers are those of the files in the run's folder "
-        "`worst`. "
+        "`worst`. Their pictures have one scale, and the ego drives to the right. "
         "Every replay is the simulation itself, run again. "
-        "Space plays and pauses, the arrows step, plus and minus change the speed, c comes closer."
+        "Space plays and pauses, the arrows step, plus and minus change the speed, c follows the ego, v shows "
+        "what it sees, and what is hidden from it."
     )
     tabs = [
         element(
             "li",
             element(
                 "a",
-                f"Case {case.rank} ",
-                element("small", _case_words(found, case)),
+                drawing,
+                element("span", f"Case {case.rank} ", element("small", _case_words(found, case))),
                 href=f"#case-{case.rank}",
                 class_="case-tab",
                 data_case=case.rank,
             ),
         )
-        for case in found.worst
+        for case, drawing in zip(found.worst, thumbnails(found.replays), strict=True)
     ]
     cards = [
         case_page.card(replay, case_page.Place(case, found.run.folder, _answer(found, case)), number)
         for number, (case, replay) in enumerate(zip(found.worst, found.replays, strict=True))
     ]
-    return part("cases", "The worst cases", note, element("ol", tabs, class_="tabs"), cards)
+    road = shared_road(found.replays[0])
+    return part("cases", "The worst cases", note, road, element("ol", tabs, class_="tabs"), cards)
 
 
 def _case_words(found: RunPage, case: Case) -> str:

@@ -3,7 +3,7 @@
 # scenario: guards.scn
 # seed: 1
 # stream: 1.sample.0.0.0.0
-# digest: a8487e4f4735495ab1a9fe87e1516a97
+# digest: 7838a37f1c8ba7f4af6a95b63e876d30
 # risk: none, the run was aborted
 # version: cortexc 0.2.0
 #

@@ -3,7 +3,7 @@
 # scenario: monitors.scn
 # seed: 1
 # stream: 1.sample.0.0.0.0
-# digest: e2bf42a5f8c2340f1c2d07808e46a41e
+# digest: 1d9364187d22ab6af06fb85ec24f6309
 # risk: 5 of 22 (C 0, MD 3, D_MS 0, TTC_MS 2; profile paper)
 # version: cortexc 0.2.0
 #

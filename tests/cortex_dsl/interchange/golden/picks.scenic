@@ -3,7 +3,7 @@
 # scenario: picks.scn
 # seed: 1
 # stream: 1.sample.0.0.0.0
-# digest: 00f72e2de742c57ff71966167a144ab0
+# digest: 3ede8c34fa17b43db47e735a24dbdf41
 # risk: 7 of 22 (C 0, MD 3, D_MS 0, TTC_MS 4; profile paper)
 # version: cortexc 0.2.0
 #

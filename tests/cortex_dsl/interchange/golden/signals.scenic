@@ -3,7 +3,7 @@
 # scenario: signals.scn
 # seed: 1
 # stream: 1.sample.0.0.0.0
-# digest: 1a1f7e316c0f24135de1e72d0b7ed9c4
+# digest: 5b38bfda874d317a106fbbc066c0ff25
 # risk: 6 of 22 (C 0, MD 4, D_MS 0, TTC_MS 2; profile paper)
 # version: cortexc 0.2.0
 #

@@ -3,7 +3,7 @@
 # scenario: temporal.scn
 # seed: 1
 # stream: 1.sample.0.0.0.0
-# digest: 60631348faac0b1beb6979cea633c61b
+# digest: 602f7b284561588a283fd0b8ed858646
 # risk: none, the run was aborted
 # version: cortexc 0.2.0
 #

@@ -15,6 +15,7 @@ from cortex_dsl.report.findings.analysis_report import heat_maps, information
 from cortex_dsl.report.page.charts import Box, Course, box_chart, line_chart, nice_ticks
 from cortex_dsl.report.page.player import packed
 from engine.search.statistics import clopper_pearson
+from engine.vocabulary import Column
 
 LEFT_TURN = Path(__file__).parents[4] / "examples" / "left_turn.scn"
 NUMBERS = st.floats(-1e6, 1e6)
@@ -101,7 +102,7 @@ def test_scene_shows_everybody_where_they_start() -> None:
     places = re.findall(r'data-actor="(\d)" transform="translate\((\S+) (\S+)\)', svg)
     assert {actor for actor, _, _ in places} == {"0", "1"}
     for actor, x, y in places:
-        block = scenes.values[row][int(actor) * 15 :]
+        block = scenes.values[row][int(actor) * len(Column) :]
         assert (float(x), float(y)) == pytest.approx((block[0], block[1]), abs=1e-3)
 
 
