@@ -197,7 +197,7 @@ class State(IntEnum):
     THROTTLE = 6
     BRAKE = 7
     PRESENT = 8
-    """1 while the actor takes part, `tables.SLIDING` while it is loose after an impact; 0 after it has left the scene."""
+    """1 while the actor takes part, `tables.SLIDING` while loose after an impact; 0 after it has left the scene."""
 
 
 class Command(IntEnum):
