@@ -197,10 +197,7 @@ class State(IntEnum):
     THROTTLE = 6
     BRAKE = 7
     PRESENT = 8
-    """1 while the actor takes part, `SLIDING` while it is loose after an impact; 0 after it has left the scene."""
-
-
-SLIDING = 2.0  # of `State.PRESENT`: it moves as its centres say, not as it heads
+    """1 while the actor takes part, `tables.SLIDING` while loose after an impact; 0 after it has left the scene."""
 
 
 class Command(IntEnum):

@@ -5,8 +5,8 @@ import math
 from engine.kernels.coasting import STILL, Coasting, Supports, coast, grips, roll, supports_of
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.stage import LOOSE, Leg, Plan, Run, Slot, column_of
-from engine.tables import Floats
-from engine.vocabulary import SLIDING, ActorKind, Column, State
+from engine.tables import SLIDING, Floats
+from engine.vocabulary import ActorKind, Column, State
 
 
 @kernel

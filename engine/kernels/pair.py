@@ -22,8 +22,8 @@ from engine.kernels.approach import centers_apart, closest_in_step
 from engine.kernels.geometry import Box, box_distance, half_diagonal, shortest_turn
 from engine.kernels.jit import inlined, kernel
 from engine.outcomes import PAIRS
-from engine.tables import Floats
-from engine.vocabulary import SLIDING, Side, State
+from engine.tables import SLIDING, Floats
+from engine.vocabulary import Side, State
 
 CLOSING_SPEED_TOLERANCE = 0.01
 """How far below the maximum a closing speed may lie and still mark the instant of MS [m/s]."""

@@ -13,8 +13,8 @@ from engine.metrics import time_step
 from engine.outcomes import Outcomes
 from engine.program import Program, Rule
 from engine.scenes import Trajectory
-from engine.tables import Floats, Ints
-from engine.vocabulary import SLIDING, EndReason, State
+from engine.tables import SLIDING, Floats, Ints
+from engine.vocabulary import EndReason, State
 
 if TYPE_CHECKING:
     from engine.world.impacts import Impact
