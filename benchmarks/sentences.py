@@ -6,7 +6,8 @@ from functools import cache
 
 from lark.grammar import NonTerminal, Rule, Terminal
 
-from cortex_dsl.semantics.names.builtins import BUILTINS, all_properties
+from cortex_dsl.semantics.names.builtins import BUILTINS
+from cortex_dsl.semantics.names.properties import all_properties
 from cortex_dsl.syntax import parser
 
 DEPTH = 7

@@ -415,6 +415,8 @@ class Variant:
     monitors: tuple[Monitor, ...] = ()
     lights: Lights | None = None
     """Not lowered: what a program needs of them stands in its acts and rules."""
+    environment: tuple[tuple[str, Expr], ...] = ()
+    """Arguments of `environment`, SI. Not lowered: the columns of actors hold what it makes of them."""
 
 
 @frozen

@@ -60,7 +60,7 @@ def measure_trajectory(
     behind = np.asarray(rear_to_center, dtype=np.float64) if len(rear_to_center) else np.zeros(actors)
     outlines = np.column_stack([trajectory.outlines[:, :2], behind])
     pairs = [metric for other in range(1, actors) for metric in _of_pair(trajectory, outlines, outcomes, row, other)]
-    return (*pairs, *(metric for actor in range(actors) for metric in _of_commands(trajectory, actor)))
+    return (*pairs, *(metric for actor in range(actors) for metric in _of_actor(trajectory, outcomes, row, actor)))
 
 
 def _of_pair(trajectory: Trajectory, outlines: Floats, outcomes: Outcomes, row: int, other: int) -> tuple[Metric, ...]:
@@ -93,6 +93,21 @@ def _at_time(states: Floats, together: int, time: float, step: float, other: int
     """The pair at an instant; one after the last sample counts as the last."""
     steps = min(max(time / step, 0.0), together - 1.0)
     return snapshot(states, together, int(steps), steps - int(steps), step, other, outlines)
+
+
+def _of_actor(trajectory: Trajectory, outcomes: Outcomes, row: int, actor: int) -> tuple[Metric, ...]:
+    return (*_of_grip(outcomes, row, actor), *_of_commands(trajectory, actor))
+
+
+def _of_grip(outcomes: Outcomes, row: int, actor: int) -> tuple[Metric, ...]:
+    """Of who has tyres, where the friction is known."""
+    lateral, combined = float(outcomes.lateral_grip[row, actor]), float(outcomes.combined_grip[row, actor])
+    if math.isnan(combined):
+        return ()
+    return (
+        Metric("lateral grip", (actor,), lateral, "", "largest use of grip sideways, as a share of mu g"),
+        Metric("combined grip", (actor,), combined, "", "the same, of acceleration and turning together"),
+    )
 
 
 def _of_commands(trajectory: Trajectory, actor: int) -> tuple[Metric, ...]:

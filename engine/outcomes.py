@@ -50,6 +50,7 @@ class Kept(Enum):
     DECIDING = "deciding"
     """That of the pair that decides the risk."""
     LEAST = "least"
+    EGO = "ego"
 
 
 Kind = type[float] | type[int] | type[bool] | type[IntEnum]
@@ -108,6 +109,11 @@ class Result:
         """An array of `Outcomes` in which every scene is invalid."""
         shape = {Per.PAIR: (rows, actors - 1), Per.ACTOR: (rows, actors), Per.CONTACT: (rows, 2)}.get(self.per, (rows,))
         return np.full(shape, self.fill, self.dtype)
+
+
+MODEL_RANGE = 0.5
+"""Use of grip up to which a kinematic bicycle drives as a car does: Polack, Altche, d'Andrea-Novel, de La Fortelle,
+"The kinematic bicycle model: a consistent model for planning feasible trajectories …", IV 2017."""
 
 
 # -- the table ---------------------------------------------------------------------------------------------------------
@@ -276,6 +282,19 @@ class _Measured:
         Floats, Result("when the first actor left the road [s]", "s", per=Per.ACTOR, kept=Kept.LEAST)
     ]
     """When an actor's centre first left the road, NaN if never."""
+    lateral_grip: Annotated[
+        Floats,
+        Result("largest use of grip by the ego, sideways, as a share of mu g", per=Per.ACTOR, kept=Kept.EGO),
+    ]
+    """NaN for who has no tyres; so is the next."""
+    combined_grip: Annotated[
+        Floats,
+        Result(
+            "the same, of acceleration and turning together; above 0.5 beyond the range of the vehicle model",
+            per=Per.ACTOR,
+            kept=Kept.EGO,
+        ),
+    ]
 
 
 @frozen

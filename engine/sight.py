@@ -9,7 +9,7 @@ import numpy as np
 from engine.kernels.geometry import View
 from engine.program import Program
 from engine.scenes import actor_columns
-from engine.tables import Bools, Floats
+from engine.tables import Bools, Floats, Ints
 from engine.vocabulary import Column, State
 
 ARC = math.radians(2.0)
@@ -30,8 +30,9 @@ def visible_area(program: Program, values: Floats, states: Floats, actor: int) -
     hides[actor] = False
     poses = states[:, [State.X, State.Y, State.HEADING]]
     outlines = np.hstack([poses, columns[:, [Column.LENGTH, Column.WIDTH]]])[hides]
-    angle, distance = columns[actor, [Column.VIEW_ANGLE, Column.VIEW_DISTANCE]]
-    return visible_sector(View(*poses[actor], angle, distance), np.vstack([outlines, program.road.buildings]))
+    x, y, heading = poses[actor].tolist()
+    angle, distance = columns[actor, [Column.VIEW_ANGLE, Column.VIEW_DISTANCE]].tolist()
+    return visible_sector(View(x, y, heading, angle, distance), np.vstack([outlines, program.road.buildings]))
 
 
 def visible_sector(view: View, outlines: Floats) -> Floats:
@@ -109,7 +110,7 @@ def _cross(a: Floats, b: Floats) -> Floats:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def _nearest(turns: Floats, starts: Floats, ends: Floats) -> tuple[Floats, Floats]:
+def _nearest(turns: Floats, starts: Floats, ends: Floats) -> tuple[Ints, Floats]:
     """For each direction the side that a ray meets first, and how far off; infinity where it meets none."""
     if len(starts) == 0:
         return np.zeros(len(turns), dtype=np.intp), np.full(len(turns), np.inf)
@@ -122,7 +123,7 @@ def _nearest(turns: Floats, starts: Floats, ends: Floats) -> tuple[Floats, Float
     return side, along[np.arange(len(turns)), side]
 
 
-def _met(turns: Floats, side: Floats, free: Bools, radius: float, starts: Floats, ends: Floats) -> Floats:
+def _met(turns: Floats, side: Ints, free: Bools, radius: float, starts: Floats, ends: Floats) -> Floats:
     """Points at which rays end: on the line of a side, or on the circle where they are free."""
     ray = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     reach = np.full(len(turns), radius)

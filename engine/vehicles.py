@@ -13,6 +13,8 @@ Sources by the short names used below:
   100 km/h.
 - SUMO: Lopez et al. (2018), "Microscopic Traffic Simulation using SUMO", ITSC 2018; table of vehicle type defaults:
   maximum speed of a motorcycle 200 km/h, of a bicycle 50 km/h.
+- Wilson (2004), "Bicycling Science", 3rd ed., ch. 4 and 5: an upright rider on a utility bicycle, rolling resistance
+  0.005 and drag area 0.5 m^2, slows at 0.13 m/s^2 when it goes 5 m/s.
 
 What has none of these as its source is marked *ours*: a round figure within the range usual for its kind.
 """
@@ -25,7 +27,10 @@ from engine.frozen import frozen
 from engine.vocabulary import ActorKind
 
 STEER_RATE = 0.7
-"""How fast any steering angle may change [rad/s]; *ours*: brisk hands, twice the CommonRoad limit of 0.4."""
+"""How fast any steering angle may change [rad/s]; CommonRoad's truck (vehicle 4: 0.71); in a car, whose limit is 0.4
+there, brisk hands."""
+AIR_BRAKE_TIME = 0.8
+"""From no pedal to a full one with air brakes [s]; R13, annex 6: 75 % of the pressure after 0.6 s."""
 VIEW_ANGLE = math.pi / 2
 """Opening angle of the sector in which others are noticed, of every kind [rad]."""
 VIEW_DISTANCE = 50.0
@@ -66,9 +71,9 @@ class ActorModel:
     view_distance: float = VIEW_DISTANCE
     steer_rate: float = STEER_RATE
     pedal_time: float = 0.0
-    """From no pedal to a full one [s]."""
+    """From no pedal to a full one [s]; *ours* where it is 0: pedals act at once, as in the simulator of the paper."""
     drag: float = 0.0
-    """Deceleration of who rolls without pedals [m/s^2]."""
+    """Deceleration of who rolls without pedals [m/s^2]; *ours* where it is 0: who does nothing keeps its speed."""
 
     @property
     def fixed(self) -> bool:
@@ -107,6 +112,7 @@ TRUCK = ActorModel(
     max_acceleration=1.2,
     max_braking=5.0,
     top_speed=25.0,
+    pedal_time=AIR_BRAKE_TIME,
     occluding=True,
 )
 """AASHTO SU-30 (rear overhang 1.83 m, turning radius 11.58 m); braking R13; top speed 92/6/EEC; rest *ours*."""
@@ -122,6 +128,7 @@ BUS = ActorModel(
     max_acceleration=1.2,
     max_braking=5.0,
     top_speed=27.78,
+    pedal_time=AIR_BRAKE_TIME,
     occluding=True,
 )
 """AASHTO CITY-BUS (rear overhang 2.44 m, turning radius 11.52 m); braking R13; top speed 92/6/EEC; rest *ours*."""
@@ -151,8 +158,9 @@ BICYCLE = ActorModel(
     max_acceleration=1.0,
     max_braking=3.4,
     top_speed=13.89,
+    drag=0.13,
 )
-"""Braking ISO 4210; top speed SUMO; the rest *ours*."""
+"""Braking ISO 4210; top speed SUMO; drag Wilson; the rest *ours*."""
 
 PEDESTRIAN = ActorModel(
     length=0.46,

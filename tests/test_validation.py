@@ -8,6 +8,7 @@ from benchmarks.validation import environments, material
 from benchmarks.validation.checks import CHECKERS, CHECKS, Check, Verdict, judged
 from benchmarks.validation.environments import REQUIREMENTS, SetupError, set_up
 from benchmarks.validation.items import Item
+from benchmarks.validation.looks import looked
 from benchmarks.validation.material import EXAMPLES, cases, written
 from benchmarks.validation.roads import counted, specs
 from benchmarks.validation.table import BEGIN, END, markdown, write
@@ -21,7 +22,7 @@ def items(tmp_path_factory: pytest.TempPathFactory) -> list[Item]:
     """A scene without contact, written in every way."""
     folder = tmp_path_factory.mktemp("validation")
     found = cases(EXAMPLES[0], folder / "run", top=0, others=1)
-    return list(written(found, folder / "files"))
+    return [*written(found, folder / "files"), *looked(folder / "looks", 5)]
 
 
 def test_every_check_has_what_it_needs() -> None:

@@ -23,8 +23,10 @@ ODD = (
     RoadSpec(lanes=4, corner_radius=1.3, approach=33.3),
     RoadSpec(rows=4, cols=4, block=61.7, approach=7.1),
     RoadSpec(approach=100_000.0),
+    RoadSpec(buildings=6.0),
+    RoadSpec(ways=3, rows=2, cols=2, lanes=2, block=80.0, approach=30.0, buildings=4.5),
 )
-"""Sizes at the edge of what is allowed, and such as no map-maker would choose."""
+"""Sizes at the edge of what is allowed, and such as no map-maker would choose; and buildings."""
 
 
 def specs() -> Iterator[RoadSpec]:
@@ -63,5 +65,6 @@ def name_of(spec: RoadSpec, lights: bool) -> str:
     sizes = f"r{spec.corner_radius:g}-w{spec.lane_width:g}-a{spec.approach:g}"
     grid = f"{spec.rows}x{spec.cols}" + (f"-b{spec.block:g}" if spec.rows * spec.cols > 1 else "")
     hand = "left" if spec.left_hand else "right"
+    hand += "" if spec.buildings is None else f"-walls{spec.buildings:g}"
     name = f"{spec.ways}way-{spec.lanes}lane-{sizes}-{grid}-{hand}" + ("-lights" if lights else "")
     return name.replace(".", "_")

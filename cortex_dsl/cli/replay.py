@@ -1,4 +1,4 @@
-"""`cortexc replay RUN --case K` and `cortexc replay FILE.scn`: a case again, as a drawing, a page or a film."""
+"""`cortexc replay RUN --case K` and `cortexc replay FILE.scn`: a case again, in the terminal or as a file to show."""
 
 import argparse
 from dataclasses import dataclass
@@ -42,8 +42,9 @@ def _replay(options: argparse.Namespace, terminal: Terminal) -> int:
 
 
 def _check_target(path: Path | None) -> None:
-    if path is not None and path.suffix.lower() not in (".html", ".gif"):
-        raise UsageError(f"`{path}`: a replay becomes a page or a film", "name a file that ends in .html or .gif")
+    if path is not None and path.suffix.lower() not in (".html", ".gif", ".svg"):
+        cure = "name a file that ends in .html, .gif or .svg"
+        raise UsageError(f"`{path}`: a replay becomes a page, a film or a picture", cure)
 
 
 def _of_run(folder: Path, rank: int) -> Replayed:
@@ -87,6 +88,10 @@ def _content(found: Replayed, path: Path, speed: float) -> str | bytes:
         from cortex_dsl.report.page.case_page import case_page
 
         return case_page(found.shown, found.case, found.folder)
+    if path.suffix.lower() == ".svg":
+        from cortex_dsl.report.page.player import key_picture
+
+        return key_picture(found.shown)
     from cortex_dsl.report.page.film import gif
 
     try:
@@ -113,13 +118,15 @@ def _options(parser: Parser) -> None:
     )
     parser.add_argument("--seed", type=whole_number(0, SEED_LIMIT), metavar="N", help="of a scenario's scene (0)")
     parser.add_argument("--speed", type=_speed, default=1.0, metavar="X", help="times as fast as it happens (1)")
-    parser.add_argument("--to", type=Path, metavar="FILE", help="write a page (.html) or a film (.gif) instead")
+    parser.add_argument(
+        "--to", type=Path, metavar="FILE", help="write a page (.html), film (.gif) or picture (.svg) instead"
+    )
 
 
 REPLAY = Command(
     name="replay",
     usage="RUN [--case K] | FILE.scn [--seed N] [--to FILE] [options]",
-    description="Run one case again and watch it: in the terminal, as a page, or as a film.",
+    description="Run one case again and watch it: in the terminal, as a page, a film or a picture.",
     options=_options,
     function=_replay,
     needs=("what", "replay what? name a run or a scenario", f"cortexc replay {EXAMPLE_RUN} --case 1"),

@@ -23,7 +23,8 @@ from cortex_dsl.semantics.evaluation.attributes import ATTRIBUTE_DOCS
 from cortex_dsl.semantics.evaluation.roads import MAP_ARGUMENTS
 from cortex_dsl.semantics.model.context import Moment
 from cortex_dsl.semantics.model.values import EnumValue, GlobalParameters, Namespace, Value
-from cortex_dsl.semantics.names.builtins import BUILTINS, FLAGS, PROPERTIES, SPECIAL_NAMES, Kind
+from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES, Kind
+from cortex_dsl.semantics.names.properties import ENVIRONMENT, FLAGS, PROPERTIES
 from cortex_dsl.semantics.quantities.units import UNITS, dimension_name
 from cortex_dsl.syntax.words import KEYWORDS, Keyword, Role
 from engine.vocabulary import ManeuverType
@@ -108,7 +109,7 @@ def _asked(observed: ObservedValue, name: str) -> Member | None:
 
 # -- Candidates at a place ---------------------------------------------------------------------------------------------
 
-_SETTINGS = {"simulation": SETTINGS, "signals": signals.ARGUMENTS}
+_SETTINGS = {"simulation": SETTINGS, "signals": signals.ARGUMENTS, "environment": tuple(ENVIRONMENT)}
 """Arguments of statements that are written like calls."""
 INSIDE_ROLES = (Role.ACT, Role.CLAUSE)
 ANYWHERE = ("if", "while", "require", "pass", "else", "elif")

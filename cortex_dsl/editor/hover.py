@@ -9,16 +9,8 @@ from cortex_dsl.editor.facts import explained_unit
 from cortex_dsl.editor.lexer import Token
 from cortex_dsl.editor.symbols import Symbol
 from cortex_dsl.semantics.evaluation.attributes import ATTRIBUTE_DOCS
-from cortex_dsl.semantics.names.builtins import (
-    BUILTINS,
-    FLAGS,
-    IGNORED,
-    PROPERTIES,
-    SPECIAL_NAMES,
-    Builtin,
-    Kind,
-    Parameter,
-)
+from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES, Builtin, Kind, Parameter
+from cortex_dsl.semantics.names.properties import FLAGS, IGNORED, PROPERTIES
 from cortex_dsl.semantics.quantities.units import UNITS, dimension_name, si_word
 from cortex_dsl.source import Span
 from cortex_dsl.syntax.words import KEYWORDS, Keyword, Role

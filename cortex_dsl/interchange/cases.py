@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,7 +16,7 @@ from cortex_dsl.lowering import lower
 from cortex_dsl.lowering.code_tables import group_variants
 from cortex_dsl.source import Span
 from cortex_dsl.version import VERSION
-from engine.interchange.recording import Provenance, RecordedCase, SignalTimes, recorded_run
+from engine.interchange.recording import Provenance, RecordedCase, SignalTimes, Surroundings, recorded_run
 from engine.outcomes import Outcomes
 from engine.risk import HIGHEST_RISK, Risk
 from engine.sampling import sample
@@ -41,11 +41,7 @@ def signal_times(scenario: Scenario, scenes: Scenes, row: int = 0) -> SignalTime
     lights = None if number < 0 else group_variants(whole).variants[number].lights
     if lights is None:
         return None
-    program = lower(replace(whole, variants=tuple(map(_with_light_times, whole.variants))))
-    rows = slice(row, row + 1)
-    again = sample(program, scenes.genomes[rows], scenes.keys[rows], scenario.config.simulation)
-    site = program.variants[number].sites[-1]
-    green, yellow, all_red, offset = again.values[0, list(site.values)].tolist()
+    green, yellow, all_red, offset = _given_out(scenario, scenes, row, _with_light_times)
     return SignalTimes(green, yellow, all_red, offset, lights.controlled)
 
 
@@ -55,6 +51,33 @@ def _with_light_times(variant: ir.Variant) -> ir.Variant:
         return variant
     times = (lights.green, lights.yellow, lights.all_red, lights.offset)
     return replace(variant, draw_sites=(*variant.draw_sites, ir.DrawSite(HERE, "number", "s", times)))
+
+
+def surroundings_of(scenario: Scenario, scenes: Scenes, row: int = 0) -> Surroundings | None:
+    """The weather in scene `row`, which is worked out as the times of the lights are; None where the file says none."""
+    whole, number = scenario.compiled.scenario, int(scenes.variant[row])
+    given = () if number < 0 else group_variants(whole).variants[number].environment
+    if not given:
+        return None
+    values = _given_out(scenario, scenes, row, _with_environment)
+    return Surroundings(**{name: value for (name, _), value in zip(given, values, strict=True)})
+
+
+def _with_environment(variant: ir.Variant) -> ir.Variant:
+    if not variant.environment:
+        return variant
+    given = tuple(value for _, value in variant.environment)
+    return replace(variant, draw_sites=(*variant.draw_sites, ir.DrawSite(HERE, "number", "", given)))
+
+
+def _given_out(scenario: Scenario, scenes: Scenes, row: int, also: Callable[[ir.Variant], ir.Variant]) -> list[float]:
+    """What a scene comes to among what its variant is also made to give out, as its last draws."""
+    whole = scenario.compiled.scenario
+    program = lower(replace(whole, variants=tuple(map(also, whole.variants))))
+    rows = slice(row, row + 1)
+    again = sample(program, scenes.genomes[rows], scenes.keys[rows], scenario.config.simulation)
+    site = program.variants[int(scenes.variant[row])].sites[-1]
+    return again.values[0, list(site.values)].tolist()
 
 
 # -- the case ----------------------------------------------------------------------------------------------------------
@@ -131,6 +154,7 @@ def _export_case(origin: _Origin, name: str) -> ExportCase:
         step=scenario.config.simulation.time_step,
         name=name,
         signals=signal_times(scenario, scenes),
+        surroundings=surroundings_of(scenario, scenes),
         provenance=_provenance(origin, run.outcomes),
     )
     return ExportCase(recording, run.outcomes, origin.profile, scenario, scenes)

@@ -43,8 +43,8 @@ OPERAND_COUNT: dict[Op, int] = {
     **dict.fromkeys((Op.TIME, Op.RANDOM, Op.HALT, Op.END), 0),
     **dict.fromkeys((Op.SELECT, Op.PATH_DISTANCE, Op.REGION_SAMPLE, Op.REGION_DISTANCE, Op.REGION_CONTAINS), 3),
     **dict.fromkeys((Op.ROAD_FOLLOW, Op.PATH_PROJECT), 3),
-    **dict.fromkeys((Op.CAN_SEE, Op.TTC), 3),
-    **dict.fromkeys((Op.FOLLOW, Op.SEES), 4),
+    **dict.fromkeys((Op.CAN_SEE, Op.LEAD, Op.NOTICES), 3),
+    **dict.fromkeys((Op.FOLLOW, Op.SEES, Op.TTC), 4),
 }
 """Operands that an instruction reads; 2 where it is not named here."""
 

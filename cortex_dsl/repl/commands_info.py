@@ -114,7 +114,8 @@ def _texts(state: State, word: str) -> Iterator[str]:
 
 def known(state: State) -> list[str]:
     from cortex_dsl.editor.analysis import analyse
-    from cortex_dsl.semantics.names.builtins import BUILTINS, PROPERTIES, SPECIAL_NAMES
+    from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES
+    from cortex_dsl.semantics.names.properties import PROPERTIES
     from cortex_dsl.semantics.quantities.units import UNITS
 
     own = (symbol.name for symbol in analyse(state.name, state.draft.text).symbols)

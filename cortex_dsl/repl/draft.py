@@ -140,7 +140,7 @@ def _keys(statement: nodes.Statement, source: Source) -> Iterator[Key]:
             yield "name", name
         case nodes.ScenarioDefinition(name=name) | nodes.ClassDefinition(name=name):
             yield "name", name
-        case nodes.Map() | nodes.TerminateAfter() | nodes.Simulation() | nodes.Signals():
+        case nodes.Map() | nodes.TerminateAfter() | nodes.Simulation() | nodes.Signals() | nodes.Environment():
             yield type(statement).__name__, ""
         case nodes.Require(name=str(name)):
             yield "require", name
@@ -155,6 +155,7 @@ def called(key: Key) -> str:
         "TerminateAfter": "`terminate after`",
         "Simulation": "`simulation`",
         "Signals": "`signals`",
+        "Environment": "`environment`",
     }
     kind, name = key
     return f"`{name}`" if name else words.get(kind, f"the {kind}")
@@ -186,9 +187,21 @@ def place(draft: Draft, entry: str) -> Placed:
 
 
 def place_new(draft: Draft, entry: str) -> Placed:
-    """Put an entry that replaces nothing at the end; a docstring at the beginning."""
-    at = 0 if ("docstring", "") in keys(entry) else len(draft.entries)
+    """Put an entry that replaces nothing at the end; a docstring first, the environment above all objects."""
+    at, own = len(draft.entries), keys(entry)
+    if ("docstring", "") in own:
+        at = 0
+    elif ("Environment", "") in own:
+        at = next((index for index, each in enumerate(draft.entries) if _makes_objects(each)), at)
     return Placed(draft.with_entry(entry, at), at)
+
+
+def _makes_objects(entry: str) -> bool:
+    try:
+        module = parse(Source("", entry + "\n"))
+    except CompileError:
+        return False
+    return any(isinstance(node, nodes.New) for statement in module.statements for node in everything_in(statement))
 
 
 def place_last(draft: Draft, entry: str) -> Placed | None:

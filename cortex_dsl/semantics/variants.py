@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.behaviours import actor_behaviour, started_monitors, warn_if_idle
+from cortex_dsl.semantics.acting.domains import require_domains
 from cortex_dsl.semantics.acting.rules import rules_of_run
 from cortex_dsl.semantics.acting.yielding import everything
 from cortex_dsl.semantics.composition.composing import Composer, run_by, set_up_run
@@ -16,13 +17,15 @@ from cortex_dsl.semantics.errors.names import DUPLICATE
 from cortex_dsl.semantics.errors.objects import NO_EGO
 from cortex_dsl.semantics.errors.problems import Mistake, Rejection
 from cortex_dsl.semantics.errors.scenarios import WHICH_SCENARIO
-from cortex_dsl.semantics.evaluation import calls, geometry, objects, operators
+from cortex_dsl.semantics.evaluation import calls, geometry, objects, operators, seeing
 from cortex_dsl.semantics.evaluation.roads import network_of
+from cortex_dsl.semantics.evaluation.surroundings import in_environment
 from cortex_dsl.semantics.model.choices import Decisions, Oracle
 from cortex_dsl.semantics.model.context import Evaluator, Handler, Moment, Observer
 from cortex_dsl.semantics.model.state import FileContext, RuleKey, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Value
-from cortex_dsl.semantics.names.builtins import OFF_ROAD, PROPERTIES
+from cortex_dsl.semantics.names.builtins import OFF_ROAD
+from cortex_dsl.semantics.names.properties import PROPERTIES
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
@@ -54,7 +57,7 @@ HANDLERS: Mapping[type, Handler] = {
     nodes.Conditional: operators.conditional,
     nodes.Distance: geometry.distance,
     nodes.RelativeHeading: geometry.relative_heading,
-    nodes.CanSee: geometry.can_see,
+    nodes.CanSee: seeing.can_see,
     nodes.Intersects: geometry.intersects,
     nodes.OffsetBy: geometry.offset_by,
     nodes.OffsetAlong: geometry.offset_along,
@@ -87,6 +90,7 @@ def elaborate_variant(
         composer = set_up_run(ev)
         _compose(ev, composer)
         actors = _finished_actors(ev)
+        require_domains(ev, actors)
         _require_visible(ev, actors)
         _rules(ev, module.statements, composer)
         behaviours = [_behaviour(ev, actor) for actor in actors]
@@ -100,12 +104,13 @@ def elaborate_variant(
         choices=tuple(run.decisions.choices),
         gene_options=oracle.gene_options,
         rejection=None,
-        actors=tuple(_ir_actor(a, b) for a, b in zip(actors, behaviours, strict=True)),
+        actors=tuple(_ir_actor(ev, a, b) for a, b in zip(actors, behaviours, strict=True)),
         requirements=tuple(run.built.requirements),
         draw_count=run.decisions.draw_count,
         local_count=run.built.local_count,
         draw_sites=tuple(run.decisions.draw_sites),
         monitors=tuple(monitor for monitor in run.built.monitors if monitor is not None),
+        environment=() if run.built.environment is None else tuple(run.built.environment.values.items()),
         lights=None if run.built.signals is None else run.built.signals.as_ir(),
     )
     return Draft(variant, run.built.rule_conditions, actors[0].span)
@@ -139,11 +144,13 @@ def _finished_actors(ev: Evaluator) -> list[Actor]:
 def _require_visible(ev: Evaluator, actors: Sequence[Actor]) -> None:
     """What `requireVisible` asks for: that the ego sees an object at the start."""
     ego = ev.run.ego
-    for actor in actors if ego is not None else ():
+    if ego is None:
+        return
+    for actor in actors:
         present = actor.scenario is None or actor.scenario.present
         if actor is not ego and present and actor.properties.get("requireVisible", False) is True:
             name, line = f"{actor.name} is visible from the ego", ev.file.line(actor.span)
-            ev.run.built.requirements.append(ir.Requirement(geometry.sees(ev, ego, actor), 1.0, name, line))
+            ev.run.built.requirements.append(ir.Requirement(seeing.sees(ev, ego, actor), 1.0, name, line))
 
 
 def _compose(ev: Evaluator, composer: Composer | None) -> None:
@@ -188,11 +195,11 @@ def _behaviour(ev: Evaluator, actor: Actor) -> ir.Block | None:
     return block
 
 
-def _ir_actor(actor: Actor, behaviour: ir.Block | None) -> ir.Actor:
+def _ir_actor(ev: Evaluator, actor: Actor, behaviour: ir.Block | None) -> ir.Actor:
     return ir.Actor(
         name=actor.name,
         kind=actor.kind,
-        columns=_columns(actor),
+        columns=_columns(ev, actor),
         behaviour=behaviour,
         route=_route(behaviour),
         inside_road=actor.kind not in OFF_ROAD and actor.properties.get("regionContainedIn", actor) is not None,
@@ -202,7 +209,7 @@ def _ir_actor(actor: Actor, behaviour: ir.Block | None) -> ir.Actor:
     )
 
 
-def _columns(actor: Actor) -> tuple[ir.Expr, ...]:
+def _columns(ev: Evaluator, actor: Actor) -> tuple[ir.Expr, ...]:
     """One expression per `vocabulary.Column`."""
     by_column: dict[Column, ir.Expr] = {
         Column.X: actor.pose.x,
@@ -211,8 +218,8 @@ def _columns(actor: Actor) -> tuple[ir.Expr, ...]:
     }
     for name, spec in PROPERTIES.items():
         value = actor.properties[name]
-        assert isinstance(value, ir.Expr)
-        by_column[spec.column] = value
+        assert isinstance(value, Term)
+        by_column[spec.column] = in_environment(ev, name, value)
     return tuple(by_column[column] for column in Column)
 
 

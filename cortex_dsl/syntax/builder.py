@@ -12,7 +12,7 @@ from cortex_dsl.syntax.words import GUARDS
 
 Statements = tuple[nodes.Statement, ...]
 _NEVER_ALONE = frozenset({
-    "behavior", "map", "model", "monitor", "override", "param", "scenario", "signals", "simulation",
+    "behavior", "environment", "map", "model", "monitor", "override", "param", "scenario", "signals", "simulation",
 })  # fmt: skip
 """Statement words that say nothing alone on a line."""
 
@@ -75,6 +75,9 @@ class StatementBuilder:
 
     def signals(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         return nodes.Signals(self.expressions.arguments(parts[0]), span=span)
+
+    def environment(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.Environment(self.expressions.arguments(parts[0]), span=span)
 
     def mutate(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         targets = () if parts[0] is None else branch(parts[0]).children
@@ -278,8 +281,8 @@ _BUILDERS: dict[str, Builder] = {
     for method in (
         _B.map, _B.simulation, _B.model, _B.param, _B.assign, _B.augmented_assign, _B.expression_statement,
         _B.require, _B.require_probably, _B.require_monitor, _B.record, _B.terminate_when, _B.terminate_after,
-        _B.terminate, _B.signals, _B.mutate, _B.override, _B.import_, _B.import_from, _B.import_all, _B.do,
-        _B.do_until, _B.do_for, _B.take, _B.try_, _B.if_, _B.while_,
+        _B.terminate, _B.signals, _B.environment, _B.mutate, _B.override, _B.import_, _B.import_from, _B.import_all,
+        _B.do, _B.do_until, _B.do_for, _B.take, _B.try_, _B.if_, _B.while_,
     )
 } | definitions.BUILDERS  # fmt: skip
 """Builder of each rule of the grammar; a method has the name of its rule."""

@@ -424,6 +424,13 @@ class Signals(Statement):
 
 
 @frozen
+class Environment(Statement):
+    """`environment(friction=0.4, sight=60 m, light=0.5)`: the weather of the whole run."""
+
+    arguments: tuple[Argument, ...]
+
+
+@frozen
 class Import(Statement):
     """`import cars`, `import lib.cars as c`, `import "lib/cars.scn" as c`; `path` is as written, without quotes."""
 

@@ -18,7 +18,7 @@ WIDE = 100
 
 
 _STATEMENT_WORD = re.compile(
-    r"(?:abort|behavior|compose|interrupt|invariant|map|model|monitor|mutate|override|param|precondition|record"
+    r"(?:abort|behavior|compose|environment|interrupt|invariant|map|model|monitor|mutate|override|param|precondition|record"
     r"|scenario|setup|signals|simulation|take|terminate|wait)\b"
 )
 _APART = (nodes.BehaviorDefinition, nodes.ClassDefinition, nodes.MonitorDefinition, nodes.ScenarioDefinition)
@@ -61,6 +61,10 @@ def _model(node: nodes.Model) -> list[str]:
 
 def _signals(node: nodes.Signals) -> list[str]:
     return [f"signals({write_arguments(node.arguments)})"]
+
+
+def _environment(node: nodes.Environment) -> list[str]:
+    return [f"environment({write_arguments(node.arguments)})"]
 
 
 def _import(node: nodes.Import) -> list[str]:
@@ -254,6 +258,7 @@ _STATEMENTS: dict[type[nodes.Statement], Callable[[Any], list[str]]] = {
     nodes.Abort: _word("abort"),
     nodes.Terminate: _terminate,
     nodes.Signals: _signals,
+    nodes.Environment: _environment,
     nodes.Import: _import,
     nodes.ImportFrom: _import_from,
     nodes.Mutate: _mutate,

@@ -77,6 +77,7 @@ KEYWORDS: tuple[Keyword, ...] = (
         ("map", "map intersection(ways=4, lanes=1)", "The roads of the scenario: a grid of one or more intersections."),
         ("simulation", "simulation(time_step=0.05 s)", "What the file says about how it is drawn and run."),
         ("signals", "signals(green=20 s, yellow=3 s)", "The intersections have traffic lights."),
+        ("environment", "environment(friction=0.4, sight=60 m)", "The weather: less grip for all, a shorter view."),
         ("model", "model NAME", "Read for Scenic's sake; the map here is made by `map`."),
         ("param", "param NAME = Range(LOW, HIGH)", "A parameter; with a distribution, a gene of the search."),
         ("require", "require CONDITION", "Holds in every scene; a scene in which it fails is drawn again."),

@@ -8,7 +8,6 @@ import contextlib
 import html
 import io
 import json
-import re
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,16 +54,8 @@ class Film:
     """Colliding genomes that the search has found; no two are alike."""
     page: str
     """The replay, one self-contained HTML page."""
-
-    @property
-    def picture(self) -> str:
-        """The road and the actors at the moment that the page opens with, as SVG."""
-        style = "\n".join(re.findall(r"<style>(.*?)</style>", self.page, re.DOTALL))
-        scene = re.search(r"<svg[^>]*class=\"scene\".*?</svg>", self.page, re.DOTALL)
-        if scene is None:
-            raise ValueError(f"the replay of {self.name} has no scene")
-        alone = scene[0].replace('class="scene"', 'class="scene alone"', 1)
-        return alone.replace(">", f"><style><![CDATA[{style}]]></style>", 1)
+    picture: str
+    """The road and the actors at the moment that the page opens with, as SVG."""
 
     @property
     def loop(self) -> str:
@@ -79,14 +70,15 @@ def films() -> list[Film]:
 
 def _film(path: Path) -> Film:
     with tempfile.TemporaryDirectory() as scratch, contextlib.redirect_stdout(io.StringIO()):
-        run, replay = Path(scratch) / "run", Path(scratch) / "replay.html"
+        run, replay, picture = (Path(scratch) / name for name in ("run", "replay.html", "picture.svg"))
         main([str(path), *SEARCH, "--out", str(run), "--json"])
         summary = json.loads((run / "summary.json").read_text(encoding="utf-8"))
         case = max(summary["worst"], key=lambda each: each["genome"]["EGO_INIT_DIST"] + each["genome"]["ADV_INIT_DIST"])
-        main(["replay", str(run), "--case", str(case["rank"]), "--to", str(replay)])
-        page = replay.read_text(encoding="utf-8")
+        for target in (replay, picture):
+            main(["replay", str(run), "--case", str(case["rank"]), "--to", str(target)])
+        page, drawing = (target.read_text(encoding="utf-8") for target in (replay, picture))
     title = ast.literal_eval(path.read_text(encoding="utf-8").partition("\n\n")[0].strip())
-    return Film(path.stem, title, case["score"], summary["distinct_collisions"], page)
+    return Film(path.stem, title, case["score"], summary["distinct_collisions"], page, drawing)
 
 
 def page(found: list[Film]) -> str:

@@ -103,6 +103,15 @@ class SignalTimes:
 
 
 @dataclass(frozen=True)
+class Surroundings:
+    """What the file says of the weather, None where it is silent: factor on all grip, sight [m], factor on views."""
+
+    friction: float | None = None
+    sight: float | None = None
+    light: float | None = None
+
+
+@dataclass(frozen=True)
 class Provenance:
     """Where a recording comes from, in words that a file can carry."""
 
@@ -137,6 +146,7 @@ class Recording:
     road: RoadSpec | None = None
     """The road, where it is one of ours."""
     signals: SignalTimes | None = None
+    surroundings: Surroundings | None = None
     commands: bool = True
     """Whether wheel and pedals were recorded; False where files from elsewhere hold motion alone, and those are 0."""
     provenance: Provenance = field(default_factory=Provenance)
@@ -279,6 +289,7 @@ def recorded_run(
     step: float,
     name: str = "",
     signals: SignalTimes | None = None,
+    surroundings: Surroundings | None = None,
     provenance: Provenance = NO_PROVENANCE,
 ) -> Recording:
     """The recording of scene `row` as the world host ran it with a time step [s], through contact to rest."""
@@ -293,6 +304,7 @@ def recorded_run(
         contact=None if run.touching is None else Contact(float(run.outcomes.end_time[0]), pair),
         road=program.road_spec,
         signals=signals,
+        surroundings=surroundings,
         provenance=provenance,
     )
 

@@ -1,8 +1,7 @@
 """XML as every format here is written and read: one element a line, numbers that read back to the same value.
 
-A hostile file is refused, and that is all. No document type, entity or external reference is accepted, so nothing
-is ever expanded, opened or fetched; size, depth and number of elements are bounded before memory is spent. What is read
-remembers where it stands.
+A hostile file is refused. No document type, entity or external reference is accepted, so nothing is ever expanded,
+opened or fetched; size, depth and number of elements are bounded before memory is spent. Nodes remember their place.
 
 Sources: OWASP, "XML External Entity Prevention Cheat Sheet"; Python, "The ElementTree XML API: XML vulnerabilities".
 """

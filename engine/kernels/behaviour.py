@@ -37,11 +37,12 @@ class Leader(NamedTuple):
 
 
 @kernel
-def leader(plan: Plan, run: Run, sample: int, me: int, path: int) -> Leader:
+def leader(plan: Plan, run: Run, sample: int, me: int, path: int, reach: float) -> Leader:
     """Return the nearest actor ahead of `me` on a path; infinity and 0 with no actor ahead.
 
     An actor is on the path if it reaches into the strip that my width sweeps along it, and ahead if its centre's foot
-    point lies beyond mine. One that is hidden from me does not count. The gap is measured along the path between the
+    point lies beyond mine. One that is hidden from me, or beyond
+    `reach`, does not count. The gap is measured along the path between the
     shadows of both outlines on its direction at their foot points, and is 0 where these overlap.
     """
     mine = outline_of(plan, run, sample, me)
@@ -59,16 +60,16 @@ def leader(plan: Plan, run: Run, sample: int, me: int, path: int) -> Leader:
         aside = path_distance(plan.road, path, box.x, box.y)
         if foot > start and aside < 0.5 * mine.width + shadow(box, -sin, cos):
             between = max(0.0, foot - shadow(box, cos, sin) - front)
-            if between < gap and notices(plan, run, sample, me, other):
+            if between < gap and notices(plan, run, sample, me, other, reach):
                 gap, speed = between, run.states[sample, other, State.SPEED] * math.cos(box.heading - heading)
     return Leader(gap, speed)
 
 
 @kernel
-def least_time_to_collision(plan: Plan, run: Run, sample: int, one: int, other: int, noticed: bool = False) -> float:
+def least_time_to_collision(plan: Plan, run: Run, sample: int, one: int, other: int, reach: float) -> float:
     """`conflict.time_to_collision` of two actors [s], or (`other` = -1) the least over all others; infinite for those
-    that are absent, and, where only the `noticed` count, for those hidden from `one`. What comes is unknown yet, so yaw
-    rates are those of the step that ended at the sample.
+    that are absent, and, unless `reach` is negative, for those that are hidden from `one` or beyond that reach. What
+    comes is unknown yet, so yaw rates are those of the step that ended at the sample.
     """
     least = math.inf
     if run.states[sample, one, State.PRESENT] == 0.0:
@@ -77,7 +78,7 @@ def least_time_to_collision(plan: Plan, run: Run, sample: int, one: int, other: 
         asked = each != one and (other < 0 or each == other)
         if asked and run.states[sample, each, State.PRESENT] != 0.0:
             time = time_to_collision(_pair(plan, run, sample, one, each))
-            if time < least and (not noticed or notices(plan, run, sample, one, each)):
+            if time < least and (reach < 0.0 or notices(plan, run, sample, one, each, reach)):
                 least = time
     return least
 
@@ -132,15 +133,16 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
         elif op == Op.WITHIN:
             registers[dst] = 1.0 if sees_within(plan, run, sample, a, registers[b]) else 0.0
         elif op == Op.LEAD:
-            registers[dst], registers[dst + 1] = leader(plan, run, sample, a, int(registers[b]))
+            reach = registers[int(code[row - 1, 4])]
+            registers[dst], registers[dst + 1] = leader(plan, run, sample, a, int(registers[b]), reach)
         elif op == Op.TTC:
-            registers[dst] = least_time_to_collision(plan, run, sample, a, b, int(code[row - 1, 4]) != 0)
+            registers[dst] = least_time_to_collision(plan, run, sample, a, b, _reach(plan, run, row - 1))
         elif op == Op.SEES:
             actors = a >= 0 and b >= 0
             sees = can_see(plan, run, sample, a, b) if actors else _sees_place(plan, run, sample, row - 1)
             registers[dst] = 1.0 if sees else 0.0
         elif op == Op.NOTICES:
-            registers[dst] = 1.0 if notices(plan, run, sample, a, b) else 0.0
+            registers[dst] = 1.0 if notices(plan, run, sample, a, b, registers[int(code[row - 1, 4])]) else 0.0
         elif op == Op.IS_RUNNING:
             registers[dst] = 1.0 if run.resume[a] >= 0 else 0.0
         elif op == Op.JUMP:
@@ -190,6 +192,12 @@ def _draw(run: Run) -> float:
     return uniform(open_stream(run.key, Purpose.BEHAVIOUR, ATTEMPT_CHANNEL), number)
 
 
+@inlined
+def _reach(plan: Plan, run: Run, row: int) -> float:
+    """Of `Op.TTC`: how far those are noticed that count, or -1 where all do."""
+    return run.registers[int(plan.code[row, 5])] if plan.code[row, 4] != 0 else -1.0
+
+
 @kernel
 def _sees_place(plan: Plan, run: Run, sample: int, row: int) -> bool:
     """`Op.SEES` where the viewer or what it looks at is a place."""
@@ -219,6 +227,8 @@ def _command(run: Run, actor: int, command: int, value: float) -> None:
         run.actors[actor, Slot.BRAKE] = value
     elif command == Command.STEER:
         run.actors[actor, Slot.STEER] = value
+    elif command == Command.REVERSE:
+        run.actors[actor, Slot.REVERSE] = 1.0 if abs(value) > 0.0 else 0.0  # NaN is not true
     else:
         run.actors[actor, Slot.SET_SPEED] = value
 
@@ -259,3 +269,4 @@ def _hold_speed(plan: Plan, run: Run, sample: int, actor: int, target_speed: flo
     pedals = pedals_towards(target_speed, speed, max_acceleration, max_braking)
     run.actors[actor, Slot.THROTTLE] = pedals.throttle
     run.actors[actor, Slot.BRAKE] = pedals.brake
+    run.actors[actor, Slot.REVERSE] = 0.0  # target speeds are forward

@@ -11,7 +11,10 @@ A step of length h takes speed and steering at its middle and drives the circula
     (x, y) += ds sinc(dpsi / 2) (cos, sin)(psi + dpsi / 2)
 
 which is of second order in h and exact for constant steering, whatever the speed does. Under brake a vehicle stops
-at v = 0 and never reverses. What tyres cannot hold is not driven, see `within_grip`.
+at v = 0 and goes no further. What tyres cannot hold is not driven, see `within_grip`.
+
+Backwards the same equations hold with v < 0. They are those of a vehicle that faces the other way and steers to the
+other side, so `drive` is only asked for speeds from 0 on; see `rollout`.
 """
 
 import math
@@ -88,6 +91,13 @@ def clip(value: float, low: float, high: float) -> float:
 
 
 @inlined
+def powered(acceleration: float, speed: float, top_speed: float, time_step: float) -> float:
+    """The acceleration, cut so that no throttle drives beyond the top speed."""
+    headroom = max(top_speed - speed, 0.0) / time_step
+    return headroom if acceleration > headroom else acceleration
+
+
+@inlined
 def within_grip(acceleration: float, curvature: float, speed: float, grip: float, time_step: float) -> Grip:
     """The demand, shortened until the tyres hold it; both laws hold at the middle of the step.
 
@@ -135,7 +145,8 @@ def drive(motion: Motion, demand: Demand, vehicle: Vehicle, time_step: float) ->
     target = clip(demand.steer, -vehicle.max_steer, vehicle.max_steer)
     steer = clip(target, motion.steer - turn, motion.steer + turn)
     curvature = math.tan(0.5 * (motion.steer + steer)) / vehicle.wheelbase
-    held = within_grip(demand.acceleration, curvature, motion.speed, vehicle.grip, time_step)
+    acceleration = powered(demand.acceleration, motion.speed, vehicle.max_speed, time_step)
+    held = within_grip(acceleration, curvature, motion.speed, vehicle.grip, time_step)
     way, speed = travelled(motion.speed, held.acceleration, time_step)
     half_turn = 0.5 * way * held.curvature
     sinc, sin, cos = small_turn(half_turn)
@@ -154,10 +165,7 @@ def drive(motion: Motion, demand: Demand, vehicle: Vehicle, time_step: float) ->
 @inlined
 def walk(motion: Motion, demand: Demand, vehicle: Vehicle, time_step: float) -> Motion:
     """One step of a pedestrian: a point that turns at once by the demanded angle and then goes straight on."""
-    headroom = max(vehicle.max_speed - motion.speed, 0.0) / time_step
-    acceleration = demand.acceleration
-    if acceleration > headroom:
-        acceleration = headroom
+    acceleration = powered(demand.acceleration, motion.speed, vehicle.max_speed, time_step)
     way, speed = travelled(motion.speed, acceleration, time_step)
     heading = motion.heading + demand.steer
     cos, sin = math.cos(heading), math.sin(heading)

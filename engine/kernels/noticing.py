@@ -1,7 +1,8 @@
 """Who sees whom in a run: the view of an actor at a sample, past everybody else who takes part and all buildings.
 
 An actor sees another in the sector of its view (`viewAngle`, `visibleDistance`) where nothing hides it. A driver of the
-library turns its head: it *notices* whomever nothing hides. Who is absent neither sees, nor is seen, nor hides anybody.
+library turns its head: it *notices* whomever nothing hides, as far as the weather lets anybody see. Who is absent
+neither sees, nor is seen, nor hides anybody.
 """
 
 import math
@@ -11,7 +12,7 @@ from engine.kernels.conflict import Snapshot, time_to_collision
 from engine.kernels.geometry import Box, View
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.pair import center_velocity
-from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN, look
+from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN, in_reach, look
 from engine.kernels.stage import Plan, Run, Status, column_of, outline_of
 from engine.tables import SHADE, Floats
 from engine.vocabulary import Column, State
@@ -33,12 +34,12 @@ def can_see(plan: Plan, run: Run, sample: int, viewer: int, target: int) -> bool
 
 
 @inlined
-def notices(plan: Plan, run: Run, sample: int, viewer: int, target: int) -> bool:
-    """Whether nothing hides one actor from another at a recorded sample, wherever that looks."""
+def notices(plan: Plan, run: Run, sample: int, viewer: int, target: int, reach: float) -> bool:
+    """Whether nothing hides one actor from another at a recorded sample, wherever that looks within a reach [m]."""
     if not _both_present(run, sample, viewer, target):
         return False
     x, y = run.states[sample, viewer, State.X], run.states[sample, viewer, State.Y]
-    around = View(x, y, 0.0, 2.0 * math.pi, math.inf)
+    around = View(x, y, 0.0, 2.0 * math.pi, reach)
     box = outline_of(plan, run, sample, target)
     return bool(look_past(plan, run, sample, around, box, viewer, target) == SEEN)
 
@@ -64,6 +65,8 @@ def view_of(plan: Plan, run: Run, sample: int, viewer: int) -> View:
 @inlined
 def look_past(plan: Plan, run: Run, sample: int, view: View, target: Box, viewer: int, looked_at: int) -> int:
     """What becomes of a look at an outline past all actors but two (-1: there is no such actor)."""
+    if not in_reach(view, target):
+        return OUTSIDE
     count = len(plan.kinds)
     if count == (1 if viewer >= 0 else 0) + (1 if looked_at >= 0 else 0):
         count = 0

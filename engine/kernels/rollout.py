@@ -30,6 +30,7 @@ from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, Turn
 from engine.kernels.bicycle import Demand, Motion, clip, drive, stand, walk
 from engine.kernels.evaluate import find_broken
 from engine.kernels.jit import inlined, kernel
+from engine.kernels.pedals import Pushed, heads, push
 from engine.kernels.region import region_contains
 from engine.kernels.stage import NO_SPEED, RUNNING, Plan, Run, Slot, Status, column_of, outline_of, place, vehicle_of
 from engine.tables import ROAD_REGION, Floats, Ints, Segment
@@ -233,27 +234,30 @@ def _watch_road(plan: Plan, run: Run, sample: int, actor: int) -> None:
 
 @inlined
 def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
-    """One actor's step from what it was commanded to do."""
+    """One actor's step from what it was commanded to do.
+
+    Who goes backwards is driven as one that faces the other way, and steers to the other side.
+    """
     slots = run.actors
-    throttle, brake = clip(slots[actor, Slot.THROTTLE], 0.0, 1.0), clip(slots[actor, Slot.BRAKE], 0.0, 1.0)
     vehicle = vehicle_of(plan, run, actor)
-    # Not `brake > 0`: a pedal that is NaN must break the run.
-    acceleration = -brake * vehicle.max_braking if brake != 0.0 else throttle * vehicle.max_acceleration
     speed = run.states[sample, actor, State.SPEED]
     if slots[actor, Slot.SET_SPEED] != NO_SPEED:
         speed = clip(slots[actor, Slot.SET_SPEED], 0.0, vehicle.max_speed)
         slots[actor, Slot.SET_SPEED] = NO_SPEED
+    way = heads(speed, slots[actor, Slot.REVERSE], plan.kinds[actor])
+    pushed = push(plan, run, sample, actor, vehicle, way * speed, way)
+    faces = 1.0 if plan.slides[actor] != 0 else way  # tyres that slip know backwards themselves
     heading, steer = run.states[sample, actor, State.HEADING], run.states[sample, actor, State.STEER]
     motion = Motion(
         slots[actor, Slot.REAR_X],
         slots[actor, Slot.REAR_Y],
         heading,
-        slots[actor, Slot.COS],
-        slots[actor, Slot.SIN],
-        speed,
-        steer,
+        faces * slots[actor, Slot.COS],
+        faces * slots[actor, Slot.SIN],
+        faces * speed,
+        faces * steer,
     )
-    demand = Demand(acceleration, slots[actor, Slot.STEER])
+    demand = Demand(way * faces * pushed.acceleration, faces * slots[actor, Slot.STEER])
     kind = plan.kinds[actor]
     if kind == ActorKind.OBSTACLE:
         after = stand(motion)
@@ -267,23 +271,24 @@ def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
         after = drive(motion, demand, vehicle, plan.layout.time_step)
     slots[actor, Slot.REAR_X], slots[actor, Slot.REAR_Y] = after.x, after.y
     slots[actor, Slot.COS], slots[actor, Slot.SIN] = after.cos, after.sin
-    _record(plan, run, sample + 1, actor, after, (after.speed - speed) / plan.layout.time_step, throttle, brake)
+    _record(plan, run, sample, actor, after, faces, speed, pushed)
 
 
 @inlined
 def _record(
-    plan: Plan, run: Run, sample: int, actor: int, after: Motion, acceleration: float, throttle: float, brake: float
+    plan: Plan, run: Run, before: int, actor: int, after: Motion, faces: float, speed: float, pushed: Pushed
 ) -> None:
-    states = run.states
+    """The sample after `before`, at which the speed was `speed`; `faces` turns a motion that was turned round back."""
+    states, sample = run.states, before + 1
     to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
     states[sample, actor, State.X] = after.x + to_center * after.cos
     states[sample, actor, State.Y] = after.y + to_center * after.sin
     states[sample, actor, State.HEADING] = after.heading
-    states[sample, actor, State.SPEED] = after.speed
-    states[sample, actor, State.STEER] = after.steer
-    states[sample, actor, State.ACCELERATION] = acceleration
-    states[sample, actor, State.THROTTLE] = throttle
-    states[sample, actor, State.BRAKE] = brake
+    states[sample, actor, State.SPEED] = faces * after.speed + 0.0  # never -0.0
+    states[sample, actor, State.STEER] = faces * after.steer + 0.0
+    states[sample, actor, State.ACCELERATION] = (faces * after.speed - speed) / plan.layout.time_step
+    states[sample, actor, State.THROTTLE] = pushed.throttle
+    states[sample, actor, State.BRAKE] = pushed.brake
     states[sample, actor, State.PRESENT] = 1.0
 
 

@@ -111,6 +111,8 @@ class Slot(IntEnum):
     """… yaw rate and speeds of its wheels [rad/s]."""
     FRONT_WHEEL = 16
     REAR_WHEEL = 17
+    REVERSE = 18
+    """1 while the gear is the reverse one; stays until the next."""
 
 
 class Status(IntEnum):

@@ -21,6 +21,7 @@ SHARED_FUNCTIONS = frozenset(
         "hypot", "sin", "cos", "round", "len", "filter", "map", "any", "all", "range", "list", "tuple", "localPath",
         "withinDistanceToAnyObjs", "withinDistanceToAnyCars", "withinDistanceToAnyPedestrians",
         "withinDistanceToObjsInLane", "SetThrottleAction", "SetBrakeAction", "SetSpeedAction",
+        "SetReverseAction",
     }
 )  # fmt: skip
 """Scenic has them with the same arguments, by position."""

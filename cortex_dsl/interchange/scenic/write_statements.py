@@ -93,6 +93,10 @@ def _signals(file: Statements, node: nodes.Signals) -> Block:
     return file.left_out(node, "traffic lights, which Scenic's driving library does not have")
 
 
+def _environment(file: Statements, node: nodes.Environment) -> Block:
+    return file.left_out(node, "the environment: Scenic's driving library knows neither grip nor fog")
+
+
 def _import(file: Statements, node: nodes.Import) -> Block:
     raise InterchangeError(
         "an imported file under a name of its own cannot be put into one Scenic file",
@@ -211,6 +215,7 @@ _HANDLERS: Mapping[type, Callable[[Statements, Any], Block]] = {
     nodes.Simulation: _nothing,
     nodes.Mutate: _nothing,
     nodes.Signals: _signals,
+    nodes.Environment: _environment,
     nodes.Param: _param,
     nodes.Import: _import,
     nodes.ImportFrom: _import_from,

@@ -1,7 +1,7 @@
 """One case of a search, run again from its genome and stream key: what a page, a film or a terminal shows of it.
 
-Beside the run itself: how each actor is drawn, the part of the world that a drawing shows, and how the deciding pair
-came near over time, by the kernels that measure it.
+Beside the run itself: how each actor is drawn, and how the deciding pair came near over time, by the kernels that
+measure it.
 """
 
 import math
@@ -13,6 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from cortex_dsl.api.arguments import Held, held_params
+from cortex_dsl.report.findings.framing import Frame, heading_of_road, tracks
 from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
 from cortex_dsl.report.findings.run_report import PARTS, events_content, pairs_content, params_content
 from cortex_dsl.report.findings.story import Moment, aftermath, in_order, speeds, story_of
@@ -32,32 +33,8 @@ from engine.vocabulary import ActorKind, Column, State, Verdict
 from engine.world import WorldRun
 from engine.world.aftermath import Impact
 
-MARGIN = 9.0
-"""World shown around what happens [m]."""
-SHAPE = 1.5
-"""Width of a drawing over its height."""
-LEAST_HEIGHT = 24.0
-"""[m]"""
 COLOURS = 6
 """Actors that have a colour of their own."""
-
-
-@dataclass(frozen=True)
-class Frame:
-    """The part of the world that a drawing shows [m]; y points up."""
-
-    left: float
-    bottom: float
-    width: float
-    height: float
-
-    @staticmethod
-    def around(points: Floats, shape: float = SHAPE) -> "Frame":
-        """The frame of the given shape that shows all points (n, 2) and a margin."""
-        low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
-        middle, size = (low + high) / 2.0, high - low
-        height = max(LEAST_HEIGHT, float(size[1]), float(size[0]) / shape)
-        return Frame(float(middle[0]) - shape * height / 2.0, float(middle[1]) - height / 2.0, shape * height, height)
 
 
 @dataclass(frozen=True)
@@ -185,8 +162,13 @@ class CaseReplay:
         return approach(self.trajectory, self.pair + 1, self._rear_to_center)
 
     @cached_property
+    def columns(self) -> Floats:
+        """(actors, len(Column)) what each actor is, as the scene has it."""
+        return actor_columns(self.program, self.scenes.values[0])
+
+    @property
     def _rear_to_center(self) -> list[float]:
-        return actor_columns(self.program, self.scenes.values[0])[:, Column.REAR_TO_CENTER].tolist()
+        return self.columns[:, Column.REAR_TO_CENTER].tolist()
 
     @cached_property
     def ways(self) -> list[Floats]:
@@ -224,12 +206,21 @@ class CaseReplay:
         """Where bodies first met [m]."""
         return self.impacts[0].point if self.impacts else None
 
-    @property
+    @cached_property
+    def heading(self) -> float:
+        """Direction of the ego's road, which lies along every picture [rad]."""
+        spec = self.program.road_spec
+        return heading_of_road(self.road, spec.lanes * spec.lane_width, self.trajectory.states[:, 0])
+
+    @cached_property
     def frame(self) -> Frame:
         """The part of the world in which it all happens."""
-        ways = [way_of(self.trajectory, actor) for actor in range(len(self.program.actors))]
-        points = [way for way in ways if len(way)]
-        return Frame.around(np.concatenate(points) if points else np.zeros((1, 2)))
+        return self.framed()
+
+    def framed(self, shape: float | None = None) -> Frame:
+        """The same in a picture of a given shape."""
+        points = tracks(self.trajectory)
+        return Frame.around(points if len(points) else np.zeros((1, 2)), self.heading, shape)
 
 
 class HasModule(Protocol):

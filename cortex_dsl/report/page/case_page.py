@@ -9,15 +9,16 @@ from pathlib import Path
 from shlex import quote
 
 from cortex_dsl.report.findings.case_replay import CaseReplay
-from cortex_dsl.report.findings.readable import first_line, fixed, format_gene, significant
+from cortex_dsl.report.findings.readable import first_line, fixed, format_gene, percent, significant
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.story import Moment
+from cortex_dsl.report.findings.verification_report import ANSWERS
 from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.analysis_sections import avoidance_badge
 from cortex_dsl.report.page.markup import Element, Node, element, figure, page, prose
-from cortex_dsl.report.page.player import player, player_data
+from cortex_dsl.report.page.player import SCRIPTS, player, player_data
 from engine.avoidability import Avoidability
-from engine.outcomes import PAIRS, Result
+from engine.outcomes import MODEL_RANGE, PAIRS, Outcomes, Result
 from engine.risk import HIGHEST_RISK
 from engine.search.ranking import Case
 from engine.streams import StreamKey, format_key
@@ -139,6 +140,8 @@ class Place:
     folder: Path | None
     answer: Avoidability | None = None
     """Of the reference driver."""
+    opinion: str = ""
+    """What `cortexc verify` said of it."""
 
 
 def card(replay: CaseReplay, place: Place, number: int) -> Element:
@@ -151,6 +154,7 @@ def card(replay: CaseReplay, place: Place, number: int) -> Element:
             element("h3", f"Case {case.rank}"),
             element("p", _verdict(replay, case), class_="lead"),
             avoidance_badge(place.answer),
+            opinion_badge(replay.outcomes, place.opinion),
             class_="case-head",
         ),
         player(replay, number),
@@ -173,6 +177,22 @@ def card(replay: CaseReplay, place: Place, number: int) -> Element:
         id=f"case-{case.rank}",
         data_case=case.rank,
     )
+
+
+OPINION_STYLES = {"bad": "hit", "warn": "warn"}
+"""What a terminal shows in red or yellow, a page does, too."""
+
+
+def opinion_badge(outcomes: Outcomes, opinion: str) -> Node:
+    """What a second opinion says of a case; without one, whether it asks for one."""
+    if opinion:
+        style, meaning = next(((style, text) for name, style, text in ANSWERS.values() if name == opinion), ("", ""))
+        return element("span", opinion, class_=f"badge {OPINION_STYLES.get(style, '')}".strip(), title=meaning)
+    used = float(outcomes.combined_grip[0, 0])
+    if not used > MODEL_RANGE:
+        return None
+    text = f"beyond the vehicle model: {percent(used, 0)} of the grip"
+    return element("span", text, class_="badge warn", title="`cortexc verify` drives it again with slipping tyres")
 
 
 def _verdict(replay: CaseReplay, case: Case) -> Node:
@@ -252,7 +272,7 @@ def case_page(replay: CaseReplay, case: Case | None = None, folder: Path | None 
         card(replay, place, 0),
         class_="film",
     )
-    return page(f"{program.name}: replay", body, {"replays": [player_data(replay)]}, ("replay.js",))
+    return page(f"{program.name}: replay", body, {"replays": [player_data(replay)]}, SCRIPTS)
 
 
 def case_of(replay: CaseReplay) -> Case:

@@ -1,18 +1,22 @@
 """A case as an animated GIF, drawn with Pillow."""
 
 import io
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 
-from cortex_dsl.report.findings.case_replay import CaseReplay, Frame, colour, outline_corners
+from cortex_dsl.report.findings.case_replay import CaseReplay, colour, outline_corners
+from cortex_dsl.report.findings.framing import BAND, CARD, Frame
 from engine.extras import needed
 from engine.tables import Floats
 from engine.vocabulary import State
 
-WIDTH = 720
+WIDTHS = {CARD: 720, BAND: 1080}
+"""Of a film, by its shape [px]."""
 FINE = 2
 """Times as fine as it is shown, so that edges are smooth."""
 FRAMES_PER_SECOND = 20
@@ -21,7 +25,7 @@ HOLD = 1.2
 GROUND, ASPHALT, KERB, MARKING, INK = "#f3f1ea", "#d3d6d9", "#8b9198", "#ffffff", "#1b1f24"
 BUILDING = "#c9c7c1"
 ACTORS = ("#0072b2", "#d55e00", "#008f68", "#b0508a", "#8a6d00", "#4a4f55")
-HOT = "#c8400a"
+HOT, GLASS = "#c8400a", "#f4f6f8"
 
 
 @dataclass(frozen=True)
@@ -29,11 +33,24 @@ class Lens:
     """From metres to the pixels of the fine drawing."""
 
     frame: Frame
-    scale: float
+    size: tuple[int, int]
+    """Width and height [px]."""
+
+    @staticmethod
+    def on(frame: Frame) -> "Lens":
+        """In the width of the frame's shape."""
+        width = WIDTHS[BAND if frame.is_band else CARD]
+        return Lens(frame, (FINE * width, FINE * round(width / frame.shape)))
+
+    @property
+    def scale(self) -> float:
+        """Pixels that a metre takes."""
+        return self.size[0] / self.frame.width
 
     def __call__(self, points: Floats | list[tuple[float, float]]) -> list[tuple[float, float]]:
-        top = self.frame.bottom + self.frame.height
-        return [((x - self.frame.left) * self.scale, (top - y) * self.scale) for x, y in np.asarray(points).tolist()]
+        frame = self.frame
+        top = frame.bottom + frame.height
+        return [((x - frame.left) * self.scale, (top - y) * self.scale) for x, y in frame.turned(points).tolist()]
 
 
 def gif(replay: CaseReplay, speed: float = 1.0) -> bytes:
@@ -43,16 +60,27 @@ def gif(replay: CaseReplay, speed: float = 1.0) -> bytes:
         MissingExtraError: Pillow is not installed.
     """
     image = needed("PIL.Image", "GIFs need", "report", "pillow")
-    lens = Lens(replay.frame, FINE * WIDTH / replay.frame.width)
+    lens = Lens.on(replay.frame)
     ground = _ground(replay, lens, image)
     frames, durations = [], []
     for sample, seconds in _shown(replay, speed):
         frames.append(_frame(replay, lens, ground, sample))
         durations.append(max(20, round(1000 * seconds)))
-    palette = [one.quantize(64, dither=image.Dither.NONE) for one in frames]
+    palette = _palette(image)
+    plain = [one.quantize(palette=palette, dither=image.Dither.NONE) for one in frames]
     out = io.BytesIO()
-    palette[0].save(out, "GIF", save_all=True, append_images=palette[1:], duration=durations, loop=0, optimize=False)
+    plain[0].save(out, "GIF", save_all=True, append_images=plain[1:], duration=durations, loop=0, optimize=False)
     return out.getvalue()
+
+
+def _palette(image: Any) -> Any:
+    """Our colours as they are, and what lies halfway between any two of them, for smooth edges."""
+    tints = (GROUND, ASPHALT, KERB, MARKING, INK, HOT, GLASS, BUILDING, *ACTORS, *map(_lighter, ACTORS))
+    ours = [tuple(bytes.fromhex(tint[1:])) for tint in tints]
+    halfway = [tuple((a + b) // 2 for a, b in zip(*pair, strict=True)) for pair in combinations(ours, 2)]
+    palette = image.new("P", (1, 1))
+    palette.putpalette([part for tint in (*ours, *halfway) for part in tint])
+    return palette
 
 
 def _shown(replay: CaseReplay, speed: float) -> Iterator[tuple[int, float]]:
@@ -69,7 +97,7 @@ def _shown(replay: CaseReplay, speed: float) -> Iterator[tuple[int, float]]:
 def _ground(replay: CaseReplay, lens: Lens, image: Any) -> Any:
     """The road and the ways, which do not move."""
     draw_module = needed("PIL.ImageDraw", "GIFs need", "report", "pillow")
-    ground = image.new("RGB", (FINE * WIDTH, round(lens.frame.height * lens.scale)), GROUND)
+    ground = image.new("RGB", lens.size, GROUND)
     draw, road = draw_module.Draw(ground), replay.road
     lane = round((replay.program.road_spec.lane_width + 0.1) * lens.scale)
     for ring in road.buildings:
@@ -87,7 +115,21 @@ def _ground(replay: CaseReplay, lens: Lens, image: Any) -> Any:
     for actor, way in enumerate(replay.ways):
         for point in lens(way[:: max(1, len(way) // 60)]):
             _disc(draw, point, 0.16 * lens.scale, ACTORS[colour(actor)])
+    _compass(draw, lens)
     return ground
+
+
+def _compass(draw: Any, lens: Lens) -> None:
+    """A north arrow and a bar of a round length, at the lower left."""
+    font = needed("PIL.ImageFont", "GIFs need", "report", "pillow").load_default(13 * FINE)
+    north, (x, y) = math.radians(lens.frame.north_degrees), (32 * FINE, lens.size[1] - 32 * FINE)
+    needle = [(0.0, 11.0), (6.0, -8.0), (0.0, -4.0), (-6.0, -8.0)]
+    cos, sin = FINE * math.cos(north), FINE * math.sin(north)
+    draw.polygon([(x + cos * u + sin * v, y + sin * u - cos * v) for u, v in needle], fill=INK)
+    draw.text((x + 20 * sin, y - 20 * cos), "N", fill=INK, font=font, anchor="mm")
+    left, right, low = 62 * FINE, 62 * FINE + round(lens.frame.bar * lens.scale), y + 18 * FINE
+    draw.line([(left, low - 5 * FINE), (left, low), (right, low), (right, low - 5 * FINE)], fill=INK, width=FINE)
+    draw.text((left + 6 * FINE, low - 5 * FINE), f"{lens.frame.bar} m", fill=INK, font=font, anchor="ls")
 
 
 def _frame(replay: CaseReplay, lens: Lens, ground: Any, sample: int) -> Any:
@@ -99,7 +141,7 @@ def _frame(replay: CaseReplay, lens: Lens, ground: Any, sample: int) -> Any:
         _actor(draw, replay, lens, actor, sample, after)
     if replay.contact_point and after:
         _cross(draw, lens([replay.contact_point])[0], 0.7 * lens.scale)
-    small = fine.resize((WIDTH, round(fine.height / FINE)))
+    small = fine.resize((fine.width // FINE, fine.height // FINE))
     _caption(draw_module.Draw(small), replay, sample, after)
     return small
 
@@ -114,7 +156,7 @@ def _actor(draw: Any, replay: CaseReplay, lens: Lens, actor: int, sample: int, a
     draw.polygon(corners, fill=tint, outline=INK, width=max(1, FINE // 2))
     ahead = 0.14 * shape.length
     glass = (x + ahead * np.cos(heading), y + ahead * np.sin(heading))
-    draw.polygon(lens(outline_corners(*glass, heading, 0.16 * shape.length, 0.76 * shape.width)), fill="#f4f6f8")
+    draw.polygon(lens(outline_corners(*glass, heading, 0.16 * shape.length, 0.76 * shape.width)), fill=GLASS)
 
 
 def _lighter(tint: str) -> str:

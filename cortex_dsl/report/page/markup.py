@@ -149,10 +149,10 @@ def drawing_rules() -> str:
     )
 
 
-def picture(drawing: Element) -> str:
-    """A drawing as an SVG of its own, with its style inside."""
+def picture(drawing: Element, rules: str | None = None) -> str:
+    """A drawing as an SVG of its own, with its style inside; without `rules` it is light for every reader."""
     attributes = {**drawing.attributes, "class_": f"{drawing.attributes.get('class_', '')} alone".strip()}
-    return render(Element(drawing.tag, attributes, (style(text("drawing.css")), *drawing.children)))
+    return render(Element(drawing.tag, attributes, (style(rules or text("drawing.css")), *drawing.children)))
 
 
 @cache

@@ -18,6 +18,7 @@ import numpy as np
 
 from cortex_dsl.api.arguments import kind, path_of, row_of
 from cortex_dsl.report.findings.case_replay import Runnable
+from cortex_dsl.report.findings.framing import CARD, Frame, heading_of_road
 from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.markup import Element, element, picture, render
 from engine.errors import ArgumentKindError
@@ -117,13 +118,14 @@ def scene_drawing(program: Program, scenes: Scenes, row: int = 0) -> Element:
     names = zip(program.actors, program.code.actor_kind.tolist(), outlines.tolist(), strict=True)
     shapes = [scene_svg.Shape(name, scene_svg.ActorKind(kind), *size) for name, kind, size in names]
     there = states[states[:, State.PRESENT] > 0.5][:, [State.X, State.Y]]
-    frame = scene_svg.Frame.around(there if len(there) else np.concatenate(road.kerbs))
+    spec = program.road_spec
+    heading = heading_of_road(road, spec.lanes * spec.lane_width, states[:1])
+    frame = Frame.around(there if len(there) else np.concatenate(road.kerbs), heading, CARD)
     return scene_svg.scene(
         frame,
         f"{program.name} from above",
         scene_svg.road_layer(road, program.road_spec.lane_width),
         element("g", scene_svg.actor_layer(shapes, states), class_="actors"),
-        scene_svg.scale_bar(frame),
     )
 
 

@@ -4,6 +4,7 @@ Of a run the course of the metrics, where it failed, and its worst cases; of a s
 the curves of the five metrics and box plots of the measures.
 """
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import numpy as np
 from cortex_dsl.api.runs import OpenedRun, first_cases
 from cortex_dsl.report.findings.analysis_report import HeatMap, heat_maps
 from cortex_dsl.report.findings.case_replay import CaseReplay, colour, outline_corners
+from cortex_dsl.report.findings.framing import Frame, alike
 from cortex_dsl.report.findings.search_report import METRICS, PaperMetric, method_name
 from cortex_dsl.report.findings.study_report import BOXED, measure_called
 from cortex_dsl.report.page.film import ACTORS, ASPHALT, BUILDING, HOT, KERB
@@ -26,6 +28,8 @@ from engine.vocabulary import State
 
 FORMATS = ("svg", "png", "pdf")
 CASES = 3
+COLUMN, PAGE = 3.6, 7.2
+"""Of a printed column, and of both [inches]."""
 STYLE = {
     "font.size": 8,
     "axes.spines.top": False,
@@ -74,8 +78,10 @@ def _run_figures(run: OpenedRun) -> Iterator[tuple[str, Any]]:
     yield "course", _course(run.record)
     for number, found in enumerate(heat_maps(run.record.manifest.parameters, run.record.evaluations), start=1):
         yield f"params-{number}", _heat(found)
-    for case in first_cases(run.record, CASES):
-        yield f"case-{case.rank}", _scene(replay_of_case(run, case))
+    cases = first_cases(run.record, CASES)
+    replays = [replay_of_case(run, case) for case in cases]
+    for case, replay, frame in zip(cases, replays, alike([replay.frame for replay in replays]), strict=True):
+        yield f"case-{case.rank}", _scene(replay, frame)
 
 
 def _course(record: Record) -> Any:
@@ -111,33 +117,46 @@ def _label(name: str, unit: str) -> str:
     return (f"{name} [{unit}]" if unit else name).replace("$", r"\$")
 
 
-def _scene(replay: CaseReplay) -> Any:
-    """The road from above, ways, and everybody at the key moment."""
-    frame, states = replay.frame, replay.trajectory.states[replay.key_sample]
-    figure = new_figure(3.6, 3.6 * frame.height / frame.width)
+def _scene(replay: CaseReplay, frame: Frame) -> Any:
+    """The road from above, ways, and everybody at the key moment; the ego's road lies along the picture."""
+    states, width = replay.trajectory.states[replay.key_sample], PAGE if frame.is_band else COLUMN
+    figure = new_figure(width, width / frame.shape)
     axes = figure.subplots()
     for ring in replay.road.buildings:
-        axes.fill(*ring.T, color=BUILDING, linewidth=0)
+        axes.fill(*frame.turned(ring).T, color=BUILDING, linewidth=0)
     for ring in replay.road.intersections:
-        axes.fill(*ring.T, color=ASPHALT, linewidth=0)
+        axes.fill(*frame.turned(ring).T, color=ASPHALT, linewidth=0)
     for line in replay.road.kerbs:
-        axes.plot(*line.T, color=KERB, linewidth=0.8)
+        axes.plot(*frame.turned(line).T, color=KERB, linewidth=0.8)
     for line in (*replay.road.middle_lines, *replay.road.lane_lines):
-        axes.plot(*line.T, color=KERB, linewidth=0.5, linestyle=(0, (6, 6)))
+        axes.plot(*frame.turned(line).T, color=KERB, linewidth=0.5, linestyle=(0, (6, 6)))
     for actor in reversed(range(len(replay.shapes))):
         tint, shape = ACTORS[colour(actor)], replay.shapes[actor]
-        axes.plot(*replay.ways[actor].T, color=tint, linewidth=0.9, linestyle=":")
+        axes.plot(*frame.turned(replay.ways[actor]).T, color=tint, linewidth=0.9, linestyle=":")
         if states[actor, State.PRESENT] > 0.5:
             x, y, heading = (float(v) for v in states[actor, [State.X, State.Y, State.HEADING]])
-            corners = outline_corners(x, y, heading, shape.length, shape.width)
-            axes.fill(*zip(*corners, strict=True), color=tint, label=_label(shape.name, ""), zorder=3)
+            corners = frame.turned(np.array(outline_corners(x, y, heading, shape.length, shape.width)))
+            axes.fill(*corners.T, color=tint, label=_label(shape.name, ""), zorder=3)
     if replay.contact_point:
-        axes.plot(*replay.contact_point, marker="x", color=HOT, markersize=7, markeredgewidth=1.6, zorder=4)
+        (point,) = frame.turned(np.array([replay.contact_point]))
+        axes.plot(*point, marker="x", color=HOT, markersize=7, markeredgewidth=1.6, zorder=4)
     axes.set(xlim=(frame.left, frame.left + frame.width), ylim=(frame.bottom, frame.bottom + frame.height), aspect=1)
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
-    axes.legend(frameon=False, fontsize=7, loc="upper left")
+    axes.set_axis_off()
+    _compass(axes, frame)
+    axes.legend(frameon=False, fontsize=7, loc="upper left", ncols=4, reverse=True)
     return figure
+
+
+def _compass(axes: Any, frame: Frame) -> None:
+    """A north arrow and a bar of a round length, at the lower left."""
+    size, north = 0.05 * frame.height, math.radians(frame.north_degrees)
+    x, y, reach = frame.left + 2.0 * size, frame.bottom + 2.0 * size, 1.4 * size
+    tip, tail = ((x + side * math.sin(north), y + side * math.cos(north)) for side in (reach, -reach))
+    arrow = {"arrowstyle": "<|-", "color": KERB, "shrinkB": 0}
+    axes.annotate("N", tail, tip, fontsize=7, color=KERB, ha="center", va="center", arrowprops=arrow)
+    left, low = x + 2.4 * size, frame.bottom + size
+    axes.plot([left, left + frame.bar], [low, low], color=KERB, linewidth=1.2)
+    axes.text(left, low + 0.4 * size, f"{frame.bar} m", fontsize=7, color=KERB)
 
 
 # -- figures of a study ------------------------------------------------------------------------------------------------

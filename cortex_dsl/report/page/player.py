@@ -12,20 +12,25 @@ from typing import Any
 import numpy as np
 
 from cortex_dsl.report.findings.case_replay import Approach, CaseReplay, Shape
+from cortex_dsl.report.findings.framing import CARD, Frame
 from cortex_dsl.report.findings.readable import fixed
 from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.charts import Course, Mark, line_chart
-from cortex_dsl.report.page.markup import Element, Node, element
+from cortex_dsl.report.page.markup import Element, Node, drawing_rules, element, picture
 from engine.metrics import scored_samples, time_step
 from engine.scenes import Trajectory
 from engine.tables import Floats
-from engine.vocabulary import State
+from engine.vocabulary import Column, State
 
 # -- the data ----------------------------------------------------------------------------------------------------------
 
 PER_METRE = 100.0
 PER_RADIAN = 1000.0
 PER_SPEED = 1000.0
+BOX = ("x", "y", "heading", "length", "width")
+"""What a building is, as the page says it."""
+FARTHEST = 1e4
+"""Nobody's sight is drawn further [m]."""
 
 
 def replay_data(
@@ -85,6 +90,8 @@ def packed(values: Floats, scale: float) -> list[int | None]:
 
 # -- the player --------------------------------------------------------------------------------------------------------
 
+SCRIPTS = ("series.js", "camera.js", "sight.js", "replay.js")
+"""What a page with players needs, in this order."""
 SPEEDS = (0.25, 0.5, 1, 2, 4)
 
 
@@ -94,40 +101,59 @@ def player(replay: CaseReplay, number: int) -> Element:
         "div",
         element("div", _stage(replay), _controls(replay), class_="stage-column"),
         element("div", _plots(replay), class_="plots"),
-        class_="player",
+        class_="player wide" if replay.frame.is_band else "player",
         data_replay=number,
         tabindex=0,
-        aria_label="replay: space plays and pauses, arrows step, plus and minus change the speed",
+        aria_label="replay: space plays and pauses, arrows step, plus and minus change the speed, "
+        "c follows the ego, v shows what it sees",
     )
 
 
 def player_data(replay: CaseReplay) -> dict[str, Any]:
     """What the player replays."""
     frame = replay.frame
+    moved = replay_data(replay.trajectory, replay.shapes, replay.approach, replay.key_time, replay.speeds)
     return {
-        **replay_data(replay.trajectory, replay.shapes, replay.approach, replay.key_time, replay.speeds),
+        **moved,
+        "actors": [{**actor, **_looks(replay, number)} for number, actor in enumerate(moved["actors"])],
         "speed_per_si": replay.unit.per_si,
         "touched": bool(replay.outcomes.collided[0]),
         "frame": [frame.left, -frame.bottom - frame.height, frame.width, frame.height],
+        "heading": frame.heading,
         "point": replay.contact_point,
+        "buildings": [dict(zip(BOX, row, strict=True)) for row in replay.program.road.buildings.tolist()],
     }
 
 
-def still(replay: CaseReplay, **attributes: str) -> Element:
+def _looks(replay: CaseReplay, actor: int) -> dict[str, Any]:
+    """How large an actor is, how wide and how far it sees, and whether it hides what is behind it."""
+    shape, columns = replay.shapes[actor], replay.columns[actor]
+    return {
+        "outline": [shape.length, shape.width],
+        "view": [float(columns[Column.VIEW_ANGLE]), min(FARTHEST, float(columns[Column.VIEW_DISTANCE]))],
+        "hides": bool(columns[Column.OCCLUDING]),
+    }
+
+
+def still(replay: CaseReplay, frame: Frame, **attributes: str) -> Element:
     """The scene at its key moment."""
-    frame, sample = replay.frame, replay.key_sample
-    point = replay.contact_point
+    sample, point = replay.key_sample, replay.contact_point
     return scene_svg.scene(
         frame,
         f"{replay.program.name} from above, {_key_words(replay)}",
         scene_svg.road_layer(replay.road, replay.program.road_spec.lane_width),
+        scene_svg.sight_layer(),
         scene_svg.way_layer(replay.ways),
         _ghosts(replay),
         element("g", scene_svg.actor_layer(replay.shapes, replay.trajectory.states[sample]), class_="actors"),
         scene_svg.contact_mark(*point) if point else None,
-        scene_svg.scale_bar(frame),
         **attributes,
     )
+
+
+def key_picture(replay: CaseReplay) -> str:
+    """The scene at its key moment, as an SVG of its own."""
+    return picture(still(replay, replay.framed(CARD)), drawing_rules())
 
 
 def _key_words(replay: CaseReplay) -> str:
@@ -144,16 +170,37 @@ def _ghosts(replay: CaseReplay) -> Node:
 
 
 def _stage(replay: CaseReplay) -> Element:
-    chips = [
-        element("span", element("i", class_=f"swatch actor-{scene_svg.colour(actor)}"), shape.name, class_="chip")
-        for actor, shape in enumerate(replay.shapes)
-    ]
     return element(
         "div",
-        still(replay),
-        element("div", chips, class_="legend"),
+        still(replay, replay.frame),
+        element("div", [_chip(shape.name, actor) for actor, shape in enumerate(replay.shapes)], class_="legend"),
         element("div", "after contact: physics for illustration, not scored", class_="after-note", hidden=True),
         class_="stage",
+        style=f"--shape:{replay.frame.shape:.3f}",
+    )
+
+
+def _chip(name: str, actor: int) -> Element:
+    """An actor's colour, which shows what it sees when it is pressed."""
+    tint = f"actor-{scene_svg.colour(actor)}"
+    return element(
+        "button",
+        element("i", class_=f"swatch {tint}"),
+        name,
+        _eye(),
+        type="button",
+        class_="chip",
+        data_viewer=actor,
+        data_colour=tint,
+        aria_pressed="false",
+        title=f"show what {name} sees",
+    )
+
+
+def _eye() -> Element:
+    lids = element("path", d="M1 5Q8-3.4 15 5Q8 13.4 1 5Z")
+    return element(
+        "svg", lids, element("circle", cx=8, cy=5, r=1.9), viewBox="0 0 16 10", class_="eye", aria_hidden="true"
     )
 
 
@@ -198,8 +245,14 @@ def _controls(replay: CaseReplay) -> Element:
             aria_label="speed",
         ),
         element(
-            "button", "close-up", type="button", class_="zoom", aria_pressed="false", title="stay near the ego (c)"
+            "button",
+            "sight",
+            type="button",
+            class_="see",
+            aria_pressed="false",
+            title="what the ego sees, then another (v)",
         ),
+        element("button", "close-up", type="button", class_="zoom", aria_pressed="false", title="follow the ego (c)"),
         class_="controls",
     )
 

@@ -1,38 +1,7 @@
 "use strict";
-// Replays: each .player shows the replay of its number in the embedded data.
+// Replays: each .player shows the replay of its number in the embedded data. `camera.js` says which part of the world,
+// `sight.js` what somebody sees of it.
 
-const PER_METRE = 100;
-const PER_RADIAN = 1000;
-const PER_SPEED = 1000;
-
-/** Numbers from a first value and differences; null stays null. */
-function unpack(packed, scale) {
-  let sum = 0;
-  return packed.map((step) => (step === null ? null : (sum += step) / scale));
-}
-
-function unpackReplay(data) {
-  const actors = data.actors.map((actor) => ({
-    name: actor.name,
-    x: unpack(actor.x, PER_METRE),
-    y: unpack(actor.y, PER_METRE),
-    heading: unpack(actor.heading, PER_RADIAN),
-    speed: unpack(actor.speed, PER_SPEED),
-  }));
-  return { ...data, actors, distance: unpack(data.distance, PER_METRE), closing: unpack(data.closing, PER_SPEED) };
-}
-
-/** A series at a place between samples; null where there is no number on one side. */
-function at(series, place) {
-  const before = Math.floor(place);
-  const after = Math.min(before + 1, series.length - 1);
-  const a = series[before];
-  const b = series[after];
-  if (a === null || b === null) return place - before < 1e-9 ? a : null;
-  return a + (b - a) * (place - before);
-}
-
-const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 const words = (value, digits) => (value === null ? "–" : value.toFixed(digits));
 
 class Player {
@@ -45,6 +14,7 @@ class Player {
     this.rate = 1;
     this.running = false;
     this.closeUp = false;
+    this.viewer = -1;
     this.find();
     this.listen();
     this.draw();
@@ -53,6 +23,8 @@ class Player {
   find() {
     const one = (selector) => this.root.querySelector(selector);
     this.svg = one("svg.scene");
+    this.compass = one(".compass");
+    this.sight = one(".sight");
     this.actors = [...this.root.querySelectorAll(".actors .actor")];
     this.group = one(".actors");
     this.contact = one(".contact");
@@ -82,6 +54,11 @@ class Player {
       button.addEventListener("click", () => this.setRate(Number(button.dataset.speed)));
     }
     root.querySelector(".zoom").addEventListener("click", () => this.toggleZoom());
+    root.querySelector(".see").addEventListener("click", () => this.nextViewer());
+    for (const chip of root.querySelectorAll(".chip")) {
+      chip.addEventListener("click", () => this.toggleViewer(Number(chip.dataset.viewer)));
+    }
+    new ResizeObserver(() => this.drawFrame()).observe(this.svg);
     for (const chart of root.querySelectorAll(".plot .chart")) {
       chart.addEventListener("pointerdown", (event) => this.pick(chart, event));
       chart.addEventListener("pointermove", (event) => event.buttons && this.pick(chart, event));
@@ -161,6 +138,21 @@ class Player {
     this.draw();
   }
 
+  /** Show what somebody sees (-1: nobody), or no longer. */
+  toggleViewer(actor) {
+    this.viewer = this.viewer === actor ? -1 : actor;
+    for (const chip of this.root.querySelectorAll(".chip")) {
+      chip.setAttribute("aria-pressed", String(Number(chip.dataset.viewer) === this.viewer));
+    }
+    this.root.querySelector(".see").setAttribute("aria-pressed", String(this.viewer >= 0));
+    this.draw();
+  }
+
+  /** The ego, then everybody else, then nobody. */
+  nextViewer() {
+    this.toggleViewer(this.viewer + 1 < this.data.actors.length ? this.viewer + 1 : this.viewer);
+  }
+
   showState() {
     this.button.textContent = this.running ? "❚❚" : "▶";
     this.button.setAttribute("aria-pressed", String(this.running));
@@ -194,6 +186,7 @@ class Player {
 
   draw() {
     for (const node of this.actors) this.drawActor(node);
+    this.drawSight();
     this.group.classList.toggle("after", this.after);
     const met = this.data.contact >= 0 && this.time >= this.data.key - 1e-6;
     if (this.contact) this.contact.style.display = met ? "" : "none";
@@ -207,36 +200,64 @@ class Player {
   }
 
   drawActor(node) {
-    const actor = this.data.actors[Number(node.dataset.actor)];
-    const [x, y, heading] = [actor.x, actor.y, actor.heading].map((series) => at(series, this.place));
-    if (x === null || y === null || heading === null) {
+    const box = this.boxOf(this.data.actors[Number(node.dataset.actor)]);
+    if (!box) {
       node.setAttribute("display", "none");
       return;
     }
     node.removeAttribute("display");
-    const degrees = (heading * 180) / Math.PI;
-    node.setAttribute("transform", `translate(${x.toFixed(3)} ${y.toFixed(3)}) rotate(${degrees.toFixed(2)})`);
+    const degrees = (box.heading * 180) / Math.PI;
+    node.setAttribute("transform", `translate(${box.x.toFixed(3)} ${box.y.toFixed(3)}) rotate(${degrees.toFixed(2)})`);
+  }
+
+  /** Where an actor stands and how it is turned, as a box; null while it takes no part. */
+  boxOf(actor) {
+    const [x, y, heading] = [actor.x, actor.y, actor.heading].map((series) => at(series, this.place));
+    const [length, width] = actor.outline;
+    return x === null || y === null || heading === null ? null : { x, y, heading, length, width };
+  }
+
+  /** What the viewer sees, and the shadows in it; whom it does not see is faint. */
+  drawSight() {
+    const boxes = this.data.actors.map((actor) => this.boxOf(actor));
+    const viewer = boxes[this.viewer];
+    const shown = this.viewer >= 0 && viewer;
+    this.sight.style.display = shown ? "" : "none";
+    for (const node of this.actors) node.classList.remove("unseen");
+    if (!shown) return;
+    const [angle, distance] = this.data.actors[this.viewer].view;
+    const eye = { ...viewer, angle, distance };
+    const hiding = (k) => k !== this.viewer && this.data.actors[k].hides && boxes[k];
+    const shades = (but) => [...boxes.filter((_, k) => k !== but && hiding(k)), ...this.data.buildings];
+    const [area, sector] = [visibleArea(eye, shades(-1)), sectorOf(eye)].map(pathOf);
+    this.sight.setAttribute("class", `sight ${this.root.querySelectorAll(".chip")[this.viewer].dataset.colour}`);
+    this.sight.querySelector(".shadow").setAttribute("d", sector + area);
+    this.sight.querySelector(".seen").setAttribute("d", area);
+    for (const node of this.actors) {
+      const k = Number(node.dataset.actor);
+      const hidden = k !== this.viewer && boxes[k] && !seesBox(eye, boxes[k], shades(k));
+      node.classList.toggle("unseen", Boolean(hidden));
+    }
   }
 
   drawFrame() {
-    const [left, top, width, height] = this.data.frame;
-    let box = [left, top, width, height];
-    if (this.closeUp) {
-      const small = Math.min(width, 36);
-      const middle = this.middle();
-      box = [middle[0] - small / 2, -middle[1] - (small * height) / width / 2, small, (small * height) / width];
-    }
-    this.svg.setAttribute("viewBox", box.join(" "));
+    const { clientWidth, clientHeight } = this.svg;
+    const { frame, heading } = this.data;
+    const shape = clientWidth && clientHeight ? clientWidth / clientHeight : frame[2] / frame[3];
+    const whole = fitted(frame, shape);
+    const box = this.closeUp ? this.closeUpBox(whole, shape, heading) : whole;
+    this.svg.setAttribute("viewBox", box.map((value) => value.toFixed(3)).join(" "));
+    placeCompass(this.compass, box, clientWidth || 725);
   }
 
-  /** Between the ego and whoever is nearest to it in the drawing, if that is near. */
-  middle() {
-    const places = this.data.actors.map((actor) => [at(actor.x, this.place), at(actor.y, this.place)]);
-    const here = places.filter((place) => place[0] !== null && place[1] !== null);
-    if (!here.length) return [this.data.frame[0] + this.data.frame[2] / 2, -this.data.frame[1] - this.data.frame[3] / 2];
-    const ego = here[0];
-    const near = here.filter((place) => Math.hypot(place[0] - ego[0], place[1] - ego[1]) < 24);
-    return [0, 1].map((axis) => near.reduce((sum, place) => sum + place[axis], 0) / near.length);
+  /** Around the ego, where it is or last was. */
+  closeUpBox(whole, shape, heading) {
+    const place = ({ x, y }, reader) => [reader(x, this.place), reader(y, this.place)];
+    const [ego, ...others] = this.data.actors;
+    const here = place(ego, lastAt);
+    if (here.includes(null)) return whole;
+    const there = others.map((other) => place(other, at)).filter((each) => !each.includes(null));
+    return closeUpOf(toPicture(here, heading), there.map((each) => toPicture(each, heading)), whole, shape);
   }
 
   drawCursors() {
@@ -259,6 +280,9 @@ class Player {
   }
 }
 
+/** Points [x, y] as a closed path of SVG; nothing for none. */
+const pathOf = (points) => (points.length ? `M${points.map((point) => point.map((v) => v.toFixed(2)).join(" ")).join("L")}Z` : "");
+
 const KEYS = {
   " ": (player) => player.toggle(),
   k: (player) => player.toggle(),
@@ -270,6 +294,7 @@ const KEYS = {
   "=": (player) => player.nextRate(1),
   "-": (player) => player.nextRate(-1),
   c: (player) => player.toggleZoom(),
+  v: (player) => player.nextViewer(),
 };
 
 /** The player that a key is meant for: the one with the focus, or else the one that fills the view. */

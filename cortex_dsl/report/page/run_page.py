@@ -1,9 +1,10 @@
 """The report of one search: a page for whoever decides, and for the engineer who has to answer for it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from cortex_dsl.api import opinions
 from cortex_dsl.api.runs import WORST, OpenedRun, first_cases
 from cortex_dsl.report.documents import plain
 from cortex_dsl.report.findings.analysis_report import analysis_content, heat_map_content, heat_maps
@@ -12,7 +13,8 @@ from cortex_dsl.report.findings.readable import counted, first_line, fixed
 from cortex_dsl.report.findings.search_report import headline, method_name, search_content, whole_run
 from cortex_dsl.report.page import analysis_sections, case_page, run_charts, run_sections
 from cortex_dsl.report.page.markup import Element, Node, element, figure, page, part, top_bar
-from cortex_dsl.report.page.player import player_data
+from cortex_dsl.report.page.player import SCRIPTS, player_data
+from cortex_dsl.report.page.thumbnails import shared_road, thumbnails
 from engine.avoidability import Avoidability
 from engine.risk import HIGHEST_RISK
 from engine.search.evaluations import distinct_collisions
@@ -22,10 +24,10 @@ from engine.search.journal_reader import Record
 from engine.search.probability.estimates import kept
 from engine.search.ranking import Case
 from engine.search.result_files import collisions_by_partner
+from engine.streams import format_key
 
 CASES = 10
 """Cases that a page replays."""
-SCRIPTS = ("page.js", "replay.js")
 LINKS = (
     ("#summary", "Summary"),
     ("#cases", "Worst cases"),
@@ -46,6 +48,8 @@ class RunPage:
     worst: tuple[Case, ...]
     replays: tuple[CaseReplay, ...]
     analysis: Analysis
+    opinions: Mapping[str, str]
+    """Answers of `cortexc verify` by the keys of cases, where it was asked."""
 
     @property
     def record(self) -> Record:
@@ -58,7 +62,7 @@ def run_page(run: OpenedRun, cases: int = CASES, budget: int = BUDGET) -> str:
     replays = tuple(replay_of_case(run, case) for case in chosen)
     record, scenario = run.record, run.scenario
     analysis = analyse(scenario.program, record.evaluations, scenario.config, record.manifest.profile, budget, WORST)
-    return render_page(RunPage(run, chosen, replays, analysis))
+    return render_page(RunPage(run, chosen, replays, analysis, opinions.kept(run)))
 
 
 def replay_of_case(run: OpenedRun, case: Case) -> CaseReplay:
@@ -83,7 +87,7 @@ def render_page(found: RunPage) -> str:
         "replays": [player_data(replay) for replay in found.replays],
         "evaluations": finite(run_sections.dots(found.record)),
     }
-    return page(f"{manifest.name}: {method_name(manifest.method)}", body, data, SCRIPTS)
+    return page(f"{manifest.name}: {method_name(manifest.method)}", body, data, ("page.js", *SCRIPTS))
 
 
 def content(found: RunPage) -> dict[str, Any]:
@@ -94,7 +98,7 @@ def content(found: RunPage) -> dict[str, Any]:
         **search_content(program, record),
         "distinct_failures": len(found.analysis.distinct),
         "cases": [
-            {**case_content(replay, case), "avoidability": answer}
+            {**case_content(replay, case), "avoidability": answer, "opinion": _opinion(found, case) or None}
             for case, replay, answer in zip(found.worst, found.replays, answers, strict=True)
         ],
         "analysis": analysis_content(program.space, found.analysis),
@@ -188,29 +192,33 @@ def _cases(found: RunPage) -> Node:
         return None
     note = (
         "Worst first, no two of them nearly the same; their numbers are those of the files in the run's folder "
-        "`worst`. "
+        "`worst`. Their pictures have one scale, and the ego drives to the right. "
         "Every replay is the simulation itself, run again. "
-        "Space plays and pauses, the arrows step, plus and minus change the speed, c comes closer."
+        "Space plays and pauses, the arrows step, plus and minus change the speed, c follows the ego, v shows "
+        "what it sees, and what is hidden from it."
     )
     tabs = [
         element(
             "li",
             element(
                 "a",
-                f"Case {case.rank} ",
-                element("small", _case_words(found, case)),
+                drawing,
+                element("span", f"Case {case.rank} ", element("small", _case_words(found, case))),
                 href=f"#case-{case.rank}",
                 class_="case-tab",
                 data_case=case.rank,
             ),
         )
-        for case in found.worst
+        for case, drawing in zip(found.worst, thumbnails(found.replays), strict=True)
     ]
     cards = [
-        case_page.card(replay, case_page.Place(case, found.run.folder, _answer(found, case)), number)
+        case_page.card(
+            replay, case_page.Place(case, found.run.folder, _answer(found, case), _opinion(found, case)), number
+        )
         for number, (case, replay) in enumerate(zip(found.worst, found.replays, strict=True))
     ]
-    return part("cases", "The worst cases", note, element("ol", tabs, class_="tabs"), cards)
+    road = shared_road(found.replays[0])
+    return part("cases", "The worst cases", note, road, element("ol", tabs, class_="tabs"), cards)
 
 
 def _case_words(found: RunPage, case: Case) -> str:
@@ -225,6 +233,11 @@ def _answer(found: RunPage, case: Case) -> Avoidability | None:
     """What the reference driver says of a case, if it was asked."""
     answers = zip(found.analysis.worst, found.analysis.avoidability, strict=True)
     return next((answer for other, answer in answers if other.row == case.row), None)
+
+
+def _opinion(found: RunPage, case: Case) -> str:
+    """What `cortexc verify` said of a case, if it was asked."""
+    return found.opinions.get(format_key(case.key), "")
 
 
 def _course(found: RunPage) -> Element:

@@ -1,13 +1,16 @@
 """Roads and scenes from above as SVG. The world is drawn in metres, y up; a style sheet gives it colours.
 
-Units inside the drawing are metres, so that a script can move an actor by its position alone.
+Units inside the drawing are metres, so that a script can move an actor by its position alone. The whole world is turned
+as its frame says; north arrow and scale bar stand upright in a corner (`camera.js` keeps them there in close-up).
 """
 
+import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from cortex_dsl.report.findings.case_replay import Frame, Shape, colour
+from cortex_dsl.report.findings.case_replay import Shape, colour
+from cortex_dsl.report.findings.framing import Frame
 from cortex_dsl.report.page.markup import Element, Node, element
 from engine.road.outline import Outline
 from engine.tables import Floats
@@ -26,12 +29,13 @@ def points_text(points: Iterable[Sequence[float]] | Floats, decimals: int = 2) -
     return " ".join(f"{number(x, decimals)},{number(y, decimals)}" for x, y in points)
 
 
-def scene(frame: Frame, title: str, *layers: Node, **attributes: str) -> Element:
-    """A whole drawing: layers in world coordinates, the first one below."""
+def scene(frame: Frame, title: str, *layers: Node, compass: bool = True, **attributes: str) -> Element:
+    """A whole drawing: layers in world coordinates, the first one below; with north arrow and scale bar."""
     return element(
         "svg",
         element("title", title),
-        element("g", *layers, transform="scale(1,-1)", class_="world"),
+        element("g", *layers, transform=f"scale(1,-1) rotate({number(frame.turn_degrees, 4)})", class_="world"),
+        _compass(frame) if compass else None,
         viewBox=_view_box(frame),
         class_="scene",
         role="img",
@@ -65,6 +69,12 @@ def way_layer(ways: Sequence[Floats]) -> Element:
     """The ways of all actors; the ego's lies on top."""
     lines = [_line(way, f"way actor-{colour(actor)}") for actor, way in enumerate(ways) if len(way)]
     return element("g", reversed(lines), class_="ways")
+
+
+def sight_layer() -> Element:
+    """Room for what an actor sees, which a script draws on request: the area, and the shadows in its view."""
+    paths = [element("path", class_="shadow", fill_rule="evenodd"), element("path", class_="seen")]
+    return element("g", paths, class_="sight", style="display:none")
 
 
 def actor_layer(drawn: Sequence[Shape], states: Floats, name: str = "actor") -> list[Element]:
@@ -127,14 +137,26 @@ def contact_mark(x: float, y: float) -> Element:
     )
 
 
-def scale_bar(frame: Frame) -> Element:
-    """Ten metres, at the lower left."""
-    x, y = frame.left + 0.03 * frame.width, frame.bottom + 0.05 * frame.height
-    size = number(0.028 * frame.height)
-    text = element(
-        "text", "10 m", x=number(x + 5), y=number(-y - 0.02 * frame.height), font_size=size, transform="scale(1,-1)"
+def _compass(frame: Frame) -> Element:
+    """A north arrow and a bar of a round length, at the lower left. Their unit is a pixel of a page with room."""
+    x, y = frame.left + 14 * frame.pixel, -frame.bottom - 14 * frame.pixel
+    north = math.radians(frame.north_degrees)
+    turn = f"translate(18,-18) rotate({number(frame.north_degrees)})"
+    return element(
+        "g",
+        element("title", f"north, and a bar of {frame.bar} m"),
+        element(
+            "path",
+            d="M0-11L6 8L0 4L-6 8Z",
+            class_="needle",
+            transform=turn,
+        ),
+        element("text", "N", x=number(18 + 19 * math.sin(north)), y=number(-14 - 19 * math.cos(north)), class_="north"),
+        element("path", d=f"M48-5V0H{number(48 + frame.bar / frame.pixel, 1)}V-5", class_="bar"),
+        element("text", f"{frame.bar} m", x=54, y=-7, class_="length"),
+        transform=f"translate({number(x)} {number(y)}) scale({number(frame.pixel, 5)})",
+        class_="compass",
     )
-    return element("g", _line([(x, y), (x + 10.0, y)], "scale-line"), text, class_="scale")
 
 
 def _line(points: Floats | Sequence[Sequence[float]], name: str, **attributes: str) -> Element:

@@ -14,7 +14,8 @@ course: nothing would be hit within 4 s, the time to collision that parts safe f
 Graham 1997, in Noy, "Ergonomics and Safety of Intelligent Driver Interfaces"). At standstill it holds while an actor is
 close ahead in the lane or intersection.
 
-Nobody acts on who is hidden behind others or buildings. The view of a driver is otherwise unlimited here: heads turn.
+Nobody acts on who is hidden behind others or buildings. Heads turn, so drivers notice in all directions,
+as far as the weather lets anybody see.
 
 Giving way waits at the entry of an intersection until the gap in conflicting traffic is long enough. Who conflicts is a
 matter of the road network (`engine.road.linking`). A vehicle is waited for while it would come into the way within the
@@ -40,13 +41,12 @@ from cortex_dsl.semantics.evaluation.geometry import (
     is_present,
     others,
     outline_of,
-    sees,
     size_of,
     state,
-    unhidden,
 )
 from cortex_dsl.semantics.evaluation.lanes import Trajectory, index_of, lane_at, looked_up, trajectory
 from cortex_dsl.semantics.evaluation.roads import network_of
+from cortex_dsl.semantics.evaluation.seeing import notice_reach, sees, unhidden
 from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.algebra import Term, box_distance, cos, hypot, maximum, path_project, sin
@@ -82,7 +82,7 @@ def emergency_brake(job: Job) -> ir.Block:
 
 
 def _on_collision_course(job: Job) -> Term:
-    return _moves(job) & (job.ev.algebra.time_to_contact(job.actor.index, noticed=True) < CLEAR)
+    return _moves(job) & (job.ev.algebra.time_to_contact(job.actor.index, reach=notice_reach(job.ev)) < CLEAR)
 
 
 def _blocked(job: Job) -> Term:
@@ -109,7 +109,7 @@ def _full_brake(job: Job, while_: Term) -> ir.Act:
 
 def _collision_is_close(job: Job) -> Term:
     if job.given("threshold") is not None:
-        close = job.ev.algebra.time_to_contact(job.actor.index, noticed=True) < job.number("threshold")
+        close = job.ev.algebra.time_to_contact(job.actor.index, reach=notice_reach(job.ev)) < job.number("threshold")
     else:
         close = job.ev.algebra.any_of([_within_reference(job, other) for other in others(job.ev, job.actor)])
     return _moves(job) & close
@@ -119,7 +119,7 @@ def _within_reference(job: Job, other: Actor) -> Term:
     """TTC < v_rel / (2 b) + delay."""
     braking = 2.0 * job.number("reference_deceleration", REFERENCE_DECELERATION)
     threshold = _relative_speed(job, other) / braking + job.number("delay", REFERENCE_DELAY)
-    time = job.ev.algebra.time_to_contact(job.actor.index, other.index, noticed=True)
+    time = job.ev.algebra.time_to_contact(job.actor.index, other.index, notice_reach(job.ev))
     return is_present(job.ev, other) & (time < threshold)
 
 

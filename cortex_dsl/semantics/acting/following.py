@@ -25,6 +25,7 @@ from cortex_dsl.semantics.errors.behaviours import WALKS_IN_LANE
 from cortex_dsl.semantics.evaluation.geometry import current_pose, size_of
 from cortex_dsl.semantics.evaluation.lanes import lane_at, looked_up, some_lane, trajectory
 from cortex_dsl.semantics.evaluation.roads import network_of
+from cortex_dsl.semantics.evaluation.seeing import notice_reach
 from cortex_dsl.semantics.model.values import LaneNow, Value
 from cortex_dsl.semantics.quantities.algebra import (
     Term,
@@ -121,7 +122,7 @@ def _idm_target(job: Job, path: Term) -> Term:
 def idm_acceleration(job: Job, path: Term) -> Term:
     """dv/dt = a (1 - (v / v0)^delta - (s* / s)^2) of the actor along `path` [m/s^2]."""
     speed, a = job.speed(), job.number("max_acceleration", MAX_ACCELERATION)
-    gap, lead = lead_on(path, job.actor.index)
+    gap, lead = lead_on(path, job.actor.index, notice_reach(job.ev))
     wanted = _wanted_gap(job, a, lead)
     # A target speed of 0 wants standstill: the quotient is then infinite, or undefined at rest, so it is held above.
     desired = maximum(job.target_speed(), 0.1)
@@ -288,7 +289,8 @@ def constant_speed(job: Job) -> ir.Block:
 
 
 def constant_throttle(job: Job) -> ir.Block:
-    return (job.forever(ir.Take(job.call.span, ((Command.THROTTLE, job.number("x")),))),)
+    forward = (Command.REVERSE, job.ev.algebra.truth(False))
+    return (job.forever(ir.Take(job.call.span, ((Command.THROTTLE, job.number("x")), forward))),)
 
 
 def brake(job: Job) -> ir.Block:

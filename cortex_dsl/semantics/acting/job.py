@@ -124,6 +124,7 @@ class Job:
         return (
             (Command.THROTTLE, pedal(acceleration, "maxAcceleration")),
             (Command.BRAKE, pedal(-acceleration, "maxBraking")),
+            (Command.REVERSE, self.ev.algebra.truth(False)),
         )
 
     def abort_unless(self, condition: Term, name: str) -> ir.Block:

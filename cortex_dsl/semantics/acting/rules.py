@@ -13,6 +13,7 @@ from functools import reduce
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
+from cortex_dsl.semantics.acting.at_start import require_start
 from cortex_dsl.semantics.acting.statements import terminate_when
 from cortex_dsl.semantics.errors.names import DUPLICATE
 from cortex_dsl.semantics.errors.problems import Mistake
@@ -114,6 +115,7 @@ def require_over_run(ev: Evaluator, node: nodes.Require) -> None:
     for atom in atoms(node.condition):
         conditions[atom.span, RuleKind.WATCH] = numbers.truth(ev, ev.evaluate(atom), atom.span)
     ev.file.temporals[node.span] = node
+    require_start(ev, node, name_of(ev.file, node))
     if (condition := always_condition(node.condition)) is not None:
         broken = ~conditions.pop((condition.span, RuleKind.WATCH))
         conditions[node.span, RuleKind.ABORT] = broken

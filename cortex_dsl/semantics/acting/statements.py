@@ -17,7 +17,7 @@ from cortex_dsl.semantics.errors.statements import (
     NO_EFFECT,
     PROBABILITY_RANGE,
 )
-from cortex_dsl.semantics.evaluation import numbers, roads, signals
+from cortex_dsl.semantics.evaluation import numbers, roads, signals, surroundings
 from cortex_dsl.semantics.evaluation.arguments import Given, evaluate_each
 from cortex_dsl.semantics.evaluation.calls import monitor_call
 from cortex_dsl.semantics.evaluation.functions import whole_number
@@ -311,6 +311,7 @@ TOP_LEVEL: Mapping[type, Run] = {
     nodes.Model: _model,
     nodes.Simulation: _simulation,
     nodes.Signals: signals.set_up,
+    nodes.Environment: surroundings.set_environment,
     nodes.Require: _require,
     nodes.RequireMonitor: require_monitor,
     nodes.TerminateAfter: _terminate_after,

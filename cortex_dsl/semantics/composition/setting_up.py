@@ -32,8 +32,8 @@ from cortex_dsl.semantics.model.values import (
     Value,
 )
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.names.builtins import FLAGS, IGNORED, PROPERTIES, all_properties
 from cortex_dsl.semantics.names.linking import ImportedFile
+from cortex_dsl.semantics.names.properties import FLAGS, IGNORED, PROPERTIES, all_properties
 from cortex_dsl.semantics.names.tree import bound_name, everything_in, speaks_of_run
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
@@ -45,6 +45,7 @@ OF_THE_RUN: Mapping[type, tuple[str, str]] = {
     nodes.Map: ("map", "all objects share the road of the file that is run"),
     nodes.Simulation: ("simulation", "the file that is run says how it is run"),
     nodes.Signals: ("signals", "the traffic lights belong to the road of the file that is run"),
+    nodes.Environment: ("environment", "all objects share the weather of the file that is run"),
     nodes.TerminateWhen: ("terminate when", "the file that is run says when it ends"),
     nodes.TerminateAfter: ("terminate after", "the file that is run says when it ends"),
 }

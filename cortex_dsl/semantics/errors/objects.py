@@ -37,6 +37,19 @@ EGO_NEEDED = Problem(
         "ego = new Car on road\nrequire (distance to intersection) < 20 m\n",
     ),
 )
+FASTER_THAN_TOP = Problem(
+    "SCN437",
+    "`speed` {may} {actual}, but the top speed of this {name} is {top}",
+    "{reason}",
+    "slow it down, or give it another, as in `with topSpeed {cure}`",
+    page=Page(
+        "faster than its top speed",
+        "Nobody starts faster than it can drive. The top speed of each class stands in the reference; `with topSpeed`"
+        " sets another.",
+        "ego = new Bicycle on road, with speed 80 km/h\n",
+        "ego = new Bicycle on road, with speed 20 km/h\n",
+    ),
+)
 NO_PLACE = Problem(
     "SCN407",
     "this {name} has no place",

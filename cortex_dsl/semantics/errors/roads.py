@@ -169,6 +169,30 @@ SIGNALS_TWICE = Problem(
         "signals(green=5 s)\nego = new Car on road, with behavior FollowLaneBehavior(obey_signals=True)\n",
     ),
 )
+ENVIRONMENT_TWICE = Problem(
+    "SCN455",
+    "the environment is given twice",
+    "all objects share one weather",
+    "write its arguments in one statement, as in `environment(friction=0.4, sight=60 m)`",
+    page=Page(
+        "two environments",
+        "All objects share one weather, which one statement describes.",
+        "environment(friction=0.4)\nenvironment(sight=60 m)\nego = new Car on road\n",
+        "environment(friction=0.4, sight=60 m)\nego = new Car on road\n",
+    ),
+)
+ENVIRONMENT_LATE = Problem(
+    "SCN456",
+    "the environment stands below `{name}`",
+    "how far objects see follows from it, and statements run in their order",
+    "move it above all objects",
+    page=Page(
+        "environment below an object",
+        "How far an object sees follows from the environment, and a `require` between the two could not know it.",
+        "ego = new Car on road\nenvironment(sight=60 m)\n",
+        "environment(sight=60 m)\nego = new Car on road\n",
+    ),
+)
 SCENIC_SIGNALS = note(
     "SCN447",
     "the map's traffic lights are answered by a fixed plan: green 10 s, yellow 3 s, all red 2 s",

@@ -36,7 +36,7 @@ from cortex_dsl.semantics.model.values import (
     Vector,
 )
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.names.builtins import PROPERTIES
+from cortex_dsl.semantics.names.properties import PROPERTIES
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
 from cortex_dsl.source import Span

@@ -117,6 +117,9 @@ def _action(ev: Evaluator, row: Builtin, given: Sequence[Given], span: Span) -> 
     assert row.command is not None
     if row.command is Command.STEER and ev.file.from_scenic:
         return ActionCall(row.command, scenic_steering(ev, bound[parameter.name]), row.name)
+    if row.command is Command.REVERSE:
+        reverse = bound[parameter.name]
+        return ActionCall(row.command, numbers.truth(ev, reverse.value, reverse.span), row.name)
     return ActionCall(row.command, number_for(ev, parameter, bound[parameter.name]), row.name)
 
 

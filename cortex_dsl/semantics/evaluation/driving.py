@@ -13,9 +13,10 @@ from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import signals
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for
 from cortex_dsl.semantics.evaluation.functions import Meaning
-from cortex_dsl.semantics.evaluation.geometry import between, current_pose, is_present, others, sees, size_of
+from cortex_dsl.semantics.evaluation.geometry import between, current_pose, is_present, others, size_of
 from cortex_dsl.semantics.evaluation.lanes import index_of, lane_at, looked_up
 from cortex_dsl.semantics.evaluation.roads import network_of
+from cortex_dsl.semantics.evaluation.seeing import sees
 from cortex_dsl.semantics.evaluation.signals import (
     ahead_of,
     by_plan,

@@ -1,4 +1,4 @@
-"""Places, and the operators between them: distances, headings, regions, sight, offsets; where objects are and how they
+"""Places, and the operators between them: distances, headings, regions, offsets; where objects are and how they
 move at the moment at which an expression is evaluated.
 
 Headings are anticlockwise from +x. Local offsets are (to the right, ahead), as in Scenic.
@@ -32,7 +32,6 @@ from cortex_dsl.semantics.quantities.algebra import (
     box_distance,
     cos,
     hypot,
-    in_view,
     path_distance,
     region_box_distance,
     region_contains,
@@ -46,7 +45,6 @@ from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
 from engine.road.network import Intersection, Lane
-from engine.vehicles import VIEW_DISTANCE
 from engine.vocabulary import State
 
 # -- objects now -------------------------------------------------------------------------------------------------------
@@ -114,39 +112,6 @@ def outline_of(ev: Evaluator, actor: Actor) -> Term:
     """Packed x, y, heading, length, width."""
     pose = current_pose(ev, actor)
     return ev.algebra.pack(pose.x, pose.y, pose.heading, size_of(actor, "length"), size_of(actor, "width"))
-
-
-def sees(ev: Evaluator, viewer: Actor, other: Actor) -> Term:
-    """Whether one object sees a part of another's outline."""
-    return _seen(ev, viewer, other, ev.algebra.span, ev.algebra.span)
-
-
-def unhidden(ev: Evaluator, viewer: Actor, other: Actor) -> Term:
-    """Whether nothing hides one object from another, wherever that looks: what drivers of the library notice."""
-    return ev.algebra.notices(viewer.index, other.index)
-
-
-def _seen(ev: Evaluator, viewer: Value, target: Value, viewer_span: Span, target_span: Span) -> Term:
-    """Whether a part of an outline, or a place, is in the view of an object, or all around a point, and not hidden."""
-    if not ev.moment.running:
-        return in_view(_view(ev, viewer, viewer_span), outline(ev, target, target_span))
-    nothing = ev.algebra.literal(0.0)
-    one, view = (viewer.index, nothing) if isinstance(viewer, Actor) else (-1, _view(ev, viewer, viewer_span))
-    if isinstance(target, Actor):
-        return ev.algebra.sees(one, target.index, view, nothing)
-    return ev.algebra.sees(one, -1, view, outline(ev, target, target_span))
-
-
-def _view(ev: Evaluator, viewer: Value, span: Span) -> Term:
-    """Packed x, y, heading, opening angle and reach of a view, and the number of who looks."""
-    pose = oriented(ev, viewer, span, "what sees")
-    if isinstance(viewer, Actor):
-        angle, reach = size_of(viewer, "viewAngle"), size_of(viewer, "visibleDistance")
-        number = ev.algebra.number_of(viewer)
-    else:
-        angle, reach = ev.algebra.literal(math.tau), ev.algebra.literal(VIEW_DISTANCE)
-        number = ev.algebra.literal(-1.0)
-    return ev.algebra.pack(pose.x, pose.y, pose.heading, angle, reach, number)
 
 
 # -- places -----------------------------------------------------------------------------------------------------------
@@ -300,11 +265,6 @@ def relative_heading(ev: Evaluator, node: nodes.RelativeHeading) -> Value:
 def _heading(ev: Evaluator, value: Value, span: Span) -> Term:
     pose = pose_of(ev, value)
     return as_meant(ev, adopt(ev, value, ANGLE, span, "a heading")) if pose is None else pose.heading
-
-
-def can_see(ev: Evaluator, node: nodes.CanSee) -> Value:
-    viewer, target = ev.evaluate_all((node.viewer, node.target))
-    return Truth(_seen(ev, viewer, target, node.viewer.span, node.target.span))
 
 
 def intersects(ev: Evaluator, node: nodes.Intersects) -> Value:

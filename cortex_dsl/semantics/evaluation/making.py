@@ -1,13 +1,14 @@
 """The properties of an object while it is made: those given, then the defaults of its classes, then of its kind."""
 
 import difflib
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.errors.behaviours import OBSTACLE_BEHAVIOUR
 from cortex_dsl.semantics.errors.names import UNKNOWN_ATTRIBUTE, UNKNOWN_CLASS, UNKNOWN_PROPERTY
-from cortex_dsl.semantics.errors.objects import NEARLY_A_PROPERTY, PROPERTY_CYCLE, PROPERTY_TWICE
+from cortex_dsl.semantics.errors.objects import FASTER_THAN_TOP, NEARLY_A_PROPERTY, PROPERTY_CYCLE, PROPERTY_TWICE
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.errors.values import CANNOT_ASSIGN, WRONG_KIND
@@ -18,21 +19,12 @@ from cortex_dsl.semantics.evaluation.functions import known_truth
 from cortex_dsl.semantics.evaluation.specifiers import Placement
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.values import POISON, ClassValue, Pose, Quantity, Unfinished, Value, Vector
-from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.names.builtins import (
-    ACTOR_KINDS,
-    FLAGS,
-    IGNORED,
-    LOW,
-    MODEL_FIELDS,
-    PLACED,
-    PLACES,
-    PROPERTIES,
-    all_properties,
-)
+from cortex_dsl.semantics.model.wording import kind_name, shown
+from cortex_dsl.semantics.names.builtins import ACTOR_KINDS, LOW, PLACED, PLACES
+from cortex_dsl.semantics.names.properties import FLAGS, IGNORED, MODEL_FIELDS, PROPERTIES, all_properties
 from cortex_dsl.semantics.names.tree import unit_word
 from cortex_dsl.semantics.quantities.algebra import Term
-from cortex_dsl.semantics.quantities.units import UNITS
+from cortex_dsl.semantics.quantities.units import SPEED, UNITS
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -125,7 +117,25 @@ class Making:
         results = [self.ev.tolerate(lambda name=name: self.get(name)) for name in self._names()]
         if any(result is POISON for result in results):
             raise Mistake
+        self._check_speed()
         return self.values
+
+    def _check_speed(self) -> None:
+        """Nobody starts faster than it can drive; what has no bound is a requirement of the scene."""
+        speed, top = self.ev.interval(self._number("speed")), self.ev.interval(self._number("topSpeed"))
+        if not all(map(math.isfinite, (*speed, *top))) or speed[1] <= top[0] * (1.0 + numbers.ROUNDING):
+            return
+        places = {name: default.value.span for name, (_, default) in self.defaults.items()}
+        places |= {each.property: each.value.span for each in self.given}
+        raise FASTER_THAN_TOP.mistake(
+            places["speed"],
+            may="is" if speed[0] == speed[1] else "may become",
+            actual=shown(speed[1], SPEED),
+            name=self.own.node.name if self.own else self.kind.name.capitalize(),
+            top=shown(top[0], SPEED),
+            reason="" if speed[0] == speed[1] else "it is random or searched",
+            cure=shown(math.ceil(speed[1]), SPEED),
+        )
 
     def _check_doubles(self) -> None:
         seen: dict[str, Span] = {}

@@ -158,6 +158,14 @@ class FileContext:
         return self.source.row(span.start)
 
 
+@frozen
+class Environment:
+    """The arguments of `environment`, SI, and where it stands."""
+
+    values: Mapping[str, Term]
+    span: Span
+
+
 @dataclass
 class Built:
     """What a variant has made so far: objects, coroutines, requirements, and the road that they share."""
@@ -173,6 +181,7 @@ class Built:
     """Scopes and names of what carries noise."""
     network: Network | None = None
     signals: SignalPlan | None = None
+    environment: Environment | None = None
     requirements: list[ir.Requirement] = field(default_factory=list)
     rule_conditions: dict[RuleKey, Term] = field(default_factory=dict)
     monitors: list[ir.Monitor | None] = field(default_factory=list)

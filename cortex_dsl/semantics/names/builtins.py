@@ -1,19 +1,17 @@
 """Everything a program may name without defining it: one row each, with what hover text and the reference say; and the
-classes of `new` with the properties that `with` sets.
+classes of `new`.
 
 A new function, distribution, action or library behaviour starts with a row here; `functions`, `driving`,
 `random_values`, `following` and `caution` hold what the rows do.
 """
 
-import math
 from collections.abc import Mapping
 from enum import Enum
 
-from cortex_dsl import ir
 from cortex_dsl.ir import Dimension
-from cortex_dsl.semantics.quantities.units import ACCELERATION, ANGLE, ANGULAR_SPEED, LENGTH, MASS, PURE, SPEED, TIME
+from cortex_dsl.semantics.quantities.units import ACCELERATION, ANGLE, LENGTH, PURE, SPEED, TIME
 from engine.frozen import frozen
-from engine.vocabulary import ActorKind, Column, Command
+from engine.vocabulary import ActorKind, Command
 
 
 class Kind(Enum):
@@ -168,6 +166,8 @@ _ROWS = (
             Command.BRAKE),
     _action("SetSteerAction", "Steering angle, positive to the left; stays until the next.", Parameter("steer", ANGLE),
             Command.STEER),
+    _action("SetReverseAction", "Put the reverse gear in (`True`) or out; stays until the next.", Parameter("reverse"),
+            Command.REVERSE),
     _action("SetSpeedAction", "Set the speed at once.", Parameter("speed", SPEED, low=0.0, high=TOP_SPEED),
             Command.SPEED),
     # -- library behaviours
@@ -280,72 +280,3 @@ ACTOR_KINDS: Mapping[str, ActorKind] = {
 CLASSES = (*PLACES, *ACTOR_KINDS)
 OFF_ROAD = frozenset({ActorKind.PEDESTRIAN, ActorKind.OBSTACLE})
 """Kinds that need not start on the road."""
-
-
-@frozen
-class Property:
-    """A number or a truth that `with` sets: its column in a scene, its dimension and its legal range."""
-
-    name: str
-    column: Column
-    dimension: ir.Dimension
-    low: float = 0.0
-    high: float = math.inf
-    above: bool = False
-    """Whether the lower end itself is illegal."""
-    doc: str = ""
-    truth: bool = False
-    """Whether it is True or False, kept as 1.0 or 0.0."""
-
-
-def _truth(name: str, column: Column, doc: str) -> Property:
-    return Property(name, column, PURE, 0.0, 1.0, doc=doc, truth=True)
-
-
-PROPERTIES: Mapping[str, Property] = {
-    p.name: p
-    for p in (
-        Property("speed", Column.SPEED, SPEED, 0.0, TOP_SPEED, doc="Speed at the start."),
-        Property("length", Column.LENGTH, LENGTH, 0.0, 100.0, above=True, doc="Length of the outline."),
-        Property("width", Column.WIDTH, LENGTH, 0.0, 20.0, above=True, doc="Width of the outline."),
-        Property("wheelbase", Column.WHEELBASE, LENGTH, 0.0, 100.0, above=True, doc="Front axle to rear axle."),
-        Property("rearToCenter", Column.REAR_TO_CENTER, LENGTH, 0.0, 50.0, doc="Rear axle to the outline's centre."),
-        Property("mass", Column.MASS, MASS, 0.0, 1e6, above=True, doc="Mass."),
-        Property("maxSteer", Column.MAX_STEER, ANGLE, 0.0, math.pi, doc="Largest steering angle either way."),
-        Property("maxAcceleration", Column.MAX_ACCELERATION, ACCELERATION, 0.0, 100.0, doc="At full throttle."),
-        Property("maxBraking", Column.MAX_BRAKING, ACCELERATION, 0.0, 100.0, doc="Deceleration at full pedal."),
-        Property("friction", Column.FRICTION, PURE, 0.0, 10.0, above=True, doc="Between tyre and road."),
-        Property("viewAngle", Column.VIEW_ANGLE, ANGLE, 0.0, math.tau, above=True, doc="Opening angle of its view."),
-        Property("visibleDistance", Column.VIEW_DISTANCE, LENGTH, doc="How far it sees."),
-        _truth("occluding", Column.OCCLUDING, "Whether others are hidden behind it."),
-        _truth("fixed", Column.FIXED, "Whether no impact moves it."),
-        Property("topSpeed", Column.TOP_SPEED, SPEED, 0.0, TOP_SPEED, doc="No throttle takes it beyond."),
-        Property("steerRate", Column.STEER_RATE, ANGULAR_SPEED, 0.0, 100.0, doc="How fast its wheels turn."),
-        Property("pedalTime", Column.PEDAL_TIME, TIME, 0.0, 10.0, doc="From no pedal to a full one."),
-        Property("drag", Column.DRAG, ACCELERATION, 0.0, 100.0, doc="Deceleration while it rolls without pedals."),
-    )
-}
-
-MODEL_FIELDS: Mapping[str, str] = {name: p.column.name.lower() for name, p in PROPERTIES.items() if name != "speed"}
-"""Field of `engine.vehicles.ActorModel` that holds each default."""
-
-FLAGS: Mapping[str, str] = {
-    "behavior": "What it does during the run.",
-    "name": "What reports call it.",
-    "allowCollisions": "Whether it may overlap others at the start.",
-    "regionContainedIn": "`None`: it may start off the road.",
-    "requireVisible": "Whether the ego must see it at the start.",
-}
-"""Properties that are not numbers."""
-
-IGNORED: Mapping[str, str] = {
-    "blueprint": "the looks of a vehicle do not matter here",
-    "color": "the looks of a vehicle do not matter here",
-    "rolename": "objects have the name of their variable",
-    "physics": "every object takes part",
-}
-"""Properties of Scenic's scripts that are accepted and do nothing."""
-
-
-def all_properties() -> tuple[str, ...]:
-    return (*PROPERTIES, *FLAGS, *IGNORED)

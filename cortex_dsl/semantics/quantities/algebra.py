@@ -7,48 +7,19 @@ Transcendental operations on constants stay operations: a concrete copy of a cas
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.values import TOO_DEEP
+from cortex_dsl.semantics.quantities.exact import EXACT
 from cortex_dsl.source import Span
 from engine.vocabulary import Op, State
 
 NOWHERE = Span(0, 0)
 DEPTH_LIMIT = 150
 """Longest chain of operations, each on the result of the one before."""
-
-
-def safe_quotient(a: float, b: float) -> float:
-    if b == 0.0:
-        return math.nan if a == 0.0 or math.isnan(a) else math.copysign(math.inf, a) * math.copysign(1.0, b)
-    return a / b
-
-
-EXACT: Mapping[Op, Callable[..., float]] = {
-    Op.ADD: lambda a, b: a + b,
-    Op.SUB: lambda a, b: a - b,
-    Op.MUL: lambda a, b: a * b,
-    Op.DIV: safe_quotient,
-    Op.NEG: lambda a: -a,
-    Op.ABS: lambda a: abs(a),  # noqa: PLW0108 - the builtin's own type is too wide
-    Op.MIN: lambda a, b: b if b < a else a,
-    Op.MAX: lambda a, b: b if b > a else a,
-    Op.FLOOR: lambda a: float(math.floor(a)),
-    Op.CEIL: lambda a: float(math.ceil(a)),
-    Op.LT: lambda a, b: float(a < b),
-    Op.LE: lambda a, b: float(a <= b),
-    Op.EQ: lambda a, b: float(a == b),
-    Op.NE: lambda a, b: float(a != b),
-    Op.AND: lambda a, b: float(bool(a) and bool(b)),
-    Op.OR: lambda a, b: float(bool(a) or bool(b)),
-    Op.NOT: lambda a: float(not a),
-    Op.SELECT: lambda a, b, c: b if a else c,
-}
-"""Operations whose results are exactly defined, so that folding them changes no bit."""
-
 
 # -- terms -------------------------------------------------------------------------------------------------------------
 
@@ -130,8 +101,6 @@ class Constant(Term, ir.Literal):
 
 
 class Numbered(Protocol):
-    """What gets a number when everything is made: an object of the scene."""
-
     index: int
 
 
@@ -218,19 +187,19 @@ class Algebra:
         """What the run knows of an object now."""
         return self.apply(Op.STATE, immediates=(actor, int(column)))
 
-    def time_to_contact(self, actor: int, other: int = -1, *, noticed: bool = False) -> Term:
-        """Until the outlines of two touch at their velocities [s]; the least over all others where `other` is -1, or
-        over those that are not hidden from the actor.
-        """
-        return self.apply(Op.TTC, immediates=(actor, other, 1) if noticed else (actor, other))
+    def time_to_contact(self, actor: int, other: int = -1, reach: "Term | None" = None) -> Term:
+        """Until two touch at their velocities [s], or the least over all (-1); with a reach, of those noticed in it."""
+        if reach is None:
+            return self.apply(Op.TTC, immediates=(actor, other))
+        return self.apply(Op.TTC, reach, immediates=(actor, other, 1))
 
     def sees(self, viewer: int, other: int, view: Term, outline: Term) -> Term:
         """Whether one actor sees another now; -1 for who is no actor, but a packed view or outline."""
         return self.apply(Op.SEES, view, outline, immediates=(viewer, other))
 
-    def notices(self, viewer: int, other: int) -> Term:
-        """Whether nothing hides one actor from another."""
-        return self.apply(Op.NOTICES, immediates=(viewer, other))
+    def notices(self, viewer: int, other: int, reach: Term) -> Term:
+        """Whether nothing hides one actor from another within a reach [m]."""
+        return self.apply(Op.NOTICES, reach, immediates=(viewer, other))
 
     def pack(self, *items: Term) -> Term:
         return self._interned(("pack", *items), _Pack, items)
@@ -355,8 +324,7 @@ region_box_distance, region_contains_box = map(_function, (Op.REGION_BOX_DISTANC
 box_distance = _function(Op.BOX_DISTANCE)
 """Between two outlines [m]."""
 in_view = _function(Op.CAN_SEE)
-"""`in_view(view, outline)` at the start, a view being packed x, y, heading, opening angle, reach, number of the viewer
-or -1."""
+"""`in_view(view, outline)` at the start, a view being packed x, y, heading, angle, reach, the viewer's number or -1."""
 
 
 def region_sample(region: Term, u: Term, v: Term) -> tuple[Term, Term]:
@@ -365,9 +333,9 @@ def region_sample(region: Term, u: Term, v: Term) -> tuple[Term, Term]:
     return x, y
 
 
-def lead_on(path: Term, actor: int) -> tuple[Term, Term]:
-    """Gap to who is ahead of an object on a path [m], and its speed along it [m/s]."""
-    gap, speed = path.algebra.items(path.algebra.apply(Op.LEAD, path, immediates=(actor,), width=2), 2)
+def lead_on(path: Term, actor: int, reach: Term) -> tuple[Term, Term]:
+    """Gap to who is ahead of an object on a path [m], and its speed along it [m/s], of those noticed within a reach."""
+    gap, speed = path.algebra.items(path.algebra.apply(Op.LEAD, path, reach, immediates=(actor,), width=2), 2)
     return gap, speed
 
 

@@ -19,7 +19,8 @@ from typing import TypeVar
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.quantities.algebra import EXACT, Operation, Term, maximum, minimum, safe_quotient
+from cortex_dsl.semantics.quantities.algebra import Operation, Term, maximum, minimum
+from cortex_dsl.semantics.quantities.exact import EXACT, safe_quotient
 from cortex_dsl.semantics.quantities.units import LENGTH, PURE
 from engine.frozen import frozen
 from engine.vocabulary import Op

@@ -43,6 +43,8 @@ class Version:
     """Whether an attribute may be a formula, not a bare parameter only."""
     has_constraints: bool
     """Whether a parameter may say its range."""
+    whole_environment: bool
+    """Whether an environment must say everything: time of day, sun, fog, rain and road."""
     has_distributions: bool
     """Whether there are files of parameter values."""
 
@@ -66,6 +68,7 @@ _FIRST = Version(
     late_entities=False,
     has_expressions=False,
     has_constraints=False,
+    whole_environment=True,
     has_distributions=False,
 )
 _SECOND = replace(
@@ -82,6 +85,7 @@ _SECOND = replace(
     late_entities=True,
     has_expressions=True,
     has_constraints=True,
+    whole_environment=False,
     has_distributions=True,
 )
 _THIRD = replace(_SECOND, name="1.2", minor=2, priority="override", integer="int")

@@ -21,6 +21,7 @@ from engine.interchange.openscenario.document import (
     time_trigger,
     world_position,
 )
+from engine.interchange.openscenario.surroundings import add_environment, remarks_on_environment
 from engine.interchange.openscenario.versions import Version, version_of
 from engine.interchange.own_metadata import of_samples
 from engine.interchange.recording import MOST_ACTORS, Recording, SignalTimes
@@ -108,6 +109,7 @@ def add_storyboard(root: Element, recording: Recording, names: Sequence[str], ve
 def add_init(storyboard: Element, recording: Recording, names: Sequence[str], version: Version) -> Element:
     """Place and speed of all that are there at the beginning; an entity that is not named here is absent."""
     actions = child(child(storyboard, "Init"), "Actions")
+    add_environment(actions, recording, version)
     for actor, name in enumerate(names):
         if recording.there[0, actor]:
             private = child(actions, "Private", entityRef=name)
@@ -252,6 +254,7 @@ def _remarks(recording: Recording, names: tuple[str, ...], version: Version, roa
             yield f"`{actor.name}` is called `{name}`: readers take letters, digits and underscores only"
     yield from _remarks_on_times(recording, version)
     yield from _remarks_on_road(recording, road_file)
+    yield from remarks_on_environment(recording)
 
 
 def _remarks_on_size(recording: Recording, text: str) -> Iterator[str]:

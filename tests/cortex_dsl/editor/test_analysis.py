@@ -13,7 +13,7 @@ from cortex_dsl.editor.open_files import Positions
 from cortex_dsl.editor.place import place_of
 from cortex_dsl.semantics.evaluation.attributes import ATTRIBUTE_DOCS, attribute_names
 from cortex_dsl.semantics.model.context import Superseded
-from cortex_dsl.semantics.names.builtins import FLAGS, PROPERTIES
+from cortex_dsl.semantics.names.properties import FLAGS, PROPERTIES
 from cortex_dsl.source import Source, Span
 
 PIECES = [

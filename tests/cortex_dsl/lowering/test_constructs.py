@@ -3,6 +3,7 @@
 As in `test_behaviours`, a throttle of n hundredths shows which act ran.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import permutations
@@ -318,7 +319,7 @@ def test_records_keep_what_they_watch(base: ir.Scenario) -> None:
 def test_questions_about_others(base: ir.Scenario) -> None:
     """Who leads, how soon outlines would touch, which lane: the instructions with their immediates and widths."""
     path = ir.Apply(HERE, Op.LANE_ROUTE, (ir.Pack(HERE, tuple(map(number, (-90.0, -1.75, 0.0)))),))
-    lead = ir.Apply(HERE, Op.LEAD, (path,), (0,), 2)
+    lead = ir.Apply(HERE, Op.LEAD, (path, number(math.inf)), (0,), 2)
     ttc = ir.Apply(HERE, Op.TTC, (), (0, -1))
     pose = ir.Pack(HERE, tuple(ir.Apply(HERE, Op.STATE, (), (0, column)) for column in range(3)))
     lane = ir.Apply(HERE, Op.LANE_NEAREST, (pose,))

@@ -97,3 +97,12 @@ def test_half_of_a_statement_is_not_replaced() -> None:
 def test_what_cannot_be_read_defines_nothing() -> None:
     """Keys are asked of texts that compile; others have none."""
     assert keys("param = = 3") == frozenset()
+
+
+def test_the_environment_goes_above_all_objects() -> None:
+    """It may come to mind last, but must be known before anybody looks."""
+    draft = Draft(("param WET = Range(0, 1)", "ego = new Car on road", "other = new Car on road"))
+    placed = place(draft, "environment(friction=WET)")
+    assert placed.draft.entries[:2] == ("param WET = Range(0, 1)", "environment(friction=WET)")
+    assert placed.index == 1
+    assert place(placed.draft, "environment(sight=9 m)").replaced == "`environment`"

@@ -117,7 +117,9 @@ def test_names_may_stand_below(compiled: Compiled) -> None:
     scenario = compiled("require always (distance to other) > 2 m\nother = new Car behind ego by 9 m\n" + END)
     condition = scenario.variants[0].rules[0].condition
     assert condition is not None
-    assert scenario.variants[0].requirements == ()
+    assert [each.name for each in scenario.variants[0].requirements] == [
+        "always (distance to other) > 2 m (at the start)"
+    ]
 
 
 def test_it_looks_at_the_moment(compiled: Compiled) -> None:

@@ -14,7 +14,8 @@ from cortex_dsl.semantics.evaluation.operators import CALL_LIMIT
 from cortex_dsl.semantics.evaluation.roads import MAP_ARGUMENTS
 from cortex_dsl.semantics.model.choices import VARIANT_LIMIT
 from cortex_dsl.semantics.model.state import EVALUATION_LIMIT
-from cortex_dsl.semantics.names.builtins import CLASSES, Kind, all_properties, names_of
+from cortex_dsl.semantics.names.builtins import CLASSES, Kind, names_of
+from cortex_dsl.semantics.names.properties import ENVIRONMENT, all_properties
 from cortex_dsl.source import Source
 from cortex_dsl.syntax import parse
 from cortex_dsl.syntax.errors import MAX_BYTES, MAX_DEPTH, MAX_ERRORS
@@ -95,7 +96,7 @@ def test_every_built_in_name_is_explained(kind: Kind) -> None:
 
 def test_every_property_argument_and_attribute_is_explained() -> None:
     """Properties of objects, arguments of `map` and `simulation`, attributes of everything."""
-    names = {*all_properties(), *MAP_ARGUMENTS, *SETTINGS, *attribute_names()}
+    names = {*all_properties(), *ENVIRONMENT, *MAP_ARGUMENTS, *SETTINGS, *attribute_names()}
     assert not [name for name in sorted(names) if f"`{name}`" not in REFERENCE]
 
 
@@ -105,6 +106,6 @@ def test_sizes_are_those_of_the_models(kind: ActorKind) -> None:
     model, name = MODELS[kind], kind.name.title()
     row = (
         f"| `{name}` | {model.length:g} x {model.width:g} m | {model.mass / 1000:g} t "
-        f"| {model.max_acceleration:g} m/s² | {model.max_braking:g} m/s² |"
+        f"| {model.max_acceleration:g} m/s² | {model.max_braking:g} m/s² | {model.top_speed * 3.6:.0f} km/h |"
     )
     assert row in REFERENCE

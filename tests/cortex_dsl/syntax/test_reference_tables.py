@@ -16,7 +16,8 @@ from cortex_dsl.semantics.evaluation import attributes, lanes, signals
 from cortex_dsl.semantics.evaluation.attributes import ATTRIBUTE_DOCS
 from cortex_dsl.semantics.evaluation.roads import MAP_ARGUMENTS
 from cortex_dsl.semantics.model.state import DEFAULT_ALL_RED, DEFAULT_GREEN, DEFAULT_YELLOW
-from cortex_dsl.semantics.names.builtins import BUILTINS, FLAGS, IGNORED, PROPERTIES, Builtin, Kind, Parameter, Property
+from cortex_dsl.semantics.names.builtins import BUILTINS, Builtin, Kind, Parameter
+from cortex_dsl.semantics.names.properties import ENVIRONMENT, FLAGS, IGNORED, PROPERTIES, Domain, Property
 from cortex_dsl.semantics.quantities.units import ANGLE, dimension_name, si_word
 from cortex_dsl.syntax import words
 from engine.config import SimulationConfig
@@ -161,9 +162,16 @@ def properties() -> Rows:
         yield f"`{name}`", "", f"Nothing: {reason}"
 
 
+def environment() -> Rows:
+    for each in ENVIRONMENT.values():
+        yield f"`{each.name}`", domain_range(each), plain(each.doc)
+
+
 def property_range(prop: Property) -> str:
-    if prop.truth:
-        return "`True` or `False`"
+    return "`True` or `False`" if prop.truth else domain_range(prop)
+
+
+def domain_range(prop: Domain) -> str:
     angle = prop.dimension == ANGLE
     low, high = (math.degrees(end) if angle else end for end in (prop.low, prop.high))
     unit = "deg" if angle else si_word(prop.dimension)
@@ -196,6 +204,7 @@ TABLES: dict[str, tuple[tuple[str, ...], Callable[[], Rows]]] = {
     "distributions": (("distribution", "draws"), lambda: of_kind(Kind.DISTRIBUTION)),
     "map": (("argument", "default", "may be", "meaning"), map_arguments),
     "attributes": (("attribute", "of", "is"), road_attributes),
+    "environment": (("argument", "may be", "meaning"), environment),
     "properties": (("property", "may be", "sets"), properties),
     "asking": (("attribute", "of", "is"), object_attributes),
     "actions": (("action", "does"), lambda: of_kind(Kind.ACTION)),

@@ -30,11 +30,11 @@ def driven(hand):
         code = hand.assembler(*[CAR] * len(starts))
         asked = [
             *((Op.TTC, 0, other) for other in (*range(1, len(starts)), -1)),
-            (Op.LEAD, 0, hand.literal(hand.route(*ROUTE))),
+            (Op.LEAD, 0, hand.literal(hand.route(*ROUTE)), hand.literal(math.inf)),
         ]
-        for op, a, b in asked:
+        for op, *operands in asked:
             code.rule(hand.temporary(0), RuleKind.WATCH)
-            code.emit(op, hand.temporary(0), a, b)
+            code.emit(op, hand.temporary(0), *operands)
             code.emit(Op.END)
         code.rule(hand.temporary(1), RuleKind.WATCH)
         code.emit(Op.LEAD, hand.temporary(0), *asked[-1][1:])

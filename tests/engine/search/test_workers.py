@@ -186,7 +186,7 @@ if __name__ == "__main__":
             futures[0].result()
         except BrokenProcessPool:
             print("broken")
-print("over")
+    print("over")
 """
 
 

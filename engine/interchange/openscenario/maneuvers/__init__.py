@@ -21,6 +21,7 @@ from engine.interchange.openscenario.document import (
 )
 from engine.interchange.openscenario.maneuvers.maneuver_plan import ManeuverPlan, Parameter
 from engine.interchange.openscenario.maneuvers.storyboard import Notation, Places, add_storyboard
+from engine.interchange.openscenario.surroundings import remarks_on_environment
 from engine.interchange.openscenario.versions import Version, version_of
 from engine.interchange.openscenario.write import add_signals
 from engine.interchange.own_metadata import FILE_PREFIX
@@ -50,7 +51,9 @@ def write_maneuvers(
     add_entities(document.root, shown, [actor.name for actor in plan.actors], version)
     add_storyboard(document.root, shown, plan, notation)
     text = xml_text(document.root)
-    return Export({f"{stem}.xosc": text}, (*plan.remarks, *_remarks(plan, varied, version)))
+    return Export(
+        {f"{stem}.xosc": text}, (*plan.remarks, *_remarks(plan, varied, version), *remarks_on_environment(shown))
+    )
 
 
 def _varied(plan: ManeuverPlan, version: Version) -> tuple[Parameter, ...]:

@@ -35,6 +35,7 @@ from engine.interchange.openscenario.maneuvers.maneuver_plan import (
     any_of,
     none_of,
 )
+from engine.interchange.openscenario.surroundings import add_environment
 from engine.interchange.openscenario.versions import Version
 from engine.interchange.openscenario.write import add_group, add_replay, stretches
 from engine.interchange.recording import Recording
@@ -234,6 +235,7 @@ STANDING = formula.number(0.01)
 def add_storyboard(root: Element, recording: Recording, plan: ManeuverPlan, notation: Notation) -> Element:
     storyboard = child(root, "Storyboard")
     actions = child(child(storyboard, "Init"), "Actions")
+    add_environment(actions, recording, notation.version)
     for index, actor in enumerate(plan.actors):
         if recording.there[0, index]:  # an actor that is not named is absent at the start
             _begin(child(actions, "Private", entityRef=actor.name), actor, notation)

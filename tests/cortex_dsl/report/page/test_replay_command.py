@@ -1,6 +1,7 @@
 """`cortexc replay`: the same case in the terminal, as a page and as a film."""
 
 import io
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
@@ -65,6 +66,16 @@ def test_page_of_a_case(folder: Path, tmp_path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     assert text.count("data-replay=") == 1
     assert "cortexc replay" in text
+
+
+def test_picture_of_a_case(folder: Path, tmp_path: Path) -> None:
+    """A picture is an SVG of its own, with everybody, a north arrow and a bar."""
+    path = tmp_path / "case.svg"
+    assert main(["replay", str(folder), "--case", "1", "--to", str(path)]) == 0
+    text = path.read_text(encoding="utf-8")
+    ET.fromstring(text)
+    assert text.count("data-actor=") >= 2
+    assert 'class="compass"' in text
 
 
 def test_film_of_a_case(folder: Path, tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from cortex_dsl.api.runs import OpenedRun, box_of, first_cases
 from cortex_dsl.cli import main
 from cortex_dsl.report.findings.analysis_report import DRIVER
 from cortex_dsl.report.page.analysis_sections import KINDS
+from cortex_dsl.report.page.player import SCRIPTS
 from cortex_dsl.report.page.run_sections import STREAMS, how_runs_ended
 from engine.search.evaluations import distinct_collisions, figures
 from engine.search.insight.diversity import distinct_failures
@@ -125,7 +126,7 @@ def test_hostile_names_stay_text(read, page_text: str) -> None:
     """Neither the name of the scenario, nor its description, nor a requirement becomes markup."""
     assert not [tag for tag, attributes in read.tags if "onerror" in attributes]
     assert not re.search(r"<script[^>]*>\s*alert", page_text)
-    assert sum(tag == "script" for tag, _ in read.tags) == 5
+    assert sum(tag == "script" for tag, _ in read.tags) == 3 + 1 + len(SCRIPTS)
     assert "&lt;img src=x onerror=alert(1)&gt;" in page_text
 
 
@@ -164,7 +165,7 @@ def test_command_writes_the_page(folder: Path, tmp_path: Path, capsys: pytest.Ca
         (["replay"], "replay what?"),
         (["replay", "nowhere"], "there is no"),
         (["replay", "nowhere.scn"], "there is no file"),
-        (["replay", "x", "--to", "x.mov"], "page or a film"),
+        (["replay", "x", "--to", "x.mov"], "a film or a picture"),
         (["replay", "x.scn", "--case", "2"], "--case names a case of a run"),
         (["replay", "x", "--speed", "0"], "must be a factor"),
     ],

@@ -1,15 +1,18 @@
 """What is linked with what, and what the document says of itself."""
 
+import cmath
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 
 from engine.interchange import InterchangeError, Provenance, SignalTimes
 from engine.interchange.opendrive import road_map, write_opendrive
 from engine.program import RoadSpec
-from engine.road import LaneRole, RoadError
+from engine.road import LaneRole, RoadError, build_network
 from tests.engine.interchange.opendrive.reading_back import Document, number, only, specs
 from tests.schemas import findings
 
@@ -160,3 +163,24 @@ def test_a_name_that_xml_cannot_hold_is_an_error() -> None:
     """Control characters."""
     with pytest.raises(InterchangeError, match="x08"):
         write_opendrive(RoadSpec(), None, "a\bb")
+
+
+@pytest.mark.parametrize(
+    "spec",
+    [RoadSpec(buildings=6.0), RoadSpec(ways=3, rows=2, cols=2, block=80.0, approach=30.0, buildings=4.5)],
+)
+@pytest.mark.parametrize("left_hand", [False, True])
+def test_buildings_stand_where_they_do(spec: RoadSpec, left_hand: bool) -> None:
+    """Centres, headings and sizes, from s, t and heading along the road; and the schema has nothing against them."""
+    spec = replace(spec, left_hand=left_hand)
+    text = write_opendrive(spec, None, "road")
+    assert not findings("opendrive", "1.7", text)
+    document, found = Document(text), []
+    for road in document.root.iter("road"):
+        for thing in road.iter("object"):
+            point, heading = document.reference(road.attrib["id"], number(thing, "s"))
+            at = point + number(thing, "t") * 1j * cmath.exp(1j * heading)
+            turned = heading + number(thing, "hdg")
+            found.append([at.real, at.imag, turned, number(thing, "length"), number(thing, "width")])
+    blocks = build_network(spec).buildings
+    np.testing.assert_allclose(sorted(found), sorted(blocks.tolist()), rtol=0.0, atol=1e-9)

@@ -1,0 +1,71 @@
+"""Requirements that hold what is drawn within its domain: no negative length, no speed below 0.
+
+A number that can be bounded is checked where it is given (`numbers.in_range`). What has no bound, such as the value of
+a `Normal`, is checked in every scene that is drawn.
+"""
+
+import math
+from collections.abc import Iterable, Iterator
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.evaluation.numbers import ROUNDING
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import Actor
+from cortex_dsl.semantics.names.properties import ENVIRONMENT, PROPERTIES, Domain
+from cortex_dsl.semantics.quantities.algebra import Term
+from cortex_dsl.source import Span
+
+
+def require_domains(ev: Evaluator, actors: Iterable[Actor]) -> None:
+    """Require of the scene that what has no bound lies in its domain."""
+    found = [*_of_environment(ev)]
+    for actor in actors:
+        found.extend(_of_actor(ev, actor))
+    for condition, what, span in found:
+        name = f"{what} within its domain"
+        ev.run.built.requirements.append(ir.Requirement(condition, 1.0, name, ev.file.line(span)))
+
+
+_Found = tuple[Term, str, Span]
+
+
+def _of_environment(ev: Evaluator) -> Iterator[_Found]:
+    if (environment := ev.run.built.environment) is not None:
+        for name, value in environment.values.items():
+            if (condition := _within(ev, value, ENVIRONMENT[name])) is not None:
+                yield condition, f"{name} of the environment", environment.span
+
+
+def _of_actor(ev: Evaluator, actor: Actor) -> Iterator[_Found]:
+    for name, spec in PROPERTIES.items():
+        value = actor.properties[name]
+        assert isinstance(value, Term)
+        condition = _within(ev, value, spec)
+        if name == "speed":
+            condition = _below_top(ev, actor, value, condition)
+        if condition is not None:
+            yield condition, f"{name} of {actor.name}", actor.span
+
+
+def _below_top(ev: Evaluator, actor: Actor, speed: Term, condition: Term | None) -> Term | None:
+    """With the top speed, where that may be less: one that is drawn, or that another scenario has overridden."""
+    top = actor.properties["topSpeed"]
+    assert isinstance(top, Term)
+    if ev.interval(speed)[1] <= ev.interval(top)[0] * (1.0 + ROUNDING):
+        return condition
+    return speed <= top if condition is None else condition & (speed <= top)
+
+
+def _within(ev: Evaluator, value: Term, spec: Domain) -> Term | None:
+    """The condition that a value lies in a domain; None where it surely does, or has been checked."""
+    low, high = ev.interval(value)
+    if math.isfinite(low) and math.isfinite(high):
+        return None
+    parts = []
+    if low < spec.low or (spec.above and low == spec.low):
+        parts.append(spec.low < value if spec.above else spec.low <= value)
+    if high > spec.high:
+        parts.append(value <= spec.high)
+    elif high == math.inf:
+        parts.append(value < math.inf)
+    return ev.algebra.all_of(parts) if parts else None

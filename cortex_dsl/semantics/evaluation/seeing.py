@@ -1,0 +1,57 @@
+"""Who sees whom: `can see`, what drivers of the library notice, and what `requireVisible` asks for."""
+
+import math
+
+from cortex_dsl.semantics.evaluation.geometry import oriented, outline, size_of
+from cortex_dsl.semantics.evaluation.surroundings import in_environment
+from cortex_dsl.semantics.model.context import Evaluator
+from cortex_dsl.semantics.model.values import Actor, Truth, Value
+from cortex_dsl.semantics.quantities.algebra import Term, in_view
+from cortex_dsl.source import Span
+from cortex_dsl.syntax import nodes
+from engine.vehicles import VIEW_DISTANCE
+
+
+def sees(ev: Evaluator, viewer: Actor, other: Actor) -> Term:
+    """Whether one object sees a part of another's outline."""
+    return _seen(ev, viewer, other, ev.algebra.span, ev.algebra.span)
+
+
+def unhidden(ev: Evaluator, viewer: Actor, other: Actor) -> Term:
+    """Whether nothing hides one object from another, wherever that looks: what drivers of the library notice."""
+    return ev.algebra.notices(viewer.index, other.index, notice_reach(ev))
+
+
+def notice_reach(ev: Evaluator) -> Term:
+    """How far drivers of the library notice others: as far as the weather lets anybody see [m]."""
+    weather, unlimited = ev.run.built.environment, ev.algebra.literal(math.inf)
+    return unlimited if weather is None else weather.values.get("sight", unlimited)
+
+
+def _seen(ev: Evaluator, viewer: Value, target: Value, viewer_span: Span, target_span: Span) -> Term:
+    """Whether a part of an outline, or a place, is in the view of an object, or all around a point, and not hidden."""
+    if not ev.moment.running:
+        return in_view(_view(ev, viewer, viewer_span), outline(ev, target, target_span))
+    nothing = ev.algebra.literal(0.0)
+    one, view = (viewer.index, nothing) if isinstance(viewer, Actor) else (-1, _view(ev, viewer, viewer_span))
+    if isinstance(target, Actor):
+        return ev.algebra.sees(one, target.index, view, nothing)
+    return ev.algebra.sees(one, -1, view, outline(ev, target, target_span))
+
+
+def _view(ev: Evaluator, viewer: Value, span: Span) -> Term:
+    """Packed x, y, heading, opening angle and reach of a view, and the number of who looks."""
+    pose = oriented(ev, viewer, span, "what sees")
+    if isinstance(viewer, Actor):
+        angle, reach = size_of(viewer, "viewAngle"), size_of(viewer, "visibleDistance")
+        number = ev.algebra.number_of(viewer)
+    else:
+        angle, reach = ev.algebra.literal(math.tau), ev.algebra.literal(VIEW_DISTANCE)
+        number = ev.algebra.literal(-1.0)
+    reach = in_environment(ev, "visibleDistance", reach)
+    return ev.algebra.pack(pose.x, pose.y, pose.heading, angle, reach, number)
+
+
+def can_see(ev: Evaluator, node: nodes.CanSee) -> Value:
+    viewer, target = ev.evaluate_all((node.viewer, node.target))
+    return Truth(_seen(ev, viewer, target, node.viewer.span, node.target.span))

@@ -1,0 +1,104 @@
+"""The numbers and truths that `with` sets, and the arguments of `environment`: one row each, with its column, dimension
+and legal range.
+"""
+
+import math
+from collections.abc import Mapping
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.names.builtins import TOP_SPEED
+from cortex_dsl.semantics.quantities.units import ACCELERATION, ANGLE, ANGULAR_SPEED, LENGTH, MASS, PURE, SPEED, TIME
+from engine.frozen import frozen
+from engine.vocabulary import Column
+
+
+@frozen
+class Domain:
+    """A number that has a name, its dimension and its legal range."""
+
+    name: str
+    dimension: ir.Dimension
+    low: float = 0.0
+    high: float = math.inf
+    above: bool = False
+    """Whether the lower end itself is illegal."""
+    doc: str = ""
+
+
+ENVIRONMENT: Mapping[str, Domain] = {
+    d.name: d
+    for d in (
+        Domain("friction", PURE, 0.0, 2.0, above=True, doc="Factor on everybody's grip: wet 0.6, snow 0.2, ice 0.1."),
+        Domain("sight", LENGTH, 0.0, above=True, doc="Nobody sees further, as in fog."),
+        Domain("light", PURE, 0.0, 1.0, above=True, doc="Factor on everybody's `visibleDistance`, 1 by day."),
+    )
+}
+"""Arguments of `environment`."""
+
+
+@frozen
+class Property(Domain):
+    """A number or a truth that `with` sets, and its column in a scene."""
+
+    column: Column = Column.X
+    truth: bool = False
+    """Whether it is True or False, kept as 1.0 or 0.0."""
+
+
+def _truth(name: str, column: Column, doc: str) -> Property:
+    return Property(name, PURE, 0.0, 1.0, doc=doc, column=column, truth=True)
+
+
+PROPERTIES: Mapping[str, Property] = {
+    p.name: p
+    for p in (
+        Property("speed", SPEED, 0.0, TOP_SPEED, doc="Speed at the start.", column=Column.SPEED),
+        Property("length", LENGTH, 0.0, 100.0, above=True, doc="Length of the outline.", column=Column.LENGTH),
+        Property("width", LENGTH, 0.0, 20.0, above=True, doc="Width of the outline.", column=Column.WIDTH),
+        Property("wheelbase", LENGTH, 0.0, 100.0, above=True, doc="Front axle to rear axle.", column=Column.WHEELBASE),
+        Property(
+            "rearToCenter", LENGTH, 0.0, 50.0, doc="Rear axle to the outline's centre.", column=Column.REAR_TO_CENTER
+        ),
+        Property("mass", MASS, 0.0, 1e6, above=True, doc="Mass.", column=Column.MASS),
+        Property("maxSteer", ANGLE, 0.0, math.pi, doc="Largest steering angle either way.", column=Column.MAX_STEER),
+        Property("maxAcceleration", ACCELERATION, 0.0, 100.0, doc="At full throttle.", column=Column.MAX_ACCELERATION),
+        Property("maxBraking", ACCELERATION, 0.0, 100.0, doc="Deceleration at full pedal.", column=Column.MAX_BRAKING),
+        Property("friction", PURE, 0.0, 10.0, above=True, doc="Between tyre and road.", column=Column.FRICTION),
+        Property(
+            "viewAngle", ANGLE, 0.0, math.tau, above=True, doc="Opening angle of its view.", column=Column.VIEW_ANGLE
+        ),
+        Property("visibleDistance", LENGTH, doc="How far it sees.", column=Column.VIEW_DISTANCE),
+        _truth("occluding", Column.OCCLUDING, "Whether others are hidden behind it."),
+        _truth("fixed", Column.FIXED, "Whether no impact moves it."),
+        Property("topSpeed", SPEED, 0.0, TOP_SPEED, doc="No throttle takes it beyond.", column=Column.TOP_SPEED),
+        Property("steerRate", ANGULAR_SPEED, 0.0, 100.0, doc="How fast its wheels turn.", column=Column.STEER_RATE),
+        Property("pedalTime", TIME, 0.0, 10.0, doc="From no pedal to a full one.", column=Column.PEDAL_TIME),
+        Property(
+            "drag", ACCELERATION, 0.0, 100.0, doc="Deceleration while it rolls without pedals.", column=Column.DRAG
+        ),
+    )
+}
+
+MODEL_FIELDS: Mapping[str, str] = {name: p.column.name.lower() for name, p in PROPERTIES.items() if name != "speed"}
+"""Field of `engine.vehicles.ActorModel` that holds each default."""
+
+FLAGS: Mapping[str, str] = {
+    "behavior": "What it does during the run.",
+    "name": "What reports call it.",
+    "allowCollisions": "Whether it may overlap others at the start.",
+    "regionContainedIn": "`None`: it may start off the road.",
+    "requireVisible": "Whether the ego must see it at the start.",
+}
+"""Properties that are not numbers."""
+
+IGNORED: Mapping[str, str] = {
+    "blueprint": "the looks of a vehicle do not matter here",
+    "color": "the looks of a vehicle do not matter here",
+    "rolename": "objects have the name of their variable",
+    "physics": "every object takes part",
+}
+"""Properties of Scenic's scripts that are accepted and do nothing."""
+
+
+def all_properties() -> tuple[str, ...]:
+    return (*PROPERTIES, *FLAGS, *IGNORED)
