@@ -29,7 +29,7 @@ def drive(x: float, y: float, heading: float, speed: float, samples: int = 80) -
 
 def trajectory(*actors: Floats, contact_sample: int = -1) -> Trajectory:
     return Trajectory(
-        time=np.arange(len(actors[0])) * STEP,
+        time=np.arange(len(actors[0]), dtype=np.float64) * STEP,
         states=np.stack(actors, axis=1),
         outlines=np.tile([4.0, 2.0], (len(actors), 1)),
         contact_sample=contact_sample,

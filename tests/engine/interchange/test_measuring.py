@@ -100,7 +100,7 @@ def car(name: str, kind: ActorKind = ActorKind.CAR, **changes: float) -> Recorde
 
 
 def by_hand(
-    ways: Sequence[Sequence[tuple[float, float, float, float]]], time: Sequence[float], step: float
+    ways: Sequence[Sequence[tuple[float, float, float, float]]], time: Sequence[float] | np.ndarray, step: float
 ) -> Recording:
     """Actors by their (x, y, heading, speed) at each time; None where one is absent."""
     states = np.zeros((len(time), len(ways), len(State)))
@@ -113,7 +113,7 @@ def by_hand(
     return Recording("by-hand", actors, np.array(time), states, step)
 
 
-def head_on(time: Sequence[float], gap: float = 40.0) -> Recording:
+def head_on(time: Sequence[float] | np.ndarray, gap: float = 40.0) -> Recording:
     """Two that drive towards each other at 10 m/s each."""
     ego = [(10.0 * t, 0.0, 0.0, 10.0) for t in time]
     other = [(gap - 10.0 * t, 0.0, np.pi, 10.0) for t in time]
