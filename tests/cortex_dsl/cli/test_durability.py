@@ -237,9 +237,9 @@ def test_an_edited_scenario(cortexc: Command, scenario: Callable[..., Path], tmp
 def test_a_full_disk(left_turn: Path, tmp_path: Path) -> None:
     """A disk that fills up ends the search with 2 and a word; with more space the run goes on to its end."""
     script = f"""
-        mkdir "$1/disk"; mount -t tmpfs -o size=300k none "$1/disk"
+        mkdir "$1/disk"; mount -t tmpfs -o size=30m none "$1/disk"; head -c 30408704 /dev/zero > "$1/disk/filler"
         code=0; "$2" -m cortex_dsl "$3" {" ".join(map(str, SEARCH))} --out "$1/disk/run" 2> "$1/first" || code=$?
-        echo $code; mount -o remount,size=30m "$1/disk"
+        echo $code; rm "$1/disk/filler"
         "$2" -m cortex_dsl resume "$1/disk/run" > "$1/second" 2>&1; echo $?; cp "$1/disk/run/journal.sqlite" "$1"
     """
     done = in_namespace(script, tmp_path, sys.executable, left_turn)
