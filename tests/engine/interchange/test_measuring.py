@@ -28,8 +28,8 @@ EXAMPLES = [*sorted((ROOT / "examples").glob("*.scn")), *sorted((ROOT / "tests" 
 TOLERANCE = 2e-9
 """Who comes in where it touches is recorded 1e-9 of a step later, less than 1e-9 m."""
 ENDS = ("end_reason", "end_rule", "steps", "others_contact_time", "others_contact_actors")
-"""A recording knows no rules; whoever touches from the first instant has made no step; of a step in which others touch it
-has both ends, and not the instant between.
+"""A recording knows no rules; whoever touches from the first instant has made no step; of a step in which others touch
+it has both ends, and not the instant between.
 """
 
 
