@@ -54,7 +54,10 @@ def compare(scenario: Scenario, count: int, seed: int = 0) -> Agreement:
     scenario = replace(scenario, config=replace(scenario.config, contact=contact))
     scenes = _valid_scenes(scenario, count, seed)
     program, config = scenario.program, scenario.config
-    fast, slow = batch.simulate(program, scenes, config.simulation), world.simulate(program, scenes, config)
+    fast, slow = (
+        batch.simulate(program, scenes, config.simulation, contact=config.contact),
+        world.simulate(program, scenes, config),
+    )
     flags = (fast.contact_actors != slow.contact_actors).any(axis=1)
     for name in ("verdict", "collided", "end_reason", "end_rule", "steps"):
         flags |= getattr(fast, name) != getattr(slow, name)
@@ -88,7 +91,7 @@ def _largest(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def _states_apart(scenario: Scenario, scenes: Scenes, row: int) -> float:
-    planned = batch.trajectory(scenario.program, scenes, row, scenario.config.simulation)
+    planned = batch.trajectory(scenario.program, scenes, row, scenario.config.simulation, scenario.config.contact)
     lived = world.run(scenario.program, scenes, row, scenario.config)
     samples = min(len(planned.states), len(lived.trajectory.states))
     states = planned.states[:samples][..., POSE], lived.trajectory.states[:samples][..., POSE]

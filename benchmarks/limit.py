@@ -17,7 +17,7 @@ from engine.kernels.bicycle import GRAVITY, Demand, Motion, Vehicle, drive
 from engine.kernels.geometry import Box, View
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.pair import measure_pair
-from engine.kernels.path import path_project, path_project_near
+from engine.kernels.path import path_pose, path_project, path_project_near
 from engine.kernels.region import region_contains
 from engine.kernels.sight import SEEN, look
 from engine.kernels.steering import pedals_towards, planned_speed, steer_along
@@ -96,6 +96,10 @@ class Car(NamedTuple):
     path: int
     path_length: float
     target: float
+    length: float
+    width: float
+    reach: float
+    """At most so far does the outline reach ahead of its centre [m]."""
 
 
 class Choice(NamedTuple):
@@ -117,7 +121,9 @@ def _car(road: RoadTables, start: Floats, path: int, target: float, steer_rate: 
         GRAVITY * start[Column.FRICTION],
         max_speed,
     )
-    return Car(vehicle, start[Column.REAR_TO_CENTER], path, road.path_length[path], target)
+    length, width = start[Column.LENGTH], start[Column.WIDTH]
+    behind, reach = start[Column.REAR_TO_CENTER], 0.5 * (length + width)
+    return Car(vehicle, behind, path, road.path_length[path], target, length, width, reach)
 
 
 @inlined
@@ -134,13 +140,25 @@ def _outline(start: Floats) -> Box:
     return Box(start[Column.X], start[Column.Y], start[Column.HEADING], start[Column.LENGTH], start[Column.WIDTH])
 
 
+@kernel
+def _passes_end(road: RoadTables, car: Car, motion: Motion, left: float) -> bool:
+    """Whether the outline reaches beyond the end of the path, which is the end of the road."""
+    end = path_pose(road, car.path, car.path_length)
+    turn_cos = math.cos(motion.heading - end.heading)
+    turn_sin = math.sin(motion.heading - end.heading)
+    return car.to_center + 0.5 * (car.length * abs(turn_cos) + car.width * abs(turn_sin)) > left
+
+
 @inlined
 def _follow(road: RoadTables, car: Car, motion: Motion, s: float, steer: float, time_step: float) -> Choice:
     """FollowTrajectoryBehavior; at the path's end nothing is commanded but the wheels stay as they are."""
     point = path_project_near(road, car.path, motion.x, motion.y, s)
-    if point.s + car.to_center >= car.path_length:
+    vehicle, left = car.vehicle, car.path_length - point.s
+    way = (motion.speed + 0.5 * vehicle.max_acceleration * time_step) * time_step
+    if left <= car.to_center:
         return Choice(Demand(0.0, steer), point.s, True)
-    vehicle = car.vehicle
+    if left <= car.to_center + car.reach + way and _passes_end(road, car, motion, left - way):
+        return Choice(Demand(0.0, steer), point.s, True)
     steer = steer_along(road, car.path, point, motion.heading, motion.speed, vehicle.wheelbase, time_step)
     wanted = planned_speed(road, car.path, point.s, motion.speed, car.target, MAX_LATERAL)
     pedals = pedals_towards(wanted, motion.speed, vehicle.max_acceleration, vehicle.max_braking)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from cortex_dsl.api.exchange import export, measure
+    from cortex_dsl.api.opinions import verify
     from cortex_dsl.api.runs import open_run, resume, search
     from cortex_dsl.api.scenario import Scenario, compile_text, load
     from cortex_dsl.api.studies import study
@@ -38,6 +39,7 @@ __all__ = [
     "resume",
     "search",
     "study",
+    "verify",
 ]
 
 _HOMES = {
@@ -52,6 +54,7 @@ _HOMES = {
     "resume": "cortex_dsl.api.runs",
     "search": "cortex_dsl.api.runs",
     "study": "cortex_dsl.api.studies",
+    "verify": "cortex_dsl.api.opinions",
 }
 """The module of each name."""
 

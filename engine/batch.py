@@ -1,4 +1,4 @@
-"""The batch host: thousands of scenes at once, each up to first contact or its end. No contact physics.
+"""The batch host: thousands of scenes at once, each up to the ego's first contact or its end.
 
 A scene's outcome depends on nothing but the program, the scene and the config: not on the other scenes, their order,
 or the number of threads.
@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from engine.config import SimulationConfig
+from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
 from engine.host import empty_results, memory, outcomes, outlines, plan, requested, samples_of
 from engine.kernels.rollout import advance, begin
@@ -21,6 +21,7 @@ from engine.program import Program
 from engine.scenes import Scenes, Trajectory
 
 DEFAULTS = SimulationConfig()
+CONTACT = ContactConfig()
 CHUNK = 1000
 """Scenes that one uninterruptible call may run: some 50 ms, so that Ctrl-C is answered at once."""
 
@@ -30,6 +31,7 @@ def simulate(
     scenes: Scenes,
     config: SimulationConfig = DEFAULTS,
     jobs: int = 1,
+    contact: ContactConfig = CONTACT,
     hold: int = 1,
     slides: Sequence[int] = (),
 ) -> Outcomes:
@@ -38,7 +40,7 @@ def simulate(
     `hold` and `slides` are those of `engine.host.plan`: with them a run is made again by finer motion, or by slipping
     tyres.
     """
-    shared, rows = plan(program, config, hold, slides), requested(scenes)
+    shared, rows = plan(program, config, contact, hold, slides), requested(scenes)
     results = empty_results(len(program.actors), rows)
 
     def run(chunk: tuple[int, int]) -> None:
@@ -55,20 +57,27 @@ def simulate(
     return outcomes(results)
 
 
-def trajectory(program: Program, scenes: Scenes, row: int, config: SimulationConfig = DEFAULTS) -> Trajectory:
-    """Return the states of one valid scene over time, up to the end or the last sample before first contact."""
+def trajectory(
+    program: Program,
+    scenes: Scenes,
+    row: int,
+    config: SimulationConfig = DEFAULTS,
+    contact: ContactConfig = CONTACT,
+) -> Trajectory:
+    """Return the states of one valid scene over time, up to the end or the last sample before the ego touches."""
     if not scenes.valid[row]:
         raise ArgumentError(f"scene {row} is not valid; only a valid one can be run", "`scenes.valid` says which are")
-    shared, run, rows = plan(program, config), memory(program, samples_of(config) + 1), requested(scenes)
+    shared, run = plan(program, config, contact), memory(program, samples_of(config) + 1)
+    rows = requested(scenes)
     begin(shared, run, int(rows.variant[row]), rows.values[row], rows.keys[row])
     advance(shared, run, samples_of(config) + 1, True)
-    contact = bool(run.status[Status.CONTACT_ONE] >= 0)
-    samples = int(run.status[Status.SAMPLE]) + (0 if contact else 1)
+    touched = bool(run.status[Status.CONTACT_ONE] >= 0)
+    samples = int(run.status[Status.SAMPLE]) + (0 if touched else 1)
     return Trajectory(
         time=np.arange(samples, dtype=np.float64) * config.time_step,
         states=run.states[:samples].copy(),
         outlines=outlines(program, rows.values[row]),
-        contact_sample=samples - 1 if contact else -1,
+        contact_sample=samples - 1 if touched else -1,
         watched=run.watched[:samples].copy(),
     )
 

@@ -24,16 +24,26 @@ class SimulationConfig:
 
 @frozen
 class ContactConfig:
-    """Contact physics of `engine.world`; the values and their reasons are in the physics reference."""
+    """Contact physics; the values and their reasons are in the physics reference.
+
+    Restitution, friction, rolling resistance and whether drivers go on hold in both hosts; the rest is for pymunk.
+    """
 
     restitution: float = 0.15
+    """Speed of parting over closing speed, on the normal."""
     friction: float = 0.5
+    """Of outlines on one another."""
     substep: float = 0.0025
     """Step of pymunk from the first contact on [s]."""
     aftermath: float = 4.0
     """How long the world goes on after first contact, or until everything rests [s]."""
     collision_slop: float = 0.01
     collision_persistence: int = 1
+    rolling_resistance: float = 0.015
+    """Of wheels that nobody drives, as a share of the weight on them. Source: Gillespie 1992, "Fundamentals of Vehicle
+    Dynamics", chapter 4, passenger cars on concrete."""
+    drivers_go_on: bool = False
+    """Whether the driver of a body struck by others than the ego drives on once its wheels grip; else it rolls out."""
 
 
 @frozen

@@ -7,28 +7,37 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.config import SimulationConfig
+from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
 from engine.kernels.rows import Requested, Results
-from engine.kernels.stage import Layout, Plan, Run, Slot, Status
+from engine.kernels.stage import MAX_BLOWS, Blow, Layout, Leg, Plan, Run, Slot, Status
 from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
 from engine.tables import SHADE, Floats, Ints, Size
-from engine.vocabulary import Column, RuleKind, State
+from engine.vehicles import MODELS, ActorModel
+from engine.vocabulary import ActorKind, Column, RuleKind, State
 
 MAX_SAMPLES = 100_000
 """Steps that a run may have; a record of so many takes 7 MB an actor."""
+CONTACT = ContactConfig()
 PLAIN = ("C", "A", "W")
 """Contiguous, aligned, writable arrays: numba would compile the kernels again for any others."""
 
 
-def plan(program: Program, config: SimulationConfig, hold: int = 1, slides: Sequence[int] = ()) -> Plan:
+def plan(
+    program: Program,
+    config: SimulationConfig,
+    contact: ContactConfig = CONTACT,
+    hold: int = 1,
+    slides: Sequence[int] = (),
+) -> Plan:
     """The part of a program that its runs read. Raises ArgumentError for settings that make no simulation.
 
     `hold`: steps from one turn of the behaviours to the next; `slides`: cars whose tyres slip.
     """
     _check(config)
+    _check_contact(contact)
     code = program.code
     return Plan(
         code=_integers(code.step_code),
@@ -47,6 +56,7 @@ def plan(program: Program, config: SimulationConfig, hold: int = 1, slides: Sequ
         monitor_started=_integers(code.monitor_started),
         present=_integers(code.actor_present),
         kinds=_integers(code.actor_kind),
+        gyration=np.array([_gyration(MODELS[ActorKind(kind)]) for kind in code.actor_kind]),
         slides=np.isin(np.arange(len(code.actor_kind)), slides).astype(np.int32),
         road=program.road._make(np.require(array, requirements=PLAIN) for array in program.road),
         layout=Layout(
@@ -56,9 +66,19 @@ def plan(program: Program, config: SimulationConfig, hold: int = 1, slides: Sequ
             time_step=float(config.time_step),
             last_sample=-(-samples_of(config) // hold) * hold,
             budget=int(config.instruction_budget),
+            lasting=int(len(code.temporal_root) > 0 or bool(np.any(code.rule_kind == RuleKind.WATCH))),
+            restitution=float(contact.restitution),
+            contact_friction=float(contact.friction),
+            rolling=float(contact.rolling_resistance),
+            drivers_go_on=int(contact.drivers_go_on),
             hold=hold,
         ),
     )
+
+
+def _gyration(model: ActorModel) -> float:
+    """Yaw inertia over mass times the squared diagonal of the outline."""
+    return model.yaw_inertia / (model.mass * (model.length**2 + model.width**2))
 
 
 def _check(config: SimulationConfig) -> None:
@@ -75,6 +95,17 @@ def _check(config: SimulationConfig) -> None:
             f"{config.max_time} s in steps of {config.time_step} s are more than {MAX_SAMPLES:,} steps",
             "take longer steps",
         )
+
+
+def _check_contact(contact: ContactConfig) -> None:
+    for name, value, most in (
+        ("restitution", contact.restitution, 1.0),
+        ("friction", contact.friction, math.inf),
+        ("rolling_resistance", contact.rolling_resistance, math.inf),
+    ):
+        if not (0.0 <= value <= most and math.isfinite(value)):
+            above = f"from 0 to {most:g}" if math.isfinite(most) else "that is not negative"
+            raise ArgumentError(f"contact.{name} is {value}; it must be a number {above}", "leave it out: see the docs")
 
 
 def samples_of(config: SimulationConfig) -> int:
@@ -95,7 +126,9 @@ def memory(program: Program, samples: int) -> Run:
         resume=np.full(int(code.sizes[Size.BLOCKS]), -1, dtype=np.int32),
         actors=np.zeros((actors, len(Slot))),
         status=np.zeros(len(Status), dtype=np.int64),
-        end=np.zeros(2),
+        end=np.zeros(3),
+        legs=np.zeros((actors, len(Leg))),
+        impacts=np.zeros((MAX_BLOWS, len(Blow))),
         key=np.zeros(6, dtype=np.int64),
         watched=np.zeros((samples, len(code.rule_kind)) if watching else (0, 0)),
         truth=np.zeros((2, len(code.formula)), dtype=np.bool_),

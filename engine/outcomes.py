@@ -37,7 +37,7 @@ class Per(Enum):
     ACTOR = "actor"
     """(n, actors)"""
     CONTACT = "contact"
-    """(n, 2) the two in contact."""
+    """(n, 2) two in contact."""
 
 
 class Kept(Enum):
@@ -50,6 +50,7 @@ class Kept(Enum):
     DECIDING = "deciding"
     """That of the pair that decides the risk."""
     LEAST = "least"
+    EGO = "ego"
 
 
 Kind = type[float] | type[int] | type[bool] | type[IntEnum]
@@ -80,6 +81,10 @@ class Result:
     """Whether it belongs to the metrics that the score comes from, which reports tell together with it."""
     in_document: bool = True
     """Of a metric of a pair: whether the JSON of a single run tells it."""
+    formula: str = ""
+    """Of a metric that people know by a symbol: what it comes from …"""
+    source: str = ""
+    """… and who defined it so."""
     name: str = ""
     """The attribute; filled in from the class."""
 
@@ -108,6 +113,11 @@ class Result:
         """An array of `Outcomes` in which every scene is invalid."""
         shape = {Per.PAIR: (rows, actors - 1), Per.ACTOR: (rows, actors), Per.CONTACT: (rows, 2)}.get(self.per, (rows,))
         return np.full(shape, self.fill, self.dtype)
+
+
+MODEL_RANGE = 0.5
+"""Use of grip up to which a kinematic bicycle drives as a car does: Polack, Altche, d'Andrea-Novel, de La Fortelle,
+"The kinematic bicycle model: a consistent model for planning feasible trajectories …", IV 2017."""
 
 
 # -- the table ---------------------------------------------------------------------------------------------------------
@@ -157,7 +167,7 @@ class _Measured:
     end_reason: Annotated[
         Ints,
         Result(
-            "`collision`, `other_collision` (without the ego), `rule`, `timeout`, `all_done`, `stuck`, `broken`",
+            "`collision` (of the ego), `rule`, `timeout`, `all_done`, `stuck`, `broken`",
             kind=EndReason,
         ),
     ]
@@ -176,6 +186,8 @@ class _Measured:
             kept=Kept.NEAREST,
             when="min_distance_time",
             of_risk=True,
+            formula="least distance between the outlines over continuous time; 0 on contact",
+            source="CORTEX-AVD, Table 1",
         ),
     ]
     """Infinite for two never in the scene together."""
@@ -191,6 +203,8 @@ class _Measured:
             kept=Kept.DECIDING,
             when="max_closing_time",
             of_risk=True,
+            formula="max of c = -(p . v) / |p| over samples, p and v: way and relative velocity of the centres",
+            source="CORTEX-AVD, Table 1",
         ),
     ]
     max_closing_time: Annotated[Floats, Result("", "s", per=Per.PAIR, kept=Kept.DECIDING)]
@@ -205,6 +219,8 @@ class _Measured:
             kept=Kept.DECIDING,
             when="max_closing_time",
             of_risk=True,
+            formula="distance at the first sample with c >= MS - 0.01 m/s; infinite if they never approach",
+            source="CORTEX-AVD, Table 1",
         ),
     ]
     ttc_at_ms: Annotated[
@@ -218,6 +234,8 @@ class _Measured:
             kept=Kept.DECIDING,
             when="max_closing_time",
             of_risk=True,
+            formula="D_MS / MS; infinite if they never approach",
+            source="CORTEX-AVD, Table 1",
         ),
     ]
     ego_speed: Annotated[
@@ -276,6 +294,23 @@ class _Measured:
         Floats, Result("when the first actor left the road [s]", "s", per=Per.ACTOR, kept=Kept.LEAST)
     ]
     """When an actor's centre first left the road, NaN if never."""
+    lateral_grip: Annotated[
+        Floats,
+        Result("largest use of grip by the ego, sideways, as a share of mu g", per=Per.ACTOR, kept=Kept.EGO),
+    ]
+    """NaN for who has no tyres; so is the next."""
+    combined_grip: Annotated[
+        Floats,
+        Result(
+            "the same, of acceleration and turning together; above 0.5 beyond the range of the vehicle model",
+            per=Per.ACTOR,
+            kept=Kept.EGO,
+        ),
+    ]
+    others_contact_time: Annotated[
+        Floats, Result("when two others first touched; empty: never, or after the end [s]", "s")
+    ]
+    """NaN if never. They crash, and the run goes on: it is the ego's."""
 
 
 @frozen
@@ -283,7 +318,10 @@ class Outcomes(_Measured, _Decided):
     """What happened to each scene, by the arrays of the table; of a pair or an actor, one number for each."""
 
     steps: Annotated[Ints, Result("steps simulated", kind=int)]
-    contact_actors: Annotated[Ints, Result("the pair in contact, -1 where none", per=Per.CONTACT, kind=int)]
+    contact_actors: Annotated[Ints, Result("the ego and whom it touched, -1 where nobody", per=Per.CONTACT, kind=int)]
+    others_contact_actors: Annotated[
+        Ints, Result("the first two others that touched, -1 where none", per=Per.CONTACT, kind=int)
+    ]
 
     def __len__(self) -> int:
         return len(self.verdict)

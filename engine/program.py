@@ -236,7 +236,7 @@ def save_program(program: Program, path: Path) -> None:
     }
     header = json.dumps({"format": FORMAT, **_plain(program)})
     with path.open("wb") as file:
-        np.savez_compressed(file, header=np.array(header), **arrays)
+        np.savez_compressed(file, **cast("Any", {"header": np.array(header), **arrays}))
 
 
 def load_program(path: Path) -> Program:

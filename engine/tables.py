@@ -55,6 +55,8 @@ SHADE = 6
 """Numbers of an outline in a table of those that hide: x, y, heading, length, width, and whether it hides (0: it does
 not)."""
 
+SLIDING = 2.0
+"""Of `State.PRESENT`: loose after an impact; it moves as its centres say, not as it heads."""
 ROAD_REGION = 0
 """Region 0 is always the whole drivable road."""
 

@@ -5,7 +5,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from lxml import etree
+from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  # compiled, without stubs
 
 FOLDER = Path(sys.prefix) / "schemas"
 PLACES = {

@@ -79,7 +79,7 @@ def test_those_for_users_are_called_errors(kind: type[BaseException]) -> None:
 @pytest.mark.parametrize("kind", FOR_USERS)
 def test_each_keeps_message_and_cure(kind: type[CortexError]) -> None:
     """As attributes and as text, and through pickle, as a worker of another process sends it."""
-    error = MADE[kind]() if kind in MADE else kind("what is wrong", "how to mend it")
+    error = MADE[kind]() if kind in MADE else kind("what is wrong", "what to do")
     assert error.message
     assert error.cure
     assert error.message in str(error)

@@ -6,6 +6,7 @@ import re
 from html.parser import HTMLParser
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote
 
 import pytest
@@ -17,7 +18,7 @@ from docs.builder.pages import GENERATED, OF_THE_ROOT, ROOT, anchor, laid_out, s
 from docs.builder.site import build, navigation, stage
 
 
-def listed(entry: object) -> list[str]:
+def listed(entry: Any) -> list[str]:
     """Places that a part of the navigation names."""
     if isinstance(entry, str):
         return [entry]

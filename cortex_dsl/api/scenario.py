@@ -196,13 +196,13 @@ class Scenario:
         )
 
     def simulate(self, scenes: "Scenes", engine: str = "batch", jobs: int = 1) -> "Outcomes":
-        """Run scenes up to first contact or their end, in the batch host or in the pymunk world."""
+        """Run scenes up to the ego's first contact or their end, in the batch host or in the pymunk world."""
         self._own(scenes)
         jobs = arguments.whole("jobs", jobs, 1)
         if arguments.one_of("engine", engine, ("batch", "world")) == "batch":
             from engine import batch
 
-            return batch.simulate(self.program, scenes, self.config.simulation, jobs)
+            return batch.simulate(self.program, scenes, self.config.simulation, jobs, self.config.contact)
         from engine import world
 
         return world.simulate(self.program, scenes, self.config, jobs)

@@ -25,14 +25,14 @@ from engine.config import Config, GAConfig, SearchConfig, SimulationConfig
 from engine.metrics import recorded
 from engine.outcomes import Outcomes
 from engine.program import Program, Settings
-from engine.scenes import Scenes, Trajectory, actor_columns
-from engine.vocabulary import Column, EndReason, Verdict
+from engine.scenes import Scenes, Trajectory
+from engine.vocabulary import EndReason, Verdict
 
 if TYPE_CHECKING:
     from engine.acceptance import Account
     from engine.metrics import Metric
     from engine.search.run import Campaign
-    from engine.world.aftermath import Impact
+    from engine.world.impacts import Impact
 
 
 def open_scenario(
@@ -150,7 +150,9 @@ def _simulate(scenario: Scenario, scenes: Scenes, engine: str) -> Simulated:
     from engine import batch
 
     outcomes = scenario.simulate(scenes)
-    return Simulated(outcomes, batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation), ())
+    return Simulated(
+        outcomes, batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation, scenario.config.contact), ()
+    )
 
 
 def _report(run: RunRequest, scenario: Scenario, scenes: Scenes, simulated: Simulated, again: str) -> RunReport:
@@ -179,12 +181,12 @@ def _report(run: RunRequest, scenario: Scenario, scenes: Scenes, simulated: Simu
 
 def _metrics(scenario: Scenario, scenes: Scenes, simulated: Simulated) -> "Sequence[Metric]":
     """All that a valid run can be measured by."""
-    from engine.metrics import measure_impacts, measure_trajectory
+    from engine.metrics import bodies_of, measure_impacts, measure_trajectory
 
     if int(simulated.outcomes.verdict[0]) != Verdict.VALID:
         return ()
-    behind = actor_columns(scenario.program, scenes.values[0])[:, Column.REAR_TO_CENTER]
-    driven = measure_trajectory(simulated.trajectory, simulated.outcomes, rear_to_center=behind.tolist())
+    bodies = bodies_of(scenario.program, scenes.values[0])
+    driven = measure_trajectory(simulated.trajectory, simulated.outcomes, bodies)
     return (*driven, *measure_impacts(simulated.impacts))
 
 

@@ -98,7 +98,7 @@ def do_scene(state: State, _argument: str) -> None:
 
     console = state.terminal.out
     road = outline(build_network(scenario.program.road_spec))
-    ways = batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation)
+    ways = batch.trajectory(scenario.program, scenes, 0, scenario.config.simulation, scenario.config.contact)
     state.scenes_shown += 1
     note = f"scene {state.scenes_shown} of seed {state.seed}"
     if state.scenes_tried > state.scenes_shown:

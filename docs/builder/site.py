@@ -11,7 +11,13 @@ from docs.builder import gallery, program
 from docs.builder.pages import ROOT, laid_out, sources
 
 CONFIG = ROOT / "docs" / "zensical.toml"
-REFERENCE = ("reference/language.md", "reference/commands.md", "reference/python.md", "reference/changelog.md")
+REFERENCE = (
+    "reference/language.md",
+    "reference/commands.md",
+    "reference/python.md",
+    "reference/metrics.md",
+    "reference/changelog.md",
+)
 
 
 def build(folder: Path, *, gallery: bool = True) -> int:

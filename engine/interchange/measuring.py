@@ -1,7 +1,7 @@
 """A recording, from any driver, judged with the kernels that judge our own runs: outcomes, risk, every metric.
 
-First contact is searched over the motion between samples. Up to it, or to the end, all are put on whole steps; the
-row after the last of them holds where they would be without contact, as in the record of a run of ours. What
+The ego's first contact is searched over the motion between samples. Up to it, or to the end, all are put on whole
+steps; the row after the last of them holds where they would be without contact, as in the record of a run of ours. What
 was such a run has the same numbers again.
 """
 
@@ -14,17 +14,15 @@ import numpy as np
 from engine.host import MAX_SAMPLES, pair_arrays
 from engine.interchange.contract import OURS, Finding, InterchangeError
 from engine.interchange.recording import OF_STEPS, SAME_INSTANT, RecordedCase, Recording, states_at
-from engine.kernels.approach import Touch, search_contact
+from engine.kernels.approach import Touch, search_contact_of
 from engine.kernels.pair import measure_pair
-from engine.metrics import Metric, measure_trajectory
+from engine.metrics import Body, Metric, measure_trajectory
 from engine.outcomes import PAIRS, Outcomes, blank_outcomes
 from engine.risk import PROFILES, Risk, assess
 from engine.scenes import Trajectory
 from engine.tables import ROAD_REGION, Floats
+from engine.vehicles import MODELS
 from engine.vocabulary import EndReason, State, Verdict
-
-COMMANDS = frozenset({"steering oscillation", "pedal oscillation"})
-"""Metrics of wheel and pedals, which not every recording contains."""
 
 
 @dataclass(frozen=True)
@@ -52,10 +50,12 @@ class _End:
 
 
 def measure(recording: Recording, profile: str = "paper") -> Measured:
-    """Judge a recording up to first contact of any two, or to its end. Times count from its first sample.
+    """Judge a recording up to the ego's first contact, or to its end. Times count from its first sample. What others
+    do to one another ends nothing.
 
     Raises:
-        InterchangeError: no such profile; a recording that is empty, too long, or no motion.
+        InterchangeError: no such profile; a recording that is empty, too long, or no motion; the ego overlaps another
+            from the start.
     """
     if profile not in PROFILES:
         raise InterchangeError(f"there is no risk profile `{profile}`", f"name one of {', '.join(PROFILES)}")
@@ -64,13 +64,34 @@ def measure(recording: Recording, profile: str = "paper") -> Measured:
     outlines = np.array([[actor.length, actor.width, actor.rear_to_center] for actor in recording.actors])
     instants: Floats = np.arange(_steps(recording) + 1, dtype=np.float64) * recording.step
     steps = states_at(recording, instants)
-    end = _end_of(recording, steps, search_contact(np.ascontiguousarray(recording.states), outlines))
+    states = np.ascontiguousarray(recording.states)
+    touch = search_contact_of(states, outlines, 0, 1)
+    _refuse_overlap(recording, touch)
+    end = _end_of(recording, steps, touch)
+    others = search_contact_of(states, outlines, 1, len(recording.actors))
     contact = min(end.last, len(steps) - 1) if end.touch.sample >= 0 else -1
     trajectory = Trajectory(instants, steps, outlines[:, :2].copy(), contact)
-    outcomes = _outcomes(recording, _judged(steps, end), outlines, end)
-    metrics = measure_trajectory(trajectory, outcomes, rear_to_center=outlines[:, 2].tolist())
-    recorded = tuple(metric for metric in metrics if recording.commands or metric.name not in COMMANDS)
-    return Measured(outcomes, assess(outcomes, PROFILES[profile]), recorded, trajectory)
+    outcomes = _outcomes(recording, _judged(steps, end), outlines, end, others)
+    metrics = measure_trajectory(trajectory, outcomes, _bodies(recording), commands=recording.commands)
+    return Measured(outcomes, assess(outcomes, PROFILES[profile]), metrics, trajectory)
+
+
+def _bodies(recording: Recording) -> tuple[Body, ...]:
+    """What the actors are; of the road no recording says how slippery it was."""
+    return tuple(
+        Body(
+            actor.kind,
+            actor.length,
+            actor.width,
+            actor.rear_to_center,
+            actor.mass,
+            actor.max_acceleration,
+            actor.max_braking,
+            MODELS[actor.kind].friction,
+            actor.max_speed,
+        )
+        for actor in recording.actors
+    )
 
 
 # -- what can be measured ---------------------------------------------------------------------------------------------
@@ -86,6 +107,16 @@ def _check(recording: Recording) -> None:
         raise InterchangeError(
             f"`{recording.name}`: {len(recording):,} samples over {span:g} s, every {recording.step:g} s, are too many",
             f"measure a part of it, or with a longer step: at most {MAX_SAMPLES:,} steps",
+        )
+
+
+def _refuse_overlap(recording: Recording, touch: Touch) -> None:
+    """Raises InterchangeError where there is no start to judge from."""
+    if touch.sample == 0 and touch.part == 0.0:
+        one, other = (recording.actors[actor].name for actor in (touch.one, touch.other))
+        raise InterchangeError(
+            f"`{recording.name}`: {one} and {other} overlap in the first sample, so that nothing led to it",
+            "cut the recording so that it begins before they touch, or check the sizes of both",
         )
 
 
@@ -141,9 +172,9 @@ def _judged(steps: Floats, end: _End) -> Floats:
 # -- outcomes ---------------------------------------------------------------------------------------------------------
 
 
-def _outcomes(recording: Recording, judged: Floats, outlines: Floats, end: _End) -> Outcomes:
+def _outcomes(recording: Recording, judged: Floats, outlines: Floats, end: _End, among: Touch) -> Outcomes:
     samples = len(judged) - (1 if end.part > 0.0 else 0)
-    touched = end.touch.other if end.touch.one == 0 else -1
+    touched = end.touch.other
     others = range(1, len(recording.actors))
     pairs: list[Sequence[float]] = [
         measure_pair(judged, samples, recording.step, other, outlines, other == touched, end.part) for other in others
@@ -159,7 +190,19 @@ def _outcomes(recording: Recording, judged: Floats, outlines: Floats, end: _End)
         **pair_arrays(np.array(pairs, dtype=np.float64).reshape(1, len(others), len(PAIRS)) + 0.0),  # -0.0 is 0
         left_road_time=_left_road(recording, judged),
         contact_actors=_row(end.touch.one, end.touch.other).reshape(1, 2),
+        **_among_others(recording, end, among),
     )
+
+
+def _among_others(recording: Recording, end: _End, touch: Touch) -> dict[str, np.ndarray]:
+    """When two others first touched, and who, if they did so before the end."""
+    time = _moment(recording, touch)[0] if touch.sample >= 0 else math.inf
+    if time > end.time:
+        return {}
+    return {
+        "others_contact_time": np.array([time]),
+        "others_contact_actors": _row(touch.one, touch.other).reshape(1, 2),
+    }
 
 
 def _row(*values: int) -> np.ndarray:
@@ -168,7 +211,7 @@ def _row(*values: int) -> np.ndarray:
 
 def _reason(end: _End) -> EndReason:
     if end.touch.sample >= 0:
-        return EndReason.COLLISION if end.touch.one == 0 else EndReason.OTHER_COLLISION
+        return EndReason.COLLISION
     there = np.count_nonzero(end.states[:, State.PRESENT])
     return EndReason.TIMEOUT if there >= min(2, len(end.states)) else EndReason.ALL_DONE
 

@@ -269,9 +269,14 @@ class Touch(NamedTuple):
     other: int
 
 
-@kernel
 def search_contact(states: Floats, outlines: Floats) -> Touch:
-    """The first contact; ties go to the lower pair, as in a run of ours.
+    """The first contact of any two; ties go to the lower pair."""
+    return search_contact_of(states, outlines, 0, states.shape[1])
+
+
+@kernel
+def search_contact_of(states: Floats, outlines: Floats, low: int, high: int) -> Touch:
+    """The first contact of an actor from `low` to `high` (exclusive) with a later one; ties go to the lower pair.
 
     `states` (samples, actors, len(State)) with headings that are not wrapped, at times that need not be even;
     `outlines` (actors, at least 2): length, width [m]. Two that are there at one sample alone, or the last, touch
@@ -280,7 +285,7 @@ def search_contact(states: Floats, outlines: Floats) -> Touch:
     samples, actors = states.shape[0], states.shape[1]
     for k in range(samples):
         first, first_one, first_other = 2.0, -1, -1
-        for one in range(actors):
+        for one in range(low, high):
             if states[k, one, State.PRESENT] == 0.0:
                 continue
             for other in range(one + 1, actors):

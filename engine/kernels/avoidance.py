@@ -20,7 +20,7 @@ from engine.kernels.approach import first_contact
 from engine.kernels.geometry import Box, shortest_turn
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.rollout import advance, begin
-from engine.kernels.stage import RUNNING, Plan, Run, Slot, Status
+from engine.kernels.stage import REPLACED, RUNNING, Plan, Run, Slot, Status
 from engine.tables import Floats, Ints
 from engine.vocabulary import EndReason, State
 
@@ -226,7 +226,7 @@ def _drive(
     if braking >= contact:
         return Outcome(True, path[contact - 1, WAY])
     advance(plan, run, braking, scored)
-    run.actors[0, Slot.FREE] = 1.0
+    run.actors[0, Slot.FREE] = REPLACED
     time_step, states = plan.layout.time_step, run.states
     way, speed = path[braking, WAY], states[braking, 0, State.SPEED]
     held = path[max(braking - 1, 0), OWN]

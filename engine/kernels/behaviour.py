@@ -21,9 +21,11 @@ from engine.kernels.noticing import can_see, look_past, notices, sees_within, vi
 from engine.kernels.pair import Rate, center_velocity
 from engine.kernels.path import path_distance, path_pose, path_project, path_project_near
 from engine.kernels.random_numbers import ATTEMPT_CHANNEL, open_stream, uniform
+from engine.kernels.region import region_contains
 from engine.kernels.sight import SEEN
 from engine.kernels.stage import Plan, Run, Slot, Status, column_of, outline_of, place
 from engine.kernels.steering import pedals_towards, planned_speed, steer_along, turn_along
+from engine.tables import ROAD_REGION
 from engine.vocabulary import ActorKind, Column, Command, Op, Purpose, State
 
 # -- the others around -------------------------------------------------------------------------------------------------
@@ -99,6 +101,8 @@ def _rate(plan: Plan, run: Run, sample: int, actor: int) -> Rate:
 
 # -- the interpreter ---------------------------------------------------------------------------------------------------
 
+END_OF_ROAD = 0.01
+"""A path ends with the road where there is road so far before its end, and none so far behind it [m]."""
 YIELDED, HALTED, RULE_TRIGGERED, SEGMENT_ENDED, OUT_OF_BUDGET = range(5)
 """How a turn ended."""
 
@@ -235,7 +239,7 @@ def _command(run: Run, actor: int, command: int, value: float) -> None:
 
 @inlined
 def _follow(plan: Plan, run: Run, sample: int, actor: int, row: int) -> bool:
-    """Steer and pedal along a path; true when the outline's centre has come to its end, and nothing is commanded."""
+    """Steer and pedal along a path; true when the actor has come to its end, and nothing is commanded."""
     progress, path = int(plan.code[row, 1]), int(run.registers[int(plan.code[row, 2])])
     target_speed, max_lateral = run.registers[int(plan.code[row, 3])], run.registers[int(plan.code[row, 4])]
     x, y = run.actors[actor, Slot.REAR_X], run.actors[actor, Slot.REAR_Y]
@@ -245,7 +249,7 @@ def _follow(plan: Plan, run: Run, sample: int, actor: int, row: int) -> bool:
         guess = path_project(plan.road, path, x, y)
     point = path_project_near(plan.road, path, x, y, guess)
     run.registers[progress] = point.s
-    if point.s + column_of(plan, run, actor, Column.REAR_TO_CENTER) >= plan.road.path_length[path]:
+    if _arrives(plan, run, sample, actor, path, plan.road.path_length[path] - point.s):
         run.actors[actor, Slot.ROUTE_DONE] = 1.0
         return True
     run.actors[actor, Slot.ROUTE_DONE] = 0.0
@@ -259,6 +263,34 @@ def _follow(plan: Plan, run: Run, sample: int, actor: int, row: int) -> bool:
     target = planned_speed(plan.road, path, point.s, speed, target_speed, max_lateral)
     _hold_speed(plan, run, sample, actor, target)
     return False
+
+
+@inlined
+def _arrives(plan: Plan, run: Run, sample: int, actor: int, path: int, left: float) -> bool:
+    """Whether an actor whose rear axle has so far to go [m] has come to the end of its path: with its centre, or, where
+    the road ends too, so near that its outline would pass the end in the coming step.
+    """
+    to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
+    if left <= to_center:
+        return True
+    length, width = column_of(plan, run, actor, Column.LENGTH), column_of(plan, run, actor, Column.WIDTH)
+    step, speed = plan.layout.time_step, run.states[sample, actor, State.SPEED]
+    way = (speed + 0.5 * column_of(plan, run, actor, Column.MAX_ACCELERATION) * step) * step
+    if left > to_center + 0.5 * (length + width) + way:
+        return False
+    return plan.kinds[actor] != ActorKind.PEDESTRIAN and _passes_end(plan, run, sample, actor, path, left - way)
+
+
+@kernel
+def _passes_end(plan: Plan, run: Run, sample: int, actor: int, path: int, left: float) -> bool:
+    """Whether a path ends with the road, and an outline whose rear axle has so far to go reaches beyond."""
+    end = path_pose(plan.road, path, plan.road.path_length[path])
+    cos, sin = math.cos(end.heading), math.sin(end.heading)
+    inside = region_contains(plan.road, ROAD_REGION, end.x - END_OF_ROAD * cos, end.y - END_OF_ROAD * sin)
+    if not inside or region_contains(plan.road, ROAD_REGION, end.x + END_OF_ROAD * cos, end.y + END_OF_ROAD * sin):
+        return False
+    front = column_of(plan, run, actor, Column.REAR_TO_CENTER) + shadow(outline_of(plan, run, sample, actor), cos, sin)
+    return front > left
 
 
 @inlined

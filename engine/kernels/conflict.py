@@ -1,4 +1,4 @@
-"""Surrogate measures of safety of one pair beside those of `measure`: TTC, DRAC, THW, PET.
+"""Surrogate measures of safety of one pair beside those of `measure`: TTC, DRAC, THW, time gap, PET.
 
 "TTC" alone is not one number: the same left turn has 4.25 s, 4.06 s, 1.96 s or infinity under four usual definitions.
 Each function says which one it is. Infinity means that the danger measured is not there.
@@ -123,13 +123,23 @@ def required_deceleration(now: Snapshot) -> float:
     return 0.0 if ttc == math.inf else relative_speed(now) / (2.0 * ttc)
 
 
-@kernel
-def time_headway(now: Snapshot) -> float:
-    """THW [s]: time until the ego's front is where the other's front is now, if the other leads; else infinity.
+class Lead(NamedTuple):
+    """The other as seen by one who follows it."""
 
-    Vogel (2003), "A comparison of headway and time to collision as safety indicators", Accid. Anal. Prev. 35(3). The
-    other leads when it is ahead, heads the same way but for 45 degrees, and reaches into the strip that the ego's
-    width sweeps straight ahead. The ego's speed counts, along its heading.
+    follows: bool
+    """Whether the other leads; else the rest means nothing."""
+    ahead: float
+    """From centre to centre along the ego's heading [m]."""
+    reach: float
+    """Half the length of the other's shadow on that heading [m]."""
+    speed: float
+    """Of the ego, along its heading [m/s]; positive."""
+
+
+@inlined
+def _lead(now: Snapshot) -> Lead:
+    """The other leads when it is ahead, heads the same way but for 45 degrees, and reaches into the strip that the
+    ego's width sweeps straight ahead, while the ego moves.
     """
     cos, sin = math.cos(now.ego.heading), math.sin(now.ego.heading)
     x, y = now.other.x - now.ego.x, now.other.y - now.ego.y
@@ -137,9 +147,29 @@ def time_headway(now: Snapshot) -> float:
     speed = cos * now.ego_rate.x + sin * now.ego_rate.y
     side_by_side = abs(aside) < 0.5 * now.ego.width + shadow(now.other, -sin, cos)
     same_way = abs(shortest_turn(now.ego.heading, now.other.heading)) < SAME_WAY
-    if not (speed > 0.0 and ahead > 0.0 and side_by_side and same_way):
-        return math.inf
-    return max(0.0, ahead + shadow(now.other, cos, sin) - 0.5 * now.ego.length) / speed
+    follows = speed > 0.0 and ahead > 0.0 and side_by_side and same_way
+    return Lead(follows, ahead, shadow(now.other, cos, sin), speed)
+
+
+@kernel
+def time_headway(now: Snapshot) -> float:
+    """THW [s]: time until the ego's front is where the other's front is now, if the other leads; else infinity.
+
+    Vogel (2003), "A comparison of headway and time to collision as safety indicators", Accid. Anal. Prev. 35(3). The
+    leader's length counts; `time_gap` leaves it out.
+    """
+    lead = _lead(now)
+    return max(0.0, lead.ahead + lead.reach - 0.5 * now.ego.length) / lead.speed if lead.follows else math.inf
+
+
+@kernel
+def time_gap(now: Snapshot) -> float:
+    """Time gap [s]: time until the ego's front is where the other's rear is now, if the other leads; else infinity.
+
+    SAE J2944 (2015), "Operational definitions of driving performance measures and statistics", tells it from headway.
+    """
+    lead = _lead(now)
+    return max(0.0, lead.ahead - lead.reach - 0.5 * now.ego.length) / lead.speed if lead.follows else math.inf
 
 
 @kernel

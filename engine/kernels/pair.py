@@ -22,7 +22,7 @@ from engine.kernels.approach import centers_apart, closest_in_step
 from engine.kernels.geometry import Box, box_distance, half_diagonal, shortest_turn
 from engine.kernels.jit import inlined, kernel
 from engine.outcomes import PAIRS
-from engine.tables import Floats
+from engine.tables import SLIDING, Floats
 from engine.vocabulary import Side, State
 
 CLOSING_SPEED_TOLERANCE = 0.01
@@ -236,12 +236,18 @@ def _side(ego: Box, other: Box) -> int:
 def center_velocity(states: Floats, samples: int, k: int, time_step: float, actor: int, to_center: float) -> Rate:
     """Velocity of an outline's centre at sample k: the rear axle's speed along the heading, and the swing about it.
 
+    Of a body that slides after an impact it is the way of its centre between the samples beside.
+
     The yaw rate is the central difference of the headings, so that it holds whatever limited the turn; at the last of
     the samples it is that of the step before.
     """
     heading, speed = states[k, actor, State.HEADING], states[k, actor, State.SPEED]
     cos, sin = math.cos(heading), math.sin(heading)
     before, after = max(k - 1, 0), min(k + 1, samples - 1)
+    if states[k, actor, State.PRESENT] == SLIDING and after > before:
+        time = (after - before) * time_step
+        way_x = states[after, actor, State.X] - states[before, actor, State.X]
+        return Rate(way_x / time, (states[after, actor, State.Y] - states[before, actor, State.Y]) / time)
     turn = shortest_turn(states[before, actor, State.HEADING], states[after, actor, State.HEADING])
     swing = 0.0
     if turn != 0.0:

@@ -11,13 +11,16 @@ How a host uses it:
     plan = engine.host.plan(program, config)            # once a program
     run = engine.host.memory(program, samples)          # once a thread; `samples` rows of record
     begin(plan, run, variant, values, key)              # once a scene
-    advance(plan, run, until, True)                     # to contact, end, or sample `until`
+    advance(plan, run, until, True)                     # to the ego's contact, the end, or sample `until`
 
-`run.status` then tells where the run stands (`stage.Status`), `run.states[: sample + 1]` is its record. At first
-contact in (t_k, t_k+1] the current sample is k + 1: its row holds where everybody would be had nothing touched.
+`run.status` then tells where the run stands (`stage.Status`), `run.states[: sample + 1]` is its record. At the ego's
+first contact in (t_k, t_k+1] the current sample is k + 1: its row holds where everybody would be had it touched nobody.
 
-What contact physics does afterwards is not scored. A world host marks the bodies that it has taken over
-(`run.actors[i, Slot.FREE] = 1`), writes their states into the current row k, and calls
+Two others who touch do not end the run: `kernels.loose` settles what they do to one another, and in the step in which
+they do so the ego meets them on the straight ways between their samples, as in every step.
+
+What contact physics does after the ego's contact is not scored. A world host marks the bodies that it has taken over
+(`run.actors[i, Slot.FREE] = HOSTED`), writes their states into the current row k, and calls
 `advance(plan, run, k + 1, False)` for each further sample: all others go on behaving and stepping, free bodies do
 neither, and their rows of sample k + 1 are left for the host to write. Monitors rest then, and nobody new comes in.
 """
@@ -25,14 +28,28 @@ neither, and their rows of sample k + 1 are left for the host to write. Monitors
 import math
 
 from engine.kernels.actuation import slide
-from engine.kernels.approach import circles_apart, first_contact
 from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, Turn, interpret
 from engine.kernels.bicycle import Demand, Motion, clip, drive, stand, walk
 from engine.kernels.evaluate import find_broken
 from engine.kernels.jit import inlined, kernel
+from engine.kernels.loose import step_loose
+from engine.kernels.meetings import search_contact, settle_others
 from engine.kernels.pedals import Pushed, heads, push
 from engine.kernels.region import region_contains
-from engine.kernels.stage import NO_SPEED, RUNNING, Plan, Run, Slot, Status, column_of, outline_of, place, vehicle_of
+from engine.kernels.stage import (
+    LOOSE,
+    NO_SPEED,
+    REPLACED,
+    RUNNING,
+    Plan,
+    Run,
+    Slot,
+    Status,
+    column_of,
+    end_run,
+    place,
+    vehicle_of,
+)
 from engine.tables import ROAD_REGION, Floats, Ints, Segment
 from engine.vocabulary import ActorKind, Column, EndReason, RuleKind, State
 
@@ -50,10 +67,10 @@ def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints) -> None
     run.resume[:] = -1
     run.status[:] = -1
     run.status[Status.SAMPLE] = 0
-    run.status[Status.DRAWS] = 0
+    run.status[Status.DRAWS] = run.status[Status.BLOWS] = 0
     template = plan.variant_template[variant]
     run.status[Status.TEMPLATE] = template
-    run.end[0], run.end[1] = 0.0, 0.0
+    run.end[0], run.end[1], run.end[2] = 0.0, 0.0, math.nan
     for actor in range(len(plan.kinds)):
         run.resume[plan.main_blocks[template, actor]] = plan.entries[template, actor]
         place(plan, run, 0, actor, float(plan.present[actor]))
@@ -64,9 +81,10 @@ def begin(plan: Plan, run: Run, variant: int, values: Floats, key: Ints) -> None
 
 @kernel
 def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
-    """Run on to sample `until`; while scored, at most to first contact or to the end.
+    """Run on to sample `until`; while scored, at most to the ego's first contact or to the end.
 
-    Unscored, there are no rules, no monitors and no contact search, and nothing that a behaviour does ends the run.
+    Unscored, there are no rules and no monitors, and nothing that a behaviour does ends the run; contact is searched
+    among others alone, and only where the ego is `REPLACED`.
     """
     while run.status[Status.SAMPLE] < until and (run.status[Status.END] == RUNNING or not scored):
         if run.status[Status.SAMPLE] % plan.layout.hold == 0:
@@ -74,19 +92,21 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
         if scored and run.status[Status.END] != RUNNING:
             break
         _step(plan, run)
-        if scored:
-            _search_contact(plan, run)
+        low, high = 0, len(plan.kinds)
+        if not scored:
+            low = 1 if run.actors[0, Slot.FREE] == REPLACED else high
+        while low < high:
+            met = search_contact(plan, run, low, high)
+            high = 0
+            if met.one == 0:
+                end_run(plan, run, EndReason.COLLISION, -1, met.part)
+                run.status[Status.CONTACT_ONE], run.status[Status.CONTACT_OTHER] = 0, met.other
+            elif met.one > 0:
+                settle_others(plan, run, int(run.status[Status.SAMPLE]), met.part, met.one, met.other)
+                high = 1  # the ego's own contact is still to be found
         run.status[Status.SAMPLE] += 1
     if scored and len(plan.temporal_root) > 0:
         _judge(plan, run)
-
-
-@inlined
-def _end(plan: Plan, run: Run, reason: int, detail: int, part_of_step: float) -> None:
-    run.status[Status.END] = reason
-    run.status[Status.DETAIL] = detail
-    run.end[0] = (run.status[Status.SAMPLE] + part_of_step) * plan.layout.time_step
-    run.end[1] = part_of_step
 
 
 @inlined
@@ -101,7 +121,7 @@ def _judge(plan: Plan, run: Run) -> None:
     if broken.temporal >= 0:
         run.status[Status.SAMPLE] = broken.sample * hold
         run.status[Status.CONTACT_ONE] = run.status[Status.CONTACT_OTHER] = -1
-        _end(plan, run, EndReason.ABORTED, plan.temporal_rule[broken.temporal], 0.0)
+        end_run(plan, run, EndReason.ABORTED, plan.temporal_rule[broken.temporal], 0.0)
 
 
 # -- rules, monitors and behaviours -----------------------------------------------------------------------------------
@@ -118,7 +138,7 @@ def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
     actors = rules + plan.monitors.shape[1]
     for turn in range(0 if scored else actors, actors + len(plan.kinds)):
         if turn == rules and scored and sample >= plan.layout.last_sample and run.status[Status.END] == RUNNING:
-            _end(plan, run, EndReason.TIMEOUT, -1, 0.0)
+            end_run(plan, run, EndReason.TIMEOUT, -1, 0.0)
         if turn >= rules and scored and run.status[Status.END] != RUNNING:
             return
         if turn < rules:
@@ -135,7 +155,7 @@ def _take_turns(plan: Plan, run: Run, scored: bool) -> None:
         else:
             _settle(plan, run, template, turn - rules, result, scored)
     if scored and run.status[Status.END] == RUNNING and _is_over(plan, run, sample, template):
-        _end(plan, run, EndReason.ALL_DONE, -1, 0.0)
+        end_run(plan, run, EndReason.ALL_DONE, -1, 0.0)
 
 
 @inlined
@@ -158,14 +178,14 @@ def _look(plan: Plan, run: Run, sample: int, template: int, rule: int, result: T
     if run.status[Status.END] != RUNNING:
         return
     if result.signal == OUT_OF_BUDGET:
-        _end(plan, run, EndReason.STUCK, result.detail, 0.0)
+        end_run(plan, run, EndReason.STUCK, result.detail, 0.0)
     elif plan.rule_kinds[rule] != RuleKind.WATCH and abs(value) > 0.0:  # NaN is not true
         _end_by_rule(plan, run, rule)
 
 
 @inlined
 def _end_by_rule(plan: Plan, run: Run, rule: int) -> None:
-    _end(plan, run, EndReason.ABORTED if plan.rule_kinds[rule] == RuleKind.ABORT else EndReason.RULE, rule, 0.0)
+    end_run(plan, run, EndReason.ABORTED if plan.rule_kinds[rule] == RuleKind.ABORT else EndReason.RULE, rule, 0.0)
 
 
 @inlined
@@ -180,19 +200,26 @@ def _settle(plan: Plan, run: Run, template: int, coroutine: int, result: Turn, s
     elif result.signal == RULE_TRIGGERED and scored:
         _end_by_rule(plan, run, result.detail)
     elif result.signal == OUT_OF_BUDGET and scored:
-        _end(plan, run, EndReason.STUCK, result.detail, 0.0)
+        end_run(plan, run, EndReason.STUCK, result.detail, 0.0)
 
 
 @inlined
 def _is_over(plan: Plan, run: Run, sample: int, template: int) -> bool:
-    """Whether fewer than two actors (of one: none) will take part in the coming step, or may still be brought in."""
+    """Whether the ego has left, or is alone (of one actor: never) with nothing declared that looks at the whole run.
+
+    Who takes part in the coming step counts, and who may still be brought in.
+    """
     count = 0
     for actor in range(len(plan.kinds)):
-        if run.states[sample, actor, State.PRESENT] != 0.0:
-            count += 1 if run.actors[actor, Slot.LEAVING] == 0.0 else 0
-        elif run.actors[actor, Slot.AWAITED] != 0.0 and _running_monitors(plan, run, template) > 0:
-            count += 1
-    return count < min(2, len(plan.kinds))
+        there = run.states[sample, actor, State.PRESENT] != 0.0 and run.actors[actor, Slot.LEAVING] == 0.0
+        if not there and run.actors[actor, Slot.AWAITED] != 0.0:
+            there = _running_monitors(plan, run, template) > 0
+        if actor == 0 and not there:
+            return True
+        count += 1 if there else 0
+    if count >= min(2, len(plan.kinds)):
+        return False
+    return plan.layout.lasting == 0 and _running_monitors(plan, run, template) == 0
 
 
 @inlined
@@ -209,10 +236,13 @@ def _running_monitors(plan: Plan, run: Run, template: int) -> int:
 
 @inlined
 def _step(plan: Plan, run: Run) -> None:
-    """Write the next sample of everybody but free bodies."""
+    """Write the next sample of everybody but those whom a host moves."""
     sample = int(run.status[Status.SAMPLE])
     for actor in range(len(plan.kinds)):
         if run.actors[actor, Slot.FREE] != 0.0:
+            if run.actors[actor, Slot.FREE] == LOOSE:
+                _watch_road(plan, run, sample, actor)
+                step_loose(plan, run, sample, actor)
             continue
         if run.states[sample, actor, State.PRESENT] == 0.0 or run.actors[actor, Slot.LEAVING] != 0.0:
             for column in range(run.states.shape[2]):
@@ -290,42 +320,3 @@ def _record(
     states[sample, actor, State.THROTTLE] = pushed.throttle
     states[sample, actor, State.BRAKE] = pushed.brake
     states[sample, actor, State.PRESENT] = 1.0
-
-
-# -- contact ----------------------------------------------------------------------------------------------------------
-
-
-@inlined
-def _search_contact(plan: Plan, run: Run) -> None:
-    """End the run at the first contact in this step; a state that became NaN ends it too. Ties: the lower pair."""
-    sample = int(run.status[Status.SAMPLE])
-    actors = len(plan.kinds)
-    first, first_one, first_other = 2.0, -1, -1
-    for one in range(actors):
-        if run.states[sample + 1, one, State.PRESENT] == 0.0:
-            continue
-        if not _is_finite(run, sample + 1, one):
-            _end(plan, run, EndReason.BROKEN, -1, 1.0)
-            return
-        for other in range(one + 1, actors):
-            if run.states[sample + 1, other, State.PRESENT] == 0.0:
-                continue
-            one_before, one_after = outline_of(plan, run, sample, one), outline_of(plan, run, sample + 1, one)
-            before, after = outline_of(plan, run, sample, other), outline_of(plan, run, sample + 1, other)
-            if circles_apart(one_before, one_after, before, after):
-                continue
-            part = first_contact(one_before, one_after, before, after)
-            if 0.0 <= part < first:
-                first, first_one, first_other = part, one, other
-    if first_one >= 0:
-        reason = EndReason.COLLISION if first_one == 0 else EndReason.OTHER_COLLISION
-        _end(plan, run, reason, -1, first)
-        run.status[Status.CONTACT_ONE] = first_one
-        run.status[Status.CONTACT_OTHER] = first_other
-
-
-@inlined
-def _is_finite(run: Run, sample: int, actor: int) -> bool:
-    states = run.states
-    position = states[sample, actor, State.X] + states[sample, actor, State.Y]
-    return math.isfinite(position + states[sample, actor, State.HEADING] + states[sample, actor, State.SPEED])

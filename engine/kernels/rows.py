@@ -3,14 +3,15 @@
 from collections import namedtuple
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from engine.kernels.grip import grip_used
 from engine.kernels.jit import kernel
 from engine.kernels.noticing import sighting_of
 from engine.kernels.pair import measure_pair
 from engine.kernels.rollout import advance, begin
-from engine.kernels.stage import COLUMNS, RUNNING, Plan, Run, Slot, Status
+from engine.kernels.stage import COLUMNS, RUNNING, Plan, Run, Slot, Status, vehicle_of
 from engine.outcomes import OUTCOMES, PAIRS, Per
 from engine.tables import Floats, Ints
-from engine.vocabulary import Column, EndReason, Verdict
+from engine.vocabulary import ActorKind, Column, EndReason, Verdict
 
 FIRST_SEEN = [row.name for row in PAIRS].index("first_seen")
 """Where the numbers of `noticing.Sighting` stand among those of a pair, one beside the other."""
@@ -66,6 +67,9 @@ def note_end(run: Run, row: int, out: Results) -> bool:
     out.collided[row] = reason == EndReason.COLLISION
     out.contact_actors[row, 0] = run.status[Status.CONTACT_ONE]
     out.contact_actors[row, 1] = run.status[Status.CONTACT_OTHER]
+    out.others_contact_time[row] = run.end[2]
+    out.others_contact_actors[row, 0] = run.status[Status.OTHERS_ONE]
+    out.others_contact_actors[row, 1] = run.status[Status.OTHERS_OTHER]
     for actor in range(len(run.actors)):
         out.left_road_time[row, actor] = run.actors[actor, Slot.LEFT_ROAD]
     return out.verdict[row] == Verdict.VALID
@@ -78,7 +82,7 @@ def measure_run(plan: Plan, run: Run, values: Floats, row: int, outlines: Floats
         outlines[actor, 0] = values[actor * COLUMNS + Column.LENGTH]
         outlines[actor, 1] = values[actor * COLUMNS + Column.WIDTH]
         outlines[actor, 2] = values[actor * COLUMNS + Column.REAR_TO_CENTER]
-    touching = run.status[Status.CONTACT_OTHER] if run.status[Status.CONTACT_ONE] == 0 else -1
+    touching = run.status[Status.CONTACT_OTHER]
     ending = run.end[1]
     samples = run.status[Status.SAMPLE] + (0 if ending > 0.0 else 1)
     for other in range(1, len(plan.kinds)):
@@ -88,4 +92,10 @@ def measure_run(plan: Plan, run: Run, values: Floats, row: int, outlines: Floats
         sighting = sighting_of(plan, run, samples, ending, other, outlines)
         for number in range(len(sighting)):
             out.pairs[row, other - 1, FIRST_SEEN + number] = sighting[number]
+    for actor in range(len(plan.kinds)):
+        if plan.kinds[actor] != ActorKind.PEDESTRIAN and plan.kinds[actor] != ActorKind.OBSTACLE:
+            grip = vehicle_of(plan, run, actor).grip
+            used = grip_used(run.states, run.status[Status.SAMPLE], plan.layout.time_step, actor, grip)
+            out.lateral_grip[row, actor] = used.sideways
+            out.combined_grip[row, actor] = used.together
     run.status[Status.SHADED] = -1

@@ -32,6 +32,16 @@ class Layout(NamedTuple):
     """The sample at which the time limit ends a run."""
     budget: int
     """Instructions that one turn may take."""
+    lasting: int
+    """1 where temporal requirements or records are declared, so that a run goes on for the ego alone."""
+    restitution: float
+    """Of impacts among others …"""
+    contact_friction: float
+    """… and the friction of outlines on one another."""
+    rolling: float
+    """Rolling resistance of wheels without a driver, as a share of the weight on them."""
+    drivers_go_on: int
+    """1 where the driver of a struck body drives on once its wheels grip again."""
     hold: int
     """Steps from one turn of rules, monitors and behaviours to the next, in which what they command is held; 1 but
     where a run is made again with finer motion."""
@@ -71,6 +81,8 @@ class Plan(NamedTuple):
     """(actors,) 1 for those that take part from the start."""
     kinds: Ints
     """(actors,) `ActorKind`"""
+    gyration: Floats
+    """(actors,): yaw inertia over mass times the squared diagonal of the outline."""
     slides: Ints
     """(actors,) 1 for those whose tyres slip (`kernels.dynamics`): only where a run is made again to see whether that
     matters."""
@@ -101,7 +113,7 @@ class Slot(IntEnum):
     LEAVING = 10
     """1 once the actor's way through the scene is over: absent from the next sample on."""
     FREE = 11
-    """1 for a body that contact physics has taken over: it neither behaves nor steps here."""
+    """0: driven; 1: loose after an impact among others, moved by `kernels.loose`; else moved from outside."""
     AWAITED = 12
     """1 for an actor that has not come into the scene yet."""
     DRIFT_SPEED = 13
@@ -115,6 +127,80 @@ class Slot(IntEnum):
     """1 while the gear is the reverse one; stays until the next."""
 
 
+LOOSE, HOSTED, REPLACED = 1.0, 2.0, 3.0
+"""Of `Slot.FREE`. Of an ego that another driver moves, the others go on as in a scored run, impacts included."""
+
+
+class Leg(IntEnum):
+    """Columns of `Run.legs`: how an actor moves through the rest of a step, straight from a pose to another.
+
+    Kept for loose bodies; of others it is filled in for a step in which somebody touches.
+    """
+
+    BEGIN = 0
+    """Part of the step at which the leg begins; it ends at 1."""
+    X0 = 1
+    """Centre [m] and heading [rad] at its beginning …"""
+    Y0 = 2
+    HEADING0 = 3
+    X1 = 4
+    """… and its end."""
+    Y1 = 5
+    HEADING1 = 6
+    VX0 = 7
+    """Velocity of the centre [m/s] and spin [rad/s] at its beginning …"""
+    VY0 = 8
+    SPIN0 = 9
+    VX1 = 10
+    """… and its end."""
+    VY1 = 11
+    SPIN1 = 12
+    ROLLING = 13
+    """1 once the wheels of a loose body grip again: it rolls out where they point."""
+    STRUCK = 14
+    """1 for a body that an impact has changed in this step."""
+
+
+class Blow(IntEnum):
+    """Columns of `Run.impacts`: an impact between two others, the lower actor first."""
+
+    TIME = 0
+    """[s]"""
+    ONE = 1
+    OTHER = 2
+    X = 3
+    """Middle of the contact [m]."""
+    Y = 4
+    VX_ONE = 5
+    """Velocity of each before, and by how much it changed while they were in contact, by whomever it was [m/s]."""
+    VY_ONE = 6
+    VX_OTHER = 7
+    VY_OTHER = 8
+    CHANGE_X_ONE = 9
+    CHANGE_Y_ONE = 10
+    CHANGE_X_OTHER = 11
+    CHANGE_Y_OTHER = 12
+    HEADING_ONE = 13
+    """[rad]"""
+    HEADING_OTHER = 14
+    X_ONE = 15
+    """Centre of each [m]."""
+    Y_ONE = 16
+    X_OTHER = 17
+    Y_OTHER = 18
+    LAST = 19
+    """When the two last touched; contact again within `PAUSE` is still the same impact [s]."""
+
+
+MAX_BLOWS = 64
+"""Impacts among others that a run keeps; later ones happen and are not kept."""
+PAUSE = 0.05
+"""Two bodies that part and meet again sooner than this are still in the same impact [s]."""
+PULSE = 0.25
+"""Impulses count for so long, if an impact lasts [s]: the crash pulses of cars are over by then, and what is pushed
+along for longer fights the friction of its tyres."""
+
+
 class Status(IntEnum):
     """Entries of `Run.status`."""
 
@@ -125,13 +211,18 @@ class Status(IntEnum):
     DETAIL = 2
     """Rule that ended the run, or row of step code where it got stuck; else -1."""
     CONTACT_ONE = 3
-    """The pair that touched first, lower actor first, or -1."""
+    """The ego and whom it touched, or -1."""
     CONTACT_OTHER = 4
     TEMPLATE = 5
     DRAWS = 6
     """Random numbers that behaviours have drawn."""
     SHADED = 7
     """The sample whose outlines stand in `Run.shades`, or -1."""
+    OTHERS_ONE = 8
+    """The first two without the ego that touched, lower actor first, or -1."""
+    OTHERS_OTHER = 9
+    BLOWS = 10
+    """Rows of `Run.impacts` that are filled."""
 
 
 RUNNING = -1
@@ -153,8 +244,12 @@ class Run(NamedTuple):
     status: Ints
     """(len(Status),) int64"""
     end: Floats
-    """(2,): first contact or end of the scored run [s]; and the part of the last step that came before it, in (0, 1]
-    for contact, 0 for an end at a sample."""
+    """(3,): the ego's first contact or the end of the scored run [s]; the part of the last step that came before it, in
+    (0, 1] for contact, 0 for an end at a sample; and when two others touched first [s], NaN: never."""
+    legs: Floats
+    """(actors, len(Leg))"""
+    impacts: Floats
+    """(MAX_BLOWS, len(Blow)), of which `Status.BLOWS` rows are filled."""
     key: Ints
     """(6,) int64: `StreamKey` of the scene."""
     watched: Floats
@@ -221,3 +316,12 @@ def place(plan: Plan, run: Run, sample: int, actor: int, present: float) -> None
     run.actors[actor, Slot.COS], run.actors[actor, Slot.SIN] = cos, sin
     run.actors[actor, Slot.LEFT_ROAD] = math.nan
     run.actors[actor, Slot.AWAITED] = 1.0 - present
+
+
+@inlined
+def end_run(plan: Plan, run: Run, reason: int, detail: int, part_of_step: float) -> None:
+    """Note how and when the scored run ended: in the current sample, or in a part of the step after it."""
+    run.status[Status.END] = reason
+    run.status[Status.DETAIL] = detail
+    run.end[0] = (run.status[Status.SAMPLE] + part_of_step) * plan.layout.time_step
+    run.end[1] = part_of_step

@@ -15,7 +15,7 @@ from engine.outcomes import Assessment
 from engine.search.assessment import map_arrays
 from engine.search.protocol import MEASURES, Birth, Proposal, Result, Status
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import EndReason, Verdict
+from engine.vocabulary import Verdict
 
 # -- one number for k rollouts -----------------------------------------------------------------------------------------
 
@@ -283,7 +283,7 @@ class Partners:
     with_ego: tuple[int, ...]
     """Distinct simulations in which the ego touched actor 1, actor 2, …"""
     without_ego: int
-    """Distinct simulations in which two others touched first, which ends a run, too."""
+    """Distinct simulations in which two others touched, before the ego touched anybody if it did."""
 
 
 NO_PARTNERS = Partners((), 0)
@@ -294,7 +294,7 @@ def partners(evaluations: Evaluations, actors: int) -> Partners:
     """The collisions of a search among so many actors."""
     new = evaluations.simulated
     met = partner_of(evaluations)[new]
-    others = evaluations.rollouts.end_reason[new] == EndReason.OTHER_COLLISION
+    others = np.isfinite(evaluations.rollouts.others_contact_time[new])
     return Partners(tuple(int((met == pair).sum()) for pair in range(actors - 1)), int(others.sum()))
 
 

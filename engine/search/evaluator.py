@@ -43,7 +43,7 @@ def make_host(program: Program, config: Config) -> Simulate:
     if config.search.engine == "batch":
         from engine import batch
 
-        return lambda scenes: batch.simulate(program, scenes, config.simulation, jobs=jobs)
+        return lambda scenes: batch.simulate(program, scenes, config.simulation, jobs, config.contact)
     if config.search.engine == "world":
         from engine import world
 
@@ -81,6 +81,8 @@ def _of_scene(row: Result, values: NDArray[Any], valid: Bools, chosen: Mapping[K
     if row.kept is Kept.LEAST:
         least = np.where(np.isnan(values), np.inf, values).min(axis=1, initial=np.inf)
         return np.where(np.isinf(least), np.nan, least)
+    if row.kept is Kept.EGO:
+        return np.where(valid, values[:, 0], row.fill)
     if not values.shape[1]:
         return np.full(len(values), row.fill, row.dtype)
     return np.where(valid, values[np.arange(len(values)), chosen[row.kept]], row.fill).astype(row.dtype)

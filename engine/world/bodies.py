@@ -45,11 +45,13 @@ class Physique:
     """About the vertical axis through the centre [kg m^2]."""
     rear_to_center: float
     axles: tuple[Axle, Axle]
+    fixed: bool
+    """Whether nothing moves it."""
 
     @property
-    def fixed(self) -> bool:
-        """Whether nothing moves it: an obstacle is part of the ground."""
-        return self.kind is ActorKind.OBSTACLE
+    def rolls(self) -> bool:
+        """Whether it stays on wheels that roll when nobody drives: two-wheelers fall over."""
+        return self.kind in (ActorKind.CAR, ActorKind.TRUCK, ActorKind.BUS)
 
 
 def physiques(kinds: Ints, values: Floats) -> tuple[Physique, ...]:
@@ -71,6 +73,7 @@ def physique(kind: ActorKind, columns: Sequence[float]) -> Physique:
         inertia=model.yaw_inertia * mass / model.mass * size,
         rear_to_center=columns[Column.REAR_TO_CENTER],
         axles=_axles(columns),
+        fixed=columns[Column.FIXED] != 0.0 or not 0.0 < mass < math.inf,
     )
 
 
@@ -156,16 +159,27 @@ REST_SPEED = 0.01
 """A body slower than this stands still [m/s]; so does one that turns no faster, in rad/s."""
 
 
-def rub(body: pymunk.Body, actor: Physique, duration: float) -> bool:
+def rub(
+    body: pymunk.Body, actor: Physique, duration: float, steer: float | None = None, resistance: float = 0.0
+) -> bool:
     """Slow a free body down for a time [s]; whether it stands still afterwards.
 
     Each axle in turn gets an impulse against its own motion, at most its load times the duration and at most what
-    stops it there, so that friction never reverses a motion and energy never rises.
+    stops it there, so that friction never reverses a motion and energy never rises. Of one whose wheels roll, with the
+    front ones at the angle `steer`, it is against the motion across the wheels; along them there is the resistance of
+    rolling, a share of the weight (`kernels.coasting`).
     """
     (vx, vy), spin = body.velocity, body.angular_velocity
     cos, sin = math.cos(body.angle), math.sin(body.angle)
-    for axle in actor.axles:
-        vx, vy, spin = _rub_axle(axle, actor, (cos, sin), (vx, vy, spin), duration)
+    for axle, turned in zip(actor.axles, (0.0, steer or 0.0), strict=True):
+        motion = vx, vy, spin
+        if steer is None:
+            vx, vy, spin = _rub_axle(axle, actor, (cos, sin), motion, duration)
+        else:
+            wheel = cos * math.cos(turned) - sin * math.sin(turned), sin * math.cos(turned) + cos * math.sin(turned)
+            motion = _resist(axle, actor, (cos, sin), (-wheel[1], wheel[0]), motion, axle.load * duration)
+            rolling = 0.5 * resistance * actor.mass * GRAVITY * duration
+            vx, vy, spin = _resist(axle, actor, (cos, sin), wheel, motion, rolling)
     still = vx * vx + vy * vy < REST_SPEED**2 and abs(spin) < REST_SPEED
     body.velocity, body.angular_velocity = ((0.0, 0.0), 0.0) if still else ((vx, vy), spin)
     return still
@@ -189,4 +203,23 @@ def _rub_axle(
     lever = arm_x * y - arm_y * x
     stopping = slide / (1.0 / actor.mass + lever * lever / actor.inertia)
     impulse = min(axle.load * duration, stopping)
+    return vx - impulse * x / actor.mass, vy - impulse * y / actor.mass, spin - impulse * lever / actor.inertia
+
+
+def _resist(
+    axle: Axle,
+    actor: Physique,
+    heading: tuple[float, float],
+    along: tuple[float, float],
+    motion: tuple[float, float, float],
+    limit: float,
+) -> tuple[float, float, float]:
+    """Velocity and spin after an impulse at an axle against its motion along a direction, at most the limit [N s]."""
+    vx, vy, spin = motion
+    arm_x, arm_y = axle.offset * heading[0], axle.offset * heading[1]
+    x, y = along
+    speed = (vx - spin * arm_y) * x + (vy + spin * arm_x) * y
+    lever = arm_x * y - arm_y * x
+    stopping = speed / (1.0 / actor.mass + lever * lever / actor.inertia)
+    impulse = min(limit, max(-limit, stopping))
     return vx - impulse * x / actor.mass, vy - impulse * y / actor.mass, spin - impulse * lever / actor.inertia

@@ -1,8 +1,8 @@
 """The world host: one scene after another. The shared kernels drive, pymunk carries and decides what follows contact.
 
-`simulate` scores, so each scene ends at first contact; `run` goes on through it and tells the whole story. Metrics are
-those of the poses that pymunk carried, by the one definition of `engine.kernels.pair`. The timeline of a run says who
-did what when, and why it was over.
+`simulate` scores, so each scene ends at the ego's first contact; `run` goes on through it and tells the whole story.
+Metrics are those of the poses that pymunk carried, by the one definition of `engine.kernels.pair`. The timeline tells
+who did what when, and why it was over.
 """
 
 import math
@@ -24,8 +24,9 @@ from engine.program import Program
 from engine.scenes import Scenes, Trajectory
 from engine.tables import Floats
 from engine.vocabulary import EndReason, State, Verdict
-from engine.world.aftermath import Impact, follow_contact
+from engine.world.aftermath import follow_contact
 from engine.world.bodies import carrier, carry, new_space, physiques
+from engine.world.impacts import Impact, impacts_among_others
 
 # -- the timeline of a run ---------------------------------------------------------------------------------------------
 
@@ -41,7 +42,7 @@ class EventKind(StrEnum):
     CLOSEST = "closest"
     """The ego and another are nearest [MD, m]."""
     CONTACT = "contact"
-    """First contact [0]."""
+    """The ego's first contact [0]."""
     IMPACT = "impact"
     """Two bodies met [the larger delta-V, m/s]."""
     REST = "rest"
@@ -133,11 +134,12 @@ class WorldRun:
     trajectory: Trajectory
     """Through contact to rest."""
     impacts: tuple[Impact, ...]
+    """Those among others first, from the kernels; then what followed the ego's contact, from pymunk."""
     events: tuple[Event, ...]
     records: tuple[Recorded, ...]
     """What the file asks to be recorded, up to contact or the end."""
     touching: Floats | None = None
-    """(actors, len(State)) at the very instant of first contact, between two samples; None without contact."""
+    """(actors, len(State)) at the very instant of the ego's contact, between two samples; None without contact."""
 
     def __repr__(self) -> str:
         """One line, for notebooks."""
@@ -178,12 +180,13 @@ def run(program: Program, scenes: Scenes, row: int = 0, config: Config = DEFAULT
     host = _host(program, _one(scenes, row), config, extra_samples=after)
     scored_samples = samples = _score(host, 0)
     contact = host.memory.status[Status.CONTACT_ONE] >= 0
-    scored, impacts, rest = outcomes(host.results), (), {}
+    scored, impacts, rest = outcomes(host.results), impacts_among_others(host.memory), {}
     last = samples - 1 if contact else -1
     touching = _touching(host.memory, last) if contact else None
     if contact:
         actors = physiques(host.plan.kinds, host.scenes.values[0])
-        samples, impacts, rest = follow_contact(host.plan, host.memory, actors, config)
+        samples, later, rest = follow_contact(host.plan, host.memory, actors, config)
+        impacts = (*impacts, *later)
     trajectory = Trajectory(
         time=np.arange(samples, dtype=np.float64) * config.simulation.time_step,
         states=host.memory.states[:samples].copy(),
@@ -198,13 +201,15 @@ def run(program: Program, scenes: Scenes, row: int = 0, config: Config = DEFAULT
 def _touching(run: Run, sample: int) -> Floats:
     """Everybody's state at first contact, in the step after a sample: motion in a step is linear."""
     before, after = run.states[sample], run.states[sample + 1]
-    return before + run.end[1] * (after - before)
+    touching = before + run.end[1] * (after - before)
+    touching[:, State.PRESENT] = np.where(after[:, State.PRESENT] != 0.0, before[:, State.PRESENT], 0.0)
+    return touching
 
 
 def _host(program: Program, scenes: Scenes, config: Config, extra_samples: int) -> Host:
     rows, space = requested(scenes), new_space(config.contact)
     return Host(
-        plan=plan(program, config.simulation),
+        plan=plan(program, config.simulation, config.contact),
         memory=memory(program, samples_of(config.simulation) + 1 + extra_samples),
         space=space,
         bodies=tuple(carrier(space) for _ in program.actors),

@@ -1,7 +1,8 @@
 """Programs made by hand, without the language: step code written with named operands, scenes written as columns."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -219,12 +220,13 @@ class Assembler:
             margin_segment=_ints(np.zeros((1, 0, 3))),
             sizes=_ints([0, 0, values, starts["temporary"] + self.temporaries, starts["local"], actors + self.blocks]),
         )
+        nothing = np.zeros(0)
         return Program(
             name="by hand",
             description="",
             digest="",
             source_text="",
-            space=ParamSpace((), (), *(np.zeros(0) for _ in range(4)), np.zeros((0, 2)), np.zeros(0), (), ()),
+            space=ParamSpace((), (), _ints(()), nothing, nothing, _ints(()), np.zeros((0, 2)), nothing, (), ()),
             actors=tuple(f"actor{i}" for i in range(actors)),
             requirements=(),
             rules=tuple(Rule(f"rule {i}", i, kind) for i, kind in enumerate(self.rule_kinds)),
@@ -243,7 +245,7 @@ def _registers(row: tuple[Op, object, tuple[object, ...]]) -> list[Register]:
     return [o for o in (destination, *operands) if isinstance(o, Register) and o.kind == "literal"]
 
 
-def _ints(values: object) -> np.ndarray:
+def _ints(values: Iterable[Any]) -> np.ndarray:
     return np.asarray(values if isinstance(values, np.ndarray) else list(values), dtype=np.int32)
 
 

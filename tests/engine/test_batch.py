@@ -118,7 +118,7 @@ def test_physics_knows_no_direction(hand, turning, crossing_scenes, angle, dx, d
     here, there = hand.outcome(turning, scenes), hand.outcome(program, moved)
     assert np.array_equal(here.collided, there.collided)
     assert np.array_equal(here.end_reason, there.end_reason)
-    for name in ("end_time", "min_distance", "max_closing_speed", "left_road_time"):
+    for name in ("end_time", "min_distance", "max_closing_speed", "left_road_time", "lateral_grip", "combined_grip"):
         assert getattr(there, name) == pytest.approx(getattr(here, name), abs=1e-5, nan_ok=True), name
     for row in range(3):
         a, b = hand.states(turning, scenes, row), hand.states(program, moved, row)

@@ -45,7 +45,7 @@ def test_nothing_can_be_changed() -> None:
     with pytest.raises(FrozenInstanceError):
         point.x = 3.0  # pyright: ignore[reportAttributeAccessIssue]
     with pytest.raises(FrozenInstanceError):
-        del point.x
+        del point.x  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def test_equality_by_fields() -> None:

@@ -84,6 +84,12 @@ class Case:
         """(actors, len(Column)) of this scene."""
         return actor_columns(self.scenario.program, self.scenes.values[self.row])
 
+    @property
+    def may_hide(self) -> bool:
+        """Whether somebody may be out of sight behind a third, or behind a building."""
+        third = len(self.columns) > 2 and bool(self.columns[:, Column.OCCLUDING].any())
+        return third or len(self.scenario.program.road.buildings) > 0
+
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Of the params, as a file of others may call them."""

@@ -15,12 +15,20 @@ import numpy as np
 from cortex_dsl.api.arguments import Held, held_params
 from cortex_dsl.report.findings.framing import Frame, heading_of_road, tracks
 from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
-from cortex_dsl.report.findings.run_report import PARTS, events_content, pairs_content, params_content
+from cortex_dsl.report.findings.run_report import PARTS, events_content, metrics_content, pairs_content, params_content
 from cortex_dsl.report.findings.story import Moment, aftermath, in_order, speeds, story_of
 from cortex_dsl.syntax import nodes
 from engine.kernels.conflict import Snapshot, snapshot
 from engine.kernels.geometry import box_distance
-from engine.metrics import Metric, measure_impacts, measure_trajectory, scored_samples, span_together, time_step
+from engine.metrics import (
+    Metric,
+    bodies_of,
+    measure_impacts,
+    measure_trajectory,
+    scored_samples,
+    span_together,
+    time_step,
+)
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import Risk
@@ -31,7 +39,7 @@ from engine.search.ranking import Case
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, Column, State, Verdict
 from engine.world import WorldRun
-from engine.world.aftermath import Impact
+from engine.world.impacts import Impact
 
 COLOURS = 6
 """Actors that have a colour of their own."""
@@ -154,7 +162,8 @@ class CaseReplay:
         """Of a valid run."""
         if int(self.outcomes.verdict[0]) != Verdict.VALID:
             return ()
-        driven = measure_trajectory(self.trajectory, self.outcomes, rear_to_center=self._rear_to_center)
+        bodies = bodies_of(self.program, self.scenes.values[0])
+        driven = measure_trajectory(self.trajectory, self.outcomes, bodies)
         return (*driven, *measure_impacts(self.impacts))
 
     @cached_property
@@ -203,8 +212,8 @@ class CaseReplay:
 
     @property
     def contact_point(self) -> tuple[float, float] | None:
-        """Where bodies first met [m]."""
-        return self.impacts[0].point if self.impacts else None
+        """Where the ego and another first met [m]."""
+        return next((impact.point for impact in self.impacts if 0 in impact.actors), None)
 
     @cached_property
     def heading(self) -> float:
@@ -280,4 +289,5 @@ def case_content(replay: CaseReplay, case: Case) -> dict[str, Any]:
         "held": {one.name: {"value": one.value, "unit": one.unit} for one in replay.held},
         "pairs": pairs_content(program.actors, replay.outcomes),
         "events": events_content(program.actors, replay.moments),
+        "metrics": metrics_content(program.actors, replay.metrics),
     }

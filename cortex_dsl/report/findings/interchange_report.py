@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from cortex_dsl.report.documents import document
-from cortex_dsl.report.findings.run_report import PARTS, events_content, pairs_content
+from cortex_dsl.report.findings.run_report import PARTS, events_content, metrics_content, pairs_content
 from cortex_dsl.report.findings.story import Moment, end_of, story_of
 from engine.interchange.measuring import Measured
 from engine.interchange.opendrive.read import OdrNetwork, OdrRoad
@@ -160,7 +160,7 @@ def measured_content(report: MeasuredReport) -> dict[str, Any]:
             "parts": dict(zip((name for name, _, _ in PARTS), risk.parts[0].tolist(), strict=True)),
         },
         "events": events_content(actors, recorded_story(report)),
-        "metrics": [{**vars(m), "actors": [actors[actor] for actor in m.actors]} for m in measured.metrics],
+        "metrics": metrics_content(actors, measured.metrics),
         "road": None if report.road is None else {"file": report.road.file, "summary": report.road.summary()},
         "provenance": recording.provenance,
         "remarks": report.remarks,

@@ -99,9 +99,7 @@ def run_content(report: RunReport, file: str) -> dict[str, Any]:
             "parts": dict(zip((name for name, _, _ in PARTS), report.parts, strict=True)),
         },
         "events": events_content(program.actors, report.story),
-        "metrics": [
-            {**vars(metric), "actors": [program.actors[actor] for actor in metric.actors]} for metric in report.metrics
-        ],
+        "metrics": metrics_content(program.actors, report.metrics),
         "records": report.records,
         "reproduce": report.reproduce,
     }
@@ -180,3 +178,8 @@ def pairs_content(actors: Sequence[str], outcomes: Outcomes) -> list[dict[str, A
         }
         for pair, other in enumerate(actors[1:])
     ]
+
+
+def metrics_content(actors: Sequence[str], metrics: Sequence[Metric]) -> list[dict[str, Any]]:
+    """Every metric by name, with the names of those it is about. SI units."""
+    return [{**vars(metric), "actors": [actors[actor] for actor in metric.actors]} for metric in metrics]

@@ -13,6 +13,7 @@ import numpy as np
 from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.story import END_TEXTS, end_text
+from engine.outcomes import MODEL_RANGE
 from engine.program import Program
 from engine.risk import HIGHEST_RISK
 from engine.search.evaluations import (
@@ -246,13 +247,31 @@ def limits(record: Record, system: Sequence[str] = ()) -> Iterator[str]:
             f"under test. `--freeze` holds them fixed."
         )
     yield (
-        "How a real car behaves. Vehicles follow a kinematic model on a flat road and see without error; a finding is "
-        "a scene to look at again with the real system."
+        f"How a real car behaves. Vehicles follow a kinematic model on a flat road and see without error"
+        f"{beyond(record)}; a finding is a scene to look at again with the real system."
     )
     yield (
-        "What happens after contact. Scoring ends at first contact; the motion that is drawn lighter afterwards is "
+        "What happens after the ego's contact. Scoring ends there; the motion that is drawn lighter afterwards is "
         "rigid-body physics, for illustration."
     )
+
+
+def beyond(record: Record) -> str:
+    """`, and in 31 % of the valid simulations …`: how often the ego goes beyond the range of the model; else empty."""
+    share = _beyond(record)
+    if not share > 0.0:
+        return ""
+    return (
+        f", and in {percent(share)} of the valid simulations the ego uses more than half of its grip, where that model "
+        f"is no fair one (`cortexc verify` drives the worst cases again with slipping tyres)"
+    )
+
+
+def _beyond(record: Record) -> float:
+    """Share of the valid simulations in which the ego uses more grip than the vehicle model is good for."""
+    used = record.evaluations.rollouts.combined_grip[record.evaluations.simulated]
+    used = used[~np.isnan(used)]
+    return ratio(int((used > MODEL_RANGE).sum()), len(used))
 
 
 # -- the same for a document -------------------------------------------------------------------------------------------
@@ -292,6 +311,7 @@ def search_content(program: Program, record: Record) -> dict[str, Any]:
             "collision": ratio(simulated.colliding_runs, simulated.valid_runs),
             "invalid": ratio(simulated.nis, simulated.individuals),
         },
+        "beyond_model": _beyond(record),
         "collision_interval": collision_interval(record) if independent else None,
         "invalid": invalid_counts(record),
         "ends": [{"text": end.text, "count": end.count, "share": ratio(end.count, total)} for end in ends],

@@ -13,11 +13,11 @@ from engine.metrics import time_step
 from engine.outcomes import Outcomes
 from engine.program import Program, Rule
 from engine.scenes import Trajectory
-from engine.tables import Floats, Ints
+from engine.tables import SLIDING, Floats, Ints
 from engine.vocabulary import EndReason, State
 
 if TYPE_CHECKING:
-    from engine.world.aftermath import Impact
+    from engine.world.impacts import Impact
 
 
 PEDAL = 0.01
@@ -68,6 +68,7 @@ def story_of(
         *_starts(program, trajectory, unit),
         *(m for actor in range(len(program.actors)) for m in _of_actor(trajectory, actor, contact_time, unit)),
         *_left_road(outcomes, row),
+        *_others_contact(program, outcomes, row),
         *_of_pair(program, outcomes, row, pair, unit),
         end_of(program, outcomes, row),
     ]
@@ -161,6 +162,13 @@ def _left_road(outcomes: Outcomes, row: int) -> Iterator[Moment]:
             yield Moment(float(time), actor, "left_road", text)
 
 
+def _others_contact(program: Cast, outcomes: Outcomes, row: int) -> Iterator[Moment]:
+    time = float(outcomes.others_contact_time[row])
+    if np.isfinite(time):
+        first, second = (program.actors[int(actor)] for actor in outcomes.others_contact_actors[row])
+        yield Moment(time, -1, "contact", f"contact: {first} and {second}; the run goes on")
+
+
 def _of_pair(program: Cast, outcomes: Outcomes, row: int, pair: int, unit: SpeedUnit) -> Iterator[Moment]:
     """Fastest closing and closest approach of the deciding pair."""
     if outcomes.min_distance.shape[1] == 0:
@@ -185,18 +193,21 @@ def _of_pair(program: Cast, outcomes: Outcomes, row: int, pair: int, unit: Speed
 
 
 def speeds(trajectory: Trajectory) -> Floats:
-    """(samples, actors) [m/s]. Up to contact as the actor drives, backwards negative; from then on of its centre,
-    whatever way it heads: over the step that follows a sample, so that none mixes what was before the blow with what
-    came after it; the last sample goes on with the braking before it. NaN where an actor is not in the scene.
+    """(samples, actors) [m/s]. Up to contact, or to an earlier impact of its own, as the actor drives, backwards
+    negative; from then on of its centre, whatever way it heads: over the step that follows a sample, so that none mixes
+    what was before the blow with what came after it; the last sample goes on with the braking before it. NaN where an
+    actor is not in the scene.
     """
-    found = np.where(trajectory.states[..., State.PRESENT] > 0.5, trajectory.states[..., State.SPEED], np.nan)
+    there, loose = trajectory.states[..., State.PRESENT] > 0.5, trajectory.states[..., State.PRESENT] == SLIDING
+    found = np.where(there, trajectory.states[..., State.SPEED], np.nan)
     first = trajectory.contact_sample + 1
     if 0 < first < len(found) - 1:
-        x, y = trajectory.states[first:, :, State.X], trajectory.states[first:, :, State.Y]
+        loose[first:] = there[first:]
+    if loose.any() and len(found) > 2:
+        x, y = trajectory.states[..., State.X], trajectory.states[..., State.Y]
         moved = np.hypot(np.diff(x, axis=0), np.diff(y, axis=0)) / time_step(trajectory)
-        last = np.maximum(0.0, 2.0 * moved[-1:] - moved[-2:-1] if len(moved) > 1 else moved)
-        moved = np.concatenate([moved, last])
-        found[first:] = np.where(np.isnan(found[first:]), np.nan, moved)
+        last = np.maximum(0.0, 2.0 * moved[-1:] - moved[-2:-1] if len(found) - first > 2 else moved[-1:])
+        found = np.where(loose, np.concatenate([moved, last]), found)
     return found
 
 

@@ -9,15 +9,17 @@ from pathlib import Path
 from shlex import quote
 
 from cortex_dsl.report.findings.case_replay import CaseReplay
-from cortex_dsl.report.findings.readable import first_line, fixed, format_gene, significant
+from cortex_dsl.report.findings.readable import first_line, fixed, format_gene, percent, significant
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.story import Moment
+from cortex_dsl.report.findings.verification_report import ANSWERS
 from cortex_dsl.report.page import scene_svg
 from cortex_dsl.report.page.analysis_sections import avoidance_badge
 from cortex_dsl.report.page.markup import Element, Node, element, figure, page, prose
 from cortex_dsl.report.page.player import SCRIPTS, player, player_data
 from engine.avoidability import Avoidability
-from engine.outcomes import PAIRS, Result
+from engine.metrics import Metric
+from engine.outcomes import MODEL_RANGE, PAIRS, Outcomes, Result
 from engine.risk import HIGHEST_RISK
 from engine.search.ranking import Case
 from engine.streams import StreamKey, format_key
@@ -31,6 +33,7 @@ PART_MEANINGS = {
     "D_MS": "distance at fastest closing",
     "TTC_MS": "time to collision at fastest closing",
 }
+IN_RISK = frozenset(row.symbol for row in PAIRS if row.of_risk)
 
 
 def risk_table(replay: CaseReplay) -> Element:
@@ -63,18 +66,29 @@ def _amount(replay: CaseReplay, row: Result) -> str:
 
 
 def measures_table(replay: CaseReplay) -> Node:
-    """The metrics of the deciding pair that the score does not come from; nothing where there are none."""
-    rows = [
-        element(
-            "tr",
-            element("th", row.symbol, scope="row"),
-            element("td", row.meaning),
-            element("td", _amount(replay, row), class_="number"),
-        )
-        for row in PAIRS
-        if row.symbol and not row.of_risk and replay.outcomes.min_distance.shape[1]
+    """The metrics of the deciding pair and its two that the score does not come from; nothing where there are none."""
+    pair = (0, replay.pair + 1)
+    found = [metric for metric in replay.metrics if metric.name not in IN_RISK]
+    rows = [_measure(metric, metric.name) for metric in found if metric.actors == pair]
+    rows += [
+        _measure(metric, f"{metric.name}, {replay.program.actors[actor]}")
+        for actor in pair
+        for metric in found
+        if metric.actors == (actor,)
     ]
-    return [element("h4", "Measures"), element("table", element("tbody", rows), class_="params")] if rows else None
+    if not rows:
+        return None
+    table = element("table", element("tbody", rows), class_="params")
+    return element("details", element("summary", "Measures"), table)
+
+
+def _measure(metric: Metric, name: str) -> Element:
+    return element(
+        "tr",
+        element("th", name, scope="row"),
+        element("td", metric.meaning),
+        element("td", f"{fixed(metric.value, 2)} {metric.unit}".rstrip(), class_="number"),
+    )
 
 
 def pairs_table(replay: CaseReplay) -> Node:
@@ -139,6 +153,8 @@ class Place:
     folder: Path | None
     answer: Avoidability | None = None
     """Of the reference driver."""
+    opinion: str = ""
+    """What `cortexc verify` said of it."""
 
 
 def card(replay: CaseReplay, place: Place, number: int) -> Element:
@@ -151,6 +167,7 @@ def card(replay: CaseReplay, place: Place, number: int) -> Element:
             element("h3", f"Case {case.rank}"),
             element("p", _verdict(replay, case), class_="lead"),
             avoidance_badge(place.answer),
+            opinion_badge(replay.outcomes, place.opinion),
             class_="case-head",
         ),
         player(replay, number),
@@ -173,6 +190,22 @@ def card(replay: CaseReplay, place: Place, number: int) -> Element:
         id=f"case-{case.rank}",
         data_case=case.rank,
     )
+
+
+OPINION_STYLES = {"bad": "hit", "warn": "warn"}
+"""What a terminal shows in red or yellow, a page does, too."""
+
+
+def opinion_badge(outcomes: Outcomes, opinion: str) -> Node:
+    """What a second opinion says of a case; without one, whether it asks for one."""
+    if opinion:
+        style, meaning = next(((style, text) for name, style, text in ANSWERS.values() if name == opinion), ("", ""))
+        return element("span", opinion, class_=f"badge {OPINION_STYLES.get(style, '')}".strip(), title=meaning)
+    used = float(outcomes.combined_grip[0, 0])
+    if not used > MODEL_RANGE:
+        return None
+    text = f"beyond the vehicle model: {percent(used, 0)} of the grip"
+    return element("span", text, class_="badge warn", title="`cortexc verify` drives it again with slipping tyres")
 
 
 def _verdict(replay: CaseReplay, case: Case) -> Node:

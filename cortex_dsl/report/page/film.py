@@ -50,7 +50,10 @@ class Lens:
     def __call__(self, points: Floats | list[tuple[float, float]]) -> list[tuple[float, float]]:
         frame = self.frame
         top = frame.bottom + frame.height
-        return [((x - frame.left) * self.scale, (top - y) * self.scale) for x, y in frame.turned(points).tolist()]
+        return [
+            ((x - frame.left) * self.scale, (top - y) * self.scale)
+            for x, y in frame.turned(np.asarray(points, dtype=np.float64)).tolist()
+        ]
 
 
 def gif(replay: CaseReplay, speed: float = 1.0) -> bytes:

@@ -1,9 +1,10 @@
 """The report of one search: a page for whoever decides, and for the engineer who has to answer for it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from cortex_dsl.api import opinions
 from cortex_dsl.api.runs import WORST, OpenedRun, first_cases
 from cortex_dsl.report.documents import plain
 from cortex_dsl.report.findings.analysis_report import analysis_content, heat_map_content, heat_maps
@@ -23,6 +24,7 @@ from engine.search.journal_reader import Record
 from engine.search.probability.estimates import kept
 from engine.search.ranking import Case
 from engine.search.result_files import collisions_by_partner
+from engine.streams import format_key
 
 CASES = 10
 """Cases that a page replays."""
@@ -46,6 +48,8 @@ class RunPage:
     worst: tuple[Case, ...]
     replays: tuple[CaseReplay, ...]
     analysis: Analysis
+    opinions: Mapping[str, str]
+    """Answers of `cortexc verify` by the keys of cases, where it was asked."""
 
     @property
     def record(self) -> Record:
@@ -58,7 +62,7 @@ def run_page(run: OpenedRun, cases: int = CASES, budget: int = BUDGET) -> str:
     replays = tuple(replay_of_case(run, case) for case in chosen)
     record, scenario = run.record, run.scenario
     analysis = analyse(scenario.program, record.evaluations, scenario.config, record.manifest.profile, budget, WORST)
-    return render_page(RunPage(run, chosen, replays, analysis))
+    return render_page(RunPage(run, chosen, replays, analysis, opinions.kept(run)))
 
 
 def replay_of_case(run: OpenedRun, case: Case) -> CaseReplay:
@@ -94,7 +98,7 @@ def content(found: RunPage) -> dict[str, Any]:
         **search_content(program, record),
         "distinct_failures": len(found.analysis.distinct),
         "cases": [
-            {**case_content(replay, case), "avoidability": answer}
+            {**case_content(replay, case), "avoidability": answer, "opinion": _opinion(found, case) or None}
             for case, replay, answer in zip(found.worst, found.replays, answers, strict=True)
         ],
         "analysis": analysis_content(program.space, found.analysis),
@@ -208,7 +212,9 @@ def _cases(found: RunPage) -> Node:
         for case, drawing in zip(found.worst, thumbnails(found.replays), strict=True)
     ]
     cards = [
-        case_page.card(replay, case_page.Place(case, found.run.folder, _answer(found, case)), number)
+        case_page.card(
+            replay, case_page.Place(case, found.run.folder, _answer(found, case), _opinion(found, case)), number
+        )
         for number, (case, replay) in enumerate(zip(found.worst, found.replays, strict=True))
     ]
     road = shared_road(found.replays[0])
@@ -227,6 +233,11 @@ def _answer(found: RunPage, case: Case) -> Avoidability | None:
     """What the reference driver says of a case, if it was asked."""
     answers = zip(found.analysis.worst, found.analysis.avoidability, strict=True)
     return next((answer for other, answer in answers if other.row == case.row), None)
+
+
+def _opinion(found: RunPage, case: Case) -> str:
+    """What `cortexc verify` said of a case, if it was asked."""
+    return found.opinions.get(format_key(case.key), "")
 
 
 def _course(found: RunPage) -> Element:

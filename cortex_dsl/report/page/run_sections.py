@@ -10,6 +10,7 @@ from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.report.findings.analysis_report import (
     EXPOSURE,
     HOW,
+    SAMPLE_TIME,
     HeatMap,
     avoidable_interval_text,
     avoidable_text,
@@ -230,7 +231,8 @@ def _explorer(record: Record, best: HeatMap) -> Element:
 
 NOTE = (
     "Given a valid run, when every param is drawn as the file says. What a search found tells nothing "
-    f"of this: it goes where it has found danger. And {EXPOSURE}."
+    f"of this: it goes where it has found danger. And {EXPOSURE}; "
+    f"{SAMPLE_TIME}."
 )
 HEAD = ("a collision", "one a competent driver avoids", "how it is drawn", "from", "valid draws")
 

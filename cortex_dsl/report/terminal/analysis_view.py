@@ -11,6 +11,7 @@ from cortex_dsl.report.findings.analysis_report import (
     DRIVER,
     EXPOSURE,
     HOW,
+    SAMPLE_TIME,
     avoidable_interval_text,
     avoidable_text,
     closing_text,
@@ -279,7 +280,7 @@ def probability_view(program: Program, found: Probability) -> RenderableType:
     if found.levels:
         steps = ", ".join(f"{level:.2f} m" if level else "contact" for level in found.levels)
         lines.append(Text(f"levels of the first repetition: {steps}", "quiet"))
-    return Group(heading(program.name), *lines, Text(EXPOSURE, "quiet"))
+    return Group(heading(program.name), *lines, Text(EXPOSURE, "quiet"), Text(SAMPLE_TIME, "quiet"))
 
 
 def _partners_met(program: Program, found: Probability) -> Iterator[Text]:

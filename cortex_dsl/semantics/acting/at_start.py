@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.evaluation import geometry
+from cortex_dsl.semantics.evaluation import seeing
 from cortex_dsl.semantics.model.context import SCENE, Evaluator
 from cortex_dsl.semantics.model.state import RuleKey
 from cortex_dsl.semantics.model.values import Actor
@@ -110,7 +110,7 @@ class _Start:
             case Operation(op=Op.SEES, immediates=(one, other)) if one >= 0 <= other and all(
                 map(_is_here, self.actors.values())
             ):
-                return geometry.sees(self.ev.at_moment(SCENE), self.actors[one], self.actors[other])
+                return seeing.sees(self.ev.at_moment(SCENE), self.actors[one], self.actors[other])
             case Operation(op=op) if op > Op.STATE:
                 return None
             case Operation(op=op, immediates=immediates, width=width):

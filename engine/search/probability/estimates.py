@@ -17,7 +17,7 @@ from engine.search.journal import finite
 from engine.search.statistics import Interval
 from engine.search.store import StoreError, store_errors
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import EndReason, Verdict
+from engine.vocabulary import Verdict
 
 NOT_KNOWN = Interval(math.nan, math.nan)
 PARAMS, JOINT = CONDITIONS = ("params", "joint")
@@ -63,7 +63,7 @@ class Probability:
     by_partner: tuple[int, ...] = ()
     """Collisions with actor 1, actor 2, …; those that are left out at the end were not met. Under `mc` alone."""
     without_ego: int = 0
-    """Runs that a collision of two others ended. Under `mc` alone."""
+    """Runs in which two others touched. Under `mc` alone."""
 
 
 class Count(NamedTuple):
@@ -86,7 +86,7 @@ class Count(NamedTuple):
             self.collisions + int(runs.collided.sum()),
             self.aborted + int((runs.verdict == Verdict.ABORTED).sum()),
             tuple(met.tolist()),
-            self.without_ego + int((runs.end_reason == EndReason.OTHER_COLLISION).sum()),
+            self.without_ego + int(np.isfinite(runs.others_contact_time).sum()),
         )
 
 

@@ -75,6 +75,7 @@ def test_values_are_known_although_the_file_has_errors(left_turn):
     view = view_of(left_turn.replace("with speed EGO_SPEED", "with sped EGO_SPEED"))
     assert [d.code for d in view.analysis.diagnostics if d.severity.value == "error"] == ["SCN204"]
     found = hover(view, view.text.index("egoInitLane.centerline"))
+    assert found is not None
     assert "a lane, such as `north.in.1`" in found.text
 
 
@@ -101,6 +102,7 @@ def test_imports_can_come_from_anywhere():
 
     analysis = analyse("own.scn", "from cars import slow\nx = slow\n", files=Shelf())
     target = definition(View("own.scn", "from cars import slow\nx = slow\n", analysis), 26)
+    assert target is not None
     assert (target.file, target.text[target.span.start : target.span.end]) == ("cars.scn", "slow")
 
 
@@ -118,6 +120,7 @@ def test_a_text_is_mended_before_its_dot(broken, whole):
     offset, text = broken.index("|"), broken.replace("|", "")
     view = View("own.scn", text, Analysis(Source("own.scn", "")))
     place = place_of(view, offset)
+    assert place is not None
     assert mended(view, place, place.left[-1].start) == whole
 
 
@@ -147,6 +150,7 @@ def test_inner_names_hide_outer_ones():
 
     def line_of(offset):
         target = definition(view, offset)
+        assert target is not None
         return text.count("\n", 0, target.span.start)
 
     assert line_of(text.index("[m for") + 1) == 2

@@ -39,7 +39,7 @@ class Screen:
             preexec_fn=hear_interrupts,
         )
         self.screen = pyte.Screen(columns, 60)
-        self.screen.write_process_input = self.process.send  # answers where the cursor is
+        self.screen.write_process_input = self.process.send  # pyright: ignore[reportAttributeAccessIssue]  # pyte asks for it
         self.stream = pyte.ByteStream(self.screen)
 
     @property

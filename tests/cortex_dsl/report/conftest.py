@@ -27,7 +27,7 @@ from engine.search.insight.gene_effects import Probes, gene_effects
 from engine.search.protocol import Box
 from engine.search.ranking import worst_cases
 from engine.search.run import Campaign
-from engine.tables import CodeTables, RoadTables
+from engine.tables import CodeTables, Floats, RoadTables
 from engine.vocabulary import Distribution, EndReason, GeneKind, State, Verdict
 
 TIME_STEP = 0.05
@@ -83,7 +83,7 @@ def program() -> Program:
 def trajectory() -> Trajectory:
     """The ego goes north and brakes; the adversary comes south and turns left, to the east."""
     states = np.zeros((SAMPLES, 2, len(State)))
-    time = np.arange(SAMPLES) * TIME_STEP
+    time = np.arange(SAMPLES, dtype=np.float64) * TIME_STEP
     states[:, :, State.PRESENT] = 1.0
     speed = np.maximum(0.0, 12.0 - 6.0 * np.maximum(0.0, time - 1.5))
     states[:, 0, State.X] = 1.75
@@ -103,7 +103,10 @@ def trajectory() -> Trajectory:
 @pytest.fixture
 def outcomes() -> Outcomes:
     """One run without contact that a rule ended."""
-    pair = {"shape": (1, 1)}
+
+    def pair(value: float) -> Floats:
+        return np.full((1, 1), value)
+
     return blank_outcomes(
         1,
         2,
@@ -113,16 +116,16 @@ def outcomes() -> Outcomes:
         end_rule=np.zeros(1, dtype=np.int32),
         end_time=np.array([4.45]),
         steps=np.array([89], dtype=np.int32),
-        min_distance=np.full(fill_value=2.31, **pair),
-        min_distance_time=np.full(fill_value=3.1, **pair),
-        max_closing_speed=np.full(fill_value=19.84, **pair),
-        max_closing_time=np.full(fill_value=0.4, **pair),
-        distance_at_ms=np.full(fill_value=38.2, **pair),
-        ttc_at_ms=np.full(fill_value=1.925, **pair),
-        ego_speed=np.full(fill_value=9.5, **pair),
-        other_speed=np.full(fill_value=11.0, **pair),
-        approach_angle=np.full(fill_value=1.5, **pair),
-        closing_speed=np.full(fill_value=4.0, **pair),
+        min_distance=pair(2.31),
+        min_distance_time=pair(3.1),
+        max_closing_speed=pair(19.84),
+        max_closing_time=pair(0.4),
+        distance_at_ms=pair(38.2),
+        ttc_at_ms=pair(1.925),
+        ego_speed=pair(9.5),
+        other_speed=pair(11.0),
+        approach_angle=pair(1.5),
+        closing_speed=pair(4.0),
         side=np.ones((1, 1), dtype=np.int32),
         left_road_time=np.array([[np.nan, 4.2]]),
         contact_actors=np.full((1, 2), -1, dtype=np.int32),
@@ -219,7 +222,8 @@ def _assessment(genomes: np.ndarray, valid: np.ndarray) -> Assessment:
 
 def _campaign(valid_share: float, space: ParamSpace) -> Campaign:
     rng, count = np.random.default_rng(7), GENERATIONS * POPULATION
-    genomes = np.column_stack([rng.uniform(5, 80, count), rng.uniform(0, 1, count), rng.integers(0, 3, count)])
+    drawn = [rng.uniform(5, 80, count), rng.uniform(0, 1, count), rng.integers(0, 3, count)]
+    genomes = np.column_stack(drawn).astype(np.float64)
     rollouts = _assessment(genomes, rng.uniform(size=count) < valid_share)
     verdict, fitness = judge(rollouts, "mean")
     evaluations = Evaluations(

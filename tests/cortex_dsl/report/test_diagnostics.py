@@ -2,6 +2,7 @@
 
 import io
 import json
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -22,7 +23,7 @@ def spot(word: str, text: str = "", end: str = "") -> Label:
     return Label(Span(start, TEXT.index(end) + len(end) if end else start + len(word)), text)
 
 
-def drawn(label: Label, *secondary: Label, width: int = 80, **more: str) -> list[str]:
+def drawn(label: Label, *secondary: Label, width: int = 80, **more: Any) -> list[str]:
     diagnostic = Diagnostic("SCN999", "wrong", label, secondary=secondary, **more)
     return render_text(Source("a.scn", TEXT), [diagnostic], width).splitlines()
 
@@ -143,9 +144,9 @@ def test_thousands_are_not_drawn() -> None:
     """Errors come before the rest, and what is left out is counted."""
     kinds = [Severity.HINT] * 4_000 + [Severity.ERROR] * 70
     found = [Diagnostic("SCN999", "wrong", spot("first"), severity=severity) for severity in kinds]
-    console = Console(file=io.StringIO(), width=80)
-    print_diagnostics(Source("a.scn", TEXT), found, console)
-    text = console.file.getvalue()
+    stream = io.StringIO()
+    print_diagnostics(Source("a.scn", TEXT), found, Console(file=stream, width=80))
+    text = stream.getvalue()
     assert (text.count("error["), text.count("hint[")) == (70, 30)
     assert "and 3,970 more" in text
 

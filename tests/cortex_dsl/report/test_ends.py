@@ -18,14 +18,17 @@ def three(program: Program) -> Program:
 
 
 def others_crash(evaluations: Evaluations, count: int) -> Evaluations:
-    """The first few valid runs without a collision, ended by two others."""
+    """The first few valid runs without a collision, ended by two others, as in old journals."""
     runs = evaluations.rollouts
     rows = np.flatnonzero(evaluations.simulated & evaluations.valid & ~evaluations.collided)[:count]
     reason = runs.end_reason.copy()
     reason[rows] = EndReason.OTHER_COLLISION
     rule = runs.end_rule.copy()
     rule[rows] = -1
-    return replace(evaluations, rollouts=replace(runs, end_reason=reason, end_rule=rule))
+    time = runs.others_contact_time.copy()
+    time[rows] = 1.0
+    rollouts = replace(runs, end_reason=reason, end_rule=rule, others_contact_time=time)
+    return replace(evaluations, rollouts=rollouts)
 
 
 def test_every_partner_is_reported_also_the_missed_one(three: Program, report: SearchReport) -> None:

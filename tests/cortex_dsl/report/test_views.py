@@ -40,7 +40,7 @@ METRICS = (
     Metric("pedal oscillation", (0,), 0.25, "1/s", "switches between throttle and brake"),
     Metric("pedal oscillation", (1,), np.nan, "1/s", "switches between throttle and brake"),
 )
-TICKS = np.arange(5) * 0.05
+TICKS = np.arange(5, dtype=np.float64) * 0.05
 RECORDS = (
     Recorded("gap", "series", "m", 51, TICKS, np.array([5.0, 4.0, np.nan, 2.5, 2.31])),
     Recorded("entry speed", "initial", "m/s", 52, TICKS[:1], np.array([12.0])),

@@ -61,7 +61,9 @@ def test_steering_of_scenic_is_a_share_to_the_right() -> None:
     ego = "ego = new Car at (0, 40), facing roadDirection, with behavior Turn()\n"
     angles = []
     for head in (HERE, MODEL):
-        (act,) = scenario(head + behaviour + ego).variants[0].actors[0].behaviour or ()
+        block = scenario(head + behaviour + ego).variants[0].actors[0].behaviour
+        assert block is not None
+        (act,) = block
         assert isinstance(act, ir.Scope)
         (take,) = act.body
         assert isinstance(take, ir.Take)

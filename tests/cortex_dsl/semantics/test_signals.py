@@ -66,7 +66,9 @@ def test_lights_cost_no_locals_unless_they_are_changed() -> None:
 
 
 def _acts(compiled: ir.Scenario) -> tuple[ir.Act, ...]:
-    (act,) = compiled.variants[0].actors[0].behaviour or ()
+    block = compiled.variants[0].actors[0].behaviour
+    assert block is not None
+    (act,) = block
     assert isinstance(act, ir.Scope)
     return act.body
 

@@ -1,7 +1,6 @@
 """Programs of every construct, for the laws of the syntax."""
 
 import dataclasses
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -38,7 +37,7 @@ floats = st.one_of(
 texts = st.text(max_size=8)
 
 
-def node(kind: Callable[..., Any], *values: Any, **named: Any) -> st.SearchStrategy[Any]:
+def node(kind: type[Any], *values: Any, **named: Any) -> st.SearchStrategy[Any]:
     """Nodes of one kind, with empty spans for everything that wants one."""
     spans = {field.name: NOWHERE for field in dataclasses.fields(kind) if field.name.endswith("span")}
     return st.builds(kind, *values, **named, **{name: st.just(span) for name, span in spans.items()})

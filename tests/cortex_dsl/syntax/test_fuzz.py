@@ -27,7 +27,7 @@ PIECES = [
     "\n\t", "\r\n", "\f", "\0", "\ufeff", "°", "é", "😀", "\u202e", "\x1b[31m",
 ]  # fmt: skip
 
-quickly = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+quickly = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))  # pyright: ignore[reportArgumentType]
 
 
 def complaint(read: Callable[[], object]) -> CompileError | None:

@@ -10,7 +10,7 @@ import pytest
 
 from cortex_dsl.diagnostics import CompileError, Severity
 from cortex_dsl.installation import resource
-from cortex_dsl.source import Source
+from cortex_dsl.source import Source, Span
 from cortex_dsl.syntax import errors, parse, parse_tree
 from cortex_dsl.syntax.errors import CODES, Code
 from cortex_dsl.syntax.literals import SPOKEN_UNITS, UNIT_WORDS
@@ -56,7 +56,7 @@ def test_every_unit_is_read(word: str) -> None:
         parse(Source("name.scn", f"{word} = {word} + f({word})"))
 
 
-def parse_span() -> object:
+def parse_span() -> Span:
     return parse(Source("empty", "")).span
 
 

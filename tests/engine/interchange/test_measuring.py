@@ -14,9 +14,10 @@ from hypothesis import strategies as st
 from cortex_dsl import Scenario, load
 from engine.host import MAX_SAMPLES
 from engine.interchange import Contact, InterchangeError, RecordedActor, Recording
-from engine.interchange.measuring import COMMANDS, Measured, measure
+from engine.interchange.measuring import Measured, measure
 from engine.interchange.recording import recorded_run
-from engine.metrics import measure_trajectory
+from engine.metrics import Body, bodies_of, measure_trajectory
+from engine.metrics.driving import OF_ACTORS
 from engine.outcomes import Outcomes
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, EndReason, Side, State, Verdict
@@ -30,14 +31,17 @@ ENDS = ("end_reason", "end_rule", "steps")
 """A recording knows no rules; whoever touches from the first instant has made no step."""
 
 
-def recordings(scenario: Scenario, count: int, seed: int = 11) -> Iterator[tuple[WorldRun, Recording]]:
+def recordings(
+    scenario: Scenario, count: int, seed: int = 11
+) -> Iterator[tuple[WorldRun, Recording, tuple[Body, ...]]]:
     """Random valid runs of a scenario."""
     step = scenario.config.simulation.time_step
     scenes = scenario.sample(count, seed=seed)
     for row in np.flatnonzero(scenes.valid).tolist():
         ran = run(scenario.program, scenes, row, scenario.config)
         if ran.outcomes.verdict[0] == Verdict.VALID:
-            yield ran, recorded_run(scenario.program, scenes, ran, row=row, step=step)
+            bodies = bodies_of(scenario.program, scenes.values[row])
+            yield ran, recorded_run(scenario.program, scenes, ran, row=row, step=step), bodies
 
 
 def differences(one: Outcomes, other: Outcomes) -> dict[str, float]:
@@ -56,12 +60,11 @@ def differences(one: Outcomes, other: Outcomes) -> dict[str, float]:
 def test_measuring_a_recorded_run_gives_its_outcomes_again(path: Path) -> None:
     """Every column, the risk and every metric, with contact and without."""
     scenario, seen = load(path), 0
-    for ran, recording in islice(recordings(scenario, 100), 10):
+    for ran, recording, bodies in islice(recordings(scenario, 100), 10):
         measured = measure(recording)
         assert differences(ran.outcomes, measured.outcomes) == {}
         assert measured.risk.score[0] == scenario.assess(ran.outcomes).score[0]
-        behind = [actor.rear_to_center for actor in recording.actors]
-        expected = measure_trajectory(ran.trajectory, ran.outcomes, rear_to_center=behind)
+        expected = measure_trajectory(ran.trajectory, ran.outcomes, bodies)
         assert [m.name for m in measured.metrics] == [m.name for m in expected]
         assert [m.value for m in measured.metrics] == pytest.approx([m.value for m in expected], nan_ok=True, rel=1e-8)
         assert measured.trajectory.contact_sample == ran.trajectory.contact_sample or "modular" in path.name
@@ -72,7 +75,7 @@ def test_measuring_a_recorded_run_gives_its_outcomes_again(path: Path) -> None:
 
 def test_contacts_are_among_the_recorded_runs() -> None:
     """So the law above speaks of them, with both kinds of end."""
-    ends = {int(measure(recording).outcomes.end_reason[0]) for _, recording in recordings(load(EXAMPLES[0]), 30)}
+    ends = {int(measure(recording).outcomes.end_reason[0]) for _, recording, _ in recordings(load(EXAMPLES[0]), 30)}
     assert EndReason.COLLISION in ends
     assert len(ends) > 1
 
@@ -97,7 +100,7 @@ def car(name: str, kind: ActorKind = ActorKind.CAR, **changes: float) -> Recorde
 
 
 def by_hand(
-    ways: Sequence[Sequence[tuple[float, float, float, float]]], time: Sequence[float], step: float
+    ways: Sequence[Sequence[tuple[float, float, float, float]]], time: Sequence[float] | np.ndarray, step: float
 ) -> Recording:
     """Actors by their (x, y, heading, speed) at each time; None where one is absent."""
     states = np.zeros((len(time), len(ways), len(State)))
@@ -110,7 +113,7 @@ def by_hand(
     return Recording("by-hand", actors, np.array(time), states, step)
 
 
-def head_on(time: Sequence[float], gap: float = 40.0) -> Recording:
+def head_on(time: Sequence[float] | np.ndarray, gap: float = 40.0) -> Recording:
     """Two that drive towards each other at 10 m/s each."""
     ego = [(10.0 * t, 0.0, 0.0, 10.0) for t in time]
     other = [(gap - 10.0 * t, 0.0, np.pi, 10.0) for t in time]
@@ -180,17 +183,27 @@ def test_who_is_gone_touches_nobody() -> None:
     assert outcomes.end_reason[0] == EndReason.ALL_DONE
 
 
-def test_contact_of_two_others_ends_the_run_without_a_collision_of_the_ego() -> None:
-    """And the ego's least distance is taken up to that instant."""
+def test_contact_of_two_others_ends_nobody_elses_judgement() -> None:
+    """It is noted, and the ego is judged to its own end: here its contact with one of the two."""
     time = np.arange(30) * 0.1
     ego = [(0.0, 30.0 - 5.0 * t, -np.pi / 2, 5.0) for t in time]
     one = [(10.0 * t, 0.0, 0.0, 10.0) for t in time]
     other = [(40.0 - 10.0 * t, 0.0, np.pi, 10.0) for t in time]
     outcomes = measure(by_hand([ego, one, other], time, 0.1)).outcomes
-    assert outcomes.end_reason[0] == EndReason.OTHER_COLLISION
-    assert outcomes.contact_actors[0].tolist() == [1, 2]
+    assert outcomes.end_reason[0] == EndReason.TIMEOUT
+    assert outcomes.others_contact_actors[0].tolist() == [1, 2]
+    assert outcomes.others_contact_time[0] == pytest.approx(1.8, abs=0.2)
+    assert outcomes.contact_actors[0].tolist() == [-1, -1]
     assert not outcomes.collided[0]
-    assert (outcomes.min_distance_time[0] <= outcomes.end_time[0] + 1e-12).all()
+    assert outcomes.end_time[0] == pytest.approx(2.9)
+
+
+def test_an_overlap_in_the_first_sample_is_no_run() -> None:
+    """The ego inside another from the start is refused, by name; two others there are nobody's business."""
+    still, inside, apart = ([(x, 0.0, 0.0, 0.0)] * 3 for x in (0.0, 1.0, 50.0))
+    with pytest.raises(InterchangeError, match="overlap in the first sample"):
+        measure(by_hand([still, inside], [0.0, 0.1, 0.2], 0.1))
+    assert measure(by_hand([apart, still, inside], [0.0, 0.1, 0.2], 0.1)).outcomes.others_contact_time[0] == 0.0
 
 
 def test_one_alone_has_no_risk() -> None:
@@ -214,8 +227,9 @@ def test_the_part_of_a_step_at_the_end_counts() -> None:
 def test_metrics_of_commands_need_commands() -> None:
     """Where wheel and pedals were not recorded, nothing is said of them."""
     recording = head_on(np.arange(30) * 0.1)
-    assert {metric.name for metric in measure(recording).metrics} >= COMMANDS
-    assert not {metric.name for metric in measure(replace(recording, commands=False)).metrics} & COMMANDS
+    commands = {row.symbol for row in OF_ACTORS if row.of_commands}
+    assert {metric.name for metric in measure(recording).metrics} >= commands
+    assert not {metric.name for metric in measure(replace(recording, commands=False)).metrics} & commands
 
 
 # -- laws -------------------------------------------------------------------------------------------------------------
@@ -235,7 +249,7 @@ def seen(recording: Recording, angle: float, shift: tuple[float, float], mirror:
 
 @cache
 def played() -> list[tuple[Recording, Measured]]:
-    found = [replace(recording, road=None) for _, recording in recordings(load(EXAMPLES[2]), 16)]
+    found = [replace(recording, road=None) for _, recording, _ in recordings(load(EXAMPLES[2]), 16)]
     return [(recording, measure(recording)) for recording in found]
 
 

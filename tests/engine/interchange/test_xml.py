@@ -172,4 +172,6 @@ def test_characters_that_xml_cannot_hold_are_refused(code: int) -> None:
 def test_all_others_come_back() -> None:
     """Line ends and tabs, what lies at the edges, and what needs two halves."""
     text = "\t\n\r \x7f\x85\ud7ff\ue000\ufffd\U00010000\U0010ffff<&>\"'"
-    assert ElementTree.fromstring(written(text)).find("b").get("name") == text
+    child = ElementTree.fromstring(written(text)).find("b")
+    assert child is not None
+    assert child.get("name") == text

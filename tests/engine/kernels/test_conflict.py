@@ -103,8 +103,8 @@ def grazing(now: Snapshot) -> bool:
     """Whether outlines a little larger or smaller would decide otherwise."""
 
     def sized(scale: float) -> float:
-        grown = [box._replace(length=4.0 * scale, width=2.0 * scale) for box in (now.ego, now.other)]
-        return time_to_collision(Snapshot(*grown, now.ego_rate, now.other_rate))
+        ego, other = [box._replace(length=4.0 * scale, width=2.0 * scale) for box in (now.ego, now.other)]
+        return time_to_collision(Snapshot(ego, other, now.ego_rate, now.other_rate))
 
     larger, smaller = sized(1.0 + 1e-6), sized(1.0 - 1e-6)
     return math.isfinite(larger) != math.isfinite(smaller) or (larger == 0.0) != (smaller == 0.0)

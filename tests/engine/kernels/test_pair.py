@@ -248,8 +248,8 @@ def test_how_two_meet_does_not_depend_on_the_axes(pair: tuple[Floats, Floats], t
     """
     outlines = np.stack([CAR, CAR])
     expected = measure(*pair, outlines)
-    turned = measure(*(rotated(s, turn, shift, -shift) for s in pair), outlines)
-    reflected = measure(*map(mirrored, pair), outlines)
+    turned = measure(*[rotated(s, turn, shift, -shift) for s in pair], outlines=outlines)
+    reflected = measure(*map(mirrored, pair), outlines=outlines)
     for metrics, sign, sides in ((turned, 1.0, (0, 1, 2, 3)), (reflected, -1.0, (0, 3, 2, 1))):
         assume(abs(metrics.min_distance_time - expected.min_distance_time) < 1e-7)
         found, wanted = metrics, expected

@@ -5,15 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from engine import host
-from engine.config import SimulationConfig
+from engine import batch, host
+from engine.config import ContactConfig, SimulationConfig
 from engine.kernels.rollout import advance, begin
-from engine.kernels.stage import Slot, Status
+from engine.kernels.stage import HOSTED, Slot, Status
 from engine.vehicles import MODELS
-from engine.vocabulary import ActorKind, Command, EndReason, ManeuverType, Op, State, Verdict
+from engine.vocabulary import ActorKind, Command, EndReason, ManeuverType, Op, RuleKind, State, Verdict
 
 CAR, PEDESTRIAN, OBSTACLE = ActorKind.CAR, ActorKind.PEDESTRIAN, ActorKind.OBSTACLE
 STEP = 0.05
+CAR_LENGTH = MODELS[CAR].length
 
 
 def lone(hand, *commands, speed: float = 10.0, kind: ActorKind = CAR, turns: int = 4, **changes: float):
@@ -112,14 +113,137 @@ def test_collision_time_is_continuous(hand) -> None:
     assert outcome.min_distance[0, 0] == 0.0
 
 
-def test_contact_between_others_ends_the_run_without_counting(hand) -> None:
-    """The first contact of any pair ends the scored run; C is for the ego alone."""
+def test_contact_between_others_is_noted_and_the_run_goes_on(hand) -> None:
+    """Two others crash at 20 m/s; the run is the ego's, which goes on to its own end."""
     blocks = [(CAR, 0, 0, 0, 10), (CAR, 200, 50, 0, 10), (CAR, 210, 50, math.pi, 10)]
-    outcome = coasting(hand, *blocks)
-    assert outcome.end_reason[0] == EndReason.OTHER_COLLISION
+    outcome = coasting(hand, *blocks, max_time=2.0)
+    assert outcome.end_reason[0] == EndReason.TIMEOUT
     assert not outcome.collided[0]
-    assert list(outcome.contact_actors[0]) == [1, 2]
+    assert list(outcome.contact_actors[0]) == [-1, -1]
+    assert outcome.others_contact_time[0] == pytest.approx((10 - CAR_LENGTH) / 20, abs=1e-4)
+    assert list(outcome.others_contact_actors[0]) == [1, 2]
     assert np.all(outcome.min_distance[0] > 100)
+
+
+def test_nobody_else_touches_nobody_else(hand) -> None:
+    """Without a contact of others there is no time of one, and nobody to name; nor where it comes after the end."""
+    alone = coasting(hand, (CAR, 0, 0, 0, 10), (CAR, 10, 0, math.pi, 10))
+    late = coasting(hand, (CAR, 0, 0, 0, 10), (CAR, 6, 0, 0, 0), (CAR, 60, 50, 0, 10), (CAR, 80, 50, math.pi, 10))
+    for outcome in (alone, late):
+        assert outcome.collided[0]
+        assert np.isnan(outcome.others_contact_time[0])
+        assert list(outcome.others_contact_actors[0]) == [-1, -1]
+
+
+def crash(hand, *blocks, max_time: float = 2.0, **settings):
+    """Outcomes and states of coasting cars, the ego far away."""
+    program = hand.assembler(CAR, *(block[0] for block in blocks)).program(hand.road())
+    far = hand.placed(CAR, 5000, 0, 0, 0)
+    others = [hand.placed(*block[:5], **(block[5] if len(block) > 5 else {})) for block in blocks]
+    scenes = hand.scenes([far, *others])
+    outcome = hand.outcome(program, scenes, max_time=max_time, **settings)
+    return outcome, hand.states(program, scenes, max_time=max_time, **settings)[:, 1:]
+
+
+def test_who_is_struck_from_behind_rolls_on(hand) -> None:
+    """Equals at 20 against 10 m/s: (1 -+ 0.15) / 2 of the difference each, then they roll, slower by 0.015 g."""
+    _, states = crash(hand, (CAR, 0, 0, 0, 20), (CAR, 10, 0, 0, 10))
+    after = int(np.flatnonzero(states[:, 0, State.PRESENT] == 2.0)[0])
+    rolled = 0.015 * 9.81 * STEP
+    assert states[after, :, State.SPEED] == pytest.approx([14.25, 15.75], abs=1.01 * rolled)
+    slower = states[after, :, State.SPEED] - states[after + 10, :, State.SPEED]
+    assert slower == pytest.approx([10 * rolled] * 2, rel=1e-6)
+    assert np.all(states[:, :, State.Y] == 0.0)
+    gap = states[after:, 1, State.X] - states[after:, 0, State.X]
+    assert np.all(gap >= CAR_LENGTH - 1e-3)
+
+
+def test_who_is_struck_at_the_side_slides_and_comes_to_rest(hand) -> None:
+    """A car struck at a right angle is pushed aside with yaw, its tyres stop it, and it stays where it then is."""
+    _, states = crash(hand, (CAR, 0, 0, 0, 0), (CAR, 1.0, -12, math.pi / 2, 12), max_time=8.0)
+    struck = states[:, 0]
+    assert struck[-1, State.Y] > 0.5
+    assert abs(struck[-1, State.HEADING]) > 0.1
+    assert np.all(struck[-20:, State.X : State.HEADING + 1] == struck[-1, State.X : State.HEADING + 1])
+    assert struck[-1, State.SPEED] == 0.0
+
+
+def test_a_heavy_obstacle_is_a_wall_and_a_light_one_moves(hand) -> None:
+    """A crate of 200 kg is knocked away, a block that is fixed stays; the car bounces back from it."""
+    for fixed in (0.0, 1.0):
+        _, states = crash(hand, (CAR, 0, 0, 0, 10), (OBSTACLE, 8, 0, 0, 0, {"fixed": fixed}))
+        moved = states[-1, 1, State.X] - 8.0
+        assert (moved > 1.0) == (fixed == 0.0)
+        assert (states[-1, 0, State.SPEED] > 0.0) == (fixed == 0.0)
+        if fixed:
+            assert moved == 0.0
+
+
+def test_a_body_is_struck_twice_in_one_step(hand) -> None:
+    """The middle one of three is thrown from the left one into the right one within a step of half a second."""
+    for step in (0.5, 0.05):
+        _, states = crash(hand, (CAR, 0, 0, 0, 20), (CAR, 5, 0, 0, 0), (CAR, 10, 0, 0, 0), time_step=step, max_time=1.0)
+        speeds = states[-1, :, State.SPEED]
+        assert 0.0 < speeds[0] < speeds[1] < speeds[2] < 20.0
+        assert speeds.sum() == pytest.approx(20.0, abs=0.5)
+
+
+def test_a_pile_of_many_neither_hangs_nor_breaks(hand) -> None:
+    """Fifteen actors of all kinds on one another from all sides: finite to the end, and no faster than anybody was."""
+    kinds = [kind for kind in ActorKind if kind is not OBSTACLE]
+    blocks = []
+    for k in range(15):
+        angle = 2 * math.pi * k / 15
+        x, y = -14 * math.cos(angle), -14 * math.sin(angle)
+        blocks.append((kinds[k % len(kinds)], x, y, angle, 15.0))
+    outcome, states = crash(hand, *blocks, max_time=4.0)
+    assert outcome.end_reason[0] == EndReason.TIMEOUT
+    assert np.isfinite(states).all()
+    ways = np.hypot(np.diff(states[:, :, State.X], axis=0), np.diff(states[:, :, State.Y], axis=0))
+    assert ways.max() <= 60.0 * STEP
+    assert ways[-1].max() < 15.0 * STEP
+
+
+def test_the_ego_meets_whom_others_throw_at_it(hand) -> None:
+    """A parked ego is struck by a car that another one pushes, at a time and by the actor that the record shows."""
+    blocks = [(CAR, 20, 0, 0, 0), (CAR, 14, 0, 0, 0), (CAR, 0, 0, 0, 20)]
+    outcome = coasting(hand, *blocks, max_time=5.0)
+    assert outcome.collided[0]
+    assert list(outcome.contact_actors[0]) == [0, 1]
+    assert list(outcome.others_contact_actors[0]) == [1, 2]
+    assert outcome.others_contact_time[0] < outcome.end_time[0]
+    assert outcome.min_distance[0, 0] == 0.0
+    # Closing at 0.575 of 20 m/s over the gap of 1.49 m, less what rolling took.
+    assert outcome.max_closing_speed[0, 0] == pytest.approx(11.5, abs=0.1)
+
+
+def test_a_driver_goes_on_where_that_is_the_setting(hand) -> None:
+    """Struck from behind, a car whose driver goes on follows its lane again; by default it rolls out."""
+    path = hand.route("south", ManeuverType.STRAIGHT)
+    code = hand.assembler(CAR, CAR, CAR)
+    code.follow(code.behaviour(1), hand.literal(path), hand.literal(8))
+    code.emit(Op.HALT)
+    far = hand.placed(CAR, 5000, 0, 0, 0)
+    scene = hand.scenes([far, hand.on_route(path, 12, 5), hand.on_route(path, 3, 15)])
+    program = code.program(hand.road())
+    for goes_on in (False, True):
+        contact = ContactConfig(drivers_go_on=goes_on)
+        states = batch.trajectory(program, scene, 0, SimulationConfig(max_time=5.0), contact).states
+        struck = states[:, 1, State.PRESENT] == 2.0
+        if goes_on:
+            assert states[-1, 1, State.PRESENT] == 1.0
+            assert states[-1, 1, State.SPEED] == pytest.approx(8.0, abs=0.5)
+        else:
+            assert struck[-1]
+            assert 9.0 < states[-1, 1, State.SPEED] < 10.8
+
+
+def test_settings_of_contact_that_make_no_physics_are_refused(hand) -> None:
+    """A restitution above 1 and a negative friction raise, saying which."""
+    program = hand.assembler(CAR).program(hand.road())
+    for settings in ({"restitution": 1.5}, {"friction": -1.0}, {"rolling_resistance": math.nan}):
+        with pytest.raises(ValueError, match=next(iter(settings))):
+            host.plan(program, SimulationConfig(), ContactConfig(**settings))
 
 
 def test_of_two_contacts_the_first_counts(hand) -> None:
@@ -203,30 +327,87 @@ def test_who_is_done_leaves_and_is_not_touched(hand) -> None:
     assert outcome.end_reason[0] == EndReason.ALL_DONE
     present = states[:, 0, State.PRESENT]
     assert list(present) == [1] * len(present)
-    assert outcome.end_time[0] == pytest.approx(0.5)
+    # The front is half a car before the centre, and would pass the end in the step that begins at 0.25 s.
+    assert outcome.end_time[0] == pytest.approx(0.25)
+    front = states[:, 0, State.Y] + 0.5 * CAR_LENGTH
+    assert np.all(front < hand.network.paths.pose(path, length).y)
     assert np.isnan(outcome.left_road_time).all()
 
 
 def test_an_absent_actor_is_passed_through_and_not_seen(hand) -> None:
-    """Three cars: the first leaves, the second drives through its last place, unscathed and without seeing it."""
+    """Three cars: the second leaves, the ego drives through its last place, unscathed and without seeing it."""
     path = hand.route("south", ManeuverType.STRAIGHT)
     length = hand.network.paths.length(path)
     code = hand.assembler(CAR, CAR, CAR)
-    code.follow(code.behaviour(0), hand.literal(path), hand.literal(1))
+    code.follow(code.behaviour(1), hand.literal(path), hand.literal(1))
     code.emit(Op.HALT)
-    block = code.behaviour(1)
+    block = code.behaviour(0)
     code.label("look")
-    code.emit(Op.WITHIN, hand.temporary(0), 1, hand.literal(100))
+    code.emit(Op.WITHIN, hand.temporary(0), 0, hand.literal(100))
     code.emit(Op.COMMAND, 0, int(Command.THROTTLE), hand.temporary(0))
     code.emit(Op.YIELD, 0, block)
     code.emit(Op.JUMP, 0, "look")
-    ahead, behind = hand.on_route(path, length - 0.07, 1), hand.on_route(path, length - 15, 15)
+    ahead, behind = hand.on_route(path, length - 0.5 * CAR_LENGTH - 0.15, 1), hand.on_route(path, length - 20, 15)
     aside = hand.placed(CAR, -300, 300, math.pi, 0)
-    program, scene = code.program(hand.road()), hand.scenes([ahead, behind, aside])
+    program, scene = code.program(hand.road()), hand.scenes([behind, ahead, aside])
     states = hand.states(program, scene, max_time=2)
-    assert list(states[:4, 0, State.PRESENT]) == [1, 1, 1, 0]
-    assert list(states[1:5, 1, State.THROTTLE]) == [1, 1, 1, 0]
+    assert list(states[:4, 1, State.PRESENT]) == [1, 1, 1, 0]
+    assert list(states[1:5, 0, State.THROTTLE]) == [1, 1, 1, 0]
     assert hand.outcome(program, scene, max_time=2).end_reason[0] == EndReason.TIMEOUT
+
+
+def leaving(hand, *declared: str):
+    """The outcome of two cars, of which the other leaves at once and the ego coasts."""
+    path = hand.route("south", ManeuverType.STRAIGHT)
+    code = hand.assembler(CAR, CAR)
+    if "rule" in declared:
+        after(code, hand, 99.0, RuleKind.TERMINATE)
+    if "record" in declared:
+        after(code, hand, 99.0, RuleKind.WATCH)
+    if "monitor" in declared:
+        block = code.monitor()
+        code.label("again")
+        code.emit(Op.YIELD, 0, block)
+        code.emit(Op.JUMP, 0, "again")
+    code.follow(code.behaviour(1), hand.literal(path), hand.literal(10))
+    code.emit(Op.HALT)
+    scene = hand.scenes([hand.placed(CAR, 0, 0, 0, 1), hand.on_route(path, hand.network.paths.length(path) - 3, 10)])
+    return hand.outcome(code.program(hand.road()), scene, max_time=3.0)
+
+
+def after(code, hand, time: float, kind: RuleKind) -> None:
+    """A rule that holds from a time on."""
+    code.rule(hand.temporary(1), kind)
+    code.emit(Op.TIME, hand.temporary(0))
+    code.emit(Op.LE, hand.temporary(1), hand.literal(time), hand.temporary(0))
+    code.emit(Op.END)
+
+
+@pytest.mark.parametrize(
+    ("declared", "reason"),
+    [
+        ("", EndReason.ALL_DONE),
+        ("rule", EndReason.ALL_DONE),
+        ("record", EndReason.TIMEOUT),
+        ("monitor", EndReason.TIMEOUT),
+    ],
+)
+def test_an_ego_left_alone_goes_on_where_somebody_looks(hand, declared: str, reason: EndReason) -> None:
+    """A record or a monitor keeps a run alive whose ego is alone; `terminate when` does not."""
+    assert leaving(hand, declared).end_reason[0] == reason
+
+
+def test_a_run_is_over_when_the_ego_has_left(hand) -> None:
+    """Two others go on, but nobody looks at them."""
+    path = hand.route("south", ManeuverType.STRAIGHT)
+    code = hand.assembler(CAR, CAR, CAR)
+    code.follow(code.behaviour(0), hand.literal(path), hand.literal(10))
+    code.emit(Op.HALT)
+    near = hand.on_route(path, hand.network.paths.length(path) - 3, 10)
+    scene = hand.scenes([near, hand.placed(CAR, 0, 0, 0, 1), hand.placed(CAR, -20, 0, 0, 1)])
+    outcome = hand.outcome(code.program(hand.road()), scene, max_time=3.0)
+    assert outcome.end_reason[0] == EndReason.ALL_DONE
+    assert outcome.end_time[0] < 0.5
 
 
 def test_a_lone_actor_runs_until_it_leaves(hand) -> None:
@@ -237,7 +418,7 @@ def test_a_lone_actor_runs_until_it_leaves(hand) -> None:
     code.emit(Op.HALT)
     outcome = hand.outcome(code.program(hand.road()), hand.scenes([hand.on_route(path, 5, 10)]))
     assert outcome.end_reason[0] == EndReason.ALL_DONE
-    assert outcome.end_time[0] == pytest.approx((hand.network.paths.length(path) - 5) / 10, abs=0.06)
+    assert outcome.end_time[0] == pytest.approx((hand.network.paths.length(path) - 0.5 * CAR_LENGTH - 5) / 10, abs=0.06)
 
 
 def test_left_road_is_the_first_sample_outside(hand) -> None:
@@ -259,7 +440,7 @@ def test_a_run_goes_on_around_free_bodies(hand, crossing, crossing_scenes) -> No
     begin(plan, run, 0, scenes.values[0], scenes.keys[0])
     advance(plan, run, 10, True)
     assert run.status[Status.SAMPLE] == 10
-    run.actors[0, Slot.FREE] = 1.0
+    run.actors[0, Slot.FREE] = HOSTED
     for sample in range(11, 40):
         run.states[sample, 0] = run.states[10, 0]
         run.states[sample, 0, State.X] += 1000.0

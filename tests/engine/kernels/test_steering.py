@@ -19,10 +19,11 @@ class Track:
     def __init__(self, hand, *pieces: tuple[float, float]) -> None:
         """`pieces`: curvature and length of each."""
         self.hand, self.network = hand, build_network(RoadSpec())
-        chain, pose = [], (0.0, 0.0, 0.0)
+        chain: list[Primitive] = []
+        x, y, heading = 0.0, 0.0, 0.0
         for curvature, length in pieces:
-            chain.append(Primitive(*pose, curvature, length))
-            pose = chain[-1].pose(length)
+            chain.append(Primitive(x, y, heading, curvature, length))
+            x, y, heading = chain[-1].pose(length)
         self.path = self.network.paths.add(chain)
 
     def follow(self, speed: float, target: float, *, left: float = 0.0, kind=CAR, lateral: float = 3.0, **settings):

@@ -152,19 +152,19 @@ def assemble(network: Network) -> Callable[..., Program]:
 
     def build(genes: Sequence[tuple] = (), checks: Sequence[tuple] = (), **fields: Any) -> Program:
         sketch = Sketch(genes=[Gene(*gene) for gene in genes], checks=[Check(*check) for check in checks], **fields)
-        genes, reasons = sketch.genes, sorted(set(sketch.impossible.values()))
+        own, reasons = sketch.genes, sorted(set(sketch.impossible.values()))
         names = [*(f"check {i}" for i in range(len(sketch.checks))), *(f"reason {i}" for i in reasons)]
         space = ParamSpace(
-            names=tuple(f"GENE_{i}" for i in range(len(genes))),
-            units=("",) * len(genes),
-            kinds=ints([gene.kind for gene in genes]),
-            low=floats([gene.low for gene in genes]),
-            high=floats([gene.high for gene in genes]),
-            distribution=np.full(len(genes), Distribution.UNIFORM, dtype=np.int32),
-            shape=np.zeros((len(genes), 2)),
-            scale=floats([gene.scale for gene in genes]),
-            options=((),) * len(genes),
-            weights=((),) * len(genes),
+            names=tuple(f"GENE_{i}" for i in range(len(own))),
+            units=("",) * len(own),
+            kinds=ints([gene.kind for gene in own]),
+            low=floats([gene.low for gene in own]),
+            high=floats([gene.high for gene in own]),
+            distribution=np.full(len(own), Distribution.UNIFORM, dtype=np.int32),
+            shape=np.zeros((len(own), 2)),
+            scale=floats([gene.scale for gene in own]),
+            options=((),) * len(own),
+            weights=((),) * len(own),
         )
         return Program(
             name="test",

@@ -70,7 +70,7 @@ def test_threads_change_nothing(program, request_rows, jobs):
 def test_a_lower_limit_only_cuts_off(program, request_rows, limit):
     """With fewer attempts allowed, rows that needed no more are the same and the others are exhausted."""
     whole = sample(program, *request_rows)
-    cut = sample(program, *request_rows, SimulationConfig(max_attempts=limit))
+    cut = sample(program, *request_rows, config=SimulationConfig(max_attempts=limit))
     kept = whole.attempts <= limit
     assert np.all(cut.verdict[~kept] == Verdict.EXHAUSTED)
     assert np.array_equal(cut.draws[kept], whole.draws[kept])

@@ -30,7 +30,7 @@ from engine.search.ranking import worst_cases
 from engine.search.run import Campaign, run_campaign
 from engine.search.searchers import build_searcher
 from engine.tables import Floats, Ints
-from engine.vocabulary import EndReason, GeneKind, Verdict
+from engine.vocabulary import GeneKind, Verdict
 
 Rows = Callable[[Ints, Floats], Assessment]
 VALID, EXHAUSTED, ABORTED, ERROR = (
@@ -255,11 +255,13 @@ def test_take_keeps_rows_together(table: Callable[..., Evaluations]) -> None:
 
 
 class Rollouts:
-    """Five individuals of one rollout among three actors: two hits of actor 2, one of others, two without contact."""
+    """Five individuals of one rollout among three actors: two hits of actor 2, in the first after one of others, one of
+    others alone, two without contact.
+    """
 
     collided = np.array([[True], [True], [False], [False], [False]])
     pair = np.array([[1], [1], [0], [1], [-1]])
-    end_reason = np.array([[EndReason.COLLISION]] * 2 + [[EndReason.OTHER_COLLISION], [EndReason.TIMEOUT], [-1]])
+    others_contact_time = np.array([[1.5], [np.nan], [2.5], [np.nan], [np.nan]])
 
 
 class Table:
@@ -269,7 +271,7 @@ class Table:
 
 def test_each_partner_is_counted_once_a_simulation() -> None:
     """A repeated elite is left out; who was only near is no partner; actor 1 was missed."""
-    assert partners(Table, 3) == Partners((0, 1), 1)  # type: ignore[arg-type]
+    assert partners(Table, 3) == Partners((0, 1), 2)  # type: ignore[arg-type]
 
 
 def test_nobody_is_a_partner_without_contact() -> None:
@@ -291,12 +293,12 @@ def test_an_estimate_counts_partners_block_by_block() -> None:
 
 
 class Runs:
-    """One block of runs: whom each was nearest to, and whether it touched; the others ended by a crash of others."""
+    """One block of runs: whom each was nearest to, and whether it touched; in the others two others crashed."""
 
     def __init__(self, pair: list[int], collided: list[bool]) -> None:
         self.pair, self.collided = np.array(pair), np.array(collided)
         self.verdict = np.zeros(len(pair), dtype=np.int64)
-        self.end_reason = np.where(self.collided, EndReason.COLLISION, EndReason.OTHER_COLLISION)
+        self.others_contact_time = np.where(self.collided, np.nan, 1.0)
 
     def __len__(self) -> int:
         return len(self.pair)

@@ -81,12 +81,16 @@ def test_the_world_in_processes(scenario: Scenario, tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def cluster(tmp_path: Path) -> Iterator[tuple[str, list["subprocess.Popen[bytes]"]]]:
+def cluster(tmp_path: Path) -> Iterator[tuple[str, list["subprocess.Popen[Any]"]]]:
     """A scheduler and two workers on loopback, each a process of its own: its address, and the workers."""
     pytest.importorskip("distributed")
     file, local = tmp_path / "scheduler.json", tmp_path / "dask"
     command = [sys.executable, "-W", "ignore", "-m"]
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": Path(__file__).parents[3]}
+    quiet: dict[str, Any] = {
+        "stdout": subprocess.DEVNULL,
+        "stderr": subprocess.DEVNULL,
+        "cwd": Path(__file__).parents[3],
+    }
     head = [
         "distributed.cli.dask_scheduler",
         "--host",
@@ -100,7 +104,7 @@ def cluster(tmp_path: Path) -> Iterator[tuple[str, list["subprocess.Popen[bytes]
     hand = ["distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny", "--no-dashboard", "--host", "127.0.0.1"]
     hand += ["--death-timeout", "30"]  # nothing is left behind, whatever ends the tests
     scheduler = ["--scheduler-file", str(file)]
-    everyone = [subprocess.Popen([*command, *head, *scheduler], **quiet)]
+    everyone: list[subprocess.Popen[Any]] = [subprocess.Popen([*command, *head, *scheduler], **quiet)]
     try:
         deadline = time.monotonic() + 60
         while not (file.exists() and file.read_text().strip()):
@@ -118,7 +122,7 @@ def cluster(tmp_path: Path) -> Iterator[tuple[str, list["subprocess.Popen[bytes]
 def test_a_cluster_that_loses_a_worker(
     scenario: Scenario,
     alone: dict[str, list[Any]],
-    cluster: tuple[str, list["subprocess.Popen[bytes]"]],
+    cluster: tuple[str, list["subprocess.Popen[Any]"]],
     tmp_path: Path,
 ) -> None:
     """A worker is killed while it works; what it had is done again elsewhere, and the journal is the same."""

@@ -37,6 +37,10 @@ def pretend(study: Study, collisions: dict[str, Sequence[int]]) -> tuple[Plan, l
     return plan, records
 
 
+def claimed(plan: Plan, records: list[RunRecord]) -> Sequence[str]:
+    return verdict(plan, compare_all(plan, records))
+
+
 def test_a_spread_is_numpys() -> None:
     values = np.array([3.0, 9.0, 1.0, 7.0, 7.5])
     found = spread(values)
@@ -178,11 +182,11 @@ def test_smaller_is_better_for_distances(study: Study) -> None:
 
 
 def test_words_do_not_claim_what_few_runs_cannot_show(study: Study) -> None:
-    few = verdict(*(lambda p, r: (p, compare_all(p, r)))(*pretend(study, {"random": [0, 1], "ga": [9, 8]})))
+    few = claimed(*pretend(study, {"random": [0, 1], "ga": [9, 8]}))
     assert "undecided in 2 scenarios" in few[0]
     assert "2 runs" in few[-1]
     assert "hint" in few[-1]
-    many = verdict(*(lambda p, r: (p, compare_all(p, r)))(*pretend(study, {"random": [0] * 30, "ga": [9] * 30})))
+    many = claimed(*pretend(study, {"random": [0] * 30, "ga": [9] * 30}))
     assert many[0].startswith("ga against random: colliding genomes more in 2 of 2 scenarios")
     assert len(many) == 1
 
@@ -206,7 +210,7 @@ def test_rates_are_of_random_sampling_alone(study: Study) -> None:
         [rates[0].collisions, rates[0].valid - rates[0].collisions],
         [RANDOM.nc[letter], RANDOM.valid[letter] - RANDOM.nc[letter]],
     ]
-    assert rates[0].against_paper.p == pytest.approx(stats.fisher_exact(table).pvalue)
+    assert rates[0].against_paper.p == pytest.approx(stats.fisher_exact(np.array(table)).pvalue)
     assert random_rates(replace(study.plan, methods=("ga",)), study.records) == ()
 
 

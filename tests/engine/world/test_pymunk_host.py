@@ -11,7 +11,7 @@ from engine import batch, world
 from engine.config import Config, ContactConfig, SimulationConfig
 from engine.program import Program
 from engine.scenes import Scenes
-from engine.vocabulary import ActorKind, EndReason, ManeuverType, State, Verdict
+from engine.vocabulary import ActorKind, Column, EndReason, ManeuverType, State, Verdict
 from engine.world.pymunk_host import EventKind
 
 Draw = Callable[..., Scenes]
@@ -132,10 +132,54 @@ def test_others_go_on_until_they_are_struck(hand, lane) -> None:
     assert abs(told.trajectory.states[-1, 2, State.SPEED]) < 0.01
 
 
-def test_an_obstacle_is_part_of_the_ground(hand, lane) -> None:
+def pile(hand) -> tuple[Program, Scenes]:
+    """The ego behind two others, of which the second strikes the third before the ego comes."""
+    kinds = (ActorKind.CAR,) * 3
+    code = hand.assembler(*kinds)
+    blocks = [(0, 0, 0, 12), (30, 0, 0, 14), (40, 0.4, 0.0, 0)]
+    return code.program(hand.road()), hand.scenes([hand.placed(ActorKind.CAR, *block) for block in blocks])
+
+
+def test_the_world_goes_on_from_an_impact_of_others(hand) -> None:
+    """Both hosts say the same of a pile; the loose body that the ego strikes had the velocity that it was left with."""
+    program, scenes = pile(hand)
+    fast, told = batch.simulate(program, scenes), world.run(program, scenes)
+    assert fast.others_contact_time[0] == told.outcomes.others_contact_time[0] < fast.end_time[0]
+    assert fast.collided[0]
+    assert told.outcomes.collided[0]
+    assert told.impacts[0].actors == (1, 2)
+    assert any(0 in impact.actors for impact in told.impacts)
+    states, contact = told.trajectory.states, told.trajectory.contact_sample
+    assert list(states[contact, :, State.PRESENT]) == [1.0, 2.0, 2.0]
+    ways = np.hypot(*np.diff(states[contact - 3 : contact + 1, 2, :2], axis=0).T)
+    later = np.hypot(*np.diff(states[contact : contact + 2, 2, :2], axis=0).T)
+    assert later[0] == pytest.approx(ways[-1], rel=0.1)
+
+
+@pytest.mark.parametrize("aside", [0.0, 0.5, 1.2])
+@pytest.mark.parametrize("heading", [0.0, 0.4, math.pi / 2, math.pi])
+def test_pymunk_and_the_solver_tell_one_impact_alike(hand, aside: float, heading: float) -> None:
+    """Delta-V of a single impact: within 0.3 m/s or 6 % of one another, whether the ego is in it or not."""
+    one, other = (0.0, 0.0, 0.0, 15.0), (12.0, aside, heading, 0.0)
+    far = hand.placed(ActorKind.CAR, 3000, 0, 0, 0)
+    first, second = (hand.placed(ActorKind.CAR, *block) for block in (one, other))
+    three, two = (hand.assembler(*(ActorKind.CAR,) * count).program(hand.road()) for count in (3, 2))
+    among_others = world.run(three, hand.scenes([far, first, second]))
+    of_ego = world.run(two, hand.scenes([first, second]))
+    ours, pymunks = among_others.impacts[0], of_ego.impacts[0]
+    assert ours.actors == (1, 2)
+    assert ours.time == pytest.approx(pymunks.time, abs=0.006)
+    assert ours.delta_v == pytest.approx(pymunks.delta_v, rel=0.06, abs=0.3)
+    assert ours.clock == pymunks.clock
+    assert ours.impact_angle == pytest.approx(pymunks.impact_angle, abs=1e-6)
+
+
+def test_a_fixed_obstacle_is_part_of_the_ground(hand, lane) -> None:
     """A car that hits it stops or bounces; the obstacle has no velocity and no delta-V."""
     kinds = (ActorKind.CAR, ActorKind.OBSTACLE)
-    told = world.run(lane(*kinds), queue(hand, kinds, (10.0, 30.0), (10.0, 0.0)))
+    scenes = queue(hand, kinds, (10.0, 30.0), (10.0, 0.0))
+    scenes.values[:, len(Column) + Column.FIXED] = 1.0
+    told = world.run(lane(*kinds), scenes)
     assert told.impacts[0].delta_v[1] == 0.0
     assert told.impacts[0].delta_v[0] == pytest.approx(11.5, rel=0.02)
     assert np.ptp(told.trajectory.states[:, 1, :3], axis=0).tolist() == [0.0, 0.0, 0.0]

@@ -88,7 +88,7 @@ def test_every_link_of_the_top_leads_somewhere(study_file: Path) -> None:
     reader = Reader()
     reader.feed(study_file.read_text(encoding="utf-8"))
     names = {attributes["id"] for _, attributes in reader.tags if "id" in attributes}
-    links = [attributes["href"][1:] for _, attributes in reader.tags if attributes.get("href", "").startswith("#")]
+    links = [href[1:] for _, attributes in reader.tags if (href := attributes.get("href") or "").startswith("#")]
     assert "primary" in links
     assert "paper" not in links  # of other scenarios than the paper's
     assert set(links) <= names

@@ -55,7 +55,7 @@ def recording(
     return Recording(
         name="two_cars",
         actors=tuple(map(actor, names, kinds)),
-        time=np.arange(samples) * STEP,
+        time=np.arange(samples, dtype=np.float64) * STEP,
         states=states,
         step=STEP,
         road=road,

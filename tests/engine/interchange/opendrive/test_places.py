@@ -118,7 +118,9 @@ lengths, curvatures = st.floats(0.0, 200.0), st.floats(-0.2, 0.2)
 coefficients = st.floats(-0.05, 0.05)
 
 
-def geometry(curve: str, length: float = 100.0, start: tuple[float, float, float] = (0, 0, 0), **values: float) -> Node:
+def geometry(
+    curve: str, length: float = 100.0, start: tuple[float, float, float] = (0, 0, 0), **values: float | str
+) -> Node:
     attributes = {key: value if isinstance(value, str) else repr(value) for key, value in values.items()}
     x, y, heading = map(repr, start)
     places = {"s": "0", "x": x, "y": y, "hdg": heading, "length": repr(length)}
@@ -203,7 +205,7 @@ def test_normalized_cubics_run_from_nought_to_one() -> None:
     """The same curve by arc length and from 0 to 1."""
     one = read_piece(geometry("paramPoly3", 10.0, aU=0.0, bU=10.0, cU=0.0, dU=0.0, aV=0.0, bV=0.0, cV=2.0, dV=0.0))
     values = {"aU": 0.0, "bU": 1.0, "cU": 0.0, "dU": 0.0, "aV": 0.0, "bV": 0.0, "cV": 0.02, "dV": 0.0}
-    other = read_piece(geometry("paramPoly3", 10.0, **values, pRange="arcLength"))
+    other = read_piece(geometry("paramPoly3", 10.0, (0, 0, 0), **values, pRange="arcLength"))
     for s in np.linspace(0.0, 10.0, 7):
         assert one.pose(s) == pytest.approx(other.pose(s))
 

@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -18,13 +19,12 @@ from engine.interchange.openscenario.document import (
     value_kind,
 )
 from engine.interchange.recording import Provenance, Recording
-from engine.interchange.xml import Element
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, State
-from tests.engine.interchange.openscenario.conftest import ROAD, actor, recording, recordings, scenario, small
+from tests.engine.interchange.openscenario.conftest import ROAD, Xml, actor, recording, recordings, scenario, small
 
 
-def parameters(root: Element) -> dict[str | None, tuple[str | None, str | None]]:
+def parameters(root: Xml) -> dict[str | None, tuple[str | None, str | None]]:
     return {
         each.get("name"): (each.get("parameterType"), each.get("value")) for each in root.iter("ParameterDeclaration")
     }
@@ -142,14 +142,14 @@ def test_no_text_refers_to_a_parameter() -> None:
 # -- Who takes part, as others see them --------------------------------------------------------------------------------
 
 
-def entity(kind: ActorKind, version: str = "1.2", speed: float = 0.0, **changes: float) -> Element:
+def entity(kind: ActorKind, version: str = "1.2", speed: float = 0.0, **changes: float) -> Xml:
     """The element of an only actor."""
     alone = recording([replace(actor("one", kind), **changes)], [0.0], [[(0.0, 0.0, 0.0)]])
     alone.states[0, 0, State.SPEED] = speed
     return next(iter(scenario(alone, version).find("Entities/ScenarioObject")))
 
 
-def properties(element: Element) -> dict[str | None, str | None]:
+def properties(element: Xml) -> dict[str, Any]:
     return {each.get("name"): each.get("value") for each in element.iter("Property")}
 
 

@@ -12,7 +12,7 @@ from tests.schemas import findings
 
 
 def text(of: Recording, version: str) -> str:
-    return next(iter(write_trajectories(of, "case", ExportOptions(osc=version), ROAD).files.values()))
+    return str(next(iter(write_trajectories(of, "case", ExportOptions(osc=version), ROAD).files.values())))
 
 
 @pytest.mark.parametrize("version", OSC_VERSIONS)

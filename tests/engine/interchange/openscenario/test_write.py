@@ -38,9 +38,11 @@ def test_a_small_recording_is_written_as_it_was_read() -> None:
     """A car, a bus, a walker who comes and goes, a box and lights that begin in the middle of a phase."""
     export = write_trajectories(with_lights(offset=4.0), "small", ExportOptions(), ROAD)
     assert list(export.files) == [GOLDEN.name]
+    text = export.files[GOLDEN.name]
+    assert isinstance(text, str)
     if os.environ.get("UPDATE_GOLDEN"):
-        GOLDEN.write_text(export.files[GOLDEN.name], encoding="utf-8")
-    assert export.files[GOLDEN.name] == GOLDEN.read_text(encoding="utf-8")
+        GOLDEN.write_text(text, encoding="utf-8")
+    assert text == GOLDEN.read_text(encoding="utf-8")
 
 
 def test_what_the_format_has_no_place_for_is_said() -> None:
@@ -94,6 +96,7 @@ def test_lights_that_cannot_be_written_are_said() -> None:
     assert "traffic lights are left out" in remarks(with_lights(), road_file=None)
     assert "traffic lights are left out" in remarks(replace(with_lights(), road=None))
     changed = with_lights()
+    assert changed.signals is not None
     assert "fixed plan alone" in remarks(replace(changed, signals=replace(changed.signals, controlled=True)))
     assert "light" not in remarks(with_lights())
 

@@ -157,6 +157,12 @@ def test_nothing_valid_is_no_index(spaces: Callable[..., ParamSpace], rows: Rows
 # -- clusters ---------------------------------------------------------------------------------------------------------
 
 
+def three_genes(rng: np.random.Generator, count: int) -> Floats:
+    return np.column_stack(
+        [rng.uniform(0, 10, count), rng.uniform(0, 1, count), rng.integers(0, 3, count).astype(np.float64)]
+    )
+
+
 def searched(rows: Rows, genomes: Floats, collided: np.ndarray) -> Evaluations:
     count = len(genomes)
     runs = rows(np.zeros(count, dtype=np.int32), np.where(collided, 0.5, 3.0))
@@ -185,7 +191,9 @@ BOX = Box(
 def test_planted_kinds_are_found_with_their_conditions(rows: Rows) -> None:
     """A > 8 and B < 0.2, or A < 2 and B > 0.8: two kinds, each with its own condition, the larger first."""
     rng = np.random.default_rng(4)
-    genomes = np.column_stack([rng.uniform(0, 10, 3000), rng.uniform(0, 1, 3000), rng.integers(0, 3, 3000)])
+    genomes = np.column_stack([rng.uniform(0, 10, 3000), rng.uniform(0, 1, 3000), rng.integers(0, 3, 3000)]).astype(
+        np.float64
+    )
     one = (genomes[:, 0] > 8) & (genomes[:, 1] < 0.3)
     two = (genomes[:, 0] < 2) & (genomes[:, 1] > 0.8)
     found = clusters(searched(rows, genomes, one | two), BOX)
@@ -204,7 +212,9 @@ def test_planted_kinds_are_found_with_their_conditions(rows: Rows) -> None:
 def test_a_condition_is_judged_on_runs_that_it_was_not_grown_from(rows: Rows) -> None:
     """Failures that fill a corner are found again among others; failures by chance alone only seem to be somewhere."""
     rng = np.random.default_rng(4)
-    genomes = np.column_stack([rng.uniform(0, 10, 2000), rng.uniform(0, 1, 2000), rng.integers(0, 3, 2000)])
+    genomes = np.column_stack([rng.uniform(0, 10, 2000), rng.uniform(0, 1, 2000), rng.integers(0, 3, 2000)]).astype(
+        np.float64
+    )
     for real in clusters(searched(rows, genomes, genomes[:, 0] > 8), BOX):
         assert real.held_out.precision > 0.9
         assert real.held_out.coverage > 0.5
@@ -217,7 +227,9 @@ def test_a_condition_is_judged_on_runs_that_it_was_not_grown_from(rows: Rows) ->
 def test_an_option_can_be_a_condition(rows: Rows) -> None:
     """Whatever the numbers are: option 1 fails."""
     rng = np.random.default_rng(1)
-    genomes = np.column_stack([rng.uniform(0, 10, 600), rng.uniform(0, 1, 600), rng.integers(0, 3, 600)])
+    genomes = np.column_stack([rng.uniform(0, 10, 600), rng.uniform(0, 1, 600), rng.integers(0, 3, 600)]).astype(
+        np.float64
+    )
     for cluster in clusters(searched(rows, genomes, genomes[:, 2] == 1.0), BOX):
         (condition,) = [condition for condition in cluster.conditions if condition.gene == 2]
         assert (condition.low, condition.high) == (1.0, 1.0)
@@ -227,7 +239,9 @@ def test_an_option_can_be_a_condition(rows: Rows) -> None:
 def test_clusters_are_deterministic_and_small_ones_are_one(rows: Rows) -> None:
     """The same search, the same kinds; few failures are not grouped, none give none."""
     rng = np.random.default_rng(2)
-    genomes = np.column_stack([rng.uniform(0, 10, 900), rng.uniform(0, 1, 900), rng.integers(0, 3, 900)])
+    genomes = np.column_stack([rng.uniform(0, 10, 900), rng.uniform(0, 1, 900), rng.integers(0, 3, 900)]).astype(
+        np.float64
+    )
     table = searched(rows, genomes, genomes[:, 0] > 7)
     assert clusters(table, BOX) == clusters(table, BOX)
     assert len(clusters(searched(rows, genomes, np.arange(900) < 5), BOX)) == 1

@@ -108,7 +108,8 @@ def test_more_sharing_never_means_more_distinct(genomes: list[tuple[int, ...]], 
     """The order of genes changes nothing."""
     box = Box(("A", "B", "C", "D"), (0.0, -16.0, 0.0, 0.0), (32.0, 16.0, 9.0, 2.0), (GeneKind.CONTINUOUS,) * 4)
     table = np.array(genomes, dtype=float)
-    turned = Box(*(tuple(column[i] for i in order) for column in (box.names, box.low, box.high, box.kinds)))
+    names, kinds = tuple(box.names[i] for i in order), tuple(box.kinds[i] for i in order)
+    turned = Box(names, tuple(box.low[i] for i in order), tuple(box.high[i] for i in order), kinds)
     assert first_apart(table, box).tolist() == first_apart(table[:, order], turned).tolist()
 
 

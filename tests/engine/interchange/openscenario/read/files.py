@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -118,7 +119,7 @@ def simple(shape: str = STRAIGHT, timing: str = TIMING, network: str = NO_ROAD) 
     return scenario([vehicle("Ego")], [("Ego", follow(shape, timing))], network=network)
 
 
-def read(folder: Path, text: str | bytes, road: str | None = None, **options: object) -> Imported:
+def read(folder: Path, text: str | bytes, road: str | None = None, **options: Any) -> Imported:
     """What the reader makes of a text, with a road beside it if there is one."""
     (folder / "case.xosc").write_bytes(text if isinstance(text, bytes) else text.encode())
     if road is not None:

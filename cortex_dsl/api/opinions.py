@@ -1,0 +1,97 @@
+"""A second opinion on the worst cases of a run, by a better model of the car; kept beside its journal for its report.
+
+>>> found = cx.verify("runs/left_turn-ga-001", cases=10)
+>>> [answer.answer.name for answer in found.answers]
+"""
+
+import json
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cortex_dsl.api import arguments
+from cortex_dsl.api.runs import WORST, OpenedRun, first_cases, open_run
+from engine.atomic import write_one
+from engine.display import facts_table
+from engine.errors import ArgumentError
+from engine.risk import PROFILES
+from engine.search.assessment import concatenate
+from engine.search.journal import finite
+from engine.search.ranking import Case
+from engine.search.store import store_errors
+from engine.verification import Answer, Verified
+from engine.verification import verify as verify_scenes
+
+MODELS = ("dynamic",)
+FILE = "verification.json"
+"""In a run's folder: the answers that were given last."""
+
+
+@dataclass(frozen=True)
+class Verification:
+    """Cases of a run, worst first, and the answer on each."""
+
+    cases: tuple[Case, ...]
+    answers: tuple[Verified, ...]
+
+    def __len__(self) -> int:
+        return len(self.cases)
+
+    def __repr__(self) -> str:
+        """One line, for notebooks."""
+        return f"Verification({len(self)} cases: {', '.join(f'{count} {name}' for name, count in self._counts())})"
+
+    def _repr_html_(self) -> str:
+        return facts_table([("cases", str(len(self))), *((name, str(count)) for name, count in self._counts())])
+
+    def _counts(self) -> list[tuple[str, int]]:
+        counts = Counter(found.answer for found in self.answers)
+        return [(answer.name.lower().replace("_", " "), counts[answer]) for answer in Answer if counts[answer]]
+
+
+def verify(
+    run: OpenedRun | str | Path, cases: int = WORST, *, model: str = MODELS[0], jobs: int | None = None
+) -> Verification:
+    """Run the worst cases of a run again, with finer steps and with cars whose tyres slip (`engine.verification`).
+
+    Raises:
+        StoreError: there is no readable run, or a case of it has no scene.
+    """
+    arguments.kind("run", run, (OpenedRun, str, Path), "name the folder of a run, or open it")
+    if model not in MODELS:
+        raise ArgumentError(f"there is no model `{model}`", f"name one of {', '.join(MODELS)}")
+    opened = run if isinstance(run, OpenedRun) else open_run(run)
+    chosen = first_cases(opened.record, arguments.whole("cases", cases, 1))
+    if not chosen:
+        return Verification((), ())
+    config = opened.scenario.config
+    threads = config.search.jobs if jobs is None else arguments.whole("jobs", jobs, 1)
+    scenes = concatenate([opened.scene(case) for case in chosen])
+    profile = PROFILES[opened.record.manifest.profile]
+    found = verify_scenes(opened.scenario.program, scenes, config.simulation, profile, threads)
+    return Verification(chosen, tuple(answer for answer in found if answer is not None))
+
+
+def keep(run: OpenedRun, content: Mapping[str, Any]) -> Path:
+    """Write answers, as a document has them, beside the journal; the file, whole or not at all.
+
+    Raises:
+        StoreError: it cannot be written.
+    """
+    path = run.folder / FILE
+    with store_errors(path):
+        write_one(path, f"{json.dumps(finite(dict(content)), indent=2, allow_nan=False)}\n".encode())
+    return path
+
+
+def kept(run: OpenedRun) -> dict[str, str]:
+    """The answers kept beside the journal, by the keys of their cases; those on another program are passed over."""
+    try:
+        found = json.loads((run.folder / FILE).read_text(encoding="utf-8"))
+        if found["program"] != run.scenario.program.digest:
+            return {}
+        return {case["key"]: case["answer"] for case in found["cases"]}
+    except (OSError, ValueError, KeyError, TypeError):
+        return {}

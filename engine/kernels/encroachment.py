@@ -1,0 +1,155 @@
+"""When each of two is in the area that both of them pass over, for PET and encroachment time by conflict area.
+
+Allen, Shin and Cooper (1978), "Analysis of traffic conflicts and collisions", Transportation Research Record 667, take
+the area as given. Here it is all that the outlines of both sweep while they are in the scene, whoever was there first.
+What an outline sweeps between two samples counts as the convex hull of the two: the true one bulges by less than 1 mm.
+"""
+
+import math
+from typing import NamedTuple
+
+from engine.kernels.geometry import Box, half_diagonal, shortest_turn
+from engine.kernels.jit import inlined, kernel
+from engine.tables import Floats
+from engine.vocabulary import State
+
+POINTS = 8
+"""Corners of two outlines."""
+HALVINGS = 40
+"""Of a step, until the instant at which an outline comes into the area is down to rounding."""
+
+
+class Stay(NamedTuple):
+    """From when to when one of the two is in the area, in samples of the record; infinite if there is no such area."""
+
+    enter: float
+    leave: float
+
+
+class Span(NamedTuple):
+    """An actor, and the first and last sample at which it is in the scene."""
+
+    actor: int
+    first: int
+    last: int
+
+
+@kernel
+def stay(states: Floats, one: Span, other: Span, outlines: Floats, corners: Floats) -> Stay:
+    """When `one` is in what `other` sweeps. `corners` (2, POINTS, 2) is working memory."""
+    steps = max(one.last - one.first, 1)
+    for k in range(steps):
+        if _reaches(states, one, one.first + k, 0.0, 1.0, other, outlines, corners):
+            outside, inside = 0.0, 1.0
+            for _ in range(HALVINGS):
+                middle = 0.5 * (outside + inside)
+                if _reaches(states, one, one.first + k, 0.0, middle, other, outlines, corners):
+                    inside = middle
+                else:
+                    outside = middle
+            if _reaches(states, one, one.first + k, 0.0, 0.0, other, outlines, corners):
+                inside = 0.0
+            return Stay(one.first + k + inside, _leaves(states, one, other, outlines, corners))
+    return Stay(math.inf, math.inf)
+
+
+@kernel
+def _leaves(states: Floats, one: Span, other: Span, outlines: Floats, corners: Floats) -> float:
+    """The last instant of `one` in what `other` sweeps, in samples."""
+    for k in range(max(one.last, one.first + 1) - 1, one.first - 1, -1):
+        if _reaches(states, one, k, 0.0, 1.0, other, outlines, corners):
+            inside, outside = 0.0, 1.0
+            if _reaches(states, one, k, 1.0, 1.0, other, outlines, corners):
+                inside = 1.0
+            for _ in range(HALVINGS):
+                middle = 0.5 * (inside + outside)
+                if _reaches(states, one, k, middle, 1.0, other, outlines, corners):
+                    inside = middle
+                else:
+                    outside = middle
+            return min(k + inside, one.last)
+    return float(one.first)
+
+
+@kernel
+def _reaches(
+    states: Floats, one: Span, k: int, start: float, end: float, other: Span, outlines: Floats, corners: Floats
+) -> bool:
+    """Whether the part of `one`'s step after sample k touches anything that `other` sweeps."""
+    a0, a1 = _pose(states, one, k, start, outlines), _pose(states, one, k, end, outlines)
+    _lay(corners, 0, a0, a1)
+    for j in range(other.first, max(other.last, other.first + 1)):
+        b0, b1 = _pose(states, other, j, 0.0, outlines), _pose(states, other, j, 1.0, outlines)
+        if _far(a0, a1, b0, b1):
+            continue
+        _lay(corners, 1, b0, b1)
+        if not (_separated(corners, 0) or _separated(corners, 1)):
+            return True
+    return False
+
+
+@inlined
+def _pose(states: Floats, span: Span, k: int, part: float, outlines: Floats) -> Box:
+    """An actor's outline a part of a step after sample k; after its last sample it stays."""
+    actor, after = span.actor, min(k + 1, span.last)
+    turn = shortest_turn(states[k, actor, State.HEADING], states[after, actor, State.HEADING])
+    return Box(
+        states[k, actor, State.X] + part * (states[after, actor, State.X] - states[k, actor, State.X]),
+        states[k, actor, State.Y] + part * (states[after, actor, State.Y] - states[k, actor, State.Y]),
+        states[k, actor, State.HEADING] + part * turn,
+        outlines[actor, 0],
+        outlines[actor, 1],
+    )
+
+
+@inlined
+def _far(a0: Box, a1: Box, b0: Box, b1: Box) -> bool:
+    """Whether circles about both motions stay apart."""
+    x, y = 0.5 * (b0.x + b1.x - a0.x - a1.x), 0.5 * (b0.y + b1.y - a0.y - a1.y)
+    reach = half_diagonal(a0) + half_diagonal(b0)
+    reach += 0.5 * (math.hypot(a1.x - a0.x, a1.y - a0.y) + math.hypot(b1.x - b0.x, b1.y - b0.y))
+    return x * x + y * y > reach * reach
+
+
+@inlined
+def _lay(corners: Floats, row: int, start: Box, end: Box) -> None:
+    """The corners of both outlines into a row of the working memory."""
+    for number in range(POINTS):
+        box = start if number < 4 else end
+        along = 0.5 * box.length * (1.0 if number % 4 < 2 else -1.0)
+        across = 0.5 * box.width * (1.0 if number % 2 == 0 else -1.0)
+        cos, sin = math.cos(box.heading), math.sin(box.heading)
+        corners[row, number, 0] = box.x + along * cos - across * sin
+        corners[row, number, 1] = box.y + along * sin + across * cos
+
+
+@kernel
+def _separated(corners: Floats, row: int) -> bool:
+    """Whether a line through two corners of a row has the two hulls apart: every side of its hull is such a line."""
+    for i in range(POINTS):
+        for j in range(i + 1, POINTS):
+            nx = corners[row, i, 1] - corners[row, j, 1]
+            ny = corners[row, j, 0] - corners[row, i, 0]
+            low, high, other_low, other_high = math.inf, -math.inf, math.inf, -math.inf
+            for point in range(POINTS):
+                own = nx * corners[row, point, 0] + ny * corners[row, point, 1]
+                theirs = nx * corners[1 - row, point, 0] + ny * corners[1 - row, point, 1]
+                low, high = min(low, own), max(high, own)
+                other_low, other_high = min(other_low, theirs), max(other_high, theirs)
+            if high < other_low or other_high < low:
+                return True
+    return False
+
+
+@kernel
+def encroachment_gap(ego: Stay, other: Stay) -> float:
+    """PET by area, in samples: from when the first is out of the area until the second comes in.
+
+    Positive when the ego was there first, negative when the other was; infinite without an area; NaN where both are in
+    it at a time, as when one follows the other: the definition is of paths that cross.
+    """
+    if ego.enter == math.inf:
+        return math.inf
+    if ego.leave <= other.enter:
+        return other.enter - ego.leave
+    return other.leave - ego.enter if other.leave <= ego.enter else math.nan

@@ -1,0 +1,266 @@
+"""What it would still take the ego to avoid one other: how late it may brake or steer, and how hard it must.
+
+The other keeps velocity and heading. The ego keeps its own up to some instant, then accelerates steadily along or
+across its direction of motion, its outline unturned: the point mass of Hillenbrand, Spieker and Kroschel (2006), "A
+multilevel collision mitigation approach", IEEE Transactions on Intelligent Transportation Systems 7(4). Relative to the
+ego the other then moves on a parabola, so that contact is a question of quadratic equations and needs no steps in time.
+Infinity means that nothing is needed; minus infinity, or an infinite acceleration, that nothing helps any more.
+"""
+
+import math
+from typing import NamedTuple
+
+from engine.kernels.conflict import Snapshot, shadow, time_to_collision
+from engine.kernels.jit import inlined, kernel
+from engine.kernels.pair import NOISE_FLOOR
+
+TOUCHING = 1e-9
+"""Shadows that overlap by less than this far from it touch [m]: a root is where they do, but for rounding."""
+INSTANTS = 64
+"""At so many instants before contact a manoeuvre is tried: one that begins later may help where an earlier does not."""
+HALVINGS = 50
+"""Of an interval, until it is down to rounding."""
+MOST = 1e4
+"""Accelerations beyond this are none [m/s^2]."""
+
+
+class Maneuver(NamedTuple):
+    """A steady acceleration from `begin` to `end` [s], along the ego's motion and to its left [m/s^2]."""
+
+    begin: float
+    end: float
+    along: float
+    aside: float
+
+
+class _Axes(NamedTuple):
+    """Directions of both outlines, and how near the centres may come on each axis without an overlap of shadows [m]."""
+
+    ego_cos: float
+    ego_sin: float
+    other_cos: float
+    other_sin: float
+    ego_along: float
+    ego_across: float
+    other_along: float
+    other_across: float
+
+
+class _Phase(NamedTuple):
+    """A stretch of relative motion: way between the centres, its rate, its acceleration at the start; how long."""
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    ax: float
+    ay: float
+    lasts: float
+
+
+@kernel
+def evades(now: Snapshot, maneuver: Maneuver) -> bool:
+    """Whether the outlines never touch if the ego does this and the other keeps its velocity."""
+    axes = _axes(now)
+    ux, uy = _direction(now)
+    x, y = now.other.x - now.ego.x, now.other.y - now.ego.y
+    vx, vy = now.other_rate.x - now.ego_rate.x, now.other_rate.y - now.ego_rate.y
+    ax, ay = maneuver.aside * uy - maneuver.along * ux, -maneuver.aside * ux - maneuver.along * uy
+    lasts = maneuver.end - maneuver.begin
+    if _meets(axes, _Phase(x, y, vx, vy, 0.0, 0.0, maneuver.begin)):
+        return False
+    x, y = x + vx * maneuver.begin, y + vy * maneuver.begin
+    if _meets(axes, _Phase(x, y, vx, vy, ax, ay, lasts)):
+        return False
+    if lasts == math.inf:
+        return True
+    x, y = x + (vx + 0.5 * ax * lasts) * lasts, y + (vy + 0.5 * ay * lasts) * lasts
+    vx, vy = vx + ax * lasts, vy + ay * lasts
+    if abs(math.hypot(now.ego_rate.x, now.ego_rate.y) + maneuver.along * lasts) <= NOISE_FLOOR:
+        vx, vy = now.other_rate.x, now.other_rate.y  # it stands: what rounding leaves would creep on for ever
+    return not _meets(axes, _Phase(x, y, vx, vy, 0.0, 0.0, math.inf))
+
+
+@inlined
+def _direction(now: Snapshot) -> tuple[float, float]:
+    """Of the ego's motion; of its heading where it stands."""
+    speed = math.hypot(now.ego_rate.x, now.ego_rate.y)
+    if speed > 0.0:
+        return now.ego_rate.x / speed, now.ego_rate.y / speed
+    return math.cos(now.ego.heading), math.sin(now.ego.heading)
+
+
+@inlined
+def _axes(now: Snapshot) -> _Axes:
+    cos, sin = math.cos(now.ego.heading), math.sin(now.ego.heading)
+    other_cos, other_sin = math.cos(now.other.heading), math.sin(now.other.heading)
+    return _Axes(
+        cos,
+        sin,
+        other_cos,
+        other_sin,
+        0.5 * now.ego.length + shadow(now.other, cos, sin),
+        0.5 * now.ego.width + shadow(now.other, -sin, cos),
+        0.5 * now.other.length + shadow(now.ego, other_cos, other_sin),
+        0.5 * now.other.width + shadow(now.ego, -other_sin, other_cos),
+    )
+
+
+@kernel
+def _meets(axes: _Axes, phase: _Phase) -> bool:
+    """Whether the outlines overlap at any time of a phase.
+
+    They begin to at its start, or where their shadows begin to on one of the axes: these are all the instants to try.
+    """
+    if _overlap_after(axes, phase, 0.0):
+        return True
+    for axis in range(4):
+        nx, ny, reach = axes.ego_cos, axes.ego_sin, axes.ego_along
+        if axis == 1:
+            nx, ny, reach = -axes.ego_sin, axes.ego_cos, axes.ego_across
+        elif axis == 2:
+            nx, ny, reach = axes.other_cos, axes.other_sin, axes.other_along
+        elif axis == 3:
+            nx, ny, reach = -axes.other_sin, axes.other_cos, axes.other_across
+        place, rate = nx * phase.x + ny * phase.y, nx * phase.vx + ny * phase.vy
+        bend = 0.5 * (nx * phase.ax + ny * phase.ay)
+        for side in range(2):
+            first, second = _roots(bend, rate, place - reach if side == 0 else place + reach)
+            for root in (first, second):
+                if 0.0 < root <= phase.lasts and _overlap_after(axes, phase, root):
+                    return True
+    return False
+
+
+@inlined
+def _roots(a: float, b: float, c: float) -> tuple[float, float]:
+    """Where a t^2 + b t + c is 0; -1 for none."""
+    if a == 0.0:
+        return (-c / b if b != 0.0 else -1.0), -1.0
+    inside = b * b - 4.0 * a * c
+    if inside < 0.0:
+        return -1.0, -1.0
+    half = -0.5 * (b + math.copysign(math.sqrt(inside), b))  # no difference of nearly equal numbers
+    return half / a, (c / half if half != 0.0 else -1.0)
+
+
+@inlined
+def _overlap_after(axes: _Axes, phase: _Phase, time: float) -> bool:
+    x = phase.x + (phase.vx + 0.5 * phase.ax * time) * time
+    y = phase.y + (phase.vy + 0.5 * phase.ay * time) * time
+    return (
+        abs(axes.ego_cos * x + axes.ego_sin * y) <= axes.ego_along + TOUCHING
+        and abs(axes.ego_cos * y - axes.ego_sin * x) <= axes.ego_across + TOUCHING
+        and abs(axes.other_cos * x + axes.other_sin * y) <= axes.other_along + TOUCHING
+        and abs(axes.other_cos * y - axes.other_sin * x) <= axes.other_across + TOUCHING
+    )
+
+
+# -- how late ---------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def time_to_brake(now: Snapshot, braking: float) -> float:
+    """TTB [s]: the latest instant at which braking by `braking` [m/s^2] to a stop still avoids contact.
+
+    Hillenbrand et al. (2006). Behind one that keeps a lower speed it is TTC - dv / (2 braking).
+    """
+    return _latest(now, -braking, 0.0, math.inf)
+
+
+@kernel
+def time_to_kick_down(now: Snapshot, acceleration: float, top_speed: float) -> float:
+    """TTK [s]: the latest instant at which speeding up, to no more than `top_speed`, still avoids contact.
+
+    Hillenbrand et al. (2006).
+    """
+    return _latest(now, acceleration, 0.0, top_speed)
+
+
+@kernel
+def time_to_steer(now: Snapshot, grip: float) -> float:
+    """TTS [s]: the latest instant at which swerving by `grip` [m/s^2], to the better side, still avoids contact.
+
+    Hillenbrand et al. (2006). Straight behind another it is TTC - sqrt(2 way aside / grip).
+    """
+    return max(_latest(now, 0.0, grip, math.inf), _latest(now, 0.0, -grip, math.inf))
+
+
+@kernel
+def _latest(now: Snapshot, along: float, aside: float, top_speed: float) -> float:
+    """The latest instant before contact from which the manoeuvre avoids it; minus infinity if there is none."""
+    ttc = time_to_collision(now)
+    if ttc == math.inf:
+        return math.inf
+    lasts = _lasts(now, along, aside, top_speed)
+    for number in range(INSTANTS, -1, -1):
+        helps = ttc * number / INSTANTS
+        if lasts > 0.0 and evades(now, Maneuver(helps, helps + lasts, along, aside)):
+            too_late = ttc * min(number + 1, INSTANTS) / INSTANTS
+            for _ in range(HALVINGS):
+                middle = 0.5 * (helps + too_late)
+                if evades(now, Maneuver(middle, middle + lasts, along, aside)):
+                    helps = middle
+                else:
+                    too_late = middle
+            return helps
+    return -math.inf
+
+
+@inlined
+def _lasts(now: Snapshot, along: float, aside: float, top_speed: float) -> float:
+    """How long the ego can go on accelerating so [s]; who stands can neither brake nor swerve."""
+    speed = math.hypot(now.ego_rate.x, now.ego_rate.y)
+    if along < 0.0:
+        return -speed / along
+    if along > 0.0:
+        return max(0.0, top_speed - speed) / along
+    return math.inf if aside != 0.0 and speed > 0.0 else 0.0
+
+
+# -- how hard ---------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def braking_needed(now: Snapshot) -> float:
+    """a_req [m/s^2]: the least deceleration of the ego alone, from now on and to a stop, that avoids contact.
+
+    Jansson (2005), "Collision avoidance theory", PhD thesis, Linkoping, section 5.3.5: behind one that keeps a lower
+    speed it is dv^2 / (2 gap). DRAC is that of the relative motion instead, and of nobody in particular where paths
+    cross. 0 where no contact lies ahead, infinite where no braking helps.
+    """
+    return _least(now, -1.0, 0.0)
+
+
+@kernel
+def swerving_needed(now: Snapshot) -> float:
+    """a_lat_req [m/s^2]: the least sideways acceleration of the ego alone, from now on, that avoids contact.
+
+    Jansson (2005), section 5.3.8: straight behind another it is 2 (way aside) / TTC^2. To the better side.
+    """
+    return min(_least(now, 0.0, 1.0), _least(now, 0.0, -1.0))
+
+
+@kernel
+def _least(now: Snapshot, along: float, aside: float) -> float:
+    """The least acceleration in a direction that avoids contact."""
+    if time_to_collision(now) == math.inf:
+        return 0.0
+    low, high = 0.0, 1.0
+    while not _avoided_by(now, along * high, aside * high):
+        low, high = high, 2.0 * high
+        if high > MOST:
+            return math.inf
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if _avoided_by(now, along * middle, aside * middle):
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+@inlined
+def _avoided_by(now: Snapshot, along: float, aside: float) -> bool:
+    lasts = _lasts(now, along, aside, math.inf)
+    return lasts > 0.0 and evades(now, Maneuver(0.0, lasts, along, aside))

@@ -1,0 +1,350 @@
+"""Who touches whom in a step: the ego's contact ends the run, those of others are settled.
+
+A step in which two without the ego touch is settled in the order of time: at the instant of a contact all bodies that
+touch there are given their velocities by `impact.resolve`, whoever they changed is loose from then on and goes straight
+to where `coasting` says that it is at the end of the step, and the next contact is looked for on these ways. What the
+record keeps of such a step is its start and its end: between the two a struck body moves linearly for the ego's own
+contact and for all metrics, as everybody does in every step.
+
+Contact is where two come within `TOUCH` while they approach. Two who touch and part, or rest against one another, are
+left alone until they approach again, looked at `LOOKS` times a step.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from engine.kernels.approach import TOUCH, circles_apart, first_contact, probe, relative_motion
+from engine.kernels.coasting import STILL
+from engine.kernels.contact import BODY, CONTACT, Body, Contact, add_contact, closing, touching
+from engine.kernels.geometry import Box, frame, nearest_points, shortest_turn
+from engine.kernels.impact import resolve
+from engine.kernels.jit import inlined, kernel
+from engine.kernels.loose import go_on, write_loose
+from engine.kernels.stage import (
+    HOSTED,
+    MAX_BLOWS,
+    PAUSE,
+    PULSE,
+    Blow,
+    Leg,
+    Plan,
+    Run,
+    Slot,
+    Status,
+    column_of,
+    end_run,
+    outline_of,
+)
+from engine.tables import Floats
+from engine.vocabulary import ActorKind, Column, EndReason, State
+
+MAX_MEETINGS = 64
+"""Instants of contact that one step settles; what is left is settled in the next."""
+LOOKS = 10
+"""How often in a step two who touch already are looked at again."""
+MAX_LOOKS = 512
+"""Bound on one search."""
+NEVER = 2.0
+
+
+# -- contact in a step -------------------------------------------------------------------------------------------------
+
+
+class Meeting(NamedTuple):
+    """The first two that touch in a step: at which part of it, and who, the lower actor first; -1 if nobody does."""
+
+    part: float
+    one: int
+    other: int
+
+
+@inlined
+def search_contact(plan: Plan, run: Run, low: int, high: int) -> Meeting:
+    """The first contact in this step of an actor from `low` to `high` (exclusive) with a later one; ties: the lower
+    pair. A state that became NaN ends the run. Copied into its caller: call it in one place.
+    """
+    sample = int(run.status[Status.SAMPLE])
+    first, first_one, first_other = NEVER, -1, -1
+    for one in range(low, high):
+        if run.states[sample + 1, one, State.PRESENT] == 0.0:
+            continue
+        if not _is_finite(run, sample + 1, one):
+            end_run(plan, run, EndReason.BROKEN, -1, 1.0)
+            return Meeting(1.0, -1, -1)
+        for other in range(one + 1, len(plan.kinds)):
+            if run.states[sample + 1, other, State.PRESENT] == 0.0:
+                continue
+            one_before, one_after = outline_of(plan, run, sample, one), outline_of(plan, run, sample + 1, one)
+            before, after = outline_of(plan, run, sample, other), outline_of(plan, run, sample + 1, other)
+            if circles_apart(one_before, one_after, before, after):
+                continue
+            part = first_contact(one_before, one_after, before, after)
+            if 0.0 <= part < first and (one == 0 or _moves(run, sample, one) or _moves(run, sample, other)):
+                first, first_one, first_other = part, one, other
+    return Meeting(first, first_one, first_other)
+
+
+@inlined
+def _moves(run: Run, sample: int, actor: int) -> bool:
+    """Whether a body is elsewhere, or turned, at the end of the step: others who stand touch for good, or never."""
+    before, after = run.states[sample, actor], run.states[sample + 1, actor]
+    return (
+        before[State.X] != after[State.X]
+        or before[State.Y] != after[State.Y]
+        or before[State.HEADING] != after[State.HEADING]
+    )
+
+
+@inlined
+def _is_finite(run: Run, sample: int, actor: int) -> bool:
+    states = run.states
+    position = states[sample, actor, State.X] + states[sample, actor, State.Y]
+    return math.isfinite(position + states[sample, actor, State.HEADING] + states[sample, actor, State.SPEED])
+
+
+# -- a step in which others touch --------------------------------------------------------------------------------------
+
+
+@kernel
+def settle_others(plan: Plan, run: Run, sample: int, part: float, one: int, other: int) -> None:
+    """Go through the contacts of others in a step, from the first, and rewrite the next sample of whom they strike."""
+    actors = len(plan.kinds)
+    if math.isnan(run.end[2]):
+        run.end[2] = (sample + part) * plan.layout.time_step
+        run.status[Status.OTHERS_ONE], run.status[Status.OTHERS_OTHER] = one, other
+    for actor in range(1, actors):
+        if run.states[sample + 1, actor, State.PRESENT] != 0.0 and run.actors[actor, Slot.FREE] == 0.0:
+            _lay_leg(plan, run, sample, actor)
+    bodies = np.zeros((actors, BODY))
+    contacts = np.zeros((actors * (actors - 1) // 2, CONTACT))
+    for _ in range(MAX_MEETINGS):
+        if not part <= 1.0:
+            break
+        count = _gather(plan, run, sample, part, bodies, contacts)
+        if count > 0:
+            _strike(plan, run, sample, part, bodies, contacts[:count])
+        part = _next_meeting(plan, run, sample, part, bodies)
+    for actor in range(1, actors):
+        if run.states[sample + 1, actor, State.PRESENT] != 0.0 and run.legs[actor, Leg.STRUCK] != 0.0:
+            write_loose(plan, run, sample, actor)
+
+
+@inlined
+def _lay_leg(plan: Plan, run: Run, sample: int, actor: int) -> None:
+    """The leg of a driven body: its step, with the velocity of its centre at both ends."""
+    leg = run.legs[actor]
+    leg[Leg.BEGIN] = leg[Leg.STRUCK] = leg[Leg.ROLLING] = 0.0
+    states, step = run.states, plan.layout.time_step
+    turn = shortest_turn(states[sample, actor, State.HEADING], states[sample + 1, actor, State.HEADING]) / step
+    if plan.kinds[actor] == ActorKind.PEDESTRIAN:
+        turn = 0.0  # it turns at once, which is no spin that it goes on with
+    swing = turn * column_of(plan, run, actor, Column.REAR_TO_CENTER)
+    for end in range(2):
+        row = states[sample + end, actor]
+        leg[Leg.X0 + 3 * end], leg[Leg.Y0 + 3 * end] = row[State.X], row[State.Y]
+        leg[Leg.HEADING0 + 3 * end] = row[State.HEADING]
+        cos, sin = math.cos(row[State.HEADING]), math.sin(row[State.HEADING])
+        leg[Leg.VX0 + 3 * end] = row[State.SPEED] * cos - swing * sin
+        leg[Leg.VY0 + 3 * end] = row[State.SPEED] * sin + swing * cos
+        leg[Leg.SPIN0 + 3 * end] = turn
+
+
+@inlined
+def _along(run: Run, actor: int, part: float) -> float:
+    """How far along its leg an actor is at a part of the step."""
+    begin = run.legs[actor, Leg.BEGIN]
+    return (part - begin) / (1.0 - begin) if begin < 1.0 else 1.0
+
+
+@inlined
+def _mixed(run: Run, actor: int, column: int, along: float) -> float:
+    """One of X0 to SPIN0 along the way to its value at the end of the leg."""
+    start = run.legs[actor, column]
+    return start + along * (run.legs[actor, column + 3] - start)
+
+
+@inlined
+def _outline(plan: Plan, run: Run, actor: int, part: float) -> Box:
+    along = _along(run, actor, part)
+    return Box(
+        _mixed(run, actor, Leg.X0, along),
+        _mixed(run, actor, Leg.Y0, along),
+        _mixed(run, actor, Leg.HEADING0, along),
+        column_of(plan, run, actor, Column.LENGTH),
+        column_of(plan, run, actor, Column.WIDTH),
+    )
+
+
+@kernel
+def _embody(plan: Plan, run: Run, actor: int, part: float, bodies: Floats) -> None:
+    """Write an actor's body as it is at a part of the step."""
+    along = _along(run, actor, part)
+    bodies[actor, Body.X] = _mixed(run, actor, Leg.X0, along)
+    bodies[actor, Body.Y] = _mixed(run, actor, Leg.Y0, along)
+    for column in range(3):
+        bodies[actor, Body.VX + column] = _mixed(run, actor, Leg.VX0 + column, along)
+    bodies[actor, Body.LIGHTNESS] = bodies[actor, Body.EASE] = 0.0
+    if not is_fixed(plan, run, actor):
+        mass, length = column_of(plan, run, actor, Column.MASS), column_of(plan, run, actor, Column.LENGTH)
+        width = column_of(plan, run, actor, Column.WIDTH)
+        bodies[actor, Body.LIGHTNESS] = 1.0 / mass
+        bodies[actor, Body.EASE] = 1.0 / (plan.gyration[actor] * mass * (length * length + width * width))
+
+
+@inlined
+def is_fixed(plan: Plan, run: Run, actor: int) -> bool:
+    """Whether nothing moves a body: it is said to be fixed, or its mass is no number above 0."""
+    mass = column_of(plan, run, actor, Column.MASS)
+    return column_of(plan, run, actor, Column.FIXED) != 0.0 or not 0.0 < mass < math.inf
+
+
+@inlined
+def _there(run: Run, sample: int, actor: int) -> bool:
+    return run.states[sample + 1, actor, State.PRESENT] != 0.0 and run.actors[actor, Slot.FREE] != HOSTED
+
+
+@kernel
+def _gather(plan: Plan, run: Run, sample: int, part: float, bodies: Floats, contacts: Floats) -> int:
+    """All bodies at a part of the step, and the contacts of those that touch and approach; how many."""
+    actors, count = len(plan.kinds), 0
+    for actor in range(1, actors):
+        if _there(run, sample, actor):
+            _embody(plan, run, actor, part, bodies)
+    for one in range(1, actors):
+        for other in range(one + 1, actors):
+            if not (_there(run, sample, one) and _there(run, sample, other)):
+                continue
+            a, b = _outline(plan, run, one, part), _outline(plan, run, other, part)
+            if not circles_apart(a, a, b, b) and _approach(a, b, one, other, bodies, contacts, count):
+                count += 1
+    return count
+
+
+@inlined
+def _approach(a: Box, b: Box, one: int, other: int, bodies: Floats, contacts: Floats, row: int) -> bool:
+    """Whether two touch and approach; their contact is written into a row either way."""
+    first, second = frame(a), frame(b)
+    # A little further than where the search stops, which computes the same places with other roundings.
+    if nearest_points(first, second).distance > 1.5 * TOUCH:
+        return False
+    if bodies[one, Body.LIGHTNESS] + bodies[other, Body.LIGHTNESS] == 0.0:
+        return False
+    add_contact(contacts, row, one, other, touching(first, second))
+    return closing(bodies, contacts, row) > STILL
+
+
+@kernel
+def _strike(plan: Plan, run: Run, sample: int, part: float, bodies: Floats, contacts: Floats) -> None:
+    """Resolve the contacts of an instant; whoever they change is loose, and goes on from there."""
+    before = bodies.copy()
+    resolve(bodies, contacts, plan.layout.restitution, plan.layout.contact_friction)
+    time = (sample + part) * plan.layout.time_step
+    for contact in range(len(contacts)):
+        _note_meeting(run, time, part, before, contacts[contact])
+    for number in range(run.status[Status.BLOWS]):
+        _add_changes(run.impacts[number], time, before, bodies)
+    for actor in range(1, len(bodies)):
+        if (
+            bodies[actor, Body.VX] != before[actor, Body.VX]
+            or bodies[actor, Body.VY] != before[actor, Body.VY]
+            or bodies[actor, Body.SPIN] != before[actor, Body.SPIN]
+        ):
+            along, leg = _along(run, actor, part), run.legs[actor]
+            for column in range(3):
+                leg[Leg.X0 + column] = _mixed(run, actor, Leg.X0 + column, along)
+                leg[Leg.VX0 + column] = bodies[actor, Body.VX + column]
+            leg[Leg.BEGIN], leg[Leg.STRUCK], leg[Leg.ROLLING] = part, 1.0, 0.0
+            steer = run.states[sample, actor, State.STEER]
+            go_on(plan, run, actor, steer, (1.0 - part) * plan.layout.time_step)
+
+
+@kernel
+def _note_meeting(run: Run, time: float, part: float, before: Floats, row: Floats) -> None:
+    """Keep where and how two meet, unless they are in the same impact still, or there is no room."""
+    one, other = int(row[Contact.ONE]), int(row[Contact.OTHER])
+    for number in range(run.status[Status.BLOWS]):
+        blow = run.impacts[number]
+        if blow[Blow.ONE] == one and blow[Blow.OTHER] == other and time - blow[Blow.LAST] <= PAUSE:
+            blow[Blow.LAST] = time
+            return
+    number = run.status[Status.BLOWS]
+    if number >= MAX_BLOWS:
+        return
+    run.status[Status.BLOWS] = number + 1
+    blow = run.impacts[number]
+    blow[:] = 0.0
+    blow[Blow.TIME] = blow[Blow.LAST] = time
+    blow[Blow.ONE], blow[Blow.OTHER] = one, other
+    second = 0.5 if row[Contact.POINTS] > 1.0 else 0.0
+    for axis in range(2):
+        first = row[Contact.X1 + axis]
+        blow[Blow.X + axis] = first + second * (row[Contact.X2 + axis] - first)
+    for side in range(2):
+        actor = other if side else one
+        for axis in range(2):
+            blow[Blow.VX_ONE + 2 * side + axis] = before[actor, Body.VX + axis]
+            blow[Blow.X_ONE + 2 * side + axis] = before[actor, Body.X + axis]
+        blow[Blow.HEADING_ONE + side] = _mixed(run, actor, Leg.HEADING0, _along(run, actor, part))
+
+
+@inlined
+def _add_changes(blow: Floats, time: float, before: Floats, after: Floats) -> None:
+    """Add what an instant did to the two of an impact that is not over."""
+    if time - blow[Blow.LAST] > PAUSE or time - blow[Blow.TIME] > PULSE:
+        return
+    for side in range(2):
+        actor = int(blow[Blow.ONE + side])
+        for axis in range(2):
+            change = after[actor, Body.VX + axis] - before[actor, Body.VX + axis]
+            blow[Blow.CHANGE_X_ONE + 2 * side + axis] += change
+
+
+# -- the next contact --------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _next_meeting(plan: Plan, run: Run, sample: int, part: float, bodies: Floats) -> float:
+    """The part of the step at which two next touch and approach; `NEVER` if nobody does."""
+    actors, first = len(plan.kinds), NEVER
+    row = np.zeros((1, CONTACT))
+    for one in range(1, actors):
+        for other in range(one + 1, actors):
+            if not (_there(run, sample, one) and _there(run, sample, other)):
+                continue
+            a0, a1 = _outline(plan, run, one, part), _outline(plan, run, one, 1.0)
+            b0, b1 = _outline(plan, run, other, part), _outline(plan, run, other, 1.0)
+            if circles_apart(a0, a1, b0, b1):
+                continue
+            found = _meet(plan, run, part, one, other, bodies, row)
+            if found < first:
+                first = found
+    return first
+
+
+@kernel
+def _meet(plan: Plan, run: Run, part: float, one: int, other: int, bodies: Floats, row: Floats) -> float:
+    """When two next touch and approach: by conservative advancement as far as they are apart, else by looking."""
+    a0, a1 = _outline(plan, run, one, part), _outline(plan, run, one, 1.0)
+    b0, b1 = _outline(plan, run, other, part), _outline(plan, run, other, 1.0)
+    motion = relative_motion(a0, a1, b0, b1)
+    fraction = 0.0
+    for _ in range(MAX_LOOKS):
+        nearest = probe(a0, b0, motion, fraction).nearest
+        if nearest.distance < TOUCH:
+            now = part + fraction * (1.0 - part)
+            _embody(plan, run, one, now, bodies)
+            _embody(plan, run, other, now, bodies)
+            a, b = _outline(plan, run, one, now), _outline(plan, run, other, now)
+            if _approach(a, b, one, other, bodies, row, 0):
+                return now
+            if fraction >= 1.0:
+                return NEVER
+            fraction = min(1.0, fraction + 1.0 / LOOKS)
+            continue
+        rate = max(0.0, -(nearest.x * motion.x + nearest.y * motion.y)) + motion.swing
+        if not nearest.distance <= rate * (1.0 - fraction):
+            return NEVER
+        fraction = min(1.0, fraction + nearest.distance / rate)
+    return NEVER

@@ -1,0 +1,109 @@
+"""Metrics of one actor: what it does with its wheel and pedals, and how jerkily it moves; from its recorded states."""
+
+import math
+
+import numpy as np
+
+from engine.metrics.table import PAPER, Measure
+from engine.tables import Floats
+from engine.vocabulary import State
+
+STEERING_DEAD_BAND = 0.01
+"""A slower turn of the wheels has no sign [rad/s]."""
+
+
+def steering_oscillation(states: Floats, step: float) -> float:
+    """Sign changes of the steering rate a second; rates within the dead band are passed over. NaN without a step.
+
+    `states` (samples, len(State)) of one actor. As a command metric: Table 1 of the CORTEX-AVD paper.
+    """
+    rate = np.diff(states[:, State.STEER]) / step
+    return _changes_a_second(np.sign(rate[np.abs(rate) > STEERING_DEAD_BAND]), len(states) - 1, step)
+
+
+def pedal_oscillation(states: Floats, step: float) -> float:
+    """Switches between throttle and brake a second; coasting in between is passed over, and brake beats throttle."""
+    pedal = np.where(states[1:, State.BRAKE] > 0.0, -1.0, np.sign(states[1:, State.THROTTLE]))
+    return _changes_a_second(pedal[pedal != 0.0], len(states) - 1, step)
+
+
+def _changes_a_second(signs: Floats, steps: int, step: float) -> float:
+    return float(np.count_nonzero(np.diff(signs))) / (steps * step) if steps > 0 else math.nan
+
+
+def hardest_braking(states: Floats, step: float) -> float:
+    """Largest deceleration that an actor really had [m/s^2], along its heading; 0 if it never slowed down."""
+    return float(np.max(-np.diff(states[:, State.SPEED]) / step, initial=0.0)) if len(states) > 1 else math.nan
+
+
+def jerk(states: Floats, step: float) -> float:
+    """Largest change of the acceleration along the heading, a second [m/s^3]; NaN with fewer than three samples.
+
+    The acceleration is that of the recorded speeds, step by step, so that who changes it at once has a jerk of its
+    change over one step.
+    """
+    return _largest_rate(np.diff(states[:, State.SPEED]) / step, step)
+
+
+def lateral_jerk(states: Floats, step: float) -> float:
+    """The same of the acceleration across the heading: speed times yaw rate, in the middle of each step [m/s^3]."""
+    turn = np.diff(np.unwrap(states[:, State.HEADING]))
+    speed = 0.5 * (states[1:, State.SPEED] + states[:-1, State.SPEED])
+    return _largest_rate(speed * turn / step, step)
+
+
+def _largest_rate(values: Floats, step: float) -> float:
+    return float(np.abs(np.diff(values)).max()) / step if len(values) > 1 else math.nan
+
+
+OF_ACTORS: tuple[Measure[[Floats, float]], ...] = (
+    Measure(
+        "braking",
+        "hardest braking",
+        "m/s^2",
+        "largest deceleration",
+        "max of -dv / dt, step by step",
+        "the motion itself",
+        hardest_braking,
+    ),
+    Measure(
+        "jerk",
+        "jerk along the heading",
+        "m/s^3",
+        "largest change of acceleration a second",
+        "max |d2v / dt2|, step by step",
+        "the motion itself",
+        jerk,
+        "Pedals that act at once make a jerk of their change over one time step.",
+    ),
+    Measure(
+        "lateral jerk",
+        "jerk across the heading",
+        "m/s^3",
+        "the same of the acceleration in turns",
+        "max |d(v yaw rate) / dt|, step by step",
+        "the motion itself",
+        lateral_jerk,
+    ),
+    Measure(
+        "steering oscillation",
+        "oscillation of steering",
+        "1/s",
+        "sign changes of the steering rate",
+        "sign changes of the steering rate a second, rates below 0.01 rad/s left out",
+        PAPER,
+        steering_oscillation,
+        of_commands=True,
+    ),
+    Measure(
+        "pedal oscillation",
+        "oscillation of pedals",
+        "1/s",
+        "switches between throttle and brake",
+        "switches between throttle and brake a second",
+        PAPER,
+        pedal_oscillation,
+        of_commands=True,
+    ),
+)
+"""In the order in which they are told; an actor's states (samples, len(State)) and the time step give their values."""

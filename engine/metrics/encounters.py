@@ -1,0 +1,112 @@
+"""The ego and one other in one run, as metrics of a pair ask for them: where and what they were, when they met."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from engine.kernels.conflict import Snapshot, snapshot, time_to_collision
+from engine.kernels.encroachment import POINTS, Span, Stay, stay
+from engine.metrics.bodies import Body, outlines_of
+from engine.metrics.spans import span_of, span_together, time_step
+from engine.outcomes import Outcomes
+from engine.scenes import Trajectory
+from engine.tables import Floats
+
+
+@dataclass(frozen=True)
+class Encounter:
+    """One pair of one run, from when both are there until one of them is not, or the scored run is over."""
+
+    trajectory: Trajectory
+    outcomes: Outcomes
+    row: int
+    """Of the outcomes."""
+    bodies: tuple[Body, ...]
+    number: int
+    """Of the other actor."""
+
+    @property
+    def ego(self) -> Body:
+        return self.bodies[0]
+
+    @property
+    def other(self) -> Body:
+        return self.bodies[self.number]
+
+    @cached_property
+    def step(self) -> float:
+        return time_step(self.trajectory)
+
+    @cached_property
+    def span(self) -> tuple[int, int]:
+        """The first sample of both, and how many they share."""
+        return span_together(self.trajectory, self.number)
+
+    @cached_property
+    def states(self) -> Floats:
+        """(samples, actors, len(State)) from the first sample of both."""
+        return self.trajectory.states[self.span[0] :]
+
+    @cached_property
+    def outlines(self) -> Floats:
+        """(actors, 3)"""
+        return outlines_of(self.bodies)
+
+    @cached_property
+    def touched(self) -> bool:
+        """Whether it was with this other that the ego collided."""
+        return bool(self.outcomes.collided[self.row]) and self._contact_with == self.number
+
+    @property
+    def _contact_with(self) -> int:
+        return int(self.outcomes.contact_actors[self.row, 1])
+
+    def outcome(self, name: str) -> float:
+        """A result of the pair, by its name in the table of results."""
+        return float(getattr(self.outcomes, name)[self.row, self.number - 1])
+
+    # -- instants
+
+    @cached_property
+    def samples(self) -> tuple[Snapshot, ...]:
+        """The pair at every sample that it shares."""
+        return tuple(self._at(k, 0.0) for k in range(self.span[1]))
+
+    @cached_property
+    def nearest(self) -> Snapshot:
+        """The pair at the instant of MD, or of contact; one after the last sample counts as the last."""
+        first, together = self.span
+        time = self.outcome("min_distance_time") - first * self.step
+        steps = min(max(time / self.step, 0.0), together - 1.0)
+        return self._at(int(steps), steps - int(steps))
+
+    def _at(self, sample: int, part: float) -> Snapshot:
+        return snapshot(self.states, self.span[1], sample, part, self.step, self.number, self.outlines)
+
+    # -- over time
+
+    @cached_property
+    def ttc(self) -> Floats:
+        """At every sample [s]."""
+        return np.array([time_to_collision(now) for now in self.samples])
+
+    def on_course(self, measure: Callable[[Snapshot], float], otherwise: float) -> Floats:
+        """A measure at every sample, and what it is where no contact lies ahead."""
+        ahead = zip(self.samples, np.isfinite(self.ttc).tolist(), strict=True)
+        return np.array([measure(now) if there else otherwise for now, there in ahead])
+
+    # -- the area that both pass
+
+    @cached_property
+    def stays(self) -> tuple[Stay, Stay]:
+        """When the ego and when the other is in it, in samples; each for as long as it is in the scene."""
+        corners = np.zeros((2, POINTS, 2))
+        ego, other = self._span_of(0), self._span_of(self.number)
+        states = self.trajectory.states
+        return stay(states, ego, other, self.outlines, corners), stay(states, other, ego, self.outlines, corners)
+
+    def _span_of(self, actor: int) -> Span:
+        first, count = span_of(self.trajectory, actor)
+        return Span(actor, first, first + count - 1)

@@ -1,0 +1,92 @@
+"""Every metric of one run by name, with its unit: what a report shows and an export writes.
+
+MD, MS, D_MS and TTC_MS decide the risk and come with the outcomes; those of the table are told beside them.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from engine.metrics.bodies import Body, usual_body
+from engine.metrics.driving import OF_ACTORS
+from engine.metrics.encounters import Encounter
+from engine.metrics.spans import span_of, time_step
+from engine.metrics.table import OF_PAIRS
+from engine.outcomes import PAIRS, Outcomes
+from engine.scenes import Trajectory
+from engine.vocabulary import ActorKind
+
+if TYPE_CHECKING:
+    from engine.world.impacts import Impact
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One number of a run."""
+
+    name: str
+    actors: tuple[int, ...]
+    """Whom it is about: a pair (ego, other), or one actor."""
+    value: float
+    """Infinite where the danger that it measures is not there; NaN where it is not defined."""
+    unit: str
+    meaning: str
+
+
+def measure_trajectory(
+    trajectory: Trajectory, outcomes: Outcomes, bodies: Sequence[Body] = (), row: int = 0, commands: bool = True
+) -> tuple[Metric, ...]:
+    """All metrics of one run: those of each pair (ego, other) that meets, then those of each actor.
+
+    `bodies`: what each actor is; without them they are cars of the size of their outlines, whose centres move along the
+    heading. `commands`: whether wheel and pedals are known.
+    """
+    known = tuple(bodies) or tuple(usual_body(ActorKind.CAR, *size) for size in trajectory.outlines.tolist())
+    actors = range(len(known))
+    pairs = [Encounter(trajectory, outcomes, row, known, other) for other in actors[1:]]
+    return (
+        *(metric for pair in pairs if pair.span[1] > 0 for metric in _of_pair(pair)),
+        *(m for actor in actors for m in (*_of_grip(outcomes, row, actor), *_of_actor(trajectory, actor, commands))),
+    )
+
+
+def _of_pair(pair: Encounter) -> Iterator[Metric]:
+    who = (0, pair.number)
+    for row in PAIRS:
+        if row.symbol:
+            yield Metric(row.symbol, who, pair.outcome(row.name), row.unit, row.meaning)
+    for each in OF_PAIRS:
+        value = each.value(pair)
+        if value is not None:
+            yield Metric(each.symbol, who, float(value), each.unit, each.meaning)
+
+
+def _of_grip(outcomes: Outcomes, row: int, actor: int) -> Iterator[Metric]:
+    """Of who has tyres, where the friction is known."""
+    lateral, combined = float(outcomes.lateral_grip[row, actor]), float(outcomes.combined_grip[row, actor])
+    if not math.isnan(combined):
+        yield Metric("lateral grip", (actor,), lateral, "", "largest use of grip sideways, as a share of mu g")
+        yield Metric("combined grip", (actor,), combined, "", "the same, of acceleration and turning together")
+
+
+def _of_actor(trajectory: Trajectory, actor: int, commands: bool) -> Iterator[Metric]:
+    first, present = span_of(trajectory, actor)
+    states, step = trajectory.states[first : first + present, actor], time_step(trajectory)
+    for each in OF_ACTORS:
+        if commands or not each.of_commands:
+            value = each.value(states, step)
+            yield Metric(each.symbol, (actor,), math.nan if value is None else value, each.unit, each.meaning)
+
+
+def measure_impacts(impacts: "Sequence[Impact]") -> tuple[Metric, ...]:
+    """The largest delta-V of each actor that was struck: the change of its velocity by the impulses of one impact."""
+    struck = sorted({actor for impact in impacts for actor in impact.actors})
+    return tuple(
+        Metric("delta-V", (actor,), max(_delta_v(impact, actor) for impact in impacts), "m/s", "of the hardest impact")
+        for actor in struck
+    )
+
+
+def _delta_v(impact: "Impact", actor: int) -> float:
+    return impact.delta_v[impact.actors.index(actor)] if actor in impact.actors else 0.0

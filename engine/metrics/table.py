@@ -1,0 +1,311 @@
+"""The table of metrics of single runs: of each pair of the ego and another, said once. Those of actors: `driving`.
+
+A row is a `Measure`. Reports, pages, JSON, the API, `measure` of recordings and the page of the reference take metrics
+from here, after those rows of `engine.outcomes` that have a symbol, which every batch of runs yields too. A new metric
+is its kernel, a row, and a test. Definitions with the reasons for them stand in the kernels' docstrings.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Generic, ParamSpec
+
+from engine.frozen import frozen
+from engine.kernels.conflict import relative_speed, required_deceleration, time_gap, time_headway
+from engine.metrics.encounters import Encounter
+from engine.metrics.values import (
+    CRITICAL_TTC,
+    braking_over_run,
+    change_of_velocity,
+    fatality,
+    largest,
+    least,
+    least_ttc,
+    least_wttc,
+    left_to_brake,
+    left_to_kick_down,
+    left_to_react,
+    left_to_steer,
+    over_run,
+    pet_by_area,
+    pet_by_shift,
+    share,
+    swerving_over_run,
+    time_exposed,
+    time_in_area,
+    time_in_danger,
+    time_integrated,
+    ttc_at_md,
+)
+
+HAYWARD = (
+    'Hayward (1972), "Near-miss determination through use of a scale of danger"; outlines as in Laureshyn et al. (2010)'
+)
+HILLENBRAND = 'Hillenbrand, Spieker and Kroschel (2006), "A multilevel collision mitigation approach"'
+JANSSON = 'Jansson (2005), "Collision avoidance theory", PhD thesis, Linkoping'
+MINDERHOUD = 'Minderhoud and Bovy (2001), "Extended time-to-collision measures for road traffic safety assessment"'
+ALLEN = 'Allen, Shin and Cooper (1978), "Analysis of traffic conflicts and collisions"'
+PAPER = "CORTEX-AVD, Table 1"
+
+
+Given = ParamSpec("Given")
+
+
+@frozen
+class Measure(Generic[Given]):
+    """One metric of a pair, or of an actor."""
+
+    symbol: str
+    title: str
+    """Its name in words."""
+    unit: str
+    """SI unit word, "" for pure numbers."""
+    meaning: str
+    """What a report says beside the value."""
+    formula: str
+    source: str
+    value: Callable[Given, float | None]
+    """Of an `Encounter`; of the states of an actor and the time step. None where it is not asked of such a one."""
+    remark: str = ""
+    """What the page of the reference says beside it."""
+    of_commands: bool = False
+    """Of an actor: whether it is of wheel and pedals, which not every recording tells."""
+
+
+# -- the table ---------------------------------------------------------------------------------------------------------
+
+OF_PAIRS: tuple[Measure[[Encounter]], ...] = (
+    Measure(
+        "V_MD",
+        "relative speed at MD",
+        "m/s",
+        "relative speed at the instant of MD",
+        "|v_other - v_ego|",
+        PAPER,
+        lambda pair: relative_speed(pair.nearest),
+    ),
+    Measure(
+        "TTC_MD",
+        "time to collision at MD",
+        "s",
+        "TTC at the instant of MD",
+        "TTC, taken at MD; 0 on contact",
+        PAPER,
+        ttc_at_md,
+    ),
+    Measure(
+        "TTC",
+        "time to collision",
+        "s",
+        "least TTC of the run",
+        "the first t >= 0 at which the outlines touch if both keep velocity and heading; 0 on contact",
+        HAYWARD,
+        least_ttc,
+        "Other tools take centres, or lanes: the same left turn has 4.25 s, 4.06 s, 1.96 s or infinity.",
+    ),
+    Measure(
+        "TET",
+        "time exposed to a small TTC",
+        "s",
+        f"time with a TTC of at most {CRITICAL_TTC:g} s",
+        "number of samples with TTC <= 3 s, times the time step",
+        MINDERHOUD,
+        time_exposed,
+        "The threshold of 3 s is cortexc's choice.",
+    ),
+    Measure(
+        "TIT",
+        "time integrated TTC",
+        "s^2",
+        f"by how much TTC was below {CRITICAL_TTC:g} s, over time",
+        "sum of max(0, 3 s - TTC) over samples, times the time step",
+        MINDERHOUD,
+        time_integrated,
+        "The threshold of 3 s is cortexc's choice.",
+    ),
+    Measure(
+        "WTTC",
+        "worst time to collision",
+        "s",
+        "least time to contact if both did their worst",
+        "the first t with |p + v t| = r_ego + r_other + (a_ego + a_other) t^2 / 2; r: half diagonals, a: grip",
+        'Wachenfeld et al. (2016), "The worst-time-to-collision metric for situation identification"',
+        least_wttc,
+        "CriMe's circles have the radius of a third of the outline, which does not cover it.",
+    ),
+    Measure(
+        "DRAC",
+        "deceleration rate to avoid a crash",
+        "m/s^2",
+        "largest deceleration needed",
+        "|v|^2 / (2 |v| TTC) of the relative motion",
+        'Cooper and Ferguson (1976), "Traffic studies at T-junctions"',
+        partial(over_run, required_deceleration, largest),
+        "It is of the pair: behind another it is what the follower needs, where paths cross it is nobody's.",
+    ),
+    Measure(
+        "a_req",
+        "deceleration that the ego needs",
+        "m/s^2",
+        "least braking of the ego alone that avoids contact, at its largest",
+        "the least a such that braking by a to a stop avoids contact; behind a slower one dv^2 / (2 gap)",
+        f"{JANSSON}, section 5.3.5",
+        lambda pair: largest(braking_over_run(pair)),
+    ),
+    Measure(
+        "BTN",
+        "brake threat number",
+        "",
+        "share of its braking that the ego needs, at its largest",
+        "a_req / min(brakes, grip)",
+        'Brannstrom, Sjoberg and Coelingh (2008), "A situation and threat assessment algorithm"',
+        lambda pair: share(braking_over_run(pair), pair.ego.braking),
+        "Above 1, braking alone avoids nothing.",
+    ),
+    Measure(
+        "a_lat_req",
+        "sideways acceleration that the ego needs",
+        "m/s^2",
+        "least swerving of the ego alone that avoids contact, at its largest",
+        "the least a such that going aside by a avoids contact; straight behind 2 d / TTC^2, d: the way aside",
+        f"{JANSSON}, section 5.3.8",
+        lambda pair: largest(swerving_over_run(pair)),
+    ),
+    Measure(
+        "STN",
+        "steer threat number",
+        "",
+        "share of its grip that the ego needs to swerve, at its largest",
+        "a_lat_req / grip",
+        'Brannstrom, Sjoberg and Coelingh (2008), "A situation and threat assessment algorithm"',
+        lambda pair: share(swerving_over_run(pair), pair.ego.grip),
+        "Above 1, steering alone avoids nothing.",
+    ),
+    Measure(
+        "TTB",
+        "time to brake",
+        "s",
+        "least time left to brake",
+        "the latest t <= TTC from which full braking avoids contact; behind a slower one TTC - dv / (2 a)",
+        HILLENBRAND,
+        lambda pair: least(left_to_brake(pair)),
+        "Minus infinity: braking helped no more.",
+    ),
+    Measure(
+        "TTS",
+        "time to steer",
+        "s",
+        "least time left to swerve",
+        "the latest t <= TTC from which swerving with all grip avoids contact; straight behind TTC - sqrt(2 d / a)",
+        HILLENBRAND,
+        lambda pair: least(left_to_steer(pair)),
+        "The outline moves aside unturned, as a point mass: a car is slower to.",
+    ),
+    Measure(
+        "TTK",
+        "time to kick down",
+        "s",
+        "least time left to speed up",
+        "the latest t <= TTC from which full throttle avoids contact",
+        HILLENBRAND,
+        lambda pair: least(left_to_kick_down(pair)),
+    ),
+    Measure(
+        "TTR",
+        "time to react",
+        "s",
+        "least time left to do anything",
+        "max(TTB, TTS, TTK) at each sample",
+        HILLENBRAND,
+        lambda pair: least(left_to_react(pair)),
+    ),
+    Measure(
+        "THW",
+        "time headway",
+        "s",
+        "least headway behind a leader, front to front",
+        "(front of the leader - front of the ego) / speed of the ego",
+        'Vogel (2003), "A comparison of headway and time to collision as safety indicators"',
+        partial(over_run, time_headway, least),
+        "It counts the leader's length. CriMe's THW is the time gap.",
+    ),
+    Measure(
+        "time gap",
+        "time gap",
+        "s",
+        "least time to where the leader's rear is",
+        "(rear of the leader - front of the ego) / speed of the ego",
+        'SAE J2944 (2015), "Operational definitions of driving performance measures and statistics"',
+        partial(over_run, time_gap, least),
+        "CriMe shifts outlines along x and y at once: its headways are right for roads that lead east only.",
+    ),
+    Measure(
+        "PET",
+        "post-encroachment time, by shift",
+        "s",
+        "least time between their being at one place, negative where the other was first",
+        "the least shift of one motion in time by which the two would have touched; 0 on contact",
+        f"{ALLEN}, of every place that both outlines cover",
+        pet_by_shift,
+    ),
+    Measure(
+        "PET_area",
+        "post-encroachment time, by conflict area",
+        "s",
+        "from when one left the area that both pass until the other came, negative where the other was first",
+        "enter(second) - leave(first); 0 on contact, infinite without such an area, none where both are in it at once",
+        ALLEN,
+        pet_by_area,
+        "The area is all that both outlines sweep. CriMe's is made of lanes.",
+    ),
+    Measure(
+        "ET",
+        "encroachment time",
+        "s",
+        "how long the ego was in the area that both pass",
+        "leave(ego) - enter(ego); no number without such an area",
+        ALLEN,
+        lambda pair: time_in_area(pair.stays[0], pair.step),
+    ),
+    Measure(
+        "RSS",
+        "time in a dangerous situation",
+        "s",
+        "time nearer than responsibility-sensitive safety allows",
+        "number of samples nearer than both safe distances, along and across the ego's heading, times the time step",
+        'Shalev-Shwartz, Shammah and Shashua (2017), "On a formal model of safe and scalable self-driving cars"',
+        time_in_danger,
+        "Of two on one road; two who cross have 0. Parameters as CARLA sets ad-rss-lib: response 1 s, speeding up by "
+        "3.5 m/s^2, braking by 4 (3 in its own lane) to 8 m/s^2, sideways 0.2 and 0.8 m/s^2, margin 0.1 m.",
+    ),
+    Measure(
+        "dV_ego",
+        "delta-V to expect, of the ego",
+        "m/s",
+        "change of the ego's velocity if they struck as they were at MD",
+        "|v| m_other / (m_ego + m_other) at the instant of MD",
+        'Laureshyn et al. (2017), "In search of the severity dimension of traffic events", its Delta-V0',
+        lambda pair: change_of_velocity(pair.nearest, pair.ego, pair.other),
+        "Of a central impact without rebound. CriMe adds velocities where they must be subtracted.",
+    ),
+    Measure(
+        "dV_other",
+        "delta-V to expect, of the other",
+        "m/s",
+        "change of the other's velocity if they struck as they were at MD",
+        "|v| m_ego / (m_ego + m_other) at the instant of MD",
+        'Laureshyn et al. (2017), "In search of the severity dimension of traffic events", its Delta-V0',
+        lambda pair: change_of_velocity(pair.nearest, pair.other, pair.ego),
+    ),
+    Measure(
+        "P_fatal",
+        "risk of death on foot",
+        "",
+        "risk of death of an adult on foot, struck by a car's front",
+        "1 / (1 + exp(6.9 - 0.090 v)), v: speed of the car at contact in km/h",
+        'Rosen and Sander (2009), "Pedestrian fatality risk as a function of car impact speed"',
+        fatality,
+        "Only of such a contact. There is none of car occupants and two-wheelers: no source gives coefficients that "
+        "could be checked.",
+    ),
+)
+"""In the order in which they are told."""

@@ -1,0 +1,175 @@
+"""A second opinion on cases: each is run again with finer steps, and with cars whose tyres slip.
+
+Four runs of the same scene with the same behaviours:
+
+- *run*: as the search made it, at its time step;
+- *finer*: the kinematic model in steps of 5 ms, while drivers look and act as often as in the run;
+- *alert*: the same with drivers who look and act every 5 ms;
+- *dynamic*: in steps of 5 ms, drivers as in the run, every car with the single-track drift model
+  (`engine.kernels.dynamics`), its pedals behind an anti-lock (`engine.kernels.actuation`).
+
+Cars alone have cited data for their tyres: an ego of another kind is *not judged*, others of another kind move as
+before. Of a case with a collision of the ego, and otherwise by its risk, the answer is
+
+- *survives*: `dynamic` shows the same danger: a collision with the same actor, with a closing speed that differs by no
+  more than `SPEED_APART` or `SPEED_SHARE`; without collision, a risk within `SCORE_APART`;
+- *artefact of the step*: `dynamic` lacks the danger (no collision; a risk lower by more), and so does `finer` or
+  `alert`: it hangs on the time step;
+- *artefact of the model*: `dynamic` alone lacks it: it hangs on how the kinematic car drives;
+- *differs*: all else: another partner, another speed, a higher risk, a run that a requirement makes invalid.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+import numpy as np
+
+from engine.batch import simulate
+from engine.config import SimulationConfig
+from engine.host import MAX_SAMPLES, samples_of
+from engine.kernels.dynamics import COMMAND_STEP
+from engine.outcomes import Outcomes
+from engine.program import Program
+from engine.risk import PAPER, RiskProfile, assess
+from engine.scenes import Scenes, actor_columns
+from engine.vocabulary import ActorKind, Column, Verdict
+
+SPEED_APART = 2.0
+"""Closing speeds that differ by no more are alike [m/s] …"""
+SPEED_SHARE = 0.2
+"""… nor those that differ by no more than this share."""
+SCORE_APART = 1
+"""Risks of runs without collision that differ by no more are alike."""
+DEFAULTS = SimulationConfig()
+NOBODY = -1
+
+
+class Answer(IntEnum):
+    """What the better model says of a case."""
+
+    SURVIVES = 0
+    DIFFERS = 1
+    MODEL = 2
+    """An artefact of the vehicle model."""
+    STEP = 3
+    """An artefact of the time step."""
+    NOT_JUDGED = 4
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What a scene came to, run in one way."""
+
+    verdict: Verdict
+    collided: bool
+    """Whether the ego touched anybody."""
+    partner: int
+    """The actor that it touched, or else the one that decides the risk; `NOBODY` where there is none."""
+    time: float
+    """Of contact or of the end [s]."""
+    closing_speed: float
+    """Of the ego and that actor at contact, or where they are closest [m/s]."""
+    min_distance: float
+    """[m]"""
+    score: int
+    combined_grip: float
+    """Largest use of grip by the ego, as a share of mu g."""
+
+
+@dataclass(frozen=True)
+class Verified:
+    """The second opinion on one case."""
+
+    answer: Answer
+    run: Drive
+    finer: Drive | None
+    """None of a case that is not judged, as the next two."""
+    alert: Drive | None
+    dynamic: Drive | None
+    slides: tuple[int, ...]
+    """Actors that the dynamic model drove."""
+
+
+def verify(
+    program: Program, scenes: Scenes, config: SimulationConfig = DEFAULTS, profile: RiskProfile = PAPER, jobs: int = 1
+) -> tuple[Verified | None, ...]:
+    """One answer for each scene; None for one that is not valid."""
+    # Steps of 5 ms, or of what the longest record allows.
+    most = MAX_SAMPLES // max(1, samples_of(config))
+    hold = max(1, min(math.ceil(config.time_step / COMMAND_STEP - 1e-9), most))
+    fine = replace(config, time_step=config.time_step / hold)
+    slides = cars(program, scenes)
+    run = drives(simulate(program, scenes, config, jobs), profile)
+    finer = drives(simulate(program, scenes, fine, jobs, hold=hold), profile)
+    alert = drives(simulate(program, scenes, fine, jobs), profile)
+    dynamic = drives(simulate(program, scenes, fine, jobs, hold=hold, slides=slides), profile)
+    rows = zip(run, finer, alert, dynamic, strict=True)
+    return tuple(
+        _verified(*row, slides) if valid else None for row, valid in zip(rows, scenes.valid.tolist(), strict=True)
+    )
+
+
+def cars(program: Program, scenes: Scenes) -> tuple[int, ...]:
+    """Who is a car, and in every valid scene one with its centre of gravity between its axles."""
+    found = np.asarray(program.code.actor_kind) == ActorKind.CAR
+    for values in scenes.values[scenes.valid]:
+        columns = actor_columns(program, values)
+        rear, wheelbase = columns[:, Column.REAR_TO_CENTER], columns[:, Column.WHEELBASE]
+        found &= (rear > 0.0) & (rear < wheelbase) & (columns[:, Column.MASS] > 0.0)
+    return tuple(np.flatnonzero(found).tolist())
+
+
+def drives(outcomes: Outcomes, profile: RiskProfile) -> tuple[Drive, ...]:
+    """What each scene came to."""
+    risk = assess(outcomes, profile)
+    return tuple(_drive(outcomes, row, int(risk.score[row]), int(risk.pair[row])) for row in range(len(outcomes)))
+
+
+def _drive(outcomes: Outcomes, row: int, score: int, pair: int) -> Drive:
+    collided = bool(outcomes.collided[row])
+    partner = int(outcomes.contact_actors[row, 1]) if collided else pair + 1 if pair >= 0 else NOBODY
+    met = partner != NOBODY
+    return Drive(
+        verdict=Verdict(int(outcomes.verdict[row])),
+        collided=collided,
+        partner=partner,
+        time=float(outcomes.end_time[row]),
+        closing_speed=float(outcomes.closing_speed[row, partner - 1]) if met else math.nan,
+        min_distance=float(outcomes.min_distance[row].min(initial=math.inf)),
+        score=score,
+        combined_grip=float(outcomes.combined_grip[row, 0]),
+    )
+
+
+def _verified(run: Drive, finer: Drive, alert: Drive, dynamic: Drive, slides: tuple[int, ...]) -> Verified:
+    if 0 not in slides:
+        return Verified(Answer.NOT_JUDGED, run, None, None, None, ())
+    return Verified(answer_of(run, finer, alert, dynamic), run, finer, alert, dynamic, slides)
+
+
+def answer_of(run: Drive, finer: Drive, alert: Drive, dynamic: Drive) -> Answer:
+    """The answer by the rules above."""
+    if alike(run, dynamic):
+        return Answer.SURVIVES
+    if not lacks(run, dynamic):
+        return Answer.DIFFERS
+    return Answer.STEP if lacks(run, finer) or lacks(run, alert) else Answer.MODEL
+
+
+def alike(run: Drive, other: Drive) -> bool:
+    """Whether another run shows the same danger."""
+    if other.verdict != Verdict.VALID or run.collided != other.collided:
+        return False
+    if not run.collided:
+        return abs(other.score - run.score) <= SCORE_APART
+    apart = abs(other.closing_speed - run.closing_speed)
+    as_fast = apart <= max(SPEED_APART, SPEED_SHARE * abs(run.closing_speed))
+    return other.partner == run.partner and as_fast
+
+
+def lacks(run: Drive, other: Drive) -> bool:
+    """Whether another run lacks the danger."""
+    if other.verdict != Verdict.VALID or other.collided:
+        return False
+    return run.collided or other.score < run.score - SCORE_APART

@@ -1,0 +1,207 @@
+"""Impacts between two bodies, as they are told: what pymunk does in a meeting, and what the kernels kept of others."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import pymunk
+
+from engine.kernels.stage import PAUSE, PULSE, Blow, Run, Status
+from engine.tables import Floats
+
+LEAST_CHANGE = 0.01
+"""Of a velocity, for a touch to be told as an impact [m/s]."""
+
+
+@dataclass(frozen=True)
+class Impact:
+    """One impact between two actors. Pairs of values belong to the lower actor and to the other."""
+
+    time: float
+    """When the bodies met [s]."""
+    actors: tuple[int, int]
+    point: tuple[float, float]
+    """Where they met, x, y [m]."""
+    delta_v: tuple[float, float]
+    """Change of each one's velocity, as a magnitude [m/s]; 0 for what is fixed. By all impulses that the body gets from
+    anybody while it is in contact: of one pinched between two others, they largely cancel.
+    """
+    direction: tuple[float, float]
+    """Direction of each change in the body's frame when they met [rad, anticlockwise from its heading]."""
+    closing_speed: float
+    """Magnitude of the difference between the centres' velocities when they met [m/s]."""
+    impact_angle: float
+    """Heading of the other seen from the lower actor's, in [-pi, pi) [rad]; 0: the same way, pi: head on."""
+    clock: tuple[int, int]
+    """Where on each outline: the direction from its centre, as on a dial with 12 straight ahead and 3 to the right."""
+
+
+@dataclass
+class Episode:
+    """What a body receives while it is in contact with anybody, so far."""
+
+    start: float
+    """[s]"""
+    last: float
+    impulse: list[float] = field(default_factory=lambda: [0.0, 0.0])
+    """[N s]"""
+
+
+@dataclass
+class Meeting:
+    """An impact that may still be going on."""
+
+    time: float
+    last: float
+    pair: tuple[int, int]
+    point: tuple[float, float]
+    poses: tuple[tuple[float, float, float], tuple[float, float, float]]
+    velocity: tuple[float, float]
+    """Of the other body relative to the lower one, before [m/s]."""
+    episodes: tuple[Episode, Episode]
+
+
+class Recorder:
+    """Notes all impacts of a space. Bodies are known by their order, which is that of the actors.
+
+    pymunk prints an exception raised inside a callback and goes on; so callbacks keep the first one, and `check`
+    raises it after the step.
+    """
+
+    def __init__(self, space: pymunk.Space, bodies: list[pymunk.Body]) -> None:
+        self.time = 0.0
+        self.struck: set[int] = set()
+        """Actors that have been touched by anything."""
+        self._number = {body: number for number, body in enumerate(bodies)}
+        self._open: dict[tuple[int, int], Meeting] = {}
+        self._closed: list[Meeting] = []
+        self.episodes: list[Episode] = []
+        """All that bodies went through."""
+        self._current: dict[int, Episode] = {}
+        self._failure: Exception | None = None
+        space.on_collision(begin=self._guarded(self._begin), post_solve=self._guarded(self._post_solve))
+
+    def check(self) -> None:
+        """Raise what went wrong in a callback of the last step."""
+        if self._failure is not None:
+            raise self._failure
+
+    def impacts(self, masses: tuple[float, ...], least_change: float = LEAST_CHANGE) -> tuple[Impact, ...]:
+        """All impacts so far, in the order of time; touches that change no velocity by `least_change` are none."""
+        meetings = [*self._closed, *self._open.values()]
+        told = (_impact(meeting, masses) for meeting in sorted(meetings, key=lambda m: (m.time, m.pair)))
+        return tuple(impact for impact in told if max(impact.delta_v) >= least_change)
+
+    def _guarded(self, callback: Callable[[pymunk.Arbiter], None]) -> Callable[..., None]:
+        def call(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
+            try:
+                callback(arbiter)
+            except Exception as failure:
+                self._failure = self._failure or failure
+
+        return call
+
+    def _pair(self, arbiter: pymunk.Arbiter) -> tuple[int, int, bool]:
+        """Lower actor, other actor, and whether pymunk has them the other way round."""
+        one, other = (self._number[body] for body in arbiter.bodies)
+        return (one, other, False) if one < other else (other, one, True)
+
+    def _begin(self, arbiter: pymunk.Arbiter) -> None:
+        low, high, swapped = self._pair(arbiter)
+        self.struck |= {low, high}
+        earlier = self._open.get((low, high))
+        if earlier is not None:
+            if self.time - earlier.last <= PAUSE:
+                return
+            self._closed.append(earlier)
+        bodies = arbiter.bodies[::-1] if swapped else arbiter.bodies
+        points = [point.point_a for point in arbiter.contact_point_set.points]
+        velocity = bodies[1].velocity - bodies[0].velocity
+        self._open[low, high] = Meeting(
+            time=self.time,
+            last=self.time,
+            pair=(low, high),
+            point=(sum(p.x for p in points) / len(points), sum(p.y for p in points) / len(points)),
+            poses=(_pose(bodies[0]), _pose(bodies[1])),
+            velocity=(velocity.x, velocity.y),
+            episodes=(self._episode(low), self._episode(high)),
+        )
+
+    def _episode(self, body: int) -> Episode:
+        """What the body is going through: a new one if it has touched nobody for a while."""
+        known = self._current.get(body)
+        if known is None or self.time - known.last > PAUSE:
+            known = self._current[body] = Episode(self.time, self.time)
+            self.episodes.append(known)
+        return known
+
+    def _post_solve(self, arbiter: pymunk.Arbiter) -> None:
+        low, high, swapped = self._pair(arbiter)
+        meeting = self._open[low, high]
+        x, y = arbiter.total_impulse  # what the first of `arbiter.bodies` received
+        sign = 1.0 if swapped else -1.0
+        meeting.last = self.time
+        for body, side in ((low, -sign), (high, sign)):
+            episode = self._episode(body)
+            episode.last = self.time
+            if self.time - episode.start <= PULSE:
+                episode.impulse[0] += side * x
+                episode.impulse[1] += side * y
+
+
+def _pose(body: pymunk.Body) -> tuple[float, float, float]:
+    return body.position.x, body.position.y, body.angle
+
+
+def _impact(meeting: Meeting, masses: tuple[float, ...]) -> Impact:
+    low, high = meeting.pair
+    headings = meeting.poses[0][2], meeting.poses[1][2]
+    impulses = [episode.impulse for episode in meeting.episodes]
+    sizes = [math.hypot(x, y) for x, y in impulses]
+    received = [math.atan2(y, x) for x, y in impulses]
+    return Impact(
+        time=meeting.time,
+        actors=meeting.pair,
+        point=meeting.point,
+        delta_v=(sizes[0] / masses[low], sizes[1] / masses[high]),
+        direction=(_wrap(received[0] - headings[0]), _wrap(received[1] - headings[1])),
+        closing_speed=math.hypot(*meeting.velocity),
+        impact_angle=_wrap(headings[1] - headings[0]),
+        clock=(clock_position(meeting.point, meeting.poses[0]), clock_position(meeting.point, meeting.poses[1])),
+    )
+
+
+def impacts_among_others(run: Run) -> tuple[Impact, ...]:
+    """What the kernels kept of impacts before the ego's contact."""
+    return tuple(map(_of_blow, run.impacts[: run.status[Status.BLOWS]]))
+
+
+def _of_blow(blow: Floats) -> Impact:
+    pair, point = (int(blow[Blow.ONE]), int(blow[Blow.OTHER])), (float(blow[Blow.X]), float(blow[Blow.Y]))
+    headings = float(blow[Blow.HEADING_ONE]), float(blow[Blow.HEADING_OTHER])
+    changes = blow[Blow.CHANGE_X_ONE : Blow.CHANGE_Y_OTHER + 1].reshape(2, 2)
+    velocities = blow[Blow.VX_ONE : Blow.VY_OTHER + 1].reshape(2, 2)
+    centers = blow[Blow.X_ONE : Blow.Y_OTHER + 1].reshape(2, 2)
+    sides = [(float(x), float(y), heading) for (x, y), heading in zip(centers, headings, strict=True)]
+    turned = [_wrap(math.atan2(y, x) - heading) for (x, y), heading in zip(changes, headings, strict=True)]
+    return Impact(
+        time=float(blow[Blow.TIME]),
+        actors=pair,
+        point=point,
+        delta_v=(math.hypot(*changes[0]), math.hypot(*changes[1])),
+        direction=(turned[0], turned[1]),
+        closing_speed=math.hypot(*(velocities[1] - velocities[0])),
+        impact_angle=_wrap(headings[1] - headings[0]),
+        clock=(clock_position(point, sides[0]), clock_position(point, sides[1])),
+    )
+
+
+def clock_position(point: tuple[float, float], pose: tuple[float, float, float]) -> int:
+    """Direction of a point from a body's centre as an hour, 12 straight ahead and 3 to the right."""
+    angle = math.atan2(point[1] - pose[1], point[0] - pose[0]) - pose[2]
+    return (round(-angle / (math.pi / 6.0)) - 1) % 12 + 1
+
+
+def _wrap(angle: float) -> float:
+    """The angle brought into [-pi, pi)."""
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
