@@ -60,7 +60,7 @@ def written(recording: Recording, folder: Path, kind: str) -> Path:
 @pytest.mark.parametrize("kind", WRITERS)
 def test_a_written_table_measures_as_the_recording_does(kind: str, tmp_path: Path) -> None:
     """Every metric of motion to 1e-6, the same risk, the same pair in contact, the same step."""
-    ends, of_commands = set(), {each.name for each in OF_ACTORS if each.of_commands}
+    ends, of_commands = set(), {each.symbol for each in OF_ACTORS if each.of_commands}
     for recording in recordings():
         back = read_table(written(recording, tmp_path, kind)).recording
         own, other = measure(recording), measure(back)
