@@ -26,7 +26,7 @@ from enum import IntEnum
 import numpy as np
 
 from engine.batch import simulate
-from engine.config import SimulationConfig
+from engine.config import ContactConfig, SimulationConfig
 from engine.host import MAX_SAMPLES, samples_of
 from engine.kernels.dynamics import COMMAND_STEP
 from engine.outcomes import Outcomes
@@ -42,6 +42,7 @@ SPEED_SHARE = 0.2
 SCORE_APART = 1
 """Risks of runs without collision that differ by no more are alike."""
 DEFAULTS = SimulationConfig()
+CONTACT = ContactConfig()
 NOBODY = -1
 
 
@@ -92,7 +93,12 @@ class Verified:
 
 
 def verify(
-    program: Program, scenes: Scenes, config: SimulationConfig = DEFAULTS, profile: RiskProfile = PAPER, jobs: int = 1
+    program: Program,
+    scenes: Scenes,
+    config: SimulationConfig = DEFAULTS,
+    profile: RiskProfile = PAPER,
+    jobs: int = 1,
+    contact: ContactConfig = CONTACT,
 ) -> tuple[Verified | None, ...]:
     """One answer for each scene; None for one that is not valid."""
     # Steps of 5 ms, or of what the longest record allows.
@@ -100,10 +106,10 @@ def verify(
     hold = max(1, min(math.ceil(config.time_step / COMMAND_STEP - 1e-9), most))
     fine = replace(config, time_step=config.time_step / hold)
     slides = cars(program, scenes)
-    run = drives(simulate(program, scenes, config, jobs), profile)
-    finer = drives(simulate(program, scenes, fine, jobs, hold=hold), profile)
-    alert = drives(simulate(program, scenes, fine, jobs), profile)
-    dynamic = drives(simulate(program, scenes, fine, jobs, hold=hold, slides=slides), profile)
+    run = drives(simulate(program, scenes, config, jobs, contact), profile)
+    finer = drives(simulate(program, scenes, fine, jobs, contact, hold), profile)
+    alert = drives(simulate(program, scenes, fine, jobs, contact), profile)
+    dynamic = drives(simulate(program, scenes, fine, jobs, contact, hold, slides), profile)
     rows = zip(run, finer, alert, dynamic, strict=True)
     return tuple(
         _verified(*row, slides) if valid else None for row, valid in zip(rows, scenes.valid.tolist(), strict=True)

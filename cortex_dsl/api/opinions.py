@@ -70,7 +70,7 @@ def verify(
     threads = config.search.jobs if jobs is None else arguments.whole("jobs", jobs, 1)
     scenes = concatenate([opened.scene(case) for case in chosen])
     profile = PROFILES[opened.record.manifest.profile]
-    found = verify_scenes(opened.scenario.program, scenes, config.simulation, profile, threads)
+    found = verify_scenes(opened.scenario.program, scenes, config.simulation, profile, threads, config.contact)
     return Verification(chosen, tuple(answer for answer in found if answer is not None))
 
 

@@ -271,7 +271,8 @@ def states_at(recording: Recording, instants: Floats) -> Floats:
     part = np.where(sampled, 0.0, (instants - time[before]) / way)[:, np.newaxis, np.newaxis]
     found = states[before] + part * (states[after] - states[before])
     found[:, :, OF_STEPS] = states[after][:, :, OF_STEPS]
-    found[:, :, State.PRESENT] = (states[before, :, State.PRESENT] != 0.0) & (states[after, :, State.PRESENT] != 0.0)
+    there = (states[before, :, State.PRESENT] != 0.0) & (states[after, :, State.PRESENT] != 0.0)
+    found[:, :, State.PRESENT] = np.where(there, states[before, :, State.PRESENT], 0.0)
     return found
 
 

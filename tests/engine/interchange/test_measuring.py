@@ -27,8 +27,10 @@ ROOT = Path(__file__).parents[3]
 EXAMPLES = [*sorted((ROOT / "examples").glob("*.scn")), *sorted((ROOT / "tests" / "agreement").glob("*.scn"))]
 TOLERANCE = 2e-9
 """Who comes in where it touches is recorded 1e-9 of a step later, less than 1e-9 m."""
-ENDS = ("end_reason", "end_rule", "steps")
-"""A recording knows no rules; whoever touches from the first instant has made no step."""
+ENDS = ("end_reason", "end_rule", "steps", "others_contact_time", "others_contact_actors")
+"""A recording knows no rules; whoever touches from the first instant has made no step; of a step in which others touch
+it has both ends, and not the instant between.
+"""
 
 
 def recordings(
@@ -68,7 +70,7 @@ def test_measuring_a_recorded_run_gives_its_outcomes_again(path: Path) -> None:
         assert [m.name for m in measured.metrics] == [m.name for m in expected]
         assert [m.value for m in measured.metrics] == pytest.approx([m.value for m in expected], nan_ok=True, rel=1e-8)
         assert measured.trajectory.contact_sample == ran.trajectory.contact_sample or "modular" in path.name
-        assert set(np.unique(recording.states[:, :, State.PRESENT]).tolist()) <= {0.0, 1.0}
+        assert set(np.unique(recording.states[:, :, State.PRESENT]).tolist()) <= {0.0, 1.0, 2.0}
         seen += 1
     assert seen >= 5
 
@@ -148,13 +150,11 @@ def test_times_count_from_the_first_sample() -> None:
     assert measure(later).outcomes.end_time[0] == pytest.approx(measure(recording).outcomes.end_time[0], abs=1e-9)
 
 
-def test_who_overlaps_from_the_start_touches_then() -> None:
-    """At time 0, in a single sample too."""
+def test_who_overlaps_from_the_start_is_refused() -> None:
+    """In a single sample too: nothing led to it that could be judged."""
     for time in ([0.0], [0.0, 0.1, 0.2]):
-        outcomes = measure(head_on(time, gap=2.0)).outcomes
-        assert outcomes.collided[0]
-        assert outcomes.end_time[0] == 0.0
-        assert outcomes.min_distance[0, 0] == 0.0
+        with pytest.raises(InterchangeError, match="overlap in the first sample"):
+            measure(head_on(time, gap=2.0))
 
 
 def test_a_contact_at_the_last_sample_counts() -> None:

@@ -29,7 +29,6 @@ FILES = [
     *(ROOT / "tests" / "agreement" / f"{n}.scn" for n in ("library", "guards")),
 ]
 WRITERS = {"csv": write_csv, "parquet": write_parquet}
-OF_COMMANDS = {measure.symbol for measure in OF_ACTORS if measure.of_commands}
 
 
 @cache
@@ -61,7 +60,7 @@ def written(recording: Recording, folder: Path, kind: str) -> Path:
 @pytest.mark.parametrize("kind", WRITERS)
 def test_a_written_table_measures_as_the_recording_does(kind: str, tmp_path: Path) -> None:
     """Every metric of motion to 1e-6, the same risk, the same pair in contact, the same step."""
-    ends = set()
+    ends, of_commands = set(), {each.symbol for each in OF_ACTORS if each.of_commands}
     for recording in recordings():
         back = read_table(written(recording, tmp_path, kind)).recording
         own, other = measure(recording), measure(back)
@@ -69,7 +68,7 @@ def test_a_written_table_measures_as_the_recording_does(kind: str, tmp_path: Pat
         assert other.risk.score[0] == own.risk.score[0]
         assert other.outcomes.contact_actors.tolist() == own.outcomes.contact_actors.tolist()
         assert other.outcomes.end_time[0] == pytest.approx(own.outcomes.end_time[0], abs=1e-6)
-        of_motion = [metric for metric in own.metrics if metric.name not in OF_COMMANDS]
+        of_motion = [metric for metric in own.metrics if metric.name not in of_commands]
         assert [m.name for m in other.metrics] == [m.name for m in of_motion]
         values = [m.value for m in of_motion]
         assert [m.value for m in other.metrics] == pytest.approx(values, abs=1e-6, rel=1e-6, nan_ok=True)
