@@ -306,7 +306,8 @@ def place(plan: Plan, run: Run, sample: int, actor: int, present: float) -> None
     states[sample, actor, State.Y] = y
     states[sample, actor, State.HEADING] = heading
     top_speed = column_of(plan, run, actor, Column.TOP_SPEED)
-    states[sample, actor, State.SPEED] = clip(column_of(plan, run, actor, Column.SPEED), 0.0, top_speed)
+    speed = column_of(plan, run, actor, Column.SPEED)
+    states[sample, actor, State.SPEED] = clip(speed, 0.0, top_speed) if speed < math.inf else speed  # breaks the run
     states[sample, actor, State.PRESENT] = present
     to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
     cos, sin = math.cos(heading), math.sin(heading)

@@ -1,7 +1,8 @@
 """Requirements that hold what is drawn within its domain: no negative length, no speed below 0.
 
 A number that can be bounded is checked where it is given (`numbers.in_range`). What has no bound, such as the value of
-a `Normal`, is checked in every scene that is drawn.
+a `Normal`, is checked in every scene that is drawn. What is no number at all, or infinite, passes: it is reported as an
+error of its own, at its place in the file.
 """
 
 import math
@@ -53,7 +54,7 @@ def _below_top(ev: Evaluator, actor: Actor, speed: Term, condition: Term | None)
     assert isinstance(top, Term)
     if ev.interval(speed)[1] <= ev.interval(top)[0] * (1.0 + ROUNDING):
         return condition
-    return speed <= top if condition is None else condition & (speed <= top)
+    return _at_most(speed, top) if condition is None else condition & _at_most(speed, top)
 
 
 def _within(ev: Evaluator, value: Term, spec: Domain) -> Term | None:
@@ -63,9 +64,11 @@ def _within(ev: Evaluator, value: Term, spec: Domain) -> Term | None:
         return None
     parts = []
     if low < spec.low or (spec.above and low == spec.low):
-        parts.append(spec.low < value if spec.above else spec.low <= value)
-    if high > spec.high:
-        parts.append(value <= spec.high)
-    elif high == math.inf:
-        parts.append(value < math.inf)
+        parts.append(~((value <= spec.low if spec.above else value < spec.low) & (-math.inf < value)))
+    if spec.high < high and spec.high < math.inf:
+        parts.append(_at_most(value, spec.high))
     return ev.algebra.all_of(parts) if parts else None
+
+
+def _at_most(value: Term, limit: Term | float) -> Term:
+    return ~((limit < value) & (value < math.inf))
