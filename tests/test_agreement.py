@@ -58,7 +58,7 @@ def test_hosts_agree_on_every_construct(path: Path) -> None:
     """Verdicts, ends and their rules, states, records and metrics; several ends occur."""
     found = compare(load(path), 60)
     assert found.scenes == 60
-    assert found.ends > 1
+    assert found.ends > 1 or path.stem == "pile"  # where nobody gets through
     assert found.aborted > 0 or path.stem not in ("guards", "modular", "monitors", "picks", "temporal")
     assert found.flags_differ == 0
     assert found.states_differ <= TOLERANCE

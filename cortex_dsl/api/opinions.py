@@ -1,7 +1,6 @@
 """A second opinion on the worst cases of a run, by a better model of the car; kept beside its journal for its report.
 
->>> found = cx.verify("runs/left_turn-ga-001", cases=10)
->>> [answer.answer.name for answer in found.answers]
+`cx.verify("runs/left_turn-ga-001", cases=10)` gives one answer for each of the ten worst.
 """
 
 import json

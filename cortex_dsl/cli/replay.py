@@ -126,7 +126,7 @@ def _options(parser: Parser) -> None:
 REPLAY = Command(
     name="replay",
     usage="RUN [--case K] | FILE.scn [--seed N] [--to FILE] [options]",
-    description="Run one case again and watch it: in the terminal, as a page, a film or a picture.",
+    description="Run one case again and watch it: in the terminal, as a page, film or picture.",
     options=_options,
     function=_replay,
     needs=("what", "replay what? name a run or a scenario", f"cortexc replay {EXAMPLE_RUN} --case 1"),

@@ -81,7 +81,8 @@ def test_the_recording_is_the_run(worst: ExportCase) -> None:
 
 def test_a_run_without_a_score_says_so() -> None:
     """A rule that a run breaks leaves it without risk; its motion can still be exported."""
-    text = "ego = new Car at (1.75 m, -30 m), facing 90 deg, with speed 9 m/s\nrequire always (distance from ego to (1.75 m, 0 m)) > 10 m\n"
+    text = "ego = new Car at (1.75 m, -30 m), facing 90 deg, with speed 9 m/s\n"
+    text += "require always (distance from ego to (1.75 m, 0 m)) > 10 m\n"
     scenario = compile_text(text)
     case = case_of_scene(scenario, scenario.sample(1), Path("a.scn"), 0, "")
     assert case.recording.provenance.facts["risk"] == "none, the run was aborted"

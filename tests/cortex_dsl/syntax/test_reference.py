@@ -76,10 +76,12 @@ def test_every_keyword_is_used(keyword: Keyword) -> None:
 
 @pytest.mark.parametrize("kind", [Verdict, EndReason])
 def test_how_a_run_can_end(kind: type[Verdict] | type[EndReason]) -> None:
-    """Each verdict and each end has a row, and no other has."""
+    """Each verdict and each end has a row, and no other has; journals alone still know the contact of two others."""
     heading = {Verdict: "### The verdict", EndReason: "### The end"}[kind]
     section = REFERENCE.partition(heading)[2].partition("\n#")[0]
-    assert re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE) == [member.name.lower() for member in kind]
+    assert re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE) == [
+        member.name.lower() for member in kind if member is not EndReason.OTHER_COLLISION
+    ]
 
 
 def test_every_class_is_named() -> None:

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from engine.kernels.conflict import Snapshot, time_to_collision
@@ -19,7 +19,7 @@ from engine.kernels.evasion import (
 from engine.kernels.geometry import Box, box_distance
 from engine.kernels.pair import Rate
 
-compiled = settings(deadline=None, max_examples=60)
+compiled = settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.filter_too_much])
 BRAKES, GRIP = 8.0, 9.81
 LENGTH, WIDTH = 4.0, 2.0
 

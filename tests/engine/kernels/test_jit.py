@@ -72,6 +72,7 @@ class Installation:
             "__init__.py",
             "vocabulary.py",
             "outcomes.py",
+            "result_row.py",
             "tables.py",
             "user_cache.py",
             "kernels/__init__.py",
