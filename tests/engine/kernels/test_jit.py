@@ -126,7 +126,8 @@ def test_changed_enum_value_is_compiled_anew(installation: Installation) -> None
     """An enum value is a constant of the machine code, and vocabulary.py is not a kernel file."""
     assert installation.run()[1] == 6.0
     vocabulary = installation.package / "vocabulary.py"
-    vocabulary.write_text(vocabulary.read_text().replace("    SPEED = 3\n\n\nclass Op", "    SPEED = 5\n\n\nclass Op"))
+    above, command, below = vocabulary.read_text().partition("class Command(")
+    vocabulary.write_text(above + command + below.replace("    SPEED = 3\n", "    SPEED = 5\n", 1))
     assert installation.run()[:3] == (False, 10.0, 0)
 
 
