@@ -2,8 +2,10 @@
 
 VENV   := .venv
 PYTHON := $(VENV)/bin/python
+SLOW   := $(patsubst %,tests/engine/test_%.py,avoidability metrics sight verification)
 QUICK  := tests/cortex_dsl/syntax tests/cortex_dsl/semantics tests/cortex_dsl/lowering tests/cortex_dsl/editor \
-          tests/engine/road $(wildcard tests/cortex_dsl/test_*.py tests/engine/test_*.py) \
+          tests/engine/road \
+          $(filter-out $(SLOW),$(wildcard tests/cortex_dsl/test_*.py tests/engine/test_*.py)) \
           tests/test_architecture.py tests/test_documents.py
 SCENE  ?= examples/left_turn.scn
 ARGS   ?=
