@@ -25,6 +25,7 @@ from engine.kernels.geometry import (
     box_distance,
     half_diagonal,
     nearest_points,
+    outline_at,
     shortest_turn,
 )
 from engine.kernels.jit import inlined, kernel
@@ -302,19 +303,8 @@ def search_contact_of(states: Floats, outlines: Floats, low: int, high: int) -> 
 @inlined
 def _part_until_contact(states: Floats, samples: int, k: int, one: int, other: int, outlines: Floats) -> float:
     """Fraction of the way to the next sample; -1.0 without contact in it."""
-    a0, b0 = _box(states, k, one, outlines), _box(states, k, other, outlines)
+    a0, b0 = outline_at(states, k, one, outlines), outline_at(states, k, other, outlines)
     after = min(k + 1, samples - 1)
     if after == k or states[after, one, State.PRESENT] == 0.0 or states[after, other, State.PRESENT] == 0.0:
         return 0.0 if box_distance(a0, b0) < TOUCH else -1.0
-    return first_contact(a0, _box(states, after, one, outlines), b0, _box(states, after, other, outlines))
-
-
-@inlined
-def _box(states: Floats, k: int, actor: int, outlines: Floats) -> Box:
-    return Box(
-        states[k, actor, State.X],
-        states[k, actor, State.Y],
-        states[k, actor, State.HEADING],
-        outlines[actor, 0],
-        outlines[actor, 1],
-    )
+    return first_contact(a0, outline_at(states, after, one, outlines), b0, outline_at(states, after, other, outlines))

@@ -17,7 +17,7 @@ import math
 from typing import NamedTuple
 
 from engine.kernels.approach import first_contact
-from engine.kernels.geometry import Box, shortest_turn
+from engine.kernels.geometry import Box, outline_at, shortest_turn
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.rollout import advance, begin
 from engine.kernels.stage import REPLACED, RUNNING, Plan, Run, Slot, Status
@@ -262,21 +262,10 @@ def _touches(states: Floats, k: int, outlines: Floats) -> bool:
     touched = False
     for other in range(1, states.shape[1]):
         if states[k, other, State.PRESENT] != 0.0 and states[k + 1, other, State.PRESENT] != 0.0:
-            ego, ego_after = _outline(states, k, 0, outlines), _outline(states, k + 1, 0, outlines)
-            them, after = _outline(states, k, other, outlines), _outline(states, k + 1, other, outlines)
+            ego, ego_after = outline_at(states, k, 0, outlines), outline_at(states, k + 1, 0, outlines)
+            them, after = outline_at(states, k, other, outlines), outline_at(states, k + 1, other, outlines)
             touched = touched or first_contact(ego, ego_after, them, after) >= 0.0
     return touched
-
-
-@inlined
-def _outline(states: Floats, k: int, actor: int, outlines: Floats) -> Box:
-    return Box(
-        states[k, actor, State.X],
-        states[k, actor, State.Y],
-        states[k, actor, State.HEADING],
-        outlines[actor, 0],
-        outlines[actor, 1],
-    )
 
 
 @kernel

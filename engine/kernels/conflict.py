@@ -8,7 +8,7 @@ import math
 from typing import NamedTuple
 
 from engine.kernels.approach import closest_in_step
-from engine.kernels.geometry import Box, shortest_turn
+from engine.kernels.geometry import Box, outline_between, shortest_turn
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.pair import NOISE_FLOOR, Rate, center_velocity
 from engine.tables import Floats
@@ -37,22 +37,10 @@ def snapshot(
     """The pair at sample k, or a part (0..1) of a step later, in between linearly; arrays as in `measure_pair`."""
     after = min(k + 1, samples - 1)
     return Snapshot(
-        _pose_between(states, k, after, part, 0, outlines),
-        _pose_between(states, k, after, part, other, outlines),
+        outline_between(states, k, after, part, 0, outlines),
+        outline_between(states, k, after, part, other, outlines),
         _rate_between(states, samples, k, after, part, time_step, 0, outlines),
         _rate_between(states, samples, k, after, part, time_step, other, outlines),
-    )
-
-
-@inlined
-def _pose_between(states: Floats, k: int, after: int, part: float, actor: int, outlines: Floats) -> Box:
-    turn = shortest_turn(states[k, actor, State.HEADING], states[after, actor, State.HEADING])
-    return Box(
-        states[k, actor, State.X] + part * (states[after, actor, State.X] - states[k, actor, State.X]),
-        states[k, actor, State.Y] + part * (states[after, actor, State.Y] - states[k, actor, State.Y]),
-        states[k, actor, State.HEADING] + part * turn,
-        outlines[actor, 0],
-        outlines[actor, 1],
     )
 
 
@@ -242,4 +230,4 @@ def _distance_shifted(states: Floats, together: int, first: int, second: int, ou
 @inlined
 def _at(states: Floats, k: int, part: float, actor: int, outlines: Floats) -> Box:
     """An outline a part of a step after sample k, which is not the last."""
-    return _pose_between(states, k, k + 1, part, actor, outlines)
+    return outline_between(states, k, k + 1, part, actor, outlines)

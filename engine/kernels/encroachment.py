@@ -8,10 +8,9 @@ What an outline sweeps between two samples counts as the convex hull of the two:
 import math
 from typing import NamedTuple
 
-from engine.kernels.geometry import Box, half_diagonal, shortest_turn
+from engine.kernels.geometry import Box, half_diagonal, outline_between
 from engine.kernels.jit import inlined, kernel
 from engine.tables import Floats
-from engine.vocabulary import State
 
 POINTS = 8
 """Corners of two outlines."""
@@ -91,15 +90,7 @@ def _reaches(
 @inlined
 def _pose(states: Floats, span: Span, k: int, part: float, outlines: Floats) -> Box:
     """An actor's outline a part of a step after sample k; after its last sample it stays."""
-    actor, after = span.actor, min(k + 1, span.last)
-    turn = shortest_turn(states[k, actor, State.HEADING], states[after, actor, State.HEADING])
-    return Box(
-        states[k, actor, State.X] + part * (states[after, actor, State.X] - states[k, actor, State.X]),
-        states[k, actor, State.Y] + part * (states[after, actor, State.Y] - states[k, actor, State.Y]),
-        states[k, actor, State.HEADING] + part * turn,
-        outlines[actor, 0],
-        outlines[actor, 1],
-    )
+    return outline_between(states, k, min(k + 1, span.last), part, span.actor, outlines)
 
 
 @inlined

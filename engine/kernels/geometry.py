@@ -4,6 +4,8 @@ import math
 from typing import NamedTuple
 
 from engine.kernels.jit import inlined, kernel
+from engine.tables import Floats
+from engine.vocabulary import State
 
 CORNERS, SIDE_OF_A, SIDE_OF_B = 0, 1, 2
 
@@ -62,6 +64,31 @@ def shortest_turn(start: float, end: float) -> float:
 def frame(box: Box) -> Frame:
     """The box as a frame."""
     return Frame(box.x, box.y, math.cos(box.heading), math.sin(box.heading), 0.5 * box.length, 0.5 * box.width)
+
+
+@inlined
+def outline_at(states: Floats, k: int, actor: int, outlines: Floats) -> Box:
+    """Return an actor's outline at sample k. `outlines` (actors, at least 2): length, width [m]."""
+    return Box(
+        states[k, actor, State.X],
+        states[k, actor, State.Y],
+        states[k, actor, State.HEADING],
+        outlines[actor, 0],
+        outlines[actor, 1],
+    )
+
+
+@inlined
+def outline_between(states: Floats, k: int, after: int, part: float, actor: int, outlines: Floats) -> Box:
+    """Return an actor's outline a part (0..1) of the way from sample k to another, turned by the shortest turn."""
+    turn = shortest_turn(states[k, actor, State.HEADING], states[after, actor, State.HEADING])
+    return Box(
+        states[k, actor, State.X] + part * (states[after, actor, State.X] - states[k, actor, State.X]),
+        states[k, actor, State.Y] + part * (states[after, actor, State.Y] - states[k, actor, State.Y]),
+        states[k, actor, State.HEADING] + part * turn,
+        outlines[actor, 0],
+        outlines[actor, 1],
+    )
 
 
 @kernel

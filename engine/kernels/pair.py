@@ -19,7 +19,7 @@ from collections import namedtuple
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from engine.kernels.approach import centers_apart, closest_in_step
-from engine.kernels.geometry import Box, box_distance, half_diagonal, shortest_turn
+from engine.kernels.geometry import Box, box_distance, half_diagonal, outline_at, shortest_turn
 from engine.kernels.jit import inlined, kernel
 from engine.outcomes import PAIRS
 from engine.tables import SLIDING, Floats
@@ -90,7 +90,7 @@ def measure_pair(
     at = _first_as_fast(states, together, time_step, other, outlines, fastest)
     distance_at_ms, ttc_at_ms = math.inf, math.inf
     if fastest > NOISE_FLOOR:
-        distance_at_ms = box_distance(_box(states, at, 0, outlines), _box(states, at, other, outlines))
+        distance_at_ms = box_distance(outline_at(states, at, 0, outlines), outline_at(states, at, other, outlines))
         ttc_at_ms = distance_at_ms / fastest
     beyond = together == samples and ending > 0.0 and states[samples, other, State.PRESENT] != 0.0
     if contacted:
@@ -199,8 +199,8 @@ def _approach(states: Floats, samples: int, at: float, time_step: float, other: 
     """The pair `at` steps after the first of `samples` samples, in between linearly."""
     k = min(int(at), samples - 1)
     after, part = min(k + 1, samples - 1), at - k
-    ego = _between(_box(states, k, 0, outlines), _box(states, after, 0, outlines), part)
-    them = _between(_box(states, k, other, outlines), _box(states, after, other, outlines), part)
+    ego = _between(outline_at(states, k, 0, outlines), outline_at(states, after, 0, outlines), part)
+    them = _between(outline_at(states, k, other, outlines), outline_at(states, after, other, outlines), part)
     start = closing_speed(states, samples, k, time_step, other, outlines)
     end = closing_speed(states, samples, after, time_step, other, outlines)
     return Approach(
@@ -258,13 +258,13 @@ def center_velocity(states: Floats, samples: int, k: int, time_step: float, acto
 @kernel
 def _least_distance(states: Floats, together: int, other: int, outlines: Floats, seed: int) -> tuple[float, float]:
     """MD over whole steps [m] and when, in steps. A good first value (at `seed`) lets nearly all steps be skipped."""
-    first, second = _box(states, seed, 0, outlines), _box(states, seed, other, outlines)
+    first, second = outline_at(states, seed, 0, outlines), outline_at(states, seed, other, outlines)
     best, at = box_distance(first, second), float(seed)
     radii = half_diagonal(first) + half_diagonal(second)
     reach2 = (best + radii) ** 2
     for k in range(together - 1):
-        a0, a1 = _box(states, k, 0, outlines), _box(states, k + 1, 0, outlines)
-        b0, b1 = _box(states, k, other, outlines), _box(states, k + 1, other, outlines)
+        a0, a1 = outline_at(states, k, 0, outlines), outline_at(states, k + 1, 0, outlines)
+        b0, b1 = outline_at(states, k, other, outlines), outline_at(states, k + 1, other, outlines)
         if centers_apart(a0, a1, b0, b1, reach2):
             continue
         best, fraction = closest_in_step(a0, a1, b0, b1, best)
@@ -278,9 +278,9 @@ def _least_in_ending(
     states: Floats, k: int, other: int, outlines: Floats, ending: float, best: float, at: float
 ) -> tuple[float, float]:
     """MD and its time, with the part `ending` of the step after sample k, in which a third actor was in contact."""
-    a0, b0 = _box(states, k, 0, outlines), _box(states, k, other, outlines)
-    a1 = _between(a0, _box(states, k + 1, 0, outlines), ending)
-    b1 = _between(b0, _box(states, k + 1, other, outlines), ending)
+    a0, b0 = outline_at(states, k, 0, outlines), outline_at(states, k, other, outlines)
+    a1 = _between(a0, outline_at(states, k + 1, 0, outlines), ending)
+    b1 = _between(b0, outline_at(states, k + 1, other, outlines), ending)
     best, fraction = closest_in_step(a0, a1, b0, b1, best)
     return best, (k + fraction * ending if fraction >= 0.0 else at)
 
@@ -294,16 +294,4 @@ def _between(start: Box, end: Box, part: float) -> Box:
         start.heading + part * (end.heading - start.heading),
         start.length,
         start.width,
-    )
-
-
-@inlined
-def _box(states: Floats, k: int, actor: int, outlines: Floats) -> Box:
-    """An actor's outline at sample k."""
-    return Box(
-        states[k, actor, State.X],
-        states[k, actor, State.Y],
-        states[k, actor, State.HEADING],
-        outlines[actor, 0],
-        outlines[actor, 1],
     )
