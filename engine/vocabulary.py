@@ -111,6 +111,35 @@ class TemporalOp(IntEnum):
     """The second holds at some sample, and the first at all samples before."""
 
 
+class Sense(IntEnum):
+    """What an objective of the file asks of a run."""
+
+    EXPECT = 0
+    """That a formula holds: the less, the more of a finding."""
+    MAXIMIZE = 1
+    MINIMIZE = 2
+
+
+OBJECTIVES = ("risk", "avoidable", "conflict", "severity")
+"""What a search of any file may look for; no objective of a file has such a name."""
+
+
+class Reducer(IntEnum):
+    """What one number is made of when a run is over."""
+
+    LARGEST = 0
+    """Of the values of a rule, up to contact or the end."""
+    LEAST = 1
+    FINAL = 2
+    """At the last sample before contact, or the end."""
+    MEAN = 3
+    """Over time."""
+    TOTAL = 4
+    """Its integral over time."""
+    RESULT = 5
+    """A result by name: a row of `engine.named_results`."""
+
+
 class Purpose(IntEnum):
     """What a random stream is for; part of its key, so that no two purposes ever share numbers."""
 
@@ -294,6 +323,10 @@ class Op(IntEnum):
     """dst <- distance between region a and the outline at b..b+4; 0 when they touch or overlap."""
     LANE_NEAREST = 54
     """dst <- id of the lane nearest to pose a..a+2."""
+    REGION_DEPTH = 55
+    """dst <- how deep (b, c) lies in region a; outside minus the distance to it."""
+    REGION_BOX_DEPTH = 56
+    """dst <- how deep the outline at b..b+4 lies in region a; minus how far it sticks out."""
 
     # -- the running simulation
     STATE = 60
@@ -318,6 +351,9 @@ class Op(IntEnum):
     the view is packed at c (x, y, heading, view angle, view distance), and the outline at d."""
     NOTICES = 68
     """dst <- whether nothing hides actor b (integer) from actor a (integer), wherever a looks as far as c."""
+    TOUCHES = 69
+    """dst <- whether the ego has touched actor a (integer), or anybody (a = -1); contact ends the run, so it is true
+    at that instant alone."""
 
     # -- control: jumps are absolute rows of the code
     JUMP = 80

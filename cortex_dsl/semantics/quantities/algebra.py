@@ -201,6 +201,10 @@ class Algebra:
         """Whether nothing hides one actor from another within a reach [m]."""
         return self.apply(Op.NOTICES, reach, immediates=(viewer, other))
 
+    def touches(self, actor: int = -1) -> Term:
+        """Whether the ego has touched an actor, or anybody (-1)."""
+        return self.apply(Op.TOUCHES, immediates=(actor,))
+
     def pack(self, *items: Term) -> Term:
         return self._interned(("pack", *items), _Pack, items)
 
