@@ -81,6 +81,14 @@ class Side(IntEnum):
     RIGHT = 3
 
 
+class Fault(IntEnum):
+    """Whose failure a collision is: the ego's, or it was struck (`engine.kernels.fault`)."""
+
+    EGO = 0
+    STRUCK_FROM_BEHIND = 1
+    STRUCK_STANDING = 2
+
+
 class RuleKind(IntEnum):
     """The effect of a rule that is looked at in every sample."""
 

@@ -47,7 +47,9 @@ class Avoided:
     by: dict[Avoidance, int]
     """How many of them came out in each way."""
     lost: int = 0
-    """How many of them no braking avoids, not even full braking from the first moment on."""
+    """How many of them are lost from the start: no braking avoids them, not even full braking from the first moment."""
+    struck: int = 0
+    """How many of them are no failure of the ego, which was struck from behind, or while it stood."""
     by_system: tuple["SystemShare", ...] = ()
     """Where the avoidable ones lie in the ranges of the system's own params, as far as the search chose them."""
 
@@ -145,7 +147,8 @@ def avoided(program: Program, evaluations: Evaluations, rows: Sequence[int], con
     by = Counter(answer.avoidance for answer in known)
     avoidable = [row for row, answer in zip(rows, answers, strict=True) if answer is not None and answer.avoidable]
     shares = _system_shares(program.space, evaluations.genomes[np.array(avoidable, dtype=np.int64)])
-    return Avoided(len(known), dict(sorted(by.items())), sum(answer.lost for answer in known), shares)
+    struck = sum(answer.struck for answer in known)
+    return Avoided(len(known), dict(sorted(by.items())), by[Avoidance.LOST], struck, shares)
 
 
 def _system_shares(space: ParamSpace, genomes: Floats) -> tuple[SystemShare, ...]:
