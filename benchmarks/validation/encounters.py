@@ -57,7 +57,6 @@ def expected(gap: float, mine: float, theirs: float) -> dict[str, float]:
     below = np.array([ttc for ttc, k in zip(times, range(len(times)), strict=True) if gap > (mine - theirs) * STEP * k])
     below = below[below <= TAU + 1e-9]
     found = {
-        "THW": time_gap(now),
         "TTC": time_to_collision(now),
         "WTTC": worst_time_to_collision(at(gap, mine, theirs, length=LENGTH / 3), 2 * LONGITUDINAL),
         "TET": len(below) * STEP,
@@ -67,6 +66,9 @@ def expected(gap: float, mine: float, theirs: float) -> dict[str, float]:
         "ALatReq": swerving_needed(now),
         "STN": swerving_needed(now) / LATERAL,
     }
-    if times[0] < STEP * (SAMPLES - 2):  # CriMe looks no farther ahead than it was told
+    seen = STEP * (SAMPLES - 2)  # CriMe looks no farther ahead
+    if time_gap(now) < seen:
+        found["THW"] = time_gap(now)
+    if times[0] < seen:
         found["TTB"] = time_to_brake(now, BRAKING)
     return found | ({"DeltaV": change_of_velocity(now, car, car)} if theirs == 0.0 else {})

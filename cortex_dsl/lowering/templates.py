@@ -27,7 +27,8 @@ from cortex_dsl.lowering.instructions import (
     Temporary,
 )
 from engine.frozen import frozen
-from engine.vocabulary import Column, Op
+from engine.opcodes import Op
+from engine.vocabulary import Column
 
 
 @frozen
