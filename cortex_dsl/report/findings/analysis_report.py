@@ -341,5 +341,10 @@ def analysis_content(space: ParamSpace, analysis: Analysis) -> dict[str, Any]:
         {"name": grid.name, "failing": grid.failing, "covered": grid.covered, "qd_score": grid.qd_score}
         for grid in analysis.grids
     ]
-    avoided = {kind.name.lower(): ratio(count, analysis.avoided.driven) for kind, count in analysis.avoided.by.items()}
-    return {"params": space.names, "kinds": kinds, **vars(analysis), "cells": cells, "avoided_shares": avoided}
+    found = analysis.avoided
+    more: dict[str, Any] = {
+        "cells": cells,
+        "avoided": {**vars(found), "lost": found.lost, "struck": found.struck},
+        "avoided_shares": {kind.name.lower(): ratio(count, found.driven) for kind, count in found.by.items()},
+    }
+    return {"params": space.names, "kinds": kinds, **vars(analysis), **more}
