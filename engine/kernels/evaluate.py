@@ -26,8 +26,8 @@ from engine.kernels.region import (
     region_sample,
 )
 from engine.kernels.sight import SEEN, look
+from engine.opcodes import Op
 from engine.tables import Floats, Ints, RoadTables
-from engine.vocabulary import Op
 
 # -- scalar instructions -----------------------------------------------------------------------------------------------
 FULL_TURN = 2.0 * math.pi

@@ -4,17 +4,20 @@ import math
 from collections import namedtuple
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from engine.kernels.fault import fault_of
 from engine.kernels.grip import grip_used
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inlined, kernel
 from engine.kernels.judging import judge
 from engine.kernels.noticing import sighting_of
-from engine.kernels.pair import measure_pair
+from engine.kernels.pair import PairMetrics, measure_pair
 from engine.kernels.rollout import advance, begin
 from engine.kernels.stage import COLUMNS, RUNNING, Plan, Run, Slot, Status, vehicle_of
 from engine.outcomes import OUTCOMES, PAIRS, Per
 from engine.tables import Floats, Ints
 from engine.vocabulary import ActorKind, Column, EndReason, Verdict
 
+FAULT = [row.name for row in PAIRS].index("fault")
+"""Where a pair's row has it; what road and record tell is none of `measure_pair`."""
 FILLS = tuple(float(row.fill) for row in PAIRS)
 """What an invalid run has of each number of a pair."""
 FIRST_SEEN = [row.name for row in PAIRS].index("first_seen")
@@ -104,6 +107,7 @@ def note_objectives(plan: Plan, run: Run, row: int, outlines: Floats, out: Resul
         return
     out.verdict[row], out.end_reason[row], out.end_rule[row] = Verdict.ERROR, EndReason.BROKEN, undefined
     out.collided[row] = False
+    out.contact_actors[row, :] = -1
     for pair in range(out.pairs.shape[1]):
         for number in range(len(FILLS)):
             out.pairs[row, pair, number] = FILLS[number]
@@ -125,6 +129,8 @@ def measure_run(plan: Plan, run: Run, values: Floats, row: int, outlines: Floats
         metrics = measure_pair(run.states, samples, plan.layout.time_step, other, outlines, touching == other, ending)
         for number in range(len(metrics)):
             out.pairs[row, other - 1, number] = metrics[number]
+        if touching == other:
+            out.pairs[row, other - 1, FAULT] = _fault(plan, run, samples - 1, outlines, metrics)
         sighting = sighting_of(plan, run, samples, ending, other, outlines)
         for number in range(len(sighting)):
             out.pairs[row, other - 1, FIRST_SEEN + number] = sighting[number]
@@ -135,3 +141,23 @@ def measure_run(plan: Plan, run: Run, values: Floats, row: int, outlines: Floats
             out.lateral_grip[row, actor] = used.sideways
             out.combined_grip[row, actor] = used.together
     run.status[Status.SHADED] = -1
+
+
+@inlined
+def _fault(plan: Plan, run: Run, last: int, outlines: Floats, metrics: PairMetrics) -> float:
+    """The `Fault` of a contact in the step after sample `last`."""
+    return float(
+        fault_of(
+            run.states,
+            last,
+            plan.layout.time_step,
+            outlines[0, 0],
+            outlines[0, 1],
+            plan.road,
+            plan.layout.intersections,
+            metrics.side,
+            metrics.ego_speed,
+            metrics.other_speed,
+            metrics.approach_angle,
+        )
+    )

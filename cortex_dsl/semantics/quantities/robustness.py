@@ -9,7 +9,7 @@ from cortex_dsl import ir
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.quantities.algebra import Operation, Term, equal, maximum, minimum, where
 from cortex_dsl.semantics.quantities.bounds import Dimensions, margin_of, parts
-from engine.vocabulary import Op
+from engine.opcodes import Op
 
 ANGLE_UNIT = 0.1
 """What counts as much as 1 m, 1 m/s, 1 m/s^2, 1 s or a pure 1 [rad]."""

@@ -10,7 +10,7 @@ from cortex_dsl import ir
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.quantities import algebra as terms
 from cortex_dsl.semantics.quantities.algebra import DEPTH_LIMIT, Algebra, equal, maximum, minimum, where
-from engine.vocabulary import Op
+from engine.opcodes import Op
 
 ROOMS = sorted((Path(cortex_dsl.__file__).parent / "semantics").rglob("*.py"))
 
@@ -101,4 +101,4 @@ def test_chains_have_a_limit() -> None:
     for _ in range(DEPTH_LIMIT):
         term = term + one
     with pytest.raises(Mistake):
-        term + one
+        _ = term + one

@@ -5,7 +5,8 @@ from collections.abc import Callable
 import pytest
 
 from cortex_dsl import ir
-from engine.vocabulary import Op, Reducer, RuleKind, Sense, TemporalOp
+from engine.opcodes import Op
+from engine.vocabulary import Reducer, RuleKind, Sense, TemporalOp
 
 Compiled = Callable[..., ir.Scenario]
 Said = Callable[..., list[str]]
