@@ -87,6 +87,24 @@ def callback(name: str, value: object) -> None:
         raise ArgumentKindError(f"{name}: expected a function, got {type(value).__name__}", LEFT_OUT)
 
 
+def objectives_of(program: "Program", given: object) -> tuple[Any, ...]:
+    """Return what is sought, one or several, after checking that there is such a thing.
+
+    Raises:
+        ArgumentError, ArgumentKindError: an unknown name, nothing, or neither a name nor a function.
+    """
+    from engine.search.objectives import objectives
+
+    several = tuple(given) if isinstance(given, list | tuple) else (given,)
+    if not several:
+        raise ArgumentError("objective: expected one or more, got none", LEFT_OUT)
+    for each in several:
+        if not (isinstance(each, str) or callable(each)):
+            raise ArgumentKindError(f"objective: expected a name or a function, got {each!r}", "name one, as in `risk`")
+    objectives(program, several)
+    return several
+
+
 def one_of(name: str, value: object, choices: Iterable[str]) -> str:
     """Return the value if it is one of `choices`.
 

@@ -63,6 +63,8 @@ class SearchRequest:
     generations: int = 30
     population: int = 100
     preset: str = "cortex"
+    objective: tuple[str, ...] = ("risk",)
+    """What is sought."""
     rollouts: int = 1
     aggregate: str = "mean"
     dask: str | None = None

@@ -182,3 +182,18 @@ def build_searcher(name: str, box: Box, config: Config, number: int | None = Non
         )
     method = entry.number if number is None else number
     return entry.build(box, config, partial(operator_generator, search.seed, method, search.run))
+
+
+def seek(searcher: Searcher, method: str, aims: int) -> None:
+    """Tell a searcher how many objectives there are.
+
+    Raises:
+        ArgumentError: there are several, and its method makes one number large.
+    """
+    several = getattr(searcher, "seek", None)
+    if aims > 1 and several is None:
+        raise ArgumentError(
+            f"`{method}` seeks one objective, and {aims} are named", "name one, or search by `nsga2` or `map_elites`"
+        )
+    if several is not None:
+        several(aims)

@@ -217,7 +217,10 @@ def _assessment(genomes: np.ndarray, valid: np.ndarray) -> Assessment:
         "side": np.where(valid, 0, -1).reshape(shape),
         "left_road_time": numbers(np.nan),
     }
-    return Assessment(**blank | known)
+    rows = known.get("verdict", blank["verdict"]).shape
+    nothing = {"sought": np.zeros((*rows, 0)), "broken": np.zeros((*rows, 0))}
+    found = known.get("collided", blank["collided"])
+    return Assessment(**blank | nothing | {"found": found} | known)
 
 
 def _campaign(valid_share: float, space: ParamSpace) -> Campaign:

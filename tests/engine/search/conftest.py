@@ -105,7 +105,10 @@ def assessed(verdict: Ints, distance: Floats) -> Assessment:
         "side": np.where(valid, 0, -1).astype(np.int32),
         "left_road_time": np.full(count, np.nan),
     }
-    return Assessment(**blank | known)
+    rows = known.get("verdict", blank["verdict"]).shape
+    nothing = {"sought": np.zeros((*rows, 0)), "broken": np.zeros((*rows, 0))}
+    found = known.get("collided", blank["collided"])
+    return Assessment(**blank | nothing | {"found": found} | known)
 
 
 def evaluated(genomes: Floats, rollouts: Assessment) -> Evaluations:
