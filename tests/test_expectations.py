@@ -116,7 +116,7 @@ def test_results_by_name_are_the_metrics(engine: str) -> None:
 @ENGINES
 def test_a_number_that_is_none_breaks_the_run(engine: str) -> None:
     """An error, never a result; it says which objective it was."""
-    text = f"{TRUCK}expect always ego.speed > 1 m/s\nmaximize largest(sqrt(-1 m + 0 * ego.x))\n"
+    text = f"{TRUCK}expect always ego.speed > 1 m/s\nmaximize largest(log(ego.x / 1 m))\n"
     _, outcome = run(text, engine)
     assert (outcome.verdict[0], outcome.end_reason[0], outcome.end_rule[0]) == (Verdict.ERROR, EndReason.BROKEN, 1)
     assert not outcome.collided[0]
@@ -139,11 +139,10 @@ def test_equal_infinities_are_no_error(engine: str) -> None:
 def test_depth_in_a_region(engine: str) -> None:
     """How far the outline is from the edge of its lane; outside, how far it sticks out."""
     half = 0.5 * (3.5 - 1.61)
-    text = "lane = network.laneAt(ego)\nexpect always ego in lane\nexpect always ego.position in lane\n"
-    text += "terminate after 1 s\n"
+    text = "expect always ego in road\nexpect always ego.position in road\nterminate after 1 s\n"
     np.testing.assert_allclose(sought(text, engine), [half, 1.75], atol=1e-6)
-    beside = HEAD + EGO.replace("-1.75", "0") + text
-    scenario = compile_text(beside.replace("network.laneAt(ego)", "network.laneAt((-40, -1.75))"))
+    on_the_edge = EGO.replace("-1.75)", "-3.5), with regionContainedIn None")
+    scenario = compile_text(HEAD + on_the_edge + text)
     outcome = scenario.simulate(scenario.sample(1), engine)
     np.testing.assert_allclose(outcome.sought[0], [-0.5 * 1.61, 0.0], atol=1e-6)
     assert outcome.broken[0, 0] == 1.0
