@@ -73,7 +73,7 @@ class _Measured:
     end_reason: Annotated[
         Ints,
         Result(
-            "`collision` (of the ego), `rule`, `timeout`, `all_done`, `stuck`, `broken`",
+            "`collision` (of the ego), `building` (it ran into one), `rule`, `timeout`, `all_done`, `stuck`, `broken`",
             kind=EndReason,
         ),
     ]

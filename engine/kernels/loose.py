@@ -3,6 +3,7 @@
 import math
 
 from engine.kernels.coasting import STILL, Coasting, Supports, coast, grips, roll, supports_of
+from engine.kernels.dynamics import WHEEL_RADIUS
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.stage import LOOSE, Leg, Plan, Run, Slot, column_of
 from engine.tables import SLIDING, Floats
@@ -74,12 +75,23 @@ def write_loose(plan: Plan, run: Run, sample: int, actor: int) -> None:
         )
         run.actors[actor, Slot.COS], run.actors[actor, Slot.SIN] = cos, sin
         run.actors[actor, Slot.FREE] = 0.0
-        row[State.SPEED], row[State.PRESENT] = max(0.0, speed), 1.0
+        row[State.SPEED], row[State.PRESENT] = speed if abs(speed) >= STILL else max(0.0, speed), 1.0
+        _let_tyres_roll(run.actors[actor], leg, speed, leg[Leg.VY1] * cos - leg[Leg.VX1] * sin)
+
+
+@inlined
+def _let_tyres_roll(slots: Floats, leg: Floats, ahead: float, aside: float) -> None:
+    """A car whose tyres slip goes on as its body goes, not as it went before; its wheels roll."""
+    slots[Slot.DRIFT_SPEED], slots[Slot.DRIFT_ANGLE] = math.hypot(ahead, aside), math.atan2(aside, ahead)
+    slots[Slot.YAW_RATE] = leg[Leg.SPIN1]
+    slots[Slot.FRONT_WHEEL] = slots[Slot.REAR_WHEEL] = ahead / WHEEL_RADIUS
 
 
 @inlined
 def _may_go_on(plan: Plan, leg: Floats, actor: int, speed: float) -> bool:
-    """Whether a driver has the body in hand again: rolling forwards, or at rest."""
+    """Whether a driver has the body in hand again: its wheels roll, or stand. Tyres that slip know forwards alone."""
+    if plan.slides[actor] != 0 and speed < -STILL:
+        return False
     wheels = plan.kinds[actor] == ActorKind.CAR or plan.kinds[actor] == ActorKind.TRUCK
     wheels = wheels or plan.kinds[actor] == ActorKind.BUS
-    return wheels and speed >= -STILL and (leg[Leg.ROLLING] != 0.0 or (leg[Leg.VX1] == 0.0 and leg[Leg.VY1] == 0.0))
+    return wheels and (leg[Leg.ROLLING] != 0.0 or (leg[Leg.VX1] == 0.0 and leg[Leg.VY1] == 0.0))

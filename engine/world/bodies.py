@@ -77,6 +77,12 @@ def physique(kind: ActorKind, columns: Sequence[float]) -> Physique:
     )
 
 
+def wall(length: float, width: float) -> Physique:
+    """A building."""
+    still = Axle(0.0, 0.0)
+    return Physique(ActorKind.OBSTACLE, length, width, math.inf, math.inf, 0.0, (still, still), fixed=True)
+
+
 def _axles(columns: Sequence[float]) -> tuple[Axle, Axle]:
     """Rear and front axle with their static loads; what has no wheels rubs a quarter of its length from the centre."""
     weight = columns[Column.FRICTION] * columns[Column.MASS] * GRAVITY
