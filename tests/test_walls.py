@@ -75,6 +75,31 @@ def test_a_recording_of_it_ends_there() -> None:
     assert recording.contact.actors == (0,)
 
 
+PINCHED = """
+map intersection(ways=4, lanes=1, approach=50 m, buildings=8 m)
+behavior Straight():
+    while True:
+        wait
+ego = new Car at (-40 m, 1.75 m), facing 180 deg, with speed 0 m/s
+bus = new Bus at (-1 m, -30 m), facing 0 deg, with speed 10 m/s, with drag 0, with behavior Straight(),
+    with regionContainedIn None
+bike = new Bicycle at (10.5 m, -30 m), facing {facing} deg, with speed 0 m/s, with regionContainedIn None
+terminate after 2 s
+"""
+
+
+@pytest.mark.parametrize("facing", [0, 60, 90])
+def test_a_bicycle_between_a_bus_and_a_building(facing: int) -> None:
+    """Nobody is ever faster than the bus was and its rebound, and no delta-V is more than masses and speeds allow."""
+    scenario, run = run_of(PINCHED.format(facing=facing))
+    assert any(impact.actors == (2, A_BUILDING) for impact in run.impacts)
+    steps = np.hypot(*np.diff(run.trajectory.states[:, 1:, :2], axis=0).transpose(2, 0, 1))
+    most = 10.0 * (1.0 + scenario.config.contact.restitution)
+    assert steps.max() <= most * scenario.config.simulation.time_step + 1e-6
+    for impact in run.impacts:
+        assert max(impact.delta_v) <= 2.0 * most
+
+
 def test_nobody_is_shoved_through_a_wall() -> None:
     """Cars that slide about between buildings: both hosts alike, and nobody inside a block."""
     scenario = load("tests/agreement/walls.scn")

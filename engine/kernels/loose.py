@@ -57,17 +57,22 @@ def _supports(plan: Plan, run: Run, actor: int, steer: float) -> Supports:
 
 @inlined
 def write_loose(plan: Plan, run: Run, sample: int, actor: int) -> None:
-    """The end of a loose body's leg, as the next sample."""
+    """The end of a loose body's leg, as the next sample. A driver who goes on keeps hold of the wheel where a touch
+    leaves the tyres their grip.
+    """
     leg, row = run.legs[actor], run.states[sample + 1, actor]
     cos, sin = math.cos(leg[Leg.HEADING1]), math.sin(leg[Leg.HEADING1])
     speed = leg[Leg.VX1] * cos + leg[Leg.VY1] * sin
     row[State.X], row[State.Y], row[State.HEADING] = leg[Leg.X1], leg[Leg.Y1], leg[Leg.HEADING1]
-    row[State.SPEED], row[State.STEER] = speed, run.states[sample, actor, State.STEER]
+    goes_on = plan.layout.drivers_go_on != 0 and _may_go_on(plan, leg, actor, speed)
+    if not (goes_on and run.actors[actor, Slot.FREE] == 0.0):
+        row[State.STEER] = run.states[sample, actor, State.STEER]
+    row[State.SPEED] = speed
     row[State.ACCELERATION] = (speed - run.states[sample, actor, State.SPEED]) / plan.layout.time_step
     row[State.THROTTLE] = row[State.BRAKE] = 0.0
     row[State.PRESENT] = SLIDING
     run.actors[actor, Slot.FREE] = LOOSE
-    if plan.layout.drivers_go_on != 0 and _may_go_on(plan, leg, actor, speed):
+    if goes_on:
         to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
         run.actors[actor, Slot.REAR_X], run.actors[actor, Slot.REAR_Y] = (
             leg[Leg.X1] - to_center * cos,

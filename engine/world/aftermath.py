@@ -4,9 +4,10 @@ Nothing here is scored. A free body's velocity is never set again: it is what im
 an impact lasts, the wheels of who is in it roll, as in impacts among others; then they are braked until the body
 stands. Who was loose before, from an impact among others, rolls on.
 
-All substeps are equally long and end with the samples. pymunk starts each from the impulses of the one before, scaled
-by the ratio of their lengths, but books them unscaled: after a short substep in contact, a longer one would add up to
-several times the impulse again. So physics starts at the last substep boundary before contact.
+All substeps of a step are equally long and end with its sample. In the step of contact they are `FIRST`: within a
+longer one a corner sinks so far into the other outline that pymunk takes another face of it for the one that is struck.
+pymunk starts each substep from the impulses of the one before, scaled by the ratio of their lengths, but books them
+unscaled; so it has to forget them before the substeps become longer.
 """
 
 import math
@@ -21,6 +22,9 @@ from engine.tables import Floats
 from engine.vocabulary import ActorKind, State
 from engine.world.bodies import REST_SPEED, Physique, new_space, rub, solid, wall
 from engine.world.impacts import Impact, Recorder
+
+FIRST = 1e-4
+"""Length of substeps in the step of contact [s]."""
 
 
 class Aftermath(NamedTuple):
@@ -41,7 +45,6 @@ class Stage:
         """Their bodies come first; those of the buildings follow."""
         # So many to a step of the simulation, each no longer than the configured length.
         self.substeps = max(1, math.ceil(config.simulation.time_step / config.contact.substep - 1e-9))
-        self.substep = config.simulation.time_step / self.substeps
         self.resistance = config.contact.rolling_resistance
         self.space = new_space(config.contact)
         walls = [wall(length, width) for length, width in buildings[:, 3:].tolist()]
@@ -84,20 +87,27 @@ class Stage:
         if self.bodies[actor] in self.space.bodies:
             self.space.remove(self.bodies[actor], *self.bodies[actor].shapes)
 
-    def go(self, start: float, count: int) -> None:
+    def forget(self) -> None:
+        """Let all contacts begin anew, with no impulses of the substep before."""
+        for body in self.space.bodies:
+            shapes = list(body.shapes)
+            self.space.remove(*shapes)
+            self.space.add(*shapes)
+
+    def go(self, start: float, count: int, substep: float) -> None:
         """Let physics run for a number of substeps from a time on [s]."""
         for k in range(count):
-            self.recorder.time = start + (k + 1) * self.substep
-            self.space.step(self.substep)
+            self.recorder.time = start + (k + 1) * substep
+            self.space.step(substep)
             self.recorder.check()
             for actor in self.recorder.struck - self.free:
                 self.release(actor, self.recorder.time + PULSE)
             for actor in sorted(self.free):
-                self._rub(actor)
+                self._rub(actor, substep)
 
-    def _rub(self, actor: int) -> None:
+    def _rub(self, actor: int, substep: float) -> None:
         steer = self.steer.get(actor) if self.recorder.time <= self.rolls_until[actor] else None
-        if rub(self.bodies[actor], self.actors[actor], self.substep, steer, self.resistance):
+        if rub(self.bodies[actor], self.actors[actor], substep, steer, self.resistance):
             self.rest.setdefault(actor, self.recorder.time)
         else:
             self.rest.pop(actor, None)
@@ -112,16 +122,18 @@ def follow_contact(plan: Plan, run: Run, actors: tuple[Physique, ...], config: C
     """Go on from first contact until all that were struck stand still, or for the configured time."""
     step, contact, sample = plan.layout.time_step, float(run.end[0]), int(run.status[Status.SAMPLE])
     stage = Stage(actors, plan.road.buildings, config)
-    done = min(math.floor(float(run.end[1]) * stage.substeps), stage.substeps - 1)
-    _set_up(run, stage, sample, done / stage.substeps, step)
+    short = max(stage.substeps, math.ceil(step / FIRST - 1e-9))
+    done = min(math.floor(float(run.end[1]) * short), short - 1)
+    _set_up(run, stage, sample, done / short, step)
     last = min(len(run.states) - 1, math.ceil((contact + config.contact.aftermath) / step))
-    stage.go((sample - 1) * step + done * stage.substep, stage.substeps - done)
+    stage.go((sample - 1 + done / short) * step, short - done, step / short)
+    stage.forget()
     _record(run, stage, sample, step)
     while sample < last and not (stage.at_rest and _others_stand(run, stage, sample)):
         advance(plan, run, sample + 1, False)
         sample += 1
         _send(run, stage, sample, step)
-        stage.go((sample - 1) * step, stage.substeps)
+        stage.go((sample - 1) * step, stage.substeps, step / stage.substeps)
         _record(run, stage, sample, step)
     masses = tuple(math.inf if actor.fixed else actor.mass for actor in actors)
     return Aftermath(sample + 1, stage.recorder.impacts(masses), dict(stage.rest))
