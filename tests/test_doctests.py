@@ -5,7 +5,9 @@ Where a docstring shows what is printed, that is compared; where it shows none, 
 
 import doctest
 import shutil
+from contextlib import redirect_stdout
 from importlib import import_module
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,7 @@ from cortex_dsl.cli import main
 from engine.search.store import new_directory
 
 ROOT = Path(__file__).parents[1]
+EXAMPLE = "examples/left_turn.scn"
 RUN = "runs/left_turn-ga-001"
 """Where docstrings find a run."""
 SHOWN = sorted(
@@ -33,15 +36,23 @@ class WhereShown(doctest.OutputChecker):
         return not want or super().check_output(want, got, optionflags)
 
 
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a small search."""
+    folder = tmp_path_factory.mktemp("found") / "run"
+    words = ["--ga", "--generations", "2", "--population", "10", "--out", str(folder), "--json"]
+    with redirect_stdout(StringIO()):
+        assert main([str(ROOT / EXAMPLE), *words]) == 0
+    return folder
+
+
 @pytest.fixture
-def space(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
+def space(found: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """A folder to stand in, and the names that docstrings take as known."""
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    shutil.copytree(found, tmp_path / RUN)
     monkeypatch.chdir(tmp_path)
-    file = "examples/left_turn.scn"
-    assert main([file, "--ga", "--generations", "2", "--population", "10", "--out", RUN, "--json"]) == 0
-    capsys.readouterr()
-    scenario = load(file)
+    scenario = load(EXAMPLE)
     worst = scenario.search("ga", generations=2, population=10).worst[0]
     return {
         "scenario": scenario,

@@ -170,6 +170,7 @@ def test_openscenario_says_it(version: str, weather: Surroundings) -> None:
     recording = recorded_run(scenario.program, scenes, run, step=0.05, surroundings=weather)
     export = write_trajectories(recording, "case", ExportOptions(osc=version), None)
     text = export.files["case.xosc"]
+    assert isinstance(text, str)
     assert findings("openscenario", version, text) == []
     assert ('frictionScaleFactor="0.4"' in text) == (weather.friction is not None)
     assert ('visualRange="60"' in text) == (weather.sight is not None)

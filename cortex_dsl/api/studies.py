@@ -1,7 +1,7 @@
 """Studies in Python: every scenario by every method many times, kept in a folder or not, and compared run by run.
 
     >>> import cortex_dsl as cx
-    >>> done = cx.study("examples", ["random", "ga"], runs=30, jobs=8, out="runs/mine")
+    >>> done = cx.study("examples", ["random", "ga"], runs=5, generations=4, population=20, out="runs/mine")
     >>> done.findings.verdict
 
 `cortexc study` begins, carries out and goes on with one by the same functions.

@@ -8,6 +8,7 @@ import io
 import json
 import os
 from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
 from cortex_dsl.cli import main
@@ -62,6 +63,7 @@ def _command(name: str, summary: str, text: str) -> str:
 # -- diagnostics ------------------------------------------------------------------------------------------------------
 
 
+@cache
 def codes() -> list[dict[str, Any]]:
     """Every code, with family, severity and title."""
     return json.loads(said("explain", "--json"))["codes"]
@@ -80,6 +82,7 @@ def place(code: str) -> str:
     return f"reference/diagnostics/{code}.md"
 
 
+@cache
 def diagnostics() -> Pages:
     """The list of codes by family, and a page for each."""
     pages = {"reference/diagnostics/index.md": _index()}

@@ -4,7 +4,7 @@ import ctypes
 import json
 import os
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,8 @@ from typing import Any
 import pytest
 
 from cortex_dsl.cli import main
+from cortex_dsl.report.page import run_page
+from engine.search.insight.analysis import Analysis, analyse
 
 LEFT_TURN = Path(__file__).parents[3] / "examples" / "left_turn.scn"
 
@@ -51,6 +53,19 @@ def cortexc(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch)
         return Result(code, captured.out, captured.err)
 
     return run
+
+
+@pytest.fixture(scope="module")
+def small_design() -> Iterator[None]:
+    """Pages find out which params matter by a design of at most 500 simulations, where users get one of 20,000."""
+
+    def small(*of: Any) -> Analysis:
+        *run, budget, worst = of
+        return analyse(*run, min(budget, 500), worst)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(run_page, "analyse", small)
+        yield
 
 
 @pytest.fixture

@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 from cortex_dsl.cli import main
 from engine.search.manifest import Manifest
 
+pytestmark = pytest.mark.usefixtures("small_design")
 JOURNAL = "journal.sqlite"
 COMMANDS: dict[str, tuple[object, ...]] = {
     "resume": (),

@@ -8,9 +8,10 @@ import sqlite3
 import subprocess
 import sys
 import time
-from collections.abc import Callable
-from contextlib import closing
+from collections.abc import Callable, Iterator
+from contextlib import closing, redirect_stdout
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +19,16 @@ import pytest
 
 from cortex_dsl import load
 from cortex_dsl.api.run_folder import search_and_keep
+from cortex_dsl.cli import main
 from engine.search.journal import SCHEMA_VERSION
 from engine.search.journal_reader import read_journal
 from engine.search.run import Progress
 from engine.search.store import RemovedError
+from tests.fork_server import ForkServer
 
 from .conftest import hear_interrupts
 
+pytestmark = pytest.mark.usefixtures("small_design")
 CORTEXC = [sys.executable, "-m", "cortex_dsl"]
 RESULTS = ("generation", "individual", "simulation")
 GENERATIONS = 24
@@ -76,10 +80,10 @@ def start(*arguments: object) -> "subprocess.Popen[bytes]":
     return subprocess.Popen(command, stdout=null, stderr=null, preexec_fn=hear_interrupts)
 
 
-DYING = """
+PRELUDE = """
 import os, signal, sqlite3, sys
 
-moment, left = sys.argv[1], int(sys.argv[2])
+moment, left = "", 0
 
 def reached(it_is):
     global left
@@ -89,22 +93,43 @@ def reached(it_is):
 
 def connect(*arguments, connect=sqlite3.connect, **options):
     connection = connect(*arguments, **options)
-    connection.set_trace_callback(lambda statement: reached(statement.startswith(moment)))
+    connection.set_trace_callback(lambda statement: reached(left > 0 and statement.startswith(moment)))
     return connection
 
 sqlite3.connect = connect
-sys.addaudithook(lambda event, values: reached(event == "open" and str(values[0]).endswith(moment)))
+sys.addaudithook(
+    lambda event, values: reached(left > 0 and event == "open" and str(values[0]).endswith(moment))
+)
+
+def die(at, count, words):
+    global moment, left
+    moment, left = at, count
+    sys.exit(main(words))
+
+from contextlib import redirect_stderr, redirect_stdout
 from cortex_dsl.cli import main
-sys.exit(main(sys.argv[3:]))
+with open(os.devnull, "w") as null, redirect_stdout(null), redirect_stderr(null):
+    assert main({warm!r}) == 0
 """
-"""A command that is killed just before its n-th statement of a kind, or before it opens a file for the n-th time."""
+"""Loads what a search needs; `die` runs a command that is killed just before its n-th statement of a kind, or before it
+opens a file for the n-th time.
+"""
+DYING = "die(sys.argv[1], int(sys.argv[2]), sys.argv[3:])"
+Kill = Callable[..., None]
 
 
-def kill(moment: str, count: int, *arguments: object) -> None:
+@pytest.fixture(scope="module")
+def kill(left_turn: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Kill]:
     """Run a command to a moment that the journal or the folder of its run knows, and no further."""
-    words = [moment, str(count), *map(str, arguments)]
-    done = subprocess.run([sys.executable, "-c", DYING, *words], capture_output=True, timeout=600, check=False)
-    assert done.returncode == -signal.SIGKILL, (moment, count, done.stderr)
+    folder = tmp_path_factory.mktemp("server")
+    warm = [str(left_turn), "--ga", *map(str, SMALL), "--out", str(folder / "warm")]
+    with ForkServer(PRELUDE.format(warm=warm), folder) as server:
+
+        def run(moment: str, count: int, *arguments: object) -> None:
+            done = server.run(DYING, moment, count, *arguments)
+            assert done.status == -signal.SIGKILL, (moment, count, done.err)
+
+        yield run
 
 
 def in_namespace(script: str, *arguments: object) -> "subprocess.CompletedProcess[str]":
@@ -115,15 +140,21 @@ def in_namespace(script: str, *arguments: object) -> "subprocess.CompletedProces
     return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
 
 
-@pytest.fixture
-def killed(left_turn: Path, tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def cut_off(kill: Kill, left_turn: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run that was killed after some generations."""
-    run = tmp_path / "killed"
+    run = tmp_path_factory.mktemp("cut_off") / "run"
     kill("INSERT INTO generation", 4, left_turn, *SEARCH, "--out", run)
     return run
 
 
-def test_killed_at_many_moments(cortexc: Command, left_turn: Path, tmp_path: Path) -> None:
+@pytest.fixture
+def killed(cut_off: Path, tmp_path: Path) -> Path:
+    """A copy of it, to do with as one likes."""
+    return shutil.copytree(cut_off, tmp_path / "killed")
+
+
+def test_killed_at_many_moments(cortexc: Command, kill: Kill, left_turn: Path, tmp_path: Path) -> None:
     """Fifteen times SIGKILL: before and in the first generation, all along, while tables and worst cases are written.
     Journal, tables and worst cases end up as those of a search that nobody disturbed.
     """
@@ -371,6 +402,16 @@ def test_a_process_whose_folder_is_removed(left_turn: Path, tmp_path: Path) -> N
     assert "Traceback" not in err
 
 
+@pytest.fixture(scope="module")
+def finished(left_turn: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small search that nobody disturbed."""
+    run = tmp_path_factory.mktemp("finished") / "run"
+    words = ["--ga", "--generations", "4", "--population", "20", "--jobs", "1", "--out", str(run)]
+    with redirect_stdout(StringIO()):
+        assert main([str(left_turn), *words]) == 0
+    return run
+
+
 @pytest.mark.parametrize(
     "change",
     [
@@ -381,11 +422,10 @@ def test_a_process_whose_folder_is_removed(left_turn: Path, tmp_path: Path) -> N
 )
 @pytest.mark.parametrize("command", [("report",), ("analyse", "--budget", 0), ("resume",)])
 def test_a_journal_that_was_changed_by_hand(
-    cortexc: Command, left_turn: Path, tmp_path: Path, command: tuple[object, ...], change: str
+    cortexc: Command, finished: Path, tmp_path: Path, command: tuple[object, ...], change: str
 ) -> None:
     """Individuals that the search would not have proposed are reported, by commands that show a run and by `resume`."""
-    run = tmp_path / "run"
-    assert cortexc(left_turn, "--ga", "--generations", 4, "--population", 20, "--jobs", 1, "--out", run).code == 0
+    run = shutil.copytree(finished, tmp_path / "run")
     with closing(sqlite3.connect(run / "journal.sqlite")) as connection, connection:
         assert connection.execute(change).rowcount > 0
     result = cortexc(command[0], run, *command[1:])
@@ -394,11 +434,10 @@ def test_a_journal_that_was_changed_by_hand(
 
 
 def test_a_journal_of_another_version_is_reported_with_a_warning(
-    cortexc: Command, left_turn: Path, tmp_path: Path
+    cortexc: Command, finished: Path, tmp_path: Path
 ) -> None:
     """What another version searched otherwise may be right: it is reported, and said."""
-    run = tmp_path / "run"
-    assert cortexc(left_turn, "--ga", "--generations", 4, "--population", 20, "--jobs", 1, "--out", run).code == 0
+    run = shutil.copytree(finished, tmp_path / "run")
     with closing(sqlite3.connect(run / "journal.sqlite")) as connection, connection:
         connection.execute("UPDATE individual SET operator = 3 WHERE generation = 3 AND operator = 2")
         versions = connection.execute("SELECT value FROM manifest WHERE field = 'versions'").fetchone()[0]

@@ -17,6 +17,7 @@ from engine.study.database import read_evaluations, read_study
 from engine.study.plan import Address
 
 Command = Callable[..., Any]
+pytestmark = pytest.mark.usefixtures("small_design")
 SMALL = ("--generations", 3, "--population", 12, "--jobs", 1)
 
 

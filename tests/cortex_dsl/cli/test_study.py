@@ -239,7 +239,7 @@ PATIENCE = 300
 
 def start(folder: Path, left_turn: Path, jobs: int, *, number: int = 0, after: int = 0) -> subprocess.Popen[bytes]:
     """A study in a process of its own, which sends itself a signal when `after` of its runs are written."""
-    words = ["study", left_turn, "--runs", 6, "--generations", 20, "--population", 40, "--jobs", jobs, "--out", folder]
+    words = ["study", left_turn, "--runs", 6, "--generations", 6, "--population", 20, "--jobs", jobs, "--out", folder]
     command = [sys.executable, "-c", HALTING, *map(str, (number, after, *words))]
     return subprocess.Popen(
         command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True, preexec_fn=hear_interrupts

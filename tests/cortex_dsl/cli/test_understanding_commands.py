@@ -1,31 +1,46 @@
 """`cortexc analyse`, `cortexc probability` and `--freeze`, as a user meets them."""
 
+import contextlib
+import io
 import json
 import re
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from cortex_dsl.cli import main
+
 Command = Callable[..., Any]
+pytestmark = pytest.mark.usefixtures("small_design")
 SYSTEM = "simulation(system=[EGO_BRAKE, SAFETY_DIST, CRASH_DIST])\n"
 
 
-@pytest.fixture
-def declared(left_turn: Path, tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def declared(left_turn: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The example, with the params of its system under test named above all of them."""
-    path = tmp_path / "declared.scn"
+    path = tmp_path_factory.mktemp("declared") / "declared.scn"
     text = left_turn.read_text(encoding="utf-8").replace(SYSTEM, "")
     path.write_text(text.replace("map intersection", SYSTEM + "map intersection", 1), encoding="utf-8")
     return path
 
 
-@pytest.fixture
-def run(cortexc: Command, declared: Path, tmp_path: Path) -> Path:
-    folder = tmp_path / "run"
-    assert cortexc(declared, "--ga", "--generations", "6", "--population", "60", "--out", folder).code == 0
+@pytest.fixture(scope="module")
+def finished(declared: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A search that all have in common."""
+    folder = tmp_path_factory.mktemp("finished") / "run"
+    words = ["--ga", "--generations", "6", "--population", "60", "--out", str(folder), "--json"]
+    with contextlib.redirect_stdout(io.StringIO()):
+        assert main([str(declared), *words]) == 0
     return folder
+
+
+@pytest.fixture
+def run(finished: Path, tmp_path: Path) -> Path:
+    """A copy of it, to do with as one likes."""
+    return shutil.copytree(finished, tmp_path / "run")
 
 
 def test_a_run_is_understood(cortexc: Command, run: Path) -> None:
@@ -156,7 +171,8 @@ def test_what_a_broken_run_hides_is_said(cortexc: Command, strict: Path, tmp_pat
 
 def test_counts_of_chains_are_no_estimate(cortexc: Command, left_turn: Path) -> None:
     """Beyond the first level runs depend on one another; their share must not be read beside the estimate."""
-    slow = cortexc("probability", left_turn, "-p", "EGO_SPEED=6", "-p", "ADV_SPEED=6", "--method", "subset").out
+    params = ("-p", "EGO_SPEED=6", "-p", "ADV_SPEED=20")
+    slow = cortexc("probability", left_turn, *params, "--method", "subset", "--samples", 1000).out
     assert "depend on one another" in slow
     assert "collisions among" not in slow
 

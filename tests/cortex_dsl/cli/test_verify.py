@@ -12,6 +12,7 @@ from cortex_dsl.report.findings.verification_report import ANSWERS
 from engine.errors import CortexError
 
 Command = Callable[..., Any]
+pytestmark = pytest.mark.usefixtures("small_design")
 NAMES = [name for name, _, _ in ANSWERS.values()]
 
 

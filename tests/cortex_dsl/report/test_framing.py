@@ -37,7 +37,7 @@ def driven(poses: Floats, outlines: Floats) -> Trajectory:
     states = np.zeros((*poses.shape[:2], len(State)))
     states[..., [State.X, State.Y, State.HEADING]] = np.nan_to_num(poses)
     states[..., State.PRESENT] = np.isfinite(poses).all(axis=-1)
-    return Trajectory(0.05 * np.arange(len(poses)), states, outlines, -1)
+    return Trajectory(0.05 * np.arange(float(len(poses))), states, outlines, -1)
 
 
 def turned(points: Floats, angle: float) -> Floats:

@@ -101,4 +101,4 @@ def test_chains_have_a_limit() -> None:
     for _ in range(DEPTH_LIMIT):
         term = term + one
     with pytest.raises(Mistake):
-        term + one
+        _ = term + one

@@ -1,6 +1,8 @@
 """Interval arithmetic holds what the kernels compute."""
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +19,7 @@ SPECIAL = (-math.inf, -3.0, -1.0, -1e-300, 0.0, 0.5, 1.0, 2.0, 7.0, 1e8, math.in
 BOXES = 400
 
 
-def plain(function: object) -> object:
+def plain(function: Callable[..., Any]) -> Callable[..., Any]:
     return getattr(function, "py_func", function)
 
 
@@ -28,10 +30,10 @@ def computed(op: Op, values: list[float]) -> float:
         if op in (Op.NORMAL_QUANTILE, Op.NORMAL_CDF):
             return float((normal_quantile if op == Op.NORMAL_QUANTILE else normal_cdf)(float(x)))
         if op < Op.SQRT:
-            return float(plain(evaluate.arithmetic)(op, x, y))  # type: ignore[operator]
+            return float(plain(evaluate.arithmetic)(op, x, y))
         if op < Op.LT:
             return float(_function(op, float(x), float(y)))
-        return float(plain(evaluate.comparison)(op, x, y, z))  # type: ignore[operator]
+        return float(plain(evaluate.comparison)(op, x, y, z))
     except OverflowError:
         return math.inf
     except ValueError:
@@ -43,7 +45,7 @@ def _function(op: Op, x: float, y: float) -> float:
         inside = -math.pi <= x < math.pi
         turned = x - math.tau * np.floor((x + math.pi) / math.tau)
         return x if inside else turned - math.tau if turned >= math.pi else turned
-    return plain(evaluate.function)(op, np.float64(x), np.float64(y))  # type: ignore[operator]
+    return plain(evaluate.function)(op, np.float64(x), np.float64(y))
 
 
 def random_intervals(rng: np.random.Generator, count: int) -> Interval:

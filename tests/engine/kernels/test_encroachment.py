@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import unary_union
 from shapely.geometry import MultiPoint, Polygon
+from shapely.geometry.base import BaseGeometry
 
 from engine.kernels.encroachment import POINTS, Span, Stay, encroachment_gap, stay
 from engine.tables import Floats
@@ -80,7 +81,7 @@ def polygon(x: float, y: float, heading: float) -> Polygon:
     return Polygon([(x + a * cos - b * sin, y + a * sin + b * cos) for a, b in half])
 
 
-def swept(states: Floats) -> list[Polygon]:
+def swept(states: Floats) -> list[BaseGeometry]:
     """What a drive covers in each step."""
     boxes = [polygon(*row) for row in states[:, [State.X, State.Y, State.HEADING]].tolist()]
     return [MultiPoint([*one.exterior.coords, *two.exterior.coords]).convex_hull for one, two in pairwise(boxes)]

@@ -27,7 +27,7 @@ def record(speed: Floats, turn: float) -> Floats:
 
 
 def test_braking_straight_on_uses_its_deceleration() -> None:
-    states = record(20.0 - 6.0 * STEP * np.arange(20), 0.0)
+    states = record(20.0 - 6.0 * STEP * np.arange(20.0), 0.0)
     assert used(states, 19, GRAVITY) == pytest.approx((0.0, 6.0 / GRAVITY))
 
 
@@ -37,7 +37,7 @@ def test_a_steady_bend_uses_speed_times_yaw_rate() -> None:
 
 
 def test_both_add_up_as_in_a_circle_and_only_steps_of_the_run_count() -> None:
-    states = record(10.0 + 4.0 * STEP * np.arange(20), 0.3)
+    states = record(10.0 + 4.0 * STEP * np.arange(20.0), 0.3)
     sideways = 0.3 * (10.0 + 4.0 * 9.5 * STEP)
     assert used(states, 10, GRAVITY) == pytest.approx((sideways / GRAVITY, np.hypot(4.0, sideways) / GRAVITY))
 

@@ -131,8 +131,8 @@ def single_contacts(draw: st.DrawFn) -> tuple[Floats, Floats]:
         model = MODELS[draw(kinds)]
         # A point on the outline's edge, so that levers are those of boxes.
         behind, aside = 0.5 * model.length, draw(st.floats(-0.5, 0.5)) * model.width
-        place = side * behind * n + aside * np.array([-n[1], n[0]])
-        rows.append(of(model, *place, draw(speeds), draw(speeds), draw(spins)))
+        x, y = side * behind * n + aside * np.array([-n[1], n[0]])
+        rows.append(of(model, x, y, draw(speeds), draw(speeds), draw(spins)))
     if draw(st.booleans()):
         rows[1] = [*rows[1][:2], 0.0, 0.0, 0.0, 0.0, 0.0]
     return np.array(rows), np.array([contact(0, 1, angle, (0.0, 0.0))])

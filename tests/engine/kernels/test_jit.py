@@ -5,12 +5,13 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 import engine
+from tests.fork_server import ForkServer
 
 SOURCES = Path(engine.__file__).parent
 
@@ -34,8 +35,14 @@ from engine.vocabulary import Command
 def outer(x):
     return inner(x) * Command.SPEED.value
 """
+PRELUDE = """
+import numba
+numba.njit(lambda x: x + 1.0)(1.0)
+"""
+"""What every process needs, whatever it compiles."""
 MAIN = """
 import os, sys, warnings
+sys.path.insert(0, os.getcwd())
 warnings.simplefilter("error")
 import numba
 numba.__version__ = os.environ.get("PRETENDED_NUMBA", numba.__version__)
@@ -57,15 +64,17 @@ DAMAGES: tuple[Callable[[bytes], bytes], ...] = (
 """Truncated, emptied, a bit turned over at the end, a byte in the middle."""
 
 
+Printed = tuple[bool, float, int, Path]
+UNKEPT = ("-B",)
+"""No .pyc: Python takes a file that is edited within a second, to the same length, for the one that it compiled."""
+
+
 class Installation:
     """A copy of the engine's cache machinery with two small kernels in two files."""
 
-    def __init__(self, folder: Path, cache: Path) -> None:
-        self.folder = folder
-        ours = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
-        self.environment = {**ours, "PYTHONPATH": str(folder), "CORTEXC_CACHE": str(cache)}
-        # Python takes a file that is edited within a second, to the same length, for the one that it compiled.
-        self.environment["PYTHONDONTWRITEBYTECODE"] = "1"
+    def __init__(self, folder: Path, cache: Path, server: ForkServer) -> None:
+        self.folder, self.server = folder, server
+        self.environment = {"CORTEXC_CACHE": str(cache)}
         self.package = folder / "engine"
         (self.package / "kernels").mkdir(parents=True)
         names = (
@@ -88,30 +97,49 @@ class Installation:
         (self.package / "kernels" / "inner.py").write_text(INNER.format(number=number))
 
     def start(self, **environment: str) -> subprocess.Popen[str]:
+        """A process that is new from the ground up."""
         return subprocess.Popen(
-            [sys.executable, "-c", MAIN],
-            env={**self.environment, **environment},
+            [sys.executable, *UNKEPT, "-c", MAIN],
+            env={**without_numba(), **self.environment, **environment},
             cwd=self.folder,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
         )
 
-    def run(self, **environment: str) -> tuple[bool, float, int, Path]:
-        return result(self.start(**environment))
+    def run(self, **environment: str) -> Printed:
+        """A process that has numba already."""
+        done = self.server.run(MAIN, at=self.folder, **self.environment, **environment)
+        assert done.status == 0, done.err
+        return printed(done.out)
 
 
-def result(process: subprocess.Popen[str]) -> tuple[bool, float, int, Path]:
-    """(cached before, value, cache hits, cache folder) as the process printed them."""
-    output, errors = process.communicate()
-    assert process.returncode == 0, errors
+def printed(output: str) -> Printed:
+    """(cached before, value, cache hits, cache folder) as a process printed them."""
     cached, value, hits, folder = output.split(maxsplit=3)
     return cached == "True", float(value), int(hits), Path(folder.strip())
 
 
+def result(process: subprocess.Popen[str]) -> Printed:
+    output, errors = process.communicate()
+    assert process.returncode == 0, errors
+    return printed(output)
+
+
+def without_numba() -> dict[str, str]:
+    """The environment without settings of numba."""
+    return {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ForkServer]:
+    with ForkServer(PRELUDE, tmp_path_factory.mktemp("server"), *UNKEPT, environment=without_numba()) as server:
+        yield server
+
+
 @pytest.fixture
-def installation(tmp_path: Path) -> Installation:
-    return Installation(tmp_path, tmp_path / "cache")
+def installation(tmp_path: Path, server: ForkServer) -> Installation:
+    return Installation(tmp_path, tmp_path / "cache", server)
 
 
 def test_second_process_finds_what_the_first_compiled_until_a_callee_changes(installation: Installation) -> None:
@@ -143,7 +171,7 @@ def test_a_second_clone_compiles_nothing(installation: Installation, tmp_path: P
     installation.run()
     elsewhere = tmp_path / "another clone"
     elsewhere.mkdir()
-    second = Installation(elsewhere, tmp_path / "cache")
+    second = Installation(elsewhere, tmp_path / "cache", installation.server)
     assert second.run()[:3] == (True, 6.0, 1)
     second.write_inner(2)
     assert second.run()[:3] == (False, 9.0, 0)
@@ -179,8 +207,8 @@ def test_unwritable_folder_falls_back(installation: Installation) -> None:
     blocked.write_text("")
     temporary = installation.folder / "temporary"
     temporary.mkdir()
-    places = {"CORTEXC_CACHE": str(blocked), "XDG_CACHE_HOME": str(blocked), "HOME": str(blocked)}
-    _, value, _, folder = installation.run(**places, TMPDIR=str(temporary))
+    places = {name: str(blocked) for name in ("CORTEXC_CACHE", "XDG_CACHE_HOME", "HOME")}
+    _, value, _, folder = result(installation.start(**places, TMPDIR=str(temporary)))
     assert value == 6.0
     assert folder.is_relative_to(temporary)
 
@@ -220,4 +248,4 @@ def test_folders_long_unused_are_removed(installation: Installation) -> None:
 
 def test_runs_without_compiler(installation: Installation) -> None:
     """NUMBA_DISABLE_JIT leaves plain functions, for debuggers and coverage."""
-    assert installation.run(NUMBA_DISABLE_JIT="1")[1:3] == (6.0, -1)
+    assert result(installation.start(NUMBA_DISABLE_JIT="1"))[1:3] == (6.0, -1)

@@ -1,6 +1,7 @@
 """A step and the ends of a run."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -263,9 +264,9 @@ def test_a_driver_goes_on_after_a_spin(hand, x: float, y: float, heading: float,
 def test_settings_of_contact_that_make_no_physics_are_refused(hand) -> None:
     """A restitution above 1 and a negative friction raise, saying which."""
     program = hand.assembler(CAR).program(hand.road())
-    for settings in ({"restitution": 1.5}, {"friction": -1.0}, {"rolling_resistance": math.nan}):
-        with pytest.raises(ValueError, match=next(iter(settings))):
-            host.plan(program, SimulationConfig(), ContactConfig(**settings))
+    for name, value in (("restitution", 1.5), ("friction", -1.0), ("rolling_resistance", math.nan)):
+        with pytest.raises(ValueError, match=name):
+            host.plan(program, SimulationConfig(), replace(ContactConfig(), **{name: value}))
 
 
 def test_of_two_contacts_the_first_counts(hand) -> None:

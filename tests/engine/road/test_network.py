@@ -1,40 +1,20 @@
 """Laws of every network that can be built."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from engine.program import RoadSpec
 from engine.road import Lane, LaneRole, Maneuver, Network, RoadError, build_network
 from engine.vocabulary import ManeuverType
+from tests.engine.interchange.opendrive.reading_back import specs
 from tests.engine.road.conflict_areas import Strip, conflict_areas
 
 STRAIGHT, LEFT, RIGHT = ManeuverType.STRAIGHT, ManeuverType.LEFT_TURN, ManeuverType.RIGHT_TURN
-
-
-@st.composite
-def specs(draw: Callable) -> RoadSpec:
-    """Specifications that fit, of up to four intersections."""
-    number = draw(st.integers(1, 4))
-    width, radius = draw(st.floats(2.0, 5.0)), draw(st.just(0.0) | st.floats(0.5, 15.0))
-    block = 2.0 * (number * width + radius) + draw(st.floats(8.0, 100.0))
-    return RoadSpec(
-        ways=draw(st.sampled_from([3, 4])),
-        lanes=number,
-        lane_width=width,
-        corner_radius=radius,
-        approach=draw(st.floats(1.0, 6.0)),
-        rows=draw(st.integers(1, 2)),
-        cols=draw(st.integers(1, 2)),
-        block=block,
-        left_hand=draw(st.booleans()),
-    )
 
 
 few = settings(max_examples=25, deadline=None)

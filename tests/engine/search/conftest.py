@@ -1,7 +1,8 @@
 """A toy world for searches: a landscape with invalid regions, noise from the stream key alone, and no simulator."""
 
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, fields
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from engine.config import Config, SearchConfig
 from engine.outcomes import MEASURED, Assessment
 from engine.program import ParamSpace
 from engine.search.assessment import Evaluate
+from engine.search.evaluations import Evaluations, judge
 from engine.search.manifest import Manifest, Parameter
 from engine.search.protocol import Box
 from engine.tables import Floats, Ints
@@ -104,6 +106,35 @@ def assessed(verdict: Ints, distance: Floats) -> Assessment:
         "left_road_time": np.full(count, np.nan),
     }
     return Assessment(**blank | known)
+
+
+def evaluated(genomes: Floats, rollouts: Assessment) -> Evaluations:
+    """One generation of individuals, each simulated; rollouts of shape (individuals, rollouts)."""
+    count = len(genomes)
+    verdict, fitness = judge(rollouts, "mean")
+    places = np.stack([np.zeros(count), np.arange(count)], axis=1).astype(np.int32)
+    return Evaluations(
+        genomes=np.asarray(genomes, dtype=float),
+        places=places,
+        births=places,
+        operator=np.zeros(count, dtype=np.int32),
+        parents=np.full((count, 2, 2), -1, dtype=np.int32),
+        reused=np.zeros(count, dtype=bool),
+        verdict=verdict,
+        fitness=fitness,
+        keys=np.zeros((*rollouts.verdict.shape, 6), dtype=np.int64),
+        rollouts=rollouts,
+    )
+
+
+def assert_equal(first: Any, second: Any) -> None:
+    """Two tables hold the same numbers, NaN equal to NaN."""
+    for field in fields(first):
+        a, b = getattr(first, field.name), getattr(second, field.name)
+        if isinstance(a, np.ndarray):
+            np.testing.assert_array_equal(a, b, err_msg=field.name)
+        else:
+            assert_equal(a, b)
 
 
 def make_manifest(space: ParamSpace, config: SearchConfig, method: str = "ga") -> Manifest:

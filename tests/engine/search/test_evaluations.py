@@ -19,7 +19,6 @@ from engine.search.evaluations import (
     aggregate,
     distinct_collisions,
     figures,
-    judge,
     partner_of,
     partners,
     quantile_level,
@@ -31,6 +30,7 @@ from engine.search.run import Campaign, run_campaign
 from engine.search.searchers import build_searcher
 from engine.tables import Floats, Ints
 from engine.vocabulary import GeneKind, Verdict
+from tests.engine.search.conftest import evaluated
 
 Rows = Callable[[Ints, Floats], Assessment]
 VALID, EXHAUSTED, ABORTED, ERROR = (
@@ -46,21 +46,7 @@ def table(rows: Rows) -> Callable[[list[list[int]], list[list[float]]], Evaluati
         shape = np.shape(verdicts)
         flat = rows(np.array(verdicts, dtype=np.int32).ravel(), np.array(distances, dtype=float).ravel())
         rollouts = map_arrays(flat, lambda array: array.reshape(*shape, *array.shape[1:]))
-        verdict, fitness = judge(rollouts, "mean")
-        count = len(verdict)
-        places = np.stack([np.zeros(count), np.arange(count)], axis=1).astype(np.int32)
-        return Evaluations(
-            genomes=np.arange(count, dtype=float)[:, np.newaxis],
-            places=places,
-            births=places,
-            operator=np.zeros(count, dtype=np.int32),
-            parents=np.full((count, 2, 2), -1, dtype=np.int32),
-            reused=np.zeros(count, dtype=bool),
-            verdict=verdict,
-            fitness=fitness,
-            keys=np.zeros((*shape, 6), dtype=np.int64),
-            rollouts=rollouts,
-        )
+        return evaluated(np.arange(float(shape[0]))[:, np.newaxis], rollouts)
 
     return make
 

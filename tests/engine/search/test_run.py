@@ -1,7 +1,7 @@
 """The campaign loop over a toy world."""
 
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from engine.search.run import Campaign, Progress, run_campaign
 from engine.search.searchers import SEARCHERS, build_searcher
 from engine.tables import Floats, Ints
 from engine.vocabulary import GeneKind, Method, Verdict
+from tests.engine.search.conftest import assert_equal
 
 SMALL = SearchConfig(generations=8, population=30, seed=5)
 Evaluators = Callable[..., Evaluate]
@@ -33,16 +34,6 @@ def campaign(
     """Run a campaign of a method over a toy."""
     searcher = build_searcher(method, Box.of(space), Config(search=config, ga=ga))
     return run_campaign(space, searcher, evaluate, config, method, **options)
-
-
-def assert_equal(first: Any, second: Any) -> None:
-    """Two tables hold the same numbers, NaN equal to NaN."""
-    for field in fields(first):
-        a, b = getattr(first, field.name), getattr(second, field.name)
-        if isinstance(a, np.ndarray):
-            np.testing.assert_array_equal(a, b, err_msg=field.name)
-        else:
-            assert_equal(a, b)
 
 
 def in_chunks(evaluate: Evaluate, size: int) -> Evaluate:

@@ -7,7 +7,7 @@ import os
 import sqlite3
 from collections.abc import Callable
 from contextlib import closing
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +34,7 @@ from engine.search.store import (
     store_errors,
 )
 from engine.tables import Floats, Ints
+from tests.engine.search.conftest import assert_equal
 
 CONFIG = SearchConfig(generations=5, population=20, seed=11, rollouts=2, aggregate="q90")
 
@@ -43,16 +44,6 @@ def run(
 ) -> Campaign:
     searcher = build_searcher("ga", Box.of(space), Config(search=config))
     return run_campaign(space, searcher, evaluate, config, "ga", "cortex", on_generation=on_generation)
-
-
-def assert_equal(first: Any, second: Any) -> None:
-    """Two tables hold the same numbers, NaN equal to NaN."""
-    for field in fields(first):
-        a, b = getattr(first, field.name), getattr(second, field.name)
-        if isinstance(a, np.ndarray):
-            np.testing.assert_array_equal(a, b, err_msg=field.name)
-        else:
-            assert_equal(a, b)
 
 
 @pytest.fixture

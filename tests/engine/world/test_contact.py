@@ -35,6 +35,11 @@ def kinetic_energy(body: pymunk.Body) -> float:
     return 0.5 * (body.mass * body.velocity.dot(body.velocity) + body.moment * body.angular_velocity**2)
 
 
+def motion(body: pymunk.Body) -> Motion:
+    (x, y), (vx, vy) = body.position, body.velocity
+    return x, y, body.angle, vx, vy, body.angular_velocity
+
+
 class Crash:
     """Bodies in a space, stepped without friction on the road."""
 
@@ -49,7 +54,7 @@ class Crash:
                 body.velocity, body.angular_velocity = (vx, vy), spin
             self.space.reindex_shapes_for_body(body)
 
-    def step(self, count: int, each: Callable[[], None] = lambda: None) -> "Crash":
+    def step(self, count: int, each: Callable[[], object] = lambda: None) -> "Crash":
         for _ in range(count):
             self.recorder.time += SUBSTEP
             self.space.step(SUBSTEP)
@@ -116,8 +121,8 @@ def test_impulses_are_the_changes_of_velocity(crash: Crash) -> None:
     if len(impacts) == 1 and all(e.last - e.start <= PULSE for e in crash.recorder.episodes):
         for side, body in enumerate(crash.bodies):
             change = body.velocity - before[side]
-            told = pymunk.Vec2d(impacts[0].delta_v[side], 0).rotated(impacts[0].direction[side] + headings[side])
-            assert (change - told).length <= 1e-9 + 0.01 * change.length  # the heading is told a substep earlier
+            said = pymunk.Vec2d(impacts[0].delta_v[side], 0).rotated(impacts[0].direction[side] + headings[side])
+            assert (change - said).length <= 1e-9 + 0.01 * change.length  # the heading is that of a substep earlier
             assert change.length == pytest.approx(impacts[0].delta_v[side], abs=1e-9)
 
 
@@ -126,11 +131,11 @@ def test_impulses_are_the_changes_of_velocity(crash: Crash) -> None:
 def test_a_crash_repeats_bit_for_bit(data: st.DataObject) -> None:
     """The same start leads to the same numbers to the last bit."""
     start = data.draw(crashes())
-    poses: list[Motion] = [(*b.position, b.angle, *b.velocity, b.angular_velocity) for b in start.bodies]
+    poses = [motion(body) for body in start.bodies]
 
-    def run() -> list[tuple[float, ...]]:
+    def run() -> list[Motion]:
         crash = Crash(*zip(start.actors, poses, strict=True)).step(600)
-        return [(*b.position, b.angle, *b.velocity, b.angular_velocity) for b in crash.bodies]
+        return [motion(body) for body in crash.bodies]
 
     assert run() == run()
 

@@ -2,7 +2,7 @@
 
 import re
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -81,6 +81,34 @@ def chromium() -> Iterator[Any]:
         browser = started.chromium.launch(executable_path=binary, args=["--no-sandbox"])
         yield browser
         browser.close()
+
+
+@pytest.fixture
+def opened_tab(chromium: Any) -> Iterator[Callable[..., Any]]:
+    """Open a page in a tab, with options of Playwright; an error, a line on its console or a request fails the test."""
+    tabs: list[Any] = []
+    troubles: list[str] = []
+
+    def open_tab(file: Path, width: int = 1280, height: int = 900, **options: Any) -> Any:
+        tab = chromium.new_page(viewport={"width": width, "height": height}, **options)
+        tabs.append(tab)
+        tab.on("console", lambda message: troubles.append(message.text))
+        tab.on("pageerror", lambda error: troubles.append(str(error)))
+        tab.on("request", lambda request: None if request.url.startswith("file:") else troubles.append(request.url))
+        tab.goto(file.as_uri())
+        return tab
+
+    yield open_tab
+    for tab in tabs:
+        tab.close()
+    assert troubles == []
+
+
+def scrub(tab: Any, share: float = 0.0, sample: int | None = None) -> None:
+    """Move the replay that is shown to this share of its samples, or to a sample."""
+    node = tab.locator(".scrub:visible")
+    node.evaluate("(node, [share, sample]) => { node.value = sample ?? share * node.max; }", [share, sample])
+    node.dispatch_event("input")
 
 
 class Reader(HTMLParser):

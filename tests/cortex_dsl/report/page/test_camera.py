@@ -1,6 +1,6 @@
 """What a replay shows of the world, in a real browser: turned, in close-up, with an arrow and a bar that are true."""
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +9,7 @@ import pytest
 
 from cortex_dsl import load
 from cortex_dsl.report.findings.framing import Frame
+from tests.cortex_dsl.report.page.conftest import scrub
 
 NORTH = """
 map intersection(approach=200 m)
@@ -53,20 +54,9 @@ def road_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(params=[1280, 360])
-def shown(chromium: Any, road_page: Path, request: pytest.FixtureRequest) -> Iterator[Any]:
+def shown(opened_tab: Callable[..., Any], road_page: Path, request: pytest.FixtureRequest) -> Any:
     """The replay, in a wide and in a narrow window."""
-    tab = chromium.new_page(viewport={"width": request.param, "height": 800})
-    troubles: list[str] = []
-    tab.on("pageerror", lambda error: troubles.append(str(error)))
-    tab.goto(road_page.as_uri())
-    yield tab
-    tab.close()
-    assert troubles == []
-
-
-def scrub(tab: Any, share: float) -> None:
-    go = "(node, share) => { node.value = share * node.max; node.dispatchEvent(new Event('input')); }"
-    tab.locator(".scrub").evaluate(go, share)
+    return opened_tab(road_page, request.param, 800)
 
 
 def test_the_ego_drives_from_left_to_right(shown: Any) -> None:

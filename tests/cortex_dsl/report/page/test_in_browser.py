@@ -1,26 +1,20 @@
 """The page in a real browser: it opens whole and without errors, and its replays play."""
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tests.cortex_dsl.report.page.conftest import scrub
+
 PLAYED = "() => parseFloat(document.querySelector('.case:not(.away) .clock').textContent) > 0.2"
 
 
 @pytest.fixture
-def shown(chromium: Any, page_file: Path) -> Iterator[Any]:
+def shown(opened_tab: Callable[..., Any], page_file: Path) -> Any:
     """The page of the small search, opened; whatever goes wrong in it fails the test."""
-    tab = chromium.new_page(viewport={"width": 1280, "height": 900})
-    troubles: list[str] = []
-    tab.on("console", lambda message: troubles.append(message.text))
-    tab.on("pageerror", lambda error: troubles.append(str(error)))
-    tab.on("request", lambda request: troubles.append(request.url) if not request.url.startswith("file:") else None)
-    tab.goto(page_file.as_uri())
-    yield tab
-    tab.close()
-    assert troubles == []
+    return opened_tab(page_file)
 
 
 def place(tab: Any, actor: int = 0) -> str:
@@ -31,17 +25,11 @@ def clock(tab: Any) -> float:
     return float(tab.locator(".case:not(.away) .clock").inner_text().split()[0])
 
 
-def scrub(tab: Any, value: float) -> None:
-    tab.locator(".case:not(.away) .scrub").fill(str(value))
-
-
-def test_opens_whole(chromium: Any, page_file: Path) -> None:
+def test_opens_whole(shown: Any) -> None:
     """Once it is loaded, all its scripts have run, and nothing else is fetched."""
-    tab = chromium.new_page()
-    tab.goto(page_file.as_uri(), wait_until="load")
-    assert tab.evaluate("document.readyState") == "complete"
-    assert tab.evaluate("performance.getEntriesByType('resource').filter(e => !e.name.startsWith('data:')).length") == 0
-    tab.close()
+    assert shown.evaluate("document.readyState") == "complete"
+    fetched = "performance.getEntriesByType('resource').filter(e => !e.name.startsWith('data:')).length"
+    assert shown.evaluate(fetched) == 0
 
 
 def test_one_case_at_a_time(shown: Any) -> None:
@@ -54,9 +42,9 @@ def test_one_case_at_a_time(shown: Any) -> None:
 
 def test_scrubber_moves_everybody(shown: Any) -> None:
     """Actors stand where the embedded data says, at whatever time the scrubber shows."""
-    scrub(shown, 0)
+    scrub(shown, sample=0)
     start = place(shown)
-    scrub(shown, 8)
+    scrub(shown, sample=8)
     assert place(shown) != start
     x = shown.evaluate(
         """() => {
@@ -70,7 +58,7 @@ def test_scrubber_moves_everybody(shown: Any) -> None:
 def test_plots_are_in_step(shown: Any) -> None:
     """The cursor of every plot is where the clock is."""
     for sample in (0, 10):
-        scrub(shown, sample)
+        scrub(shown, sample=sample)
         places = shown.evaluate(
             """() => [...document.querySelectorAll(".case:not(.away) .chart")].map((chart) => {
                 const { low, high, start, end } = chart.dataset;
@@ -120,7 +108,7 @@ def test_keyboard(shown: Any) -> None:
 def test_after_contact_is_lighter(shown: Any) -> None:
     """What is shown after contact is marked as not scored, and what is before is not."""
     group = shown.locator(".case:not(.away) .actors")
-    scrub(shown, 0)
+    scrub(shown, sample=0)
     assert "after" not in str(group.get_attribute("class")).split()
     assert shown.locator(".case:not(.away) g.contact").is_hidden()
     shown.locator(".case:not(.away) .player").focus()
@@ -172,24 +160,20 @@ def test_map_of_simulations(shown: Any) -> None:
 
 @pytest.mark.parametrize("width", [360, 768, 1600])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_fits_every_screen(chromium: Any, page_file: Path, width: int, scheme: str) -> None:
+def test_fits_every_screen(opened_tab: Callable[..., Any], page_file: Path, width: int, scheme: str) -> None:
     """Nothing is wider than the screen."""
-    tab = chromium.new_page(viewport={"width": width, "height": 800}, color_scheme=scheme)
-    tab.goto(page_file.as_uri())
+    tab = opened_tab(page_file, width, 800, color_scheme=scheme)
     assert tab.evaluate("document.documentElement.scrollWidth <= innerWidth")
-    tab.close()
 
 
-def test_dark_is_dark(chromium: Any, page_file: Path) -> None:
+def test_dark_is_dark(opened_tab: Callable[..., Any], page_file: Path) -> None:
     """The page follows the reader's scheme, and the button turns it over."""
-    tab = chromium.new_page(color_scheme="dark")
-    tab.goto(page_file.as_uri())
+    tab = opened_tab(page_file, color_scheme="dark")
     colour = "getComputedStyle(document.body).backgroundColor"
     dark = tab.evaluate(colour)
     tab.locator(".theme").click()
     assert tab.evaluate(colour) != dark
     assert sum(map(int, dark.removeprefix("rgb(").removesuffix(")").split(","))) < 150
-    tab.close()
 
 
 def test_without_scripts_all_is_there(chromium: Any, page_file: Path) -> None:

@@ -1,7 +1,7 @@
 """What an actor sees, as a replay draws it in a real browser: by the definition of the kernels, and on request."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import shapely
 from cortex_dsl import load
 from engine.kernels.geometry import View
 from engine.sight import visible_area, visible_sector
+from tests.cortex_dsl.report.page.conftest import scrub
 from tests.engine.kernels.sight_reference import BORDER, Scene, by_rays, depth_inside, drawn, shadow
 
 WALKER = """
@@ -42,19 +43,8 @@ def walker_page(scenario: Any, tmp_path_factory: pytest.TempPathFactory) -> Path
 
 
 @pytest.fixture
-def shown(chromium: Any, walker_page: Path) -> Iterator[Any]:
-    tab = chromium.new_page(viewport={"width": 1280, "height": 900})
-    troubles: list[str] = []
-    tab.on("pageerror", lambda error: troubles.append(str(error)))
-    tab.goto(walker_page.as_uri())
-    yield tab
-    tab.close()
-    assert troubles == []
-
-
-def scrub(tab: Any, share: float) -> None:
-    go = "(node, share) => { node.value = share * node.max; node.dispatchEvent(new Event('input')); }"
-    tab.locator(".scrub").evaluate(go, share)
+def shown(opened_tab: Callable[..., Any], walker_page: Path) -> Any:
+    return opened_tab(walker_page)
 
 
 def unseen(tab: Any) -> list[int]:

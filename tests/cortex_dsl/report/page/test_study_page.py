@@ -1,6 +1,7 @@
 """The page of a study: its numbers are the study's, and it opens without errors."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -100,28 +101,20 @@ def test_intervals_do_not_collapse(study: Study) -> None:
     assert all(row.interval.high - row.interval.low > 0.2 for row in rows if row.interval.low == row.interval.low)
 
 
-def test_beside_the_paper(chromium: Any, tmp_path: Path) -> None:
+def test_beside_the_paper(opened_tab: Callable[..., Any], tmp_path: Path) -> None:
     """Where scenario, methods and budget are the paper's: its numbers, what differs in words, within 800 pixels."""
     words = ["--runs", "1", "--jobs", "1", "--out", str(tmp_path / "s"), "--json"]
     assert main(["study", str(EXAMPLE), *words]) == 0
     assert main(["report", str(tmp_path / "s")]) == 0
-    tab = chromium.new_page(viewport={"width": 800, "height": 800})
-    tab.goto((tmp_path / "s" / "report.html").as_uri())
+    tab = opened_tab(tmp_path / "s" / "report.html", 800, 800)
     assert "point the same way as in the paper" in tab.inner_text("#paper")
     assert tab.inner_text("#paper .studies tbody tr:last-child").startswith("this study")
     assert "13.30" in tab.inner_text("#paper .beside")
     fits = "boxes => boxes.every(box => box.scrollWidth <= box.clientWidth)"
     assert tab.eval_on_selector_all("#paper .wide", fits)
-    tab.close()
 
 
-def test_opens_in_a_browser(chromium: Any, study_file: Path) -> None:
+def test_opens_in_a_browser(opened_tab: Callable[..., Any], study_file: Path) -> None:
     """Without errors, and no wider than a narrow screen."""
-    tab = chromium.new_page(viewport={"width": 390, "height": 800})
-    troubles: list[str] = []
-    tab.on("console", lambda message: troubles.append(message.text))
-    tab.on("pageerror", lambda error: troubles.append(str(error)))
-    tab.goto(study_file.as_uri())
+    tab = opened_tab(study_file, 390, 800)
     assert tab.evaluate("document.documentElement.scrollWidth <= innerWidth")
-    tab.close()
-    assert troubles == []

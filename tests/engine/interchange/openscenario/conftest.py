@@ -14,30 +14,13 @@ from engine.interchange.openscenario import write_trajectories
 from engine.interchange.openscenario.versions import BEFORE
 from engine.interchange.recording import Contact, Provenance, RecordedActor, Recording, SignalTimes
 from engine.program import RoadSpec
-from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, State
+from tests.engine.interchange.commonroad.recordings import actor
 
 STEP = 0.05
 ROAD = "crossing.xodr"
 Xml: TypeAlias = Any
 """An element of ElementTree. What a test asks for and is not there is None, and fails the test by itself."""
-
-
-def actor(name: str, kind: ActorKind = ActorKind.CAR) -> RecordedActor:
-    model = MODELS[kind]
-    return RecordedActor(
-        name=name,
-        kind=kind,
-        length=model.length,
-        width=model.width,
-        rear_to_center=model.rear_to_center,
-        wheelbase=model.wheelbase,
-        mass=model.mass,
-        max_acceleration=model.max_acceleration,
-        max_braking=model.max_braking,
-        max_steer=model.max_steer,
-        max_speed=model.top_speed,
-    )
 
 
 def recording(actors: Sequence[RecordedActor], time: Sequence[float], ways: Sequence[Sequence[Any]]) -> Recording:

@@ -12,7 +12,7 @@ from cortex_dsl import load
 from engine.outcomes import Assessment
 from engine.program import ParamSpace
 from engine.search.assessment import Evaluate, map_arrays
-from engine.search.evaluations import Evaluations, judge
+from engine.search.evaluations import Evaluations
 from engine.search.insight.analysis import analyse
 from engine.search.insight.clusters import clusters
 from engine.search.insight.sensitivity import sensitivity
@@ -20,6 +20,7 @@ from engine.search.protocol import Box
 from engine.streams import key_rows
 from engine.tables import Floats, Ints
 from engine.vocabulary import GeneKind, Verdict
+from tests.engine.search.conftest import evaluated
 
 Rows = Callable[[Ints, Floats], Assessment]
 EXAMPLE = Path(__file__).parents[4] / "examples" / "left_turn.scn"
@@ -164,23 +165,8 @@ def three_genes(rng: np.random.Generator, count: int) -> Floats:
 
 
 def searched(rows: Rows, genomes: Floats, collided: np.ndarray) -> Evaluations:
-    count = len(genomes)
-    runs = rows(np.zeros(count, dtype=np.int32), np.where(collided, 0.5, 3.0))
-    rollouts = map_arrays(runs, lambda array: array[:, np.newaxis])
-    verdict, fitness = judge(rollouts, "mean")
-    places = np.stack([np.zeros(count), np.arange(count)], axis=1).astype(np.int32)
-    return Evaluations(
-        genomes=genomes,
-        places=places,
-        births=places,
-        operator=np.zeros(count, dtype=np.int32),
-        parents=np.full((count, 2, 2), -1, dtype=np.int32),
-        reused=np.zeros(count, dtype=bool),
-        verdict=verdict,
-        fitness=fitness,
-        keys=np.zeros((count, 1, 6), dtype=np.int64),
-        rollouts=rollouts,
-    )
+    runs = rows(np.zeros(len(genomes), dtype=np.int32), np.where(collided, 0.5, 3.0))
+    return evaluated(genomes, map_arrays(runs, lambda array: array[:, np.newaxis]))
 
 
 BOX = Box(

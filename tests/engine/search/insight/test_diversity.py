@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from engine.outcomes import Assessment
 from engine.search.assessment import map_arrays
-from engine.search.evaluations import Evaluations, judge
+from engine.search.evaluations import Evaluations
 from engine.search.insight.diversity import (
     SECTORS,
     distinct_failures,
@@ -25,6 +25,7 @@ from engine.search.protocol import Box
 from engine.search.ranking import worst_cases
 from engine.tables import Floats, Ints
 from engine.vocabulary import GeneKind, Side, Verdict
+from tests.engine.search.conftest import evaluated
 
 UNIT_BOX = Box(("A", "B", "C"), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), (GeneKind.CONTINUOUS,) * 3)
 Table = Callable[..., Evaluations]
@@ -37,21 +38,7 @@ def searched(rows: Callable[[Ints, Floats], Assessment]) -> Table:
     def make(genomes: Floats, distance: Floats | None = None, **changes: object) -> Evaluations:
         count = len(genomes)
         flat = rows(np.zeros(count, dtype=np.int32), np.full(count, 0.5) if distance is None else distance)
-        rollouts = map_arrays(replace(flat, **changes), lambda array: array[:, np.newaxis])
-        verdict, fitness = judge(rollouts, "mean")
-        places = np.stack([np.zeros(count), np.arange(count)], axis=1).astype(np.int32)
-        return Evaluations(
-            genomes=np.asarray(genomes, dtype=float),
-            places=places,
-            births=places,
-            operator=np.zeros(count, dtype=np.int32),
-            parents=np.full((count, 2, 2), -1, dtype=np.int32),
-            reused=np.zeros(count, dtype=bool),
-            verdict=verdict,
-            fitness=fitness,
-            keys=np.zeros((count, 1, 6), dtype=np.int64),
-            rollouts=rollouts,
-        )
+        return evaluated(genomes, map_arrays(replace(flat, **changes), lambda array: array[:, np.newaxis]))
 
     return make
 
