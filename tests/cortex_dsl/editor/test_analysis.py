@@ -80,7 +80,9 @@ def test_arguments_of_the_environment_are_no_properties(argument, said):
     assert found is not None
     assert f"environment({argument}=…)" in found.text
     assert said in found.text
-    assert "with friction" in hover(view, view.text.rindex("friction")).text
+    other = hover(view, view.text.rindex("friction"))
+    assert other is not None
+    assert "with friction" in other.text
 
 
 def test_values_are_known_although_the_file_has_errors(left_turn):
