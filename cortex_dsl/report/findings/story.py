@@ -94,7 +94,7 @@ def end_of(program: Cast, outcomes: Outcomes, row: int) -> Moment:
 STRUCK = {Fault.STRUCK_FROM_BEHIND: "from behind", Fault.STRUCK_STANDING: "while standing"}
 
 
-def _struck(program: Program, outcomes: Outcomes, row: int) -> str:
+def _struck(program: Cast, outcomes: Outcomes, row: int) -> str:
     """`; ego was struck from behind, which is no failure of its own`, where it was."""
     how = STRUCK.get(Fault(max(0, int(outcomes.fault[row, int(outcomes.contact_actors[row, 1]) - 1]))))
     return f"; {program.actors[0]} was struck {how}, which is no failure of its own" if how else ""
