@@ -30,12 +30,13 @@ from engine.batch import simulate, trajectory
 from engine.config import ContactConfig, SimulationConfig
 from engine.host import MAX_SAMPLES, samples_of
 from engine.kernels.dynamics import COMMAND_STEP
+from engine.opcodes import Op
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import PAPER, RiskProfile, assess
 from engine.scenes import Scenes, actor_columns
 from engine.tables import Bools
-from engine.vocabulary import ActorKind, Column, Command, Op, State, Verdict
+from engine.vocabulary import ActorKind, Column, Command, State, Verdict
 
 SPEED_APART = 2.0
 """Closing speeds that differ by no more are alike [m/s] …"""
