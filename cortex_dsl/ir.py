@@ -7,9 +7,10 @@ equal expressions of one variant are the same object, so passes may key on ident
 
 from cortex_dsl.source import Source, Span
 from engine.frozen import frozen, frozen_identity
+from engine.opcodes import Op
 from engine.program import RoadSpec, Settings
 from engine.road.network import Network
-from engine.vocabulary import ActorKind, Command, Distribution, GeneKind, Op, RuleKind, TemporalOp
+from engine.vocabulary import ActorKind, Command, Distribution, GeneKind, RuleKind, TemporalOp
 
 # -- expressions ----------------------------------------------------------------------------------------------------
 

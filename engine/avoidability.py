@@ -7,8 +7,11 @@ cross, it begins when contact is less than four seconds away if both go on as th
 four seconds tell those who are still in control from those who are not, Hirst and Graham (1997), "The format and
 presentation of collision warnings", in "Ergonomics and Safety of Intelligent Driver Interfaces".
 
-The driver never steers, brakes no less than the ego itself had begun to, and never harder than 0.774 g. A collision
-from behind, which braking cannot avoid, is called unavoidable by that.
+A leader that brakes harder than 5 m/s^2 is a risk at once, too, as the regulation has it.
+
+The driver sees what nothing hides, never steers, brakes no less than the ego itself had begun to, and never harder than
+0.774 g, than the ego's own brakes, or than the road allows. Nobody is blamed for being struck from behind, or while
+standing where one may stand (`engine.kernels.fault`): such a collision is not asked about, and counted apart.
 """
 
 import math
@@ -24,11 +27,20 @@ from engine.kernels.avoidance import NEVER, PATH_COLUMNS, Case, Driver, Weighed,
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats
-from engine.vocabulary import Column
+from engine.vehicles import VIEW_DISTANCE
+from engine.vocabulary import Column, Fault
 
 GRAVITY = 9.80665
 """Standard gravity [m/s^2]."""
-R157 = Driver(perception=0.4, reaction=0.75, deceleration=0.774 * GRAVITY, ramp=0.6, horizon=4.0)
+R157 = Driver(
+    perception=0.4,
+    reaction=0.75,
+    deceleration=0.774 * GRAVITY,
+    ramp=0.6,
+    horizon=4.0,
+    alarming=5.0,
+    reach=math.inf,
+)
 """The reference driver; the horizon is ours."""
 AFTERWARDS = 6.0
 """How long the case is followed after the time of contact [s]: longer than it takes to stop from 130 km/h."""
@@ -36,15 +48,30 @@ DEFAULTS = SimulationConfig()
 
 
 class Avoidance(IntEnum):
-    """What the reference driver says of a collision."""
+    """What is said of a collision, the first of these that holds: struck, avoidable, lost, unseen, braked as hard."""
 
     AVOIDABLE = 0
+    """The reference driver avoids it."""
     UNAVOIDABLE = 1
     """Braking at the reference driver's time was too late."""
     BRAKED_AS_HARD = 2
-    """The same, and the ego had braked at least as hard itself, or stood."""
+    """The same, and the ego had braked at least as hard itself."""
     UNSEEN = 3
     """The conflict was not in sight long enough before contact for anybody to react."""
+    LOST = 4
+    """The scene begins too late: no braking avoids it, not even full braking from the very start."""
+    STRUCK_FROM_BEHIND = 5
+    """Another ran into the ego from behind: no failure of the ego."""
+    STRUCK_STANDING = 6
+    """Another ran into the ego while it stood where one may stand: no failure of the ego."""
+
+
+STRUCK = frozenset({Avoidance.STRUCK_FROM_BEHIND, Avoidance.STRUCK_STANDING})
+"""Collisions that are no failure of the ego."""
+OF_FAULT = {
+    Fault.STRUCK_FROM_BEHIND: Avoidance.STRUCK_FROM_BEHIND,
+    Fault.STRUCK_STANDING: Avoidance.STRUCK_STANDING,
+}
 
 
 @dataclass(frozen=True)
@@ -70,6 +97,11 @@ class Avoidability:
     def avoidable(self) -> bool:
         return self.avoidance is Avoidance.AVOIDABLE
 
+    @property
+    def struck(self) -> bool:
+        """Whether it is no failure of the ego."""
+        return self.avoidance in STRUCK
+
 
 def avoidability(
     program: Program, scenes: Scenes, config: SimulationConfig = DEFAULTS, driver: Driver = R157
@@ -80,16 +112,26 @@ def avoidability(
     run = memory(program, samples_of(config) + 1 + extra)
     path = np.zeros((len(run.states), PATH_COLUMNS))
 
-    contacts = simulate(program, scenes, config).end_time  # of a run that ended in contact, the instant of it
+    outcomes = simulate(program, scenes, config)
 
     def answer(row: int) -> Avoidability | None:
         if not scenes.valid[row]:
             return None
         case = Case(int(rows.variant[row]), rows.values[row], rows.keys[row])
-        weighed = weigh(shared, run, case, _outlines(program, rows.values[row]), path, extra, driver)
-        return _told(weighed, float(contacts[row]), config.time_step)
+        eyes = driver._replace(reach=min(driver.reach, _sight(program, rows.values[row])))
+        weighed = weigh(shared, run, case, _outlines(program, rows.values[row]), path, extra, eyes)
+        if weighed.contact == NEVER:
+            return None
+        fault = Fault(int(outcomes.fault[row, int(outcomes.contact_actors[row, 1]) - 1]))
+        return _told(weighed, fault, float(outcomes.end_time[row]), config.time_step)
 
     return tuple(answer(row) for row in range(len(scenes)))
+
+
+def _sight(program: Program, values: Floats) -> float:
+    """How far the ego can see [m]: as far as need be, unless its view is shorter than usual, as in fog."""
+    view = float(actor_columns(program, values)[0, Column.VIEW_DISTANCE])
+    return view if view < VIEW_DISTANCE else math.inf
 
 
 def _outlines(program: Program, values: Floats) -> Floats:
@@ -98,13 +140,11 @@ def _outlines(program: Program, values: Floats) -> Floats:
     return np.ascontiguousarray(actor_columns(program, values)[:, columns])
 
 
-def _told(weighed: Weighed, contact: float, time_step: float) -> Avoidability | None:
-    if weighed.contact == NEVER:
-        return None
+def _told(weighed: Weighed, fault: Fault, contact: float, time_step: float) -> Avoidability:
     perceived, braking = (_time(k, time_step) for k in (weighed.perceived, weighed.braking))
     margin = (weighed.latest - weighed.braking) * time_step if weighed.latest != NEVER else -math.inf
     return Avoidability(
-        avoidance=_avoidance(weighed),
+        avoidance=OF_FAULT.get(fault) or _avoidance(weighed),
         contact=contact,
         perceived=perceived,
         braking=braking,
@@ -114,10 +154,12 @@ def _told(weighed: Weighed, contact: float, time_step: float) -> Avoidability | 
 
 
 def _avoidance(weighed: Weighed) -> Avoidance:
+    if weighed.perceived != NEVER and weighed.avoided:
+        return Avoidance.AVOIDABLE
+    if weighed.lost:
+        return Avoidance.LOST
     if weighed.perceived == NEVER:
         return Avoidance.UNSEEN
-    if weighed.avoided:
-        return Avoidance.AVOIDABLE
     return Avoidance.BRAKED_AS_HARD if weighed.as_hard else Avoidance.UNAVOIDABLE
 
 

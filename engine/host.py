@@ -14,7 +14,7 @@ from engine.kernels.stage import MAX_BLOWS, Blow, Layout, Leg, Plan, Run, Slot, 
 from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
-from engine.tables import SHADE, Floats, Ints, Size
+from engine.tables import SHADE, Floats, Ints, RoadTables, Size
 from engine.vehicles import MODELS, ActorModel
 from engine.vocabulary import ActorKind, Column, RuleKind, State
 
@@ -58,7 +58,7 @@ def plan(
         kinds=_integers(code.actor_kind),
         gyration=np.array([_gyration(MODELS[ActorKind(kind)]) for kind in code.actor_kind]),
         slides=np.isin(np.arange(len(code.actor_kind)), slides).astype(np.int32),
-        road=program.road._make(np.require(array, requirements=PLAIN) for array in program.road),
+        road=plain(program.road),
         layout=Layout(
             variant_values=len(code.literals),
             scene_values=len(code.literals) + code.variant_values.shape[1],
@@ -66,6 +66,7 @@ def plan(
             time_step=float(config.time_step),
             last_sample=-(-samples_of(config) // hold) * hold,
             budget=int(config.instruction_budget),
+            intersections=int(program.road_spec.rows) * int(program.road_spec.cols),
             lasting=int(len(code.temporal_root) > 0 or bool(np.any(code.rule_kind == RuleKind.WATCH))),
             restitution=float(contact.restitution),
             contact_friction=float(contact.friction),
@@ -169,6 +170,11 @@ def pair_arrays(metrics: Floats) -> dict[str, NDArray[Any]]:
 def outlines(program: Program, values: Floats) -> Floats:
     """(actors, 2): length and width of each actor of one scene [m]; `values` is its row of scene values."""
     return np.ascontiguousarray(actor_columns(program, values)[:, [Column.LENGTH, Column.WIDTH]])
+
+
+def plain(road: RoadTables) -> RoadTables:
+    """The tables of a road as kernels take them."""
+    return road._make(np.require(array, requirements=PLAIN) for array in road)
 
 
 def _numbers(array: Floats) -> Floats:

@@ -20,7 +20,7 @@ from engine.display import facts_table
 from engine.frozen import frozen
 from engine.result_row import Kept, Per, Result
 from engine.tables import Bools, Floats, Ints
-from engine.vocabulary import EndReason, Side, Verdict
+from engine.vocabulary import EndReason, Fault, Side, Verdict
 
 # -- the table ---------------------------------------------------------------------------------------------------------
 
@@ -200,6 +200,16 @@ class _Measured:
         Floats, Result("when the first actor left the road [s]", "s", per=Per.ACTOR, kept=Kept.LEAST)
     ]
     """When an actor's centre first left the road, NaN if never."""
+    fault: Annotated[
+        Ints,
+        Result(
+            "of a collision: `ego`, or no failure of the ego: `struck_from_behind`, `struck_standing`",
+            per=Per.PAIR,
+            kind=Fault,
+            kept=Kept.DECIDING,
+        ),
+    ]
+    """-1 for pairs that do not touch."""
     lateral_grip: Annotated[
         Floats,
         Result("largest use of grip by the ego, sideways, as a share of mu g", per=Per.ACTOR, kept=Kept.EGO),

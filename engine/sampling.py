@@ -26,11 +26,12 @@ from engine.feasibility.pruning import Pruner, groups_of, pruner
 from engine.kernels.attempts import sample_rows
 from engine.kernels.random_numbers import GENE_CHANNEL, fill_uniform, truncated_normals
 from engine.kernels.recipe import Confinement, Layout, Ledger, Recipe, Request, Scratch
+from engine.opcodes import Op
 from engine.program import ParamSpace, Program
 from engine.scenes import Scenes
 from engine.streams import check_keys
 from engine.tables import CodeTables, Floats, Ints, RoadTables, Size
-from engine.vocabulary import Distribution, GeneKind, Op, Purpose
+from engine.vocabulary import Distribution, GeneKind, Purpose
 
 __all__ = ["draw_genomes", "sample", "uniform_genomes"]
 

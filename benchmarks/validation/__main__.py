@@ -14,6 +14,7 @@ from rich.console import Console
 
 from benchmarks.validation.checks import CHECKS, Verdict, judged
 from benchmarks.validation.drives import drives
+from benchmarks.validation.encounters import encounters
 from benchmarks.validation.environments import FOLDER, ROOT, SetupError, set_up
 from benchmarks.validation.items import Item
 from benchmarks.validation.looks import looked
@@ -47,6 +48,9 @@ def main() -> int:
 
 def _items(arguments: argparse.Namespace, console: Console, asked: set[str]) -> Iterator[Item]:
     folder: Path = arguments.out
+    yield from encounters(folder / "encounters")
+    if asked == {"encounter"}:
+        return
     if "looks" in asked:
         console.print("looking past one another", style="dim")
         yield from looked(folder / "looks", arguments.looks)

@@ -68,6 +68,13 @@ CHECKS = (
         ("commonroad",),
         NO_OBSTACLE,
     ),
+    Check(
+        "crime",
+        "CommonRoad-CriMe",
+        "time gap, TTC, WTTC, TET, TIT, TTB, what braking and steering need, delta-V",
+        ("encounter",),
+        (r'"TTC": [\d.]+', '"TTC": 0.5'),
+    ),
     Check("omega_prime", "omega-prime", "valid columns, everybody at every sample", ("csv", "parquet"), ("yaw", "yew")),
     Check(
         "",

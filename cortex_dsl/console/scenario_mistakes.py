@@ -22,9 +22,10 @@ from cortex_dsl.semantics.quantities.bounds import Numbers, closed_value, operan
 from cortex_dsl.source import Source, Span
 from engine.feasibility import Feasibility, conflicts
 from engine.feasibility.distances import boundary_distance, region_edges
+from engine.opcodes import Op
 from engine.program import ParamSpace, Program
 from engine.tables import ROAD_REGION, Ints
-from engine.vocabulary import Column, Op
+from engine.vocabulary import Column
 
 if TYPE_CHECKING:
     from engine.scenes import Scenes

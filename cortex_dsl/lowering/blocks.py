@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from cortex_dsl import ir
 from cortex_dsl.lowering.instructions import CodeBuffer, ExpressionWriter, LocalRegister, Register, Target
 from engine.frozen import frozen
-from engine.vocabulary import Op
+from engine.opcodes import Op
 
 # -- `do choose` and `do shuffle`: one draw of the behaviour stream decides among the options allowed ------------------
 #

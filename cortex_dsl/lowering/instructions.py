@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from cortex_dsl import ir
 from cortex_dsl.semantics.quantities.bounds import changes, operands
 from engine.frozen import frozen
+from engine.opcodes import Op
 from engine.tables import SHADE
-from engine.vocabulary import Op
 
 # -- operands and rows: code before registers have numbers -------------------------------------------------------------
 #

@@ -7,9 +7,10 @@ printed bare; jumps name rows.
 
 from collections.abc import Callable, Iterator, Sequence
 
+from engine.opcodes import Op
 from engine.program import Program
 from engine.tables import Size
-from engine.vocabulary import ActorKind, Column, Command, GeneKind, Op, State, TemporalOp
+from engine.vocabulary import ActorKind, Column, Command, GeneKind, State, TemporalOp
 
 Namer = Callable[[int], str]
 

@@ -1,6 +1,4 @@
-"""One variant to symbolic code (requirements and outputs of its scenes, rules and behaviours of its runs), and variants
-whose code is the same to one template, with a column of constants for each variant.
-"""
+"""One variant to symbolic code, and variants of the same code to one template with a column of constants for each."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -27,7 +25,8 @@ from cortex_dsl.lowering.instructions import (
     Temporary,
 )
 from engine.frozen import frozen
-from engine.vocabulary import Column, Op
+from engine.opcodes import Op
+from engine.vocabulary import Column
 
 
 @frozen

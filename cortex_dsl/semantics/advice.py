@@ -23,7 +23,7 @@ from cortex_dsl.semantics.names.tree import everything_in, param_entries
 from cortex_dsl.semantics.quantities.bounds import Interval, folded, part_interval
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
-from engine.vocabulary import Op
+from engine.opcodes import Op
 
 # -- params that influence anything ------------------------------------------------------------------------------------
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.quantities.bounds import operands
-from engine.vocabulary import Column, Distribution, GeneKind, Op, RuleKind, State, TemporalOp
+from engine.opcodes import Op
+from engine.vocabulary import Column, Distribution, GeneKind, RuleKind, State, TemporalOp
 
 # -- expressions and acts ----------------------------------------------------------------------------------------------
 

@@ -34,8 +34,8 @@ from engine.feasibility.distances import (
     region_edges,
     unknown,
 )
+from engine.opcodes import Op
 from engine.tables import Floats, RoadTables
-from engine.vocabulary import Op
 
 # -- paths -------------------------------------------------------------------------------------------------------------
 

@@ -20,9 +20,9 @@ from engine.feasibility.bounds import GEOMETRY
 from engine.feasibility.forward import FORWARD, TRUTHS, table
 from engine.feasibility.tape import Instruction, Tape
 from engine.frozen import frozen
+from engine.opcodes import Op
 from engine.program import Program
 from engine.tables import Floats, Ints
-from engine.vocabulary import Op
 
 # -- what a result says about its operands -----------------------------------------------------------------------------
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from engine.feasibility import arithmetic
 from engine.feasibility.arithmetic import RELATIVE, Forward, Interval, either, infinite, made, magnitude, slackened
+from engine.opcodes import Op
 from engine.tables import Floats
-from engine.vocabulary import Op
 
 # -- functions ---------------------------------------------------------------------------------------------------------
 

@@ -14,9 +14,10 @@ from engine.feasibility.bounds import GEOMETRY
 from engine.feasibility.contraction import ALIVE, Boxes, empty_boxes
 from engine.feasibility.tape import Instruction, Tape, record, variant_leaves
 from engine.frozen import frozen
+from engine.opcodes import Op
 from engine.program import Program
 from engine.tables import ROAD_REGION, Floats, Ints, Size
-from engine.vocabulary import GeneKind, Op
+from engine.vocabulary import GeneKind
 
 EVERY = -1
 """All requirements."""

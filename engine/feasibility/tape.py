@@ -12,9 +12,10 @@ import numpy as np
 from engine.feasibility.bounds import OPERANDS, RESULTS
 from engine.feasibility.forward import FORWARD
 from engine.frozen import frozen
+from engine.opcodes import Op
 from engine.program import Program
 from engine.tables import CodeTables, Size
-from engine.vocabulary import Column, Op
+from engine.vocabulary import Column
 
 THREE = frozenset({Op.SELECT})
 TWO = frozenset({Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.MOD, Op.FLOORDIV, Op.POW, Op.MIN, Op.MAX, Op.ATAN2, Op.HYPOT,

@@ -6,18 +6,20 @@ was such a run has the same numbers again.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from engine.host import MAX_SAMPLES, pair_arrays
+from engine.host import MAX_SAMPLES, pair_arrays, plain
 from engine.interchange.contract import OURS, Finding, InterchangeError
 from engine.interchange.recording import OF_STEPS, SAME_INSTANT, RecordedCase, Recording, states_at
 from engine.kernels.approach import Touch, search_contact_of
+from engine.kernels.fault import fault_of
 from engine.kernels.pair import measure_pair
 from engine.metrics import Body, Metric, measure_trajectory
 from engine.outcomes import PAIRS, Outcomes, blank_outcomes
+from engine.program import RoadSpec
 from engine.risk import PROFILES, Risk, assess
 from engine.scenes import Trajectory
 from engine.tables import ROAD_REGION, Floats
@@ -84,7 +86,7 @@ def _bodies(recording: Recording) -> tuple[Body, ...]:
             actor.length,
             actor.width,
             actor.rear_to_center,
-            actor.mass,
+            math.inf if actor.mass > MODELS[actor.kind].fixed_above else actor.mass,
             actor.max_acceleration,
             actor.max_braking,
             MODELS[actor.kind].friction,
@@ -179,6 +181,9 @@ def _outcomes(recording: Recording, judged: Floats, outlines: Floats, end: _End,
     pairs: list[Sequence[float]] = [
         measure_pair(judged, samples, recording.step, other, outlines, other == touched, end.part) for other in others
     ]
+    arrays = pair_arrays(np.array(pairs, dtype=np.float64).reshape(1, len(others), len(PAIRS)) + 0.0)  # -0.0 is 0
+    if touched > 0:
+        arrays["fault"][0, touched - 1] = _fault(recording, judged, samples - 1, outlines, arrays, touched - 1)
     return blank_outcomes(
         1,
         len(recording.actors),
@@ -187,10 +192,33 @@ def _outcomes(recording: Recording, judged: Floats, outlines: Floats, end: _End,
         end_reason=_row(int(_reason(end))),
         end_time=np.array([end.time]),
         steps=_row(end.last + (1 if end.part > 0.0 else 0)),
-        **pair_arrays(np.array(pairs, dtype=np.float64).reshape(1, len(others), len(PAIRS)) + 0.0),  # -0.0 is 0
+        **arrays,
         left_road_time=_left_road(recording, judged),
         contact_actors=_row(end.touch.one, end.touch.other).reshape(1, 2),
         **_among_others(recording, end, among),
+    )
+
+
+def _fault(
+    recording: Recording, judged: Floats, last: int, outlines: Floats, pairs: Mapping[str, np.ndarray], pair: int
+) -> int:
+    """The `Fault` of the ego's contact; without a road of ours one may stand anywhere."""
+    from engine.road import build_network
+    from engine.road.network import road_tables
+
+    network = build_network(recording.road or RoadSpec())
+    return fault_of(
+        judged,
+        last,
+        recording.step,
+        float(outlines[0, 0]),
+        float(outlines[0, 1]),
+        plain(road_tables(network)),
+        len(network.intersections) if recording.road is not None else 0,
+        float(pairs["side"][0, pair]),
+        float(pairs["ego_speed"][0, pair]),
+        float(pairs["other_speed"][0, pair]),
+        float(pairs["approach_angle"][0, pair]),
     )
 
 

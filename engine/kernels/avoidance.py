@@ -3,26 +3,32 @@
 The ego's path is the one that it took, carried on as it would have gone on without contact; only its motion along that
 path differs. Up to the moment when the reference driver brakes everything is as it was; from then on the others go on
 behaving, and react, if they react to anything, to the ego of the reference driver. That driver brakes as the ramp
-allows, and no less than the ego has done since, up to full braking: who takes over does not let go of the pedal.
+allows, and no less than the ego has done since, up to full braking: who takes over does not let go of the pedal. Full
+braking is that of the reference driver, of the ego's own brakes, or what its tyres hold, whichever is least.
 
 To brake earlier is not always better, as who brakes later may pass before the other: all moments are tried.
 
-Perception: at a sample the conflict is in sight when, within the horizon, the outlines would touch if the ego went on
-along its path at its present speed and the other kept its speed and the rate at which it has just been turning (the
-constant turn rate and velocity model of Schubert, Richter and Wanielik (2008), "Comparison and evaluation of advanced
-motion models for vehicle tracking"). It is perceived when it has been in sight for the whole time of perception.
+Perception: at a sample a conflict is in sight when the ego could see the other, wherever it looks, and one of these
+holds. Within the horizon the outlines would touch if the ego went on along its path at its present speed and the other
+kept its speed and the rate at which it has just been turning (the constant turn rate and velocity model of Schubert,
+Richter and Wanielik (2008), "Comparison and evaluation of advanced motion models for vehicle tracking"). Or the other
+leads, nearer than the horizon, and brakes harder than the driver takes for usual, as UN R157 has it. A conflict is
+perceived when it has been in sight for the whole time of perception.
 """
 
 import math
 from typing import NamedTuple
 
 from engine.kernels.approach import first_contact
+from engine.kernels.bicycle import Vehicle
+from engine.kernels.conflict import snapshot, time_gap
 from engine.kernels.geometry import Box, outline_at, shortest_turn
 from engine.kernels.jit import inlined, kernel
+from engine.kernels.noticing import notices
 from engine.kernels.rollout import advance, begin
-from engine.kernels.stage import REPLACED, RUNNING, Plan, Run, Slot, Status
+from engine.kernels.stage import REPLACED, RUNNING, Plan, Run, Slot, Status, vehicle_of
 from engine.tables import Floats, Ints
-from engine.vocabulary import EndReason, State
+from engine.vocabulary import ActorKind, EndReason, State
 
 WAY, PATH_X, PATH_Y, PATH_HEADING, OWN = range(5)
 """Columns of the ego's path: arc length of its centre [m], its poses, and by how much it slowed down itself in the step
@@ -30,6 +36,8 @@ after [m/s^2]; a row for each sample."""
 PATH_COLUMNS = 5
 NEVER = -1
 """No such sample."""
+COASTING = 0.5
+"""Who slows down by more brakes [m/s^2]; *ours*."""
 
 
 class Driver(NamedTuple):
@@ -45,6 +53,10 @@ class Driver(NamedTuple):
     """From the first touch of the pedal to full braking [s]."""
     horizon: float
     """How far ahead a conflict is in sight [s]."""
+    alarming: float
+    """Deceleration of a leader beyond which there is a conflict, whatever the distance [m/s^2]."""
+    reach: float
+    """How far anything can be seen [m]."""
 
 
 class Case(NamedTuple):
@@ -70,7 +82,7 @@ class Weighed(NamedTuple):
     """If avoided, the last sample up to which the driver may wait, every sample between avoiding contact; if not, the
     last one before `braking` that would have, else the first one after it; `NEVER`: there is none at all."""
     as_hard: bool
-    """Whether the ego had braked at least as hard itself: it had come no farther."""
+    """Whether the ego had braked, and at least as hard itself: it had come no farther."""
     lost: bool
     """Whether no sample at all avoids contact, nor full braking from the first sample on, without any ramp."""
 
@@ -100,17 +112,32 @@ def weigh(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, extr
     until = int(run.status[Status.SAMPLE])
     time_step = plan.layout.time_step
     _lay_path(run.states, until + 1, path, time_step)
-    perceived = _perceive(run.states, contact, other, outlines, path[: until + 1], time_step, driver)
+    driver = _in_its_car(driver, vehicle_of(plan, run, 0), plan.kinds[0] == ActorKind.PEDESTRIAN)
+    perceived = _perceive(plan, run, contact, other, outlines, path[: until + 1], driver)
     braking = contact if perceived == NEVER else perceived + _samples(driver.reaction, time_step)
     begun = min(braking, contact)
     drive = _drive(plan, run, case, begun, contact, until, outlines, path, driver)
     as_hard = drive.touched and braking < contact - 1 and path[contact - 1, WAY] <= drive.way + 1e-6
+    as_hard = as_hard and path[: contact - 1, OWN].max() > COASTING
     latest = _latest(plan, run, case, begun, not drive.touched, contact, until, outlines, path, driver)
-    at_once = Driver(driver.perception, driver.reaction, driver.deceleration, 0.0, driver.horizon)
+    at_once = _brakes_like(driver, driver.deceleration, 0.0)
     lost = latest == NEVER and _drive(plan, run, case, 0, contact, until, outlines, path, at_once).touched
     if perceived == NEVER:
         return Weighed(contact, NEVER, NEVER, False, NEVER, False, lost)
     return Weighed(contact, perceived, braking, not drive.touched, latest, as_hard, lost)
+
+
+@inlined
+def _in_its_car(driver: Driver, vehicle: Vehicle, on_foot: bool) -> Driver:
+    """The reference driver with the brakes and the tyres of the ego."""
+    hardest = vehicle.max_braking if on_foot else min(vehicle.max_braking, vehicle.grip)
+    return _brakes_like(driver, min(driver.deceleration, hardest), driver.ramp)
+
+
+@inlined
+def _brakes_like(driver: Driver, braking: float, ramp: float) -> Driver:
+    """The same driver with other brakes [m/s^2, s]."""
+    return Driver(driver.perception, driver.reaction, braking, ramp, driver.horizon, driver.alarming, driver.reach)
 
 
 @inlined
@@ -163,14 +190,13 @@ def _pose(path: Floats, way: float, length: float, width: float) -> Box:
 
 
 @kernel
-def _perceive(
-    states: Floats, contact: int, other: int, outlines: Floats, path: Floats, time_step: float, driver: Driver
-) -> int:
+def _perceive(plan: Plan, run: Run, contact: int, other: int, outlines: Floats, path: Floats, driver: Driver) -> int:
     """The first sample before contact at which the conflict has been in sight for the time of perception."""
+    time_step = plan.layout.time_step
     needed, seen = _samples(driver.perception, time_step), 0
     for k in range(contact):
-        present = states[k, 0, State.PRESENT] != 0.0 and states[k, other, State.PRESENT] != 0.0
-        if present and _in_sight(states, k, other, outlines, path, time_step, driver.horizon):
+        conflict = _conflicts(run.states, k, other, outlines, path, time_step, driver)
+        if conflict and notices(plan, run, k, 0, other, driver.reach):
             seen += 1
         else:
             seen = 0
@@ -179,8 +205,22 @@ def _perceive(
     return NEVER
 
 
+@inlined
+def _conflicts(
+    states: Floats, k: int, other: int, outlines: Floats, path: Floats, time_step: float, driver: Driver
+) -> bool:
+    """Whether there is anything to perceive at sample k: contact ahead, or a leader that brakes hard."""
+    if states[k, 0, State.PRESENT] == 0.0 or states[k, other, State.PRESENT] == 0.0:
+        return False
+    if k > 0 and states[k, other, State.ACCELERATION] < -driver.alarming:
+        now = snapshot(states, k + 1, k, 0.0, time_step, other, outlines)
+        if time_gap(now) < driver.horizon:
+            return True
+    return _would_touch(states, k, other, outlines, path, time_step, driver.horizon)
+
+
 @kernel
-def _in_sight(
+def _would_touch(
     states: Floats, k: int, other: int, outlines: Floats, path: Floats, time_step: float, horizon: float
 ) -> bool:
     """Whether the outlines would touch within the horizon if both went on as they do at sample k."""

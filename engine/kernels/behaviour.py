@@ -25,8 +25,9 @@ from engine.kernels.region import region_contains
 from engine.kernels.sight import SEEN
 from engine.kernels.stage import Plan, Run, Slot, Status, column_of, outline_of, place
 from engine.kernels.steering import pedals_towards, planned_speed, steer_along, turn_along
+from engine.opcodes import Op
 from engine.tables import ROAD_REGION
-from engine.vocabulary import ActorKind, Column, Command, Op, Purpose, State
+from engine.vocabulary import ActorKind, Column, Command, Purpose, State
 
 # -- the others around -------------------------------------------------------------------------------------------------
 

@@ -34,8 +34,9 @@ from engine.kernels.region import (
     region_sample,
 )
 from engine.kernels.sight import SEEN, look
+from engine.opcodes import Op
 from engine.tables import Bools, Floats, Ints, RoadTables
-from engine.vocabulary import Op, TemporalOp
+from engine.vocabulary import TemporalOp
 
 # -- scalar instructions -----------------------------------------------------------------------------------------------
 FULL_TURN = 2.0 * math.pi

@@ -116,6 +116,7 @@ def measure_pair(
         first_seen=math.nan,
         ttc_at_first_sight=math.nan,
         hidden_time=math.nan,
+        fault=-1.0,
     )
 
 
@@ -137,6 +138,7 @@ def _never_together() -> PairMetrics:
         first_seen=math.nan,
         ttc_at_first_sight=math.nan,
         hidden_time=math.nan,
+        fault=-1.0,
     )
 
 

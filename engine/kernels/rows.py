@@ -3,16 +3,19 @@
 from collections import namedtuple
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from engine.kernels.fault import fault_of
 from engine.kernels.grip import grip_used
-from engine.kernels.jit import kernel
+from engine.kernels.jit import inlined, kernel
 from engine.kernels.noticing import sighting_of
-from engine.kernels.pair import measure_pair
+from engine.kernels.pair import PairMetrics, measure_pair
 from engine.kernels.rollout import advance, begin
 from engine.kernels.stage import COLUMNS, RUNNING, Plan, Run, Slot, Status, vehicle_of
 from engine.outcomes import OUTCOMES, PAIRS, Per
 from engine.tables import Floats, Ints
 from engine.vocabulary import ActorKind, Column, EndReason, Verdict
 
+FAULT = [row.name for row in PAIRS].index("fault")
+"""Where a pair's row has it; what road and record tell is none of `measure_pair`."""
 FIRST_SEEN = [row.name for row in PAIRS].index("first_seen")
 """Where the numbers of `noticing.Sighting` stand among those of a pair, one beside the other."""
 
@@ -89,6 +92,8 @@ def measure_run(plan: Plan, run: Run, values: Floats, row: int, outlines: Floats
         metrics = measure_pair(run.states, samples, plan.layout.time_step, other, outlines, touching == other, ending)
         for number in range(len(metrics)):
             out.pairs[row, other - 1, number] = metrics[number]
+        if touching == other:
+            out.pairs[row, other - 1, FAULT] = _fault(plan, run, samples - 1, outlines, metrics)
         sighting = sighting_of(plan, run, samples, ending, other, outlines)
         for number in range(len(sighting)):
             out.pairs[row, other - 1, FIRST_SEEN + number] = sighting[number]
@@ -99,3 +104,23 @@ def measure_run(plan: Plan, run: Run, values: Floats, row: int, outlines: Floats
             out.lateral_grip[row, actor] = used.sideways
             out.combined_grip[row, actor] = used.together
     run.status[Status.SHADED] = -1
+
+
+@inlined
+def _fault(plan: Plan, run: Run, last: int, outlines: Floats, metrics: PairMetrics) -> float:
+    """The `Fault` of a contact in the step after sample `last`."""
+    return float(
+        fault_of(
+            run.states,
+            last,
+            plan.layout.time_step,
+            outlines[0, 0],
+            outlines[0, 1],
+            plan.road,
+            plan.layout.intersections,
+            metrics.side,
+            metrics.ego_speed,
+            metrics.other_speed,
+            metrics.approach_angle,
+        )
+    )

@@ -32,6 +32,8 @@ class Layout(NamedTuple):
     """The sample at which the time limit ends a run."""
     budget: int
     """Instructions that one turn may take."""
+    intersections: int
+    """Regions 1 to so many of the road are intersections."""
     lasting: int
     """1 where temporal requirements or records are declared, so that a run goes on for the ego alone."""
     restitution: float

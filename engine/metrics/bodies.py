@@ -1,5 +1,6 @@
 """What an actor is and can do, as far as metrics ask: size, mass, pedals, grip."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +25,7 @@ class Body:
     rear_to_center: float
     """How far ahead of its rear axle the centre lies [m]."""
     mass: float
-    """[kg]"""
+    """[kg]; infinite of what is fixed."""
     max_acceleration: float
     """With full throttle [m/s^2]."""
     max_braking: float
@@ -63,7 +64,7 @@ def _body(kind: ActorKind, row: Floats) -> Body:
         float(row[Column.LENGTH]),
         float(row[Column.WIDTH]),
         float(row[Column.REAR_TO_CENTER]),
-        float(row[Column.MASS]),
+        math.inf if row[Column.FIXED] != 0.0 else float(row[Column.MASS]),
         float(row[Column.MAX_ACCELERATION]),
         float(row[Column.MAX_BRAKING]),
         float(row[Column.FRICTION]),

@@ -9,13 +9,14 @@ import pytest
 
 from engine import batch
 from engine.config import SimulationConfig
+from engine.opcodes import Op
 from engine.outcomes import Outcomes
 from engine.program import ParamSpace, Program, RoadSpec, Rule, Settings, VariantLabel
 from engine.road import Network, build_network, road_tables
 from engine.scenes import Scenes
 from engine.tables import CodeTables, RoadTables
 from engine.vehicles import MODELS
-from engine.vocabulary import ActorKind, Column, Command, ManeuverType, Op, RuleKind, TemporalOp
+from engine.vocabulary import ActorKind, Column, Command, ManeuverType, RuleKind, TemporalOp
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ def test_blank_outcomes_are_those_of_invalid_scenes() -> None:
 def test_enumerations_have_words() -> None:
     """Of numbers there are none; of nothing the empty one."""
     words = {row.name: row.words for row in OUTCOMES if row.words is not None}
-    assert sorted(words) == ["end_reason", "side", "verdict"]
+    assert sorted(words) == ["end_reason", "fault", "side", "verdict"]
     assert words["side"] == {-1: "", 0: "front", 1: "left", 2: "rear", 3: "right"}
 
 

@@ -18,10 +18,11 @@ from engine.interchange.openscenario.document import unique_names
 from engine.interchange.openscenario.maneuvers import formula
 from engine.interchange.openscenario.maneuvers.formula import Formula, number
 from engine.interchange.openscenario.maneuvers.maneuver_plan import Parameter
+from engine.opcodes import Op
 from engine.road.network import Network
 from engine.scenes import Scenes, actor_columns
 from engine.tables import Floats
-from engine.vocabulary import Column, Distribution, GeneKind, Op, State
+from engine.vocabulary import Column, Distribution, GeneKind, State
 
 SAID: Mapping[Op, Callable[..., Formula]] = {
     Op.MOVE: lambda a: a,

@@ -12,7 +12,8 @@ from engine.interchange.openscenario.maneuvers import formula
 from engine.interchange.openscenario.maneuvers.formula import Formula
 from engine.interchange.openscenario.maneuvers.maneuver_plan import Change, Reaction, Trigger, all_of, none_of
 from engine.kernels.steering import MAX_ACCELERATION
-from engine.vocabulary import ActorKind, Column, Command, Op
+from engine.opcodes import Op
+from engine.vocabulary import ActorKind, Column, Command
 
 LEAST_RATE = 0.0001
 """Added to what brakes do: readers take no rate of 0, that of a pedal which is not pressed [m/s^2]."""

@@ -29,9 +29,10 @@ from engine.interchange.openscenario.maneuvers.maneuver_plan import (
     Way,
     phases_of,
 )
+from engine.opcodes import Op
 from engine.road.network import Lane, LaneRole
 from engine.scenes import Scenes
-from engine.vocabulary import ActorKind, Column, Op, RuleKind
+from engine.vocabulary import ActorKind, Column, RuleKind
 
 # -- where actors start ------------------------------------------------------------------------------------------------
 

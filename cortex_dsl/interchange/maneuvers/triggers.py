@@ -16,7 +16,8 @@ from engine.interchange.openscenario.maneuvers.maneuver_plan import (
     any_of,
     none_of,
 )
-from engine.vocabulary import Column, Op, State
+from engine.opcodes import Op
+from engine.vocabulary import Column, State
 
 MOST_GROUPS = 32
 """Most alternatives of a trigger: with more, it is a calculation that no reader understands."""

@@ -90,26 +90,38 @@ def varying(found: Sensitivity) -> list[tuple[str, Indices]]:
 AVOIDANCES = {
     Avoidance.AVOIDABLE: ("avoidable", "good", "the reference driver would have stopped or passed in time"),
     Avoidance.UNAVOIDABLE: ("unavoidable", "bad", "the reference driver would have braked too late"),
-    Avoidance.BRAKED_AS_HARD: ("braked as hard", "warn", "too late, and the ego had braked as hard itself, or stood"),
+    Avoidance.BRAKED_AS_HARD: ("braked as hard", "warn", "too late, and the ego had braked as hard itself"),
     Avoidance.UNSEEN: ("unseen", "warn", "in sight for too short a time before contact"),
+    Avoidance.LOST: ("lost from the start", "warn", "the scene begins too late for any braking, the hardest included"),
+    Avoidance.STRUCK_FROM_BEHIND: ("struck from behind", "quiet", "no failure of the ego: another ran into its rear"),
+    Avoidance.STRUCK_STANDING: (
+        "struck while standing",
+        "quiet",
+        "no failure of the ego: it stood where it may stand",
+    ),
 }
+"""Name, style and meaning."""
 
 
 DRIVER = (
-    "UN R157: 0.4 s to perceive, 0.75 s to react, 0.774 g after 0.6 s more; it brakes along the ego's own path, no "
-    "less than the ego had begun to and never harder than 0.774 g, and never steers. The regulation means cut-ins on "
-    "motorways; that a conflict is in sight 4 s ahead is cortexc's choice"
+    "UN R157: 0.4 s to perceive, 0.75 s to react, 0.774 g after 0.6 s more, or what brakes and road allow if that is "
+    "less; it sees what nothing hides, brakes along the ego's own path, no less than the ego had begun to, and never "
+    "steers. The regulation means cut-ins on motorways; that a conflict is in sight 4 s ahead is cortexc's choice"
 )
 
 
 def lost_text(avoided: Avoided) -> str:
-    """`3 of them no braking avoids …`; empty where there are none."""
+    """`3 of them are lost from the start …`; empty where there are none."""
     if not avoided.lost:
         return ""
-    return (
-        f"{avoided.lost:,} of them no braking avoids, neither the driver's from any moment on nor full braking from "
-        "the start: they speak of the scene drawn"
-    )
+    return f"{avoided.lost:,} of them are lost from the start: they speak of the scene drawn, not of the driving"
+
+
+def struck_text(avoided: Avoided) -> str:
+    """`2 of them are no failure of the ego …`; empty where there are none."""
+    if not avoided.struck:
+        return ""
+    return f"{avoided.struck:,} of them are no failure of the ego: it was struck from behind, or while standing"
 
 
 def system_lines(avoided: Avoided) -> list[str]:
@@ -329,5 +341,10 @@ def analysis_content(space: ParamSpace, analysis: Analysis) -> dict[str, Any]:
         {"name": grid.name, "failing": grid.failing, "covered": grid.covered, "qd_score": grid.qd_score}
         for grid in analysis.grids
     ]
-    avoided = {kind.name.lower(): ratio(count, analysis.avoided.driven) for kind, count in analysis.avoided.by.items()}
-    return {"params": space.names, "kinds": kinds, **vars(analysis), "cells": cells, "avoided_shares": avoided}
+    found = analysis.avoided
+    more: dict[str, Any] = {
+        "cells": cells,
+        "avoided": {**vars(found), "lost": found.lost, "struck": found.struck},
+        "avoided_shares": {kind.name.lower(): ratio(count, found.driven) for kind, count in found.by.items()},
+    }
+    return {"params": space.names, "kinds": kinds, **vars(analysis), **more}

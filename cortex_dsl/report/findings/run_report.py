@@ -11,7 +11,7 @@ from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
 from cortex_dsl.report.findings.story import RULE_TEXTS, Moment, in_order, story_of
 from cortex_dsl.report.findings.tally import Tally, first_culprit
 from engine.metrics import Metric, Recorded
-from engine.outcomes import PAIRS, Outcomes
+from engine.outcomes import PAIRS, Outcomes, Result
 from engine.program import ParamSpace, Program
 from engine.road.outline import Outline
 from engine.scenes import Scenes, Trajectory
@@ -174,10 +174,15 @@ def pairs_content(actors: Sequence[str], outcomes: Outcomes) -> list[dict[str, A
     return [
         {
             "actors": [actors[0], other],
-            **{row.name: getattr(outcomes, row.name)[0, pair] for row in PAIRS if row.in_document},
+            **{row.name: _value(row, getattr(outcomes, row.name)[0, pair]) for row in PAIRS if row.in_document},
         }
         for pair, other in enumerate(actors[1:])
     ]
+
+
+def _value(row: Result, value: float) -> float | str | None:
+    """A number, or the word of an enumeration; None where there is none."""
+    return value if row.words is None else row.words[int(value)] or None
 
 
 def metrics_content(actors: Sequence[str], metrics: Sequence[Metric]) -> list[dict[str, Any]]:

@@ -14,7 +14,7 @@ from engine.outcomes import Outcomes
 from engine.program import Program, Rule
 from engine.scenes import Trajectory
 from engine.tables import SLIDING, Floats, Ints
-from engine.vocabulary import EndReason, State
+from engine.vocabulary import EndReason, Fault, State
 
 if TYPE_CHECKING:
     from engine.world.impacts import Impact
@@ -86,8 +86,18 @@ def end_of(program: Cast, outcomes: Outcomes, row: int) -> Moment:
     if reason in (EndReason.COLLISION, EndReason.OTHER_COLLISION):
         first, second = (program.actors[int(actor)] for actor in outcomes.contact_actors[row])
         alone = f"; {program.actors[0]} has touched nobody" if reason == EndReason.OTHER_COLLISION else ""
-        return Moment(time, -1, "contact", f"contact: {first} and {second}{alone}")
+        struck = _struck(program, outcomes, row) if reason == EndReason.COLLISION else ""
+        return Moment(time, -1, "contact", f"contact: {first} and {second}{alone}{struck}")
     return Moment(time, -1, "end", end_text(program, reason, int(outcomes.end_rule[row])))
+
+
+STRUCK = {Fault.STRUCK_FROM_BEHIND: "from behind", Fault.STRUCK_STANDING: "while standing"}
+
+
+def _struck(program: Cast, outcomes: Outcomes, row: int) -> str:
+    """`; ego was struck from behind, which is no failure of its own`, where it was."""
+    how = STRUCK.get(Fault(max(0, int(outcomes.fault[row, int(outcomes.contact_actors[row, 1]) - 1]))))
+    return f"; {program.actors[0]} was struck {how}, which is no failure of its own" if how else ""
 
 
 def end_text(program: Cast, reason: EndReason, rule: int) -> str:

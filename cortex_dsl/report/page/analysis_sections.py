@@ -12,6 +12,7 @@ from cortex_dsl.report.findings.analysis_report import (
     lost_text,
     margin_text,
     shuffled_text,
+    struck_text,
     system_lines,
     varying,
 )
@@ -28,7 +29,12 @@ from engine.search.insight.sensitivity import Indices, Sensitivity, Share
 from engine.tables import Floats
 from engine.vocabulary import GeneKind
 
-AVOIDANCE_STYLES = {Avoidance.AVOIDABLE: "hit", Avoidance.BRAKED_AS_HARD: "warn", Avoidance.UNSEEN: "warn"}
+AVOIDANCE_STYLES = {
+    Avoidance.AVOIDABLE: "hit",
+    Avoidance.BRAKED_AS_HARD: "warn",
+    Avoidance.UNSEEN: "warn",
+    Avoidance.LOST: "warn",
+}
 """What speaks against the ego stands out."""
 
 
@@ -183,10 +189,13 @@ def avoided(analysis: Analysis) -> Node:
     ]
     note = (
         f"{counted(found.driven, 'different collision')}, each driven again by the reference driver of {DRIVER}. "
-        "An avoidable collision speaks against the ego as it was set; an unavoidable one may speak against the scene. "
+        "An avoidable collision speaks against the ego as it was set; an unavoidable one may speak against the scene; "
+        "one in which the ego was struck from behind, or while it stood, against the other. "
         "Shares are of what this search kept: no rates."
     )
-    more = [text for text in (lost_text(found), *system_lines(found), fastest_text(analysis)) if text]
+    more = [
+        text for text in (lost_text(found), struck_text(found), *system_lines(found), fastest_text(analysis)) if text
+    ]
     said = [element("p", f"{text[0].upper()}{text[1:]}.", class_="note") for text in more]
     return part("avoidable", "Would a competent driver have avoided it?", note, bars(rows, found.driven), said)
 
@@ -197,7 +206,7 @@ def avoidance_badge(answer: Avoidability | None) -> Node:
         return None
     name, _, meaning = AVOIDANCES[answer.avoidance]
     margin = margin_text(answer)
-    text = f"{name} for a competent driver{f' ({margin})' if margin else ''}"
+    text = name if answer.struck else f"{name} for a competent driver{f' ({margin})' if margin else ''}"
     return element(
         "span", text, class_=f"badge {AVOIDANCE_STYLES.get(answer.avoidance, '')}".strip(), title=f"{meaning}. {DRIVER}"
     )

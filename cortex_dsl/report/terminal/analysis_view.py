@@ -26,6 +26,7 @@ from cortex_dsl.report.findings.analysis_report import (
     margin_text,
     probability_text,
     shuffled_text,
+    struck_text,
     system_lines,
     varying,
 )
@@ -63,9 +64,10 @@ def avoidance_view(analysis: Analysis) -> RenderableType:
 
 
 def _lost(avoided: Avoided) -> Iterator[Text]:
-    """How many say more about what the file draws than about the ego."""
-    if lost_text(avoided):
-        yield Text(lost_text(avoided), "warn")
+    """How many say more about what the file draws, or about others, than about the ego."""
+    for text in (lost_text(avoided), struck_text(avoided)):
+        if text:
+            yield Text(text, "warn")
 
 
 def _worst(analysis: Analysis) -> list[RenderableType]:

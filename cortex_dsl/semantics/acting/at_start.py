@@ -23,7 +23,8 @@ from cortex_dsl.semantics.names.tree import is_timed, subformulas
 from cortex_dsl.semantics.quantities.algebra import Operation, Term
 from cortex_dsl.semantics.quantities.bounds import folded, margin_of
 from cortex_dsl.syntax import nodes
-from engine.vocabulary import Op, RuleKind, State
+from engine.opcodes import Op
+from engine.vocabulary import RuleKind, State
 
 SUFFIX = " (at the start)"
 

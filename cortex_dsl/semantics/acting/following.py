@@ -42,9 +42,10 @@ from cortex_dsl.semantics.quantities.algebra import (
     wrapped,
 )
 from engine.frozen import frozen
+from engine.opcodes import Op
 from engine.road.network import Lane
 from engine.road.sections import LaneSection
-from engine.vocabulary import ActorKind, Command, Op
+from engine.vocabulary import ActorKind, Command
 
 TIME_HEADWAY = 1.6
 MIN_GAP = 2.0

@@ -7,7 +7,7 @@ from cortex_dsl.semantics.errors.behaviours import MAY_NOT_ACT, NEVER_ACTS
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.quantities.bounds import leaves
 from cortex_dsl.source import Span
-from engine.vocabulary import Op
+from engine.opcodes import Op
 
 TURN_ENDS = (ir.Take, ir.Wait, ir.Follow, ir.HoldSpeed, ir.Terminate)
 """A `Demand` is none: it ends the run only where it fails."""

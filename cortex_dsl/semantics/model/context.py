@@ -25,7 +25,8 @@ from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.errors import Signal
 from engine.frozen import frozen
-from engine.vocabulary import GeneKind, Op
+from engine.opcodes import Op
+from engine.vocabulary import GeneKind
 
 
 @frozen

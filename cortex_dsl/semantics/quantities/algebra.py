@@ -15,7 +15,8 @@ from cortex_dsl import ir
 from cortex_dsl.semantics.errors.values import TOO_DEEP
 from cortex_dsl.semantics.quantities.exact import EXACT
 from cortex_dsl.source import Span
-from engine.vocabulary import Op, State
+from engine.opcodes import Op
+from engine.vocabulary import State
 
 NOWHERE = Span(0, 0)
 DEPTH_LIMIT = 150

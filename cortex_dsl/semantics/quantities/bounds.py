@@ -23,7 +23,7 @@ from cortex_dsl.semantics.quantities.algebra import Operation, Term, maximum, mi
 from cortex_dsl.semantics.quantities.exact import EXACT, safe_quotient
 from cortex_dsl.semantics.quantities.units import LENGTH, PURE
 from engine.frozen import frozen
-from engine.vocabulary import Op
+from engine.opcodes import Op
 
 # -- parts and values --------------------------------------------------------------------------------------------------
 

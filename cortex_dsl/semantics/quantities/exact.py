@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 
-from engine.vocabulary import Op
+from engine.opcodes import Op
 
 
 def safe_quotient(a: float, b: float) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from engine.avoidability import Avoidability, Avoidance, avoidability
+from engine.avoidability import STRUCK, Avoidability, Avoidance, avoidability
 from engine.config import Config
 from engine.program import ParamSpace, Program
 from engine.risk import PROFILES
@@ -46,14 +46,22 @@ class Avoided:
     """Failures that were driven again."""
     by: dict[Avoidance, int]
     """How many of them came out in each way."""
-    lost: int = 0
-    """How many of them no braking avoids, not even full braking from the first moment on."""
     by_system: tuple["SystemShare", ...] = ()
     """Where the avoidable ones lie in the ranges of the system's own params, as far as the search chose them."""
 
     @property
     def avoidable(self) -> int:
         return self.by.get(Avoidance.AVOIDABLE, 0)
+
+    @property
+    def lost(self) -> int:
+        """How many are lost from the start: no braking avoids them, not even full braking from the first moment."""
+        return self.by.get(Avoidance.LOST, 0)
+
+    @property
+    def struck(self) -> int:
+        """How many are no failure of the ego, which was struck from behind, or while it stood."""
+        return sum(self.by.get(kind, 0) for kind in STRUCK)
 
 
 @dataclass(frozen=True)
@@ -145,7 +153,7 @@ def avoided(program: Program, evaluations: Evaluations, rows: Sequence[int], con
     by = Counter(answer.avoidance for answer in known)
     avoidable = [row for row, answer in zip(rows, answers, strict=True) if answer is not None and answer.avoidable]
     shares = _system_shares(program.space, evaluations.genomes[np.array(avoidable, dtype=np.int64)])
-    return Avoided(len(known), dict(sorted(by.items())), sum(answer.lost for answer in known), shares)
+    return Avoided(len(known), dict(sorted(by.items())), shares)
 
 
 def _system_shares(space: ParamSpace, genomes: Floats) -> tuple[SystemShare, ...]:

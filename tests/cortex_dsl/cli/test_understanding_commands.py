@@ -184,7 +184,7 @@ def test_the_reference_driver_is_reported_with_its_limits(cortexc: Command, run:
     assert "never steers" in result.out
     found = cortexc("analyse", run, "--budget", "0", "--json").document["avoided"]
     assert 0 < found["lost"] <= found["driven"]
-    assert f"{found['lost']} of them no braking avoids" in result.out
+    assert f"{found['lost']} of them are lost from the start" in result.out
     shares = {each["name"]: each["thirds"] for each in found["by_system"]}
     assert set(shares) == {"EGO_BRAKE", "SAFETY_DIST", "CRASH_DIST"}
     assert {sum(thirds) for thirds in shares.values()} == {found["by"].get("AVOIDABLE", found["by"].get("0", 0))}

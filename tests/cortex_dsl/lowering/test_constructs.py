@@ -19,11 +19,12 @@ from cortex_dsl.source import Span
 from engine import batch, world
 from engine.config import Config, SimulationConfig
 from engine.metrics import recorded
+from engine.opcodes import Op
 from engine.program import Program
 from engine.sampling import draw_genomes, sample
 from engine.scenes import Scenes, Trajectory
 from engine.streams import key_rows
-from engine.vocabulary import Command, EndReason, Op, RuleKind, State, TemporalOp, Verdict
+from engine.vocabulary import Command, EndReason, RuleKind, State, TemporalOp, Verdict
 
 HERE = Span(0, 1)
 STEP = 1.0

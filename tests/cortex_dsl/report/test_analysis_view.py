@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cortex_dsl.report.findings.analysis_report import condition_text, lost_text, margin_text, system_lines
+from cortex_dsl.report.findings.analysis_report import condition_text, lost_text, margin_text, struck_text, system_lines
 from engine.avoidability import Avoidability, Avoidance
 from engine.program import ParamSpace
 from engine.search.insight.analysis import Avoided, SystemShare, _system_shares
@@ -59,17 +59,20 @@ def test_the_avoidable_are_described_by_what_the_search_chose(space: ParamSpace)
     genomes = np.array([[10.0, 0.0], [10.0, 0.1], [10.0, 0.5], [10.0, 1.0]])
     (share,) = _system_shares(space, genomes)
     assert share == SystemShare("BRAKE", (2, 1, 1))
-    lines = system_lines(Avoided(9, {Avoidance.AVOIDABLE: 4}, 0, (share,)))
+    lines = system_lines(Avoided(9, {Avoidance.AVOIDABLE: 4}, (share,)))
     assert "of the 4 avoidable" in lines[0]
     assert "BRAKE 2, 1, 1" in lines[0]
     assert "with these settings" in lines[1]
-    assert system_lines(Avoided(9, {Avoidance.UNAVOIDABLE: 9}, 0, (share,))) == []
+    assert system_lines(Avoided(9, {Avoidance.UNAVOIDABLE: 9}, (share,))) == []
     assert system_lines(Avoided(9, {Avoidance.AVOIDABLE: 4})) == []
 
 
-def test_lost_says_what_was_tried() -> None:
-    assert lost_text(Avoided(9, {}, 0)) == ""
-    assert lost_text(Avoided(9, {}, 2)).startswith("2 of them no braking avoids")
+def test_collisions_that_no_driving_explains_are_said_apart() -> None:
+    """Of the scene drawn, and of others: neither speaks of how the ego drove."""
+    assert lost_text(Avoided(9, {})) == struck_text(Avoided(9, {})) == ""
+    assert lost_text(Avoided(9, {Avoidance.LOST: 2})).startswith("2 of them are lost from the start")
+    struck = {Avoidance.STRUCK_FROM_BEHIND: 2, Avoidance.STRUCK_STANDING: 1}
+    assert struck_text(Avoided(9, struck)).startswith("3 of them are no failure of the ego")
 
 
 def test_a_margin_says_early_or_late() -> None:

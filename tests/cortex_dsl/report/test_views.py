@@ -27,7 +27,7 @@ from engine.program import Program, RoadSpec, Rule
 from engine.road import build_network
 from engine.road.outline import outline
 from engine.scenes import Scenes, Trajectory
-from engine.vocabulary import EndReason, RuleKind, State, Verdict
+from engine.vocabulary import EndReason, Fault, RuleKind, State, Verdict
 
 WIDTHS = (60, 80, 100, 120)
 ROAD = outline(build_network(RoadSpec()))
@@ -397,6 +397,13 @@ def test_when_others_crash_the_ego_has_touched_nobody(run: RunReport, program: P
     )
     words = end_of(replace(program, actors=("ego", "truck", "walker")), others, 0).text
     assert words == "contact: truck and walker; ego has touched nobody"
+
+
+def test_a_contact_that_is_no_failure_of_the_ego_says_so(program: Program, collision: Outcomes) -> None:
+    """A story that blames nobody wrongly."""
+    assert end_of(program, collision, 0).text == "contact: ego and adversary"
+    struck = replace(collision, fault=np.array([[Fault.STRUCK_FROM_BEHIND]], dtype=np.int32))
+    assert end_of(program, struck, 0).text.endswith("; ego was struck from behind, which is no failure of its own")
 
 
 def test_held_params_stay_in_the_table(run: RunReport) -> None:

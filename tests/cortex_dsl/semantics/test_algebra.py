@@ -10,7 +10,7 @@ from cortex_dsl import ir
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.quantities import algebra as terms
 from cortex_dsl.semantics.quantities.algebra import DEPTH_LIMIT, Algebra, equal, maximum, minimum, where
-from engine.vocabulary import Op
+from engine.opcodes import Op
 
 ROOMS = sorted((Path(cortex_dsl.__file__).parent / "semantics").rglob("*.py"))
 

@@ -6,7 +6,8 @@ import pytest
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.yielding import everything
-from engine.vocabulary import Command, Op, State
+from engine.opcodes import Op
+from engine.vocabulary import Command, State
 
 Compiled = Callable[..., ir.Scenario]
 Said = Callable[..., list[str]]

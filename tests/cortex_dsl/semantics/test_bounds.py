@@ -14,7 +14,7 @@ from cortex_dsl.source import Span
 from engine.feasibility import forward
 from engine.feasibility.arithmetic import Interval
 from engine.feasibility.tape import THREE, TWO
-from engine.vocabulary import Op
+from engine.opcodes import Op
 
 PLACE = Span(0, 0)
 ENDS = (-math.inf, -7.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.5, 1e8, math.inf)

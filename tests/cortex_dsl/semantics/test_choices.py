@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from cortex_dsl import ir
 from cortex_dsl.semantics.model.choices import VARIANT_LIMIT, Oracle, TooManyVariants, enumerate_variants
 from cortex_dsl.source import Span
-from engine.vocabulary import GeneKind, Op
+from engine.opcodes import Op
+from engine.vocabulary import GeneKind
 
 HERE = Span(0, 1)
 Compiled = Callable[..., ir.Scenario]

@@ -9,9 +9,10 @@ import pytest
 from cortex_dsl import ir
 from cortex_dsl.semantics.printing import format_ir
 from cortex_dsl.semantics.quantities.bounds import closed_value
+from engine.opcodes import Op
 from engine.program import RoadSpec
 from engine.vehicles import MODELS
-from engine.vocabulary import ActorKind, Column, Distribution, GeneKind, Op
+from engine.vocabulary import ActorKind, Column, Distribution, GeneKind
 
 Compiled = Callable[..., ir.Scenario]
 Said = Callable[..., list[str]]

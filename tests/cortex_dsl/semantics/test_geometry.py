@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from cortex_dsl import ir
-from engine.vocabulary import Op
+from engine.opcodes import Op
 
 
 def literals(items: tuple[ir.Expr, ...]) -> list[float | None]:

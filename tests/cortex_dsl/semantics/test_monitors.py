@@ -7,7 +7,8 @@ import pytest
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.yielding import everything
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, SPEED
-from engine.vocabulary import Op, RuleKind
+from engine.opcodes import Op
+from engine.vocabulary import RuleKind
 
 Compiled = Callable[..., ir.Scenario]
 Said = Callable[..., list[str]]

@@ -3,7 +3,7 @@
 import pytest
 
 from cortex_dsl import ir
-from engine.vocabulary import Op
+from engine.opcodes import Op
 from tests.cortex_dsl.semantics.conftest import findings, scenario
 
 OBEY = "with behavior FollowLaneBehavior(obey_signals=True)"

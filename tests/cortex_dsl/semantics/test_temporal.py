@@ -5,7 +5,8 @@ from collections.abc import Callable
 import pytest
 
 from cortex_dsl import ir
-from engine.vocabulary import Op, RuleKind, State, TemporalOp
+from engine.opcodes import Op
+from engine.vocabulary import RuleKind, State, TemporalOp
 
 Compiled = Callable[..., ir.Scenario]
 Said = Callable[..., list[str]]

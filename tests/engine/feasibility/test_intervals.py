@@ -13,7 +13,7 @@ from engine.feasibility.forward import FORWARD
 from engine.feasibility.tape import THREE, TWO
 from engine.kernels import evaluate
 from engine.kernels.random_numbers import normal_cdf, normal_quantile
-from engine.vocabulary import Op
+from engine.opcodes import Op
 
 SPECIAL = (-math.inf, -3.0, -1.0, -1e-300, 0.0, 0.5, 1.0, 2.0, 7.0, 1e8, math.inf)
 BOXES = 400

@@ -7,8 +7,9 @@ import pytest
 
 from engine.kernels.jit import kernel
 from engine.kernels.random_numbers import ATTEMPT_CHANNEL, open_stream, uniform
+from engine.opcodes import Op
 from engine.tables import Ints
-from engine.vocabulary import ActorKind, Command, EndReason, Op, Purpose, State, Verdict
+from engine.vocabulary import ActorKind, Command, EndReason, Purpose, State, Verdict
 
 STEP = 0.1
 CAR = ActorKind.CAR

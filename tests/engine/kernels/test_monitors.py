@@ -7,10 +7,11 @@ import pytest
 
 from engine import batch, world
 from engine.config import Config, SimulationConfig
+from engine.opcodes import Op
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.scenes import Scenes
-from engine.vocabulary import ActorKind, Command, EndReason, Op, RuleKind, State, TemporalOp, Verdict
+from engine.vocabulary import ActorKind, Command, EndReason, RuleKind, State, TemporalOp, Verdict
 
 CAR = ActorKind.CAR
 STEP = 0.1

@@ -10,8 +10,9 @@ from engine import batch, host
 from engine.config import ContactConfig, SimulationConfig
 from engine.kernels.rollout import advance, begin
 from engine.kernels.stage import HOSTED, Slot, Status
+from engine.opcodes import Op
 from engine.vehicles import MODELS
-from engine.vocabulary import ActorKind, Command, EndReason, ManeuverType, Op, RuleKind, State, Verdict
+from engine.vocabulary import ActorKind, Command, EndReason, ManeuverType, RuleKind, State, Verdict
 
 CAR, PEDESTRIAN, OBSTACLE = ActorKind.CAR, ActorKind.PEDESTRIAN, ActorKind.OBSTACLE
 STEP = 0.05

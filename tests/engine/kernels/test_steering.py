@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from engine.opcodes import Op
 from engine.program import RoadSpec
 from engine.road import Primitive, build_network, road_tables
 from engine.vehicles import MODELS
-from engine.vocabulary import ActorKind, Op, State
+from engine.vocabulary import ActorKind, State
 
 CAR, PEDESTRIAN = ActorKind.CAR, ActorKind.PEDESTRIAN
 

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from engine import batch
 from engine.config import SimulationConfig
 from engine.kernels.conflict import snapshot, time_to_collision
+from engine.opcodes import Op
 from engine.scenes import Trajectory
-from engine.vocabulary import ActorKind, Column, Command, ManeuverType, Op, RuleKind, State
+from engine.vocabulary import ActorKind, Column, Command, ManeuverType, RuleKind, State
 
 CAR = ActorKind.CAR
 SIZE = (4.508, 1.610)

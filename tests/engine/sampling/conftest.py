@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from engine.opcodes import Op
 from engine.program import ParamSpace, Program, Requirement, RoadSpec, Settings
 from engine.road import Network, build_network, road_tables
 from engine.tables import CodeTables
-from engine.vocabulary import Column, Distribution, GeneKind, Op
+from engine.vocabulary import Column, Distribution, GeneKind
 
 Row = tuple[Op, str, *tuple[str | int, ...]]
 CAR = {Column.LENGTH: 4.5, Column.WIDTH: 1.8}

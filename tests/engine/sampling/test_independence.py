@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from engine.config import SimulationConfig
 from engine.kernels.attempts import sample_rows
 from engine.kernels.random_numbers import ATTEMPT_CHANNEL, fill_uniform
+from engine.opcodes import Op
 from engine.sampling import sample
 from engine.streams import key_rows
-from engine.vocabulary import Method, Op, Purpose, Verdict
+from engine.vocabulary import Method, Purpose, Verdict
 
 ROWS = 60
 DRAWS = 4

@@ -6,9 +6,10 @@ from scipy import stats
 
 from cortex_dsl import compile_text
 from engine.config import SimulationConfig
+from engine.opcodes import Op
 from engine.sampling import sample
 from engine.streams import key_rows
-from engine.vocabulary import Method, Op, Verdict
+from engine.vocabulary import Method, Verdict
 
 HERE = [("L0", "L0", "L0")]
 """One car in the middle of the junction."""

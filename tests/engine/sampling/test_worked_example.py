@@ -5,9 +5,10 @@ import pytest
 from scipy import stats
 
 from engine.config import SimulationConfig
+from engine.opcodes import Op
 from engine.sampling import sample, uniform_genomes
 from engine.streams import key_rows
-from engine.vocabulary import Column, ManeuverType, Method, Op, Verdict
+from engine.vocabulary import Column, ManeuverType, Method, Verdict
 
 WINDOW = 2.5
 APPROACH = 50.0
