@@ -12,7 +12,7 @@ from engine.search.assessment import SCALARS
 
 
 def test_rows_name_what_there_is() -> None:
-    """Names are unique; rows that others refer to exist; a unit that is there is told."""
+    """Names are unique; rows that others refer to exist; a row that has a unit names it."""
     names = [row.name for row in (*RESULTS, *OUTCOMES)]
     assert {row.name for row in MEASURED} <= {row.name for row in OUTCOMES} & {row.name for row in RESULTS}
     assert len({row.name for row in OUTCOMES}) == len(OUTCOMES)

@@ -87,7 +87,7 @@ def test_the_rear_axle_never_slips_sideways(hand) -> None:
 
 
 def test_a_pedestrian_walks_and_an_obstacle_stands(hand) -> None:
-    """A walker turns at once, once, and keeps to its top speed; a thing keeps its place whatever it is told."""
+    """A walker turns at once, once, and keeps to its top speed; a thing keeps its place whatever it is asked to do."""
     walker = lone(hand, [(Command.STEER, 1.0)], kind=PEDESTRIAN, speed=99.0)
     assert list(walker[:3, State.HEADING]) == [0, 1, 1]
     assert np.all(walker[:, State.SPEED] == MODELS[PEDESTRIAN].top_speed)
