@@ -130,7 +130,7 @@ def test_who_stands_in_what_hides_sees_nothing_else() -> None:
 
 def test_a_hundred_that_hide() -> None:
     """A hundred posts in a row hide a walker behind them, and are looked at in no time."""
-    post = "new Obstacle at (-1.75 m, -55 m + 0.8 m * i), with length 0.8 m, with width 0.8 m, with occluding True"
+    post = "new Obstacle at (-1.75 m, -55 m + 0.8 m * i), with length 1 m, with width 1 m, with allowCollisions True"
     walker = "w = new Pedestrian at (-6 m, 10 m), with regionContainedIn None\nterminate when ego can see w"
-    fast, _ = both(text(f"posts = [{post} for i in range(100)]\n{walker}"))
+    fast, _ = both(text(f"posts = [{post}, with occluding True for i in range(100)]\n{walker}"))
     assert fast.end_reason[0] == EndReason.TIMEOUT
