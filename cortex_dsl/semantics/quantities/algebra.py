@@ -322,9 +322,12 @@ path_length, path_distance = map(_function, (Op.PATH_LENGTH, Op.PATH_DISTANCE))
 road_heading, lane_nearest = map(_function, (Op.ROAD_HEADING, Op.LANE_NEAREST))
 road_follow = _pose(Op.ROAD_FOLLOW)
 """`road_follow(x, y, by)`: where one gets by following the lane's direction."""
-region_distance, region_contains = map(_function, (Op.REGION_DISTANCE, Op.REGION_CONTAINS))
+region_distance, region_contains, region_depth = map(
+    _function, (Op.REGION_DISTANCE, Op.REGION_CONTAINS, Op.REGION_DEPTH)
+)
 """`(region, x, y)`."""
 region_box_distance, region_contains_box = map(_function, (Op.REGION_BOX_DISTANCE, Op.REGION_CONTAINS_BOX))
+region_box_depth = _function(Op.REGION_BOX_DEPTH)
 """`(region, outline)`, an outline being packed x, y, heading, length, width."""
 box_distance = _function(Op.BOX_DISTANCE)
 """Between two outlines [m]."""
