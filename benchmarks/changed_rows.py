@@ -44,8 +44,8 @@ def compare(before: Path, after: Path) -> None:
             names = [name for name in one.files if name.startswith(f"{file.stem}/") and name in other.files]
             changed = {name.partition("/")[2]: _changed(one[name], other[name]) for name in names}
             rows = np.logical_or.reduce(list(changed.values()))
-            told = ", ".join(f"{name} {int(mask.sum())}" for name, mask in changed.items() if mask.any())
-            print(f"{file.stem:28} {int(rows.sum()):6} of {len(rows)} rows{': ' if told else ''}{told}")
+            columns = ", ".join(f"{name} {int(mask.sum())}" for name, mask in changed.items() if mask.any())
+            print(f"{file.stem:28} {int(rows.sum()):6} of {len(rows)} rows{': ' if columns else ''}{columns}")
 
 
 def _changed(one: np.ndarray, other: np.ndarray) -> Bools:

@@ -42,7 +42,7 @@ def main(arguments: list[str]) -> int:
             asked_shapely += 1
             seen = look(far.view, far.target, shades, 0, len(far.shades), NO_BUILDINGS, -1, -1) == SEEN
             against_shapely += seen != (seen_area(far) > 1e-9)
-    told = {
+    figures = {
         "scenes": options.scenes,
         "outside": verdicts[0],
         "hidden": verdicts[1],
@@ -53,9 +53,9 @@ def main(arguments: list[str]) -> int:
         "microseconds_a_look_from_python": round(1e6 * seconds / max(1, options.scenes), 2),
     }
     if options.json:
-        print(json.dumps(told))
+        print(json.dumps(figures))
     else:
-        print("\n".join(f"{name.replace('_', ' '):32} {value:>12,}" for name, value in told.items()))
+        print("\n".join(f"{name.replace('_', ' '):32} {value:>12,}" for name, value in figures.items()))
     return 1 if wrong or against_shapely else 0
 
 

@@ -6,7 +6,7 @@ The same random scenes of each file (by default the two-car examples) three time
 0.05 s; with motion in steps of 0.0025 s and drivers who act every 0.05 s as before; and all at 0.0025 s. The first two
 differ by integration and by the straight lines between samples alone (`motion`), the last two by how often a driver
 looks and acts (`driver`). Differences are paired: a scene counts where one run collides and the other does not. They
-are told as shares of the collisions of the finest run, with the 95 % interval of two paired shares (Fleiss, Levin,
+are given as shares of the collisions of the finest run, with the 95 % interval of two paired shares (Fleiss, Levin,
 Paik, "Statistical Methods for Rates and Proportions", 3rd ed., section 13.1).
 """
 

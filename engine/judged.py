@@ -3,7 +3,7 @@ a search make large or small.
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, field
 from typing import Any
 
 import numpy as np
@@ -43,7 +43,7 @@ class Judged:
 
     objectives: tuple[Objective, ...] = ()
     readings: tuple[Reading, ...] = ()
-    tables: ObjectiveTables = NO_TABLES
+    tables: ObjectiveTables = field(default=NO_TABLES, compare=False)
 
     def __len__(self) -> int:
         return len(self.objectives)

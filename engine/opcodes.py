@@ -119,8 +119,8 @@ class Op(IntEnum):
     NOTICES = 68
     """dst <- whether nothing hides actor b (integer) from actor a (integer), wherever a looks as far as c."""
     TOUCHES = 69
-    """dst <- whether the ego has touched actor a (integer), or anybody (a = -1); contact ends the run, so it is true
-    at that instant alone."""
+    """dst <- whether the ego has touched actor a (integer), or anybody or a building (a = -1); contact ends the run, so
+    it is true at that instant alone."""
 
     # -- control: jumps are absolute rows of the code
     JUMP = 80

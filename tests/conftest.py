@@ -11,6 +11,7 @@ import os
 import signal
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 from engine.user_cache import ENVIRONMENT_VARIABLE
@@ -22,6 +23,23 @@ if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_I
 CACHE = Path(__file__).parent.parent / "build" / "cache"
 os.environ.setdefault(ENVIRONMENT_VARIABLE, str(CACHE))
 os.environ.setdefault("MPLCONFIGDIR", str(CACHE / "matplotlib"))
+READING = (
+    "tests/cortex_dsl/semantics/",
+    "tests/cortex_dsl/syntax/",
+    "tests/cortex_dsl/lowering/",
+    "tests/engine/road/",
+)
+"""Tests that need no kernel."""
 settings.register_profile("everywhere", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("ci", settings.get_profile("everywhere"), derandomize=True, print_blob=True)
 settings.load_profile("ci" if os.environ.get("CI") else "everywhere")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put what needs no kernel in the middle, where the second of two workers begins: meanwhile the first one compiles
+    kernels for both. Otherwise both would compile all of them, two minutes each where none is cached.
+    """
+    reading = [item for item in items if item.nodeid.startswith(READING)]
+    others = [item for item in items if not item.nodeid.startswith(READING)]
+    middle = len(items) // 2
+    items[:] = [*others[:middle], *reading, *others[middle:]]

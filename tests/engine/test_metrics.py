@@ -180,7 +180,7 @@ def test_a_crossing_has_its_times_by_area() -> None:
 
 
 def test_who_goes_on_before_the_other_comes_has_a_time_too() -> None:
-    """The ego has left the scene before the other is in the square: the time between the two is told all the same."""
+    """The ego has left the scene before the other is in the square: the time between the two counts."""
     ego, other = drive(-20, 0, 0, 10, 120), drive(0, -50, math.pi / 2, 10, 120)
     ego[60:, State.PRESENT] = 0.0
     metrics = measure_trajectory(trajectory(ego, other), outcomes(20.0, 2.0))

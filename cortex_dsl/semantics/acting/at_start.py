@@ -2,9 +2,9 @@
 
 What the run knows at sample 0 follows from the scene: where everybody stands and how fast, that nobody steers or has a
 pedal down, who sees whom, and that the time is 0. With these in place of what is read from the run, a formula becomes a
-condition of the scene. What cannot be told so (what a behaviour remembers or draws) is unknown, and logic has three
-values (Kleene, "Introduction to Metamathematics", 1952, section 64): of each part both are kept, whether it may hold
-and whether it surely holds, whatever the unknown is and however the run goes on:
+condition of the scene. What does not follow from it (what a behaviour remembers or draws) is unknown, and logic has
+three values (Kleene, "Introduction to Metamathematics", 1952, section 64): of each part both are kept, whether it may
+hold and whether it surely holds, whatever the unknown is and however the run goes on:
 
     always f: may hold where f may          eventually f: surely holds where f does          next f: unknown
     f until g: may hold where f or g may, surely holds where g does
@@ -40,7 +40,7 @@ def require_start(ev: Evaluator, node: nodes.Require, name: str) -> None:
     """Require of the scene that a temporal requirement, whose atoms are worked out, may still hold at its start."""
     try:
         condition = _Start(ev).of(node.condition).may_hold
-    except Mistake:  # a chain of operations as long as there may be: the run will tell
+    except Mistake:  # a chain of operations as long as there may be: the run decides
         return
     if ev.interval(condition)[0] > 0.0:
         return
@@ -97,7 +97,7 @@ class _Start:
         return self.unknown if known is None else _Said(known, known)
 
     def _worth(self, part: ir.Expr, operands: list[Term | None]) -> Term | None:
-        """An expression at the start; None where the scene does not tell."""
+        """An expression at the start; None where the scene does not decide."""
         assert isinstance(part, Term)
         if isinstance(part, ir.Local | ir.Running) or None in operands:
             return None

@@ -290,7 +290,7 @@ ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
         "throttle": "Throttle pedal, 0 to 1; only during the run.",
         "brake": "Brake pedal, 0 to 1; only during the run.",
         "distanceToClosest": "Distance to the nearest object of a class.",
-        "collided": "Whether the ego has touched anybody; in `expect`, `maximize` and `minimize`.",
+        "collided": "Whether the ego has touched anybody, or a building; in `expect`, `maximize` and `minimize`.",
         # -- the network
         "intersections": "All intersections of the map.",
         "lanes": "All its lanes.",

@@ -7,14 +7,23 @@ signals", FORMATS 2010, section 2; the units are ours. Over the samples of a run
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.problems import Mistake
-from cortex_dsl.semantics.quantities.algebra import Operation, Term, equal, maximum, minimum, where
+from cortex_dsl.semantics.quantities.algebra import (
+    Operation,
+    Term,
+    equal,
+    maximum,
+    minimum,
+    region_box_depth,
+    region_depth,
+    where,
+)
 from cortex_dsl.semantics.quantities.bounds import Dimensions, margin_of, parts
 from engine.opcodes import Op
 
 ANGLE_UNIT = 0.1
 """What counts as much as 1 m, 1 m/s, 1 m/s^2, 1 s or a pure 1 [rad]."""
 
-_DEPTHS = {Op.REGION_CONTAINS: Op.REGION_DEPTH, Op.REGION_CONTAINS_BOX: Op.REGION_BOX_DEPTH}
+_DEPTHS = {Op.REGION_CONTAINS: region_depth, Op.REGION_CONTAINS_BOX: region_box_depth}
 _COMPARISONS = (Op.LT, Op.LE, Op.EQ, Op.NE)
 _ENDLESS = (Op.TTC, Op.LEAD)
 """What is infinite where nothing lies ahead."""
@@ -37,7 +46,7 @@ def _robustness(condition: Term, compared: Dimensions) -> Term:
         case Operation(op=Op.NOT, arguments=(inner,)):
             return -_robustness(inner, compared)
         case Operation(op=op, arguments=arguments) if op in _DEPTHS:
-            return condition.algebra.apply(_DEPTHS[op], *arguments)
+            return _DEPTHS[op](*arguments)
         case Operation(op=op, arguments=(left, right)) if op in _COMPARISONS:
             return _of_comparison(condition, left, right, compared)
     return _of_truth(condition)

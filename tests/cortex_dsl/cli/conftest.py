@@ -13,6 +13,9 @@ import pytest
 
 from cortex_dsl.cli import main
 from cortex_dsl.report.page import run_page
+from engine.config import Config
+from engine.program import Program
+from engine.search.evaluations import Evaluations
 from engine.search.insight.analysis import Analysis, analyse
 
 LEFT_TURN = Path(__file__).parents[3] / "examples" / "left_turn.scn"
@@ -59,9 +62,8 @@ def cortexc(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch)
 def small_design() -> Iterator[None]:
     """Pages find out which params matter by a design of at most 500 simulations, where users get one of 20,000."""
 
-    def small(*of: Any) -> Analysis:
-        *run, budget, worst = of
-        return analyse(*run, min(budget, 500), worst)
+    def small(program: Program, found: Evaluations, config: Config, profile: str, budget: int, worst: int) -> Analysis:
+        return analyse(program, found, config, profile, min(budget, 500), worst)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(run_page, "analyse", small)

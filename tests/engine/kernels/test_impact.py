@@ -285,7 +285,7 @@ def test_a_corner_touches_in_a_point() -> None:
 
 @given(st.floats(-math.pi, math.pi), st.floats(-math.pi, math.pi), st.floats(-1.0, 1.0))
 def test_normals_part_the_outlines(heading: float, other: float, aside: float) -> None:
-    """Moved along the normal by the gap, two outlines touch and no more; approach is told with the right sign."""
+    """Moved along the normal by the gap, two outlines touch and no more; approach has the right sign."""
     a = Box(0, 0, heading, 4, 2)
     b = Box(1.5, aside, other, 3, 1)
     found = touching(frame(a), frame(b))

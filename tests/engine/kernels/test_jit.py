@@ -79,6 +79,8 @@ class Installation:
         (self.package / "kernels").mkdir(parents=True)
         names = (
             "__init__.py",
+            "named_results.py",
+            "opcodes.py",
             "vocabulary.py",
             "outcomes.py",
             "result_row.py",

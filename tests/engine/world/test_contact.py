@@ -154,7 +154,7 @@ def test_head_on_crash_of_equals_has_the_known_change_of_velocity() -> None:
     assert impact.time == pytest.approx(0.025, abs=2 * SUBSTEP)
 
 
-def test_a_side_impact_is_told_from_both_seats() -> None:
+def test_a_side_impact_is_recorded_from_both_seats() -> None:
     """Struck from the right at a right angle: 3 o'clock for one, 12 for the other, pushed to the left and back."""
     struck, striking = (actor(), (0, 0, 0, 0, 0, 0)), (actor(), (0, -6, math.pi / 2, 0, 10, 0))
     (impact, *_) = Crash(struck, striking).step(400).impacts()
@@ -185,7 +185,7 @@ def test_a_light_obstacle_has_its_mass() -> None:
 
 @pytest.mark.parametrize("speed", [5.0, 15.0, 30.0])
 def test_delta_v_of_the_pinched_is_what_happened_to_them(speed: float) -> None:
-    """A bicycle between a bus and a wall is told the change of its velocity, not what it handed on from bus to wall."""
+    """The impact of a bicycle between bus and wall is the change of its velocity, not what it handed on to the wall."""
     bus, bicycle = actor(ActorKind.BUS), actor(ActorKind.BICYCLE)
     wall = actor(ActorKind.OBSTACLE, fixed=1.0)
     places = (-10.0, 0.0), (0.2, 0.0), (1.7, 0.0)
