@@ -213,7 +213,8 @@ class UnknownObjectiveError(ArgumentError):
     def __init__(self, name: str, known: Sequence[str]) -> None:
         near = nearest(name, known)
         meant = f"did you mean `{near}`? " if near else ""
-        super().__init__(f"there is no objective `{name}`", f"{meant}there are {', '.join(known)}")
+        there = f"there are {', '.join(known)}" if known else "the file has no `expect`"
+        super().__init__(f"there is no objective `{name}`", meant + there)
         self.name, self.known = name, tuple(known)
 
 
@@ -235,6 +236,18 @@ def objectives(program: Program, named: Sequence[Sought] = SOUGHT) -> tuple[Obje
         if isinstance(each, str) and each not in known:
             raise UnknownObjectiveError(each, tuple(known))
     return tuple(known[each] if isinstance(each, str) else of_function(each) for each in named)
+
+
+def expectation(program: Program, name: str) -> Objective:
+    """The row of an `expect` of the file.
+
+    Raises:
+        UnknownObjectiveError: there is none of this name.
+    """
+    expected = [each.name for each in program.judged.objectives if each.sense is Sense.EXPECT]
+    if name not in expected:
+        raise UnknownObjectiveError(name, expected)
+    return next(row for row in of_file(program) if row.name == name)
 
 
 def names_of(named: Sequence[Sought]) -> tuple[str, ...]:

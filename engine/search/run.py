@@ -56,6 +56,14 @@ class Progress:
     """Distinct simulations so far."""
     elapsed: float
     """[s]"""
+    objective: tuple[str, ...] = SOUGHT
+    """What is sought."""
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether an objective other than the risk is the same in every valid run of this generation."""
+        values = self.evaluations.fitness[self.evaluations.valid]
+        return self.objective != SOUGHT and len(values) > 1 and bool((values == values[0]).all())
 
     @property
     def simulations_per_second(self) -> float:
@@ -96,6 +104,8 @@ class Campaign:
     """[s]"""
     stopped: bool
     """Whether it ended before its last generation."""
+    objective: tuple[str, ...] = SOUGHT
+    """What was sought."""
 
     def __repr__(self) -> str:
         """One line, for notebooks: the whole would be every evaluation."""
@@ -136,6 +146,7 @@ def run_campaign(
     past: Sequence[Evaluations] = (),
     spent: float = 0.0,
     number: int | None = None,
+    objective: tuple[str, ...] = SOUGHT,
 ) -> Campaign:
     """Run all generations, or as many as there is time for.
 
@@ -168,14 +179,16 @@ def run_campaign(
             simulations += done[-1][1].by_simulation.runs
             if on_generation is not None and generation >= len(past):
                 elapsed = perf_counter() - start
-                on_generation(Progress(generation, config.generations, *done[-1], best, simulations, elapsed))
+                said = (*done[-1], best, simulations, elapsed, objective)
+                on_generation(Progress(generation, config.generations, *said))
             if should_stop():
                 break
     except KeyboardInterrupt:
         if not done:
             raise
     stopped = len(done) < config.generations
-    return _finish(space, evaluate if not stopped else None, config, method, preset, done, start)
+    campaign = _finish(space, evaluate if not stopped else None, config, method, preset, done, start)
+    return replace(campaign, objective=objective)
 
 
 def _evaluate(
@@ -336,4 +349,5 @@ def search(
             past=past,
             spent=spent,
             number=number,
+            objective=names_of(objective),
         )

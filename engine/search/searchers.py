@@ -35,6 +35,7 @@ __all__ = [
     "canonical",
     "find_searcher",
     "known_searchers",
+    "seek",
 ]
 
 # -- searchers of other packages ---------------------------------------------------------------------------------------
@@ -184,15 +185,19 @@ def build_searcher(name: str, box: Box, config: Config, number: int | None = Non
     return entry.build(box, config, partial(operator_generator, search.seed, method, search.run))
 
 
+class SeveralObjectivesError(ArgumentError):
+    """A method that makes one number large is given several."""
+
+
 def seek(searcher: Searcher, method: str, aims: int) -> None:
     """Tell a searcher how many objectives there are.
 
     Raises:
-        ArgumentError: there are several, and its method makes one number large.
+        SeveralObjectivesError: its method makes one number large.
     """
     several = getattr(searcher, "seek", None)
     if aims > 1 and several is None:
-        raise ArgumentError(
+        raise SeveralObjectivesError(
             f"`{method}` seeks one objective, and {aims} are named", "name one, or search by `nsga2` or `map_elites`"
         )
     if several is not None:

@@ -17,6 +17,7 @@ from cortex_dsl.report.findings.analysis_report import (
     closing_text,
     condition_text,
     counts_text,
+    event_text,
     fastest_text,
     grid_text,
     held_out_text,
@@ -270,7 +271,9 @@ def probability_view(program: Program, found: Probability) -> RenderableType:
     if math.isnan(found.value):
         return Group(heading(program.name), Text(TOO_RARE, "bad"), Text(counts_text(found), "quiet"))
     lines = [
-        Text.assemble(f"probability of a collision, given a valid {_given(found)}: ", (probability_text(found), "bad")),
+        Text.assemble(
+            f"probability {event_text(found)}, given a valid {_given(found)}: ", (probability_text(found), "bad")
+        ),
         Text(f"{percent(found.level, 0)} interval: {interval_text(found)}"),
         *_avoidable(found),
         Text(),
@@ -289,7 +292,7 @@ def _partners_met(program: Program, found: Probability) -> Iterator[Text]:
     """With whom the ego collided, and with whom never."""
     missing = (0,) * (len(program.actors) - 1 - len(found.by_partner))
     text = partners_text(program.actors, Partners(found.by_partner + missing, found.without_ego))
-    if text and found.method == "mc":
+    if text and found.method == "mc" and not found.of:
         yield Text(f"collisions {text}", "quiet")
 
 

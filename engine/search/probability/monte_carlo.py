@@ -52,27 +52,42 @@ DRAWS_A_RUN = 200
 
 
 def estimate(
-    program: Program, config: Config, method: str, samples: int, seed: int = 0, condition: str = PARAMS
+    program: Program, config: Config, method: str, samples: int, seed: int = 0, condition: str = PARAMS, of: str = ""
 ) -> Probability:
-    """The probability for a program, by `mc` or `subset`, in the host that the config names.
+    """The probability for a program, by `mc` or `subset`, in the host that the config names; `of` an expectation of the
+    file that is broken, instead of a collision.
 
     Raises:
+        UnknownObjectiveError: the file expects nothing of that name.
         ValueError: `subset` under `joint`: where a scene's every attempt has params of its own, chains hardly move.
     """
     from engine.risk import PAPER
     from engine.search.evaluator import make_evaluator
+    from engine.search.objectives import expectation
 
     if condition == JOINT:
         if method != "mc":
             raise ArgumentError("the joint condition needs method mc", "take method mc, or another condition")
         config = replace(config, simulation=replace(config.simulation, max_attempts=1))
     evaluate, judge = make_evaluator(program, config, PAPER), make_judge(program, config)
+    if of:
+        evaluate, judge = _of_event(make_evaluator(program, config, PAPER, (expectation(program, of),))), None
     if method == "subset":
         found = subset_simulation(program.space, evaluate, samples, seed, judge=judge)
     else:
         most = samples * DRAWS_A_RUN if condition == JOINT else samples
         found = monte_carlo(program.space, evaluate, most, seed, judge=judge, enough=samples)
-    return replace(found, condition=condition, max_attempts=config.simulation.max_attempts)
+    return replace(found, condition=condition, max_attempts=config.simulation.max_attempts, of=of)
+
+
+def _of_event(evaluate: Evaluate) -> Evaluate:
+    """An evaluator in whose answers a find stands for a collision, and robustness for the least distance."""
+
+    def of_event(genomes: Floats, keys: Ints) -> Assessment:
+        runs = evaluate(genomes, keys)
+        return replace(runs, collided=runs.found, min_distance=np.maximum(-runs.sought[:, 0], 0.0))
+
+    return of_event
 
 
 def make_judge(program: Program, config: Config) -> Judge:
