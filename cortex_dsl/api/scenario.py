@@ -244,12 +244,10 @@ class Scenario:
         `random`, `niching`, `cmaes`; `preset` of the genetic algorithm is `cortex` or `cortex-literal`.
 
         `objective` names what is sought (`engine.search.objectives`, or one of the file), or is a function from
-        `Outcomes` to one number a scene, the larger the better; `nsga2` and `map_elites` take several.
-
-        Settings are fields of `engine.config.SearchConfig`: generations, population, seed, rollouts, aggregate, jobs,
-        engine. `on_generation` is called with a `Progress` after each generation; `workers` run the simulations (see
-        `engine.search.workers`; processes need a main module that can be imported). `out` is a new folder for journal,
-        tables and worst cases; `cortex_dsl.open_run` opens it, `cortex_dsl.resume` continues it.
+        `Outcomes` to one number a scene, the larger the better; `nsga2` and `map_elites` take several. Settings are
+        fields of `engine.config.SearchConfig`. `on_generation` is called with a `Progress` after each generation;
+        `workers` run the simulations (see `engine.search.workers`; processes need a main module that can be imported).
+        `out` is a new folder for journal, tables and worst cases; `cx.open_run` opens it, `cx.resume` continues it.
 
         Raises:
             ArgumentKindError: there is no such setting, or it is no number.

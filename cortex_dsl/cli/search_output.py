@@ -77,10 +77,16 @@ def watched(terminal: Terminal, method: str, total: int, record: Record | None =
         def on_generation(done: Progress) -> None:
             best = nan if done.best is None else done.best.score if done.objective == SOUGHT else done.best.continuous
             progress.generation_done(done.figures.by_individual, done.simulations, best)
-            if done.generation == 0 and done.is_constant:
+            if done.generation == 0 and is_constant(done):
                 terminal.err.print(constant_line(done), style="warn", soft_wrap=True)
 
         yield on_generation
+
+
+def is_constant(done: Progress) -> bool:
+    """Whether an objective other than the risk is the same in every valid run of a generation."""
+    values = done.evaluations.fitness[done.evaluations.valid]
+    return done.objective != SOUGHT and len(values) > 1 and bool((values == values[0]).all())
 
 
 def constant_line(done: Progress) -> str:

@@ -60,12 +60,6 @@ class Progress:
     """What is sought."""
 
     @property
-    def is_constant(self) -> bool:
-        """Whether an objective other than the risk is the same in every valid run of this generation."""
-        values = self.evaluations.fitness[self.evaluations.valid]
-        return self.objective != SOUGHT and len(values) > 1 and bool((values == values[0]).all())
-
-    @property
     def simulations_per_second(self) -> float:
         return self.simulations / self.elapsed if self.elapsed > 0.0 else 0.0
 

@@ -230,16 +230,8 @@ def counts_text(found: Probability) -> str:
     runs = f"{whole(found.valid)} valid of {counted(found.simulations, tried)}"
     if found.method == "subset":
         return f"{runs}; those of chains depend on one another, so their share is no estimate"
-    return f"{counted(found.collisions, *_nouns(found))} among {runs}"
-
-
-def _nouns(found: Probability) -> tuple[str, str]:
-    return ("breach", "breaches") if found.of else ("collision", "collisions")
-
-
-def event_text(found: Probability) -> str:
-    """What it is the probability of."""
-    return f'that "{found.of}" is broken' if found.of else "of a collision"
+    nouns = ("breach", "breaches") if found.of else ("collision", "collisions")
+    return f"{counted(found.collisions, *nouns)} among {runs}"
 
 
 # -- where in the space of params a search failed: pairs of genes, the most informative first --------------------------

@@ -17,7 +17,6 @@ from cortex_dsl.report.findings.analysis_report import (
     closing_text,
     condition_text,
     counts_text,
-    event_text,
     fastest_text,
     grid_text,
     held_out_text,
@@ -270,10 +269,9 @@ def probability_view(program: Program, found: Probability) -> RenderableType:
         return Group(heading(program.name), Text(f"no valid {_given(found)}: there is nothing to estimate", "bad"))
     if math.isnan(found.value):
         return Group(heading(program.name), Text(TOO_RARE, "bad"), Text(counts_text(found), "quiet"))
+    event = f'that "{found.of}" is broken' if found.of else "of a collision"
     lines = [
-        Text.assemble(
-            f"probability {event_text(found)}, given a valid {_given(found)}: ", (probability_text(found), "bad")
-        ),
+        Text.assemble(f"probability {event}, given a valid {_given(found)}: ", (probability_text(found), "bad")),
         Text(f"{percent(found.level, 0)} interval: {interval_text(found)}"),
         *_avoidable(found),
         Text(),
