@@ -230,8 +230,7 @@ def counts_text(found: Probability) -> str:
     runs = f"{whole(found.valid)} valid of {counted(found.simulations, tried)}"
     if found.method == "subset":
         return f"{runs}; those of chains depend on one another, so their share is no estimate"
-    nouns = ("breach", "breaches") if found.of else ("collision", "collisions")
-    return f"{counted(found.collisions, *nouns)} among {runs}"
+    return f"{counted(found.collisions, 'violation' if found.of else 'collision')} among {runs}"
 
 
 # -- where in the space of params a search failed: pairs of genes, the most informative first --------------------------
