@@ -121,7 +121,7 @@ def generations_table(report: SearchReport, width: int) -> RenderableType:
     rows = [
         (
             Text(metric.name, "title"),
-            _meaning(metric.brief, metric.unit),
+            _meaning(_brief(report, metric), metric.unit),
             *(_value(f, metric) for f in (first, last, report.campaign.by_individual)),
             Text(_course(report, metric.field, curve), method_style(report.method)),
         )
@@ -129,6 +129,12 @@ def generations_table(report: SearchReport, width: int) -> RenderableType:
     ]
     head = (left(), left(wrap=True), right("first"), right("last"), right("whole run"), left("course"))
     return columns(*head, rows=rows, header=True)
+
+
+def _brief(report: SearchReport, metric: PaperMetric) -> str:
+    """What a metric is, of a search that looks for the risk or for something else."""
+    aimed = report.campaign.objective != SOUGHT and metric.field == "rl"
+    return f"mean of {report.campaign.objective[0]}, valid runs" if aimed else metric.brief
 
 
 def comparison_table(reports: Sequence[SearchReport], width: int) -> RenderableType:
