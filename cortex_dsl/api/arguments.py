@@ -4,11 +4,11 @@ A wrong argument is answered by its name, what was expected, what was given, and
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -95,7 +95,7 @@ def objectives_of(program: "Program", given: object) -> tuple[Any, ...]:
     """
     from engine.search.objectives import objectives
 
-    several = tuple(given) if isinstance(given, list | tuple) else (given,)
+    several: tuple[Any, ...] = tuple(cast("Sequence[Any]", given)) if isinstance(given, list | tuple) else (given,)
     if not several:
         raise ArgumentError("objective: expected one or more, got none", LEFT_OUT)
     for each in several:

@@ -89,7 +89,7 @@ def avoidable(runs: Runs) -> Floats:
     values = np.zeros(len(runs.outcomes))
     collided = np.flatnonzero(runs.outcomes.collided & runs.valid)
     answers = avoidability(runs.program, take(runs.scenes, collided), runs.config.simulation)
-    struck = set()
+    struck: set[int] = set()
     for row, answer in zip(collided.tolist(), answers, strict=True):
         if answer is None or answer.struck:
             struck.add(row)

@@ -168,9 +168,9 @@ def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
 def broken_by(evaluations: Evaluations, objectives: Sequence[str]) -> dict[str, int]:
     """Distinct simulations that break each expectation."""
     broken = evaluations.rollouts.broken[evaluations.simulated]
-    counts = np.nansum(broken, axis=(0, 1)).astype(int).tolist()
-    told = ~np.isnan(broken).all(axis=(0, 1))
-    return {name: count for name, count, says in zip(objectives, counts, told.tolist(), strict=True) if says}
+    counts: list[float] = np.nansum(broken, axis=(0, 1)).tolist()
+    told: list[bool] = (~np.isnan(broken).all(axis=(0, 1))).tolist()
+    return {name: int(count) for name, count, says in zip(objectives, counts, told, strict=True) if says}
 
 
 def collisions_by_partner(evaluations: Evaluations, actors: Sequence[str]) -> dict[str, Any]:

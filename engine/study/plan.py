@@ -106,8 +106,9 @@ class Plan:
 
     def manifest(self, subject: Subject, method: str) -> Manifest:
         """What a run directory of this method on this scenario would say, but for the run's number."""
-        how = {"origin": subject.origin, "objective": self.objective}
-        return make_manifest(subject.program, subject.config, method, self.profile, subject.file, **how)
+        program, config, aims = subject.program, subject.config, self.objective
+        origin = subject.origin
+        return make_manifest(program, config, method, self.profile, subject.file, origin=origin, objective=aims)
 
     def preset(self, method: str) -> str:
         """What must be named beside the method; "" when there is nothing."""

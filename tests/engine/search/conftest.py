@@ -105,10 +105,9 @@ def assessed(verdict: Ints, distance: Floats) -> Assessment:
         "side": np.where(valid, 0, -1).astype(np.int32),
         "left_road_time": np.full(count, np.nan),
     }
-    rows = known.get("verdict", blank["verdict"]).shape
-    nothing = {"sought": np.zeros((*rows, 0)), "broken": np.zeros((*rows, 0))}
-    found = known.get("collided", blank["collided"])
-    return Assessment(**blank | nothing | {"found": found} | known)
+    made = blank | known
+    made["sought"] = made["broken"] = np.zeros((*np.shape(made["collided"]), 0))
+    return Assessment(**{"found": made["collided"], **made})
 
 
 def evaluated(genomes: Floats, rollouts: Assessment) -> Evaluations:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -49,7 +50,7 @@ maximize largest(ego.speed) as "fast"
 minimize min_distance as "near"
 terminate after 4 s
 """
-SMALL = {"generations": 3, "population": 12, "seed": 4, "jobs": 1}
+SMALL: dict[str, Any] = {"generations": 3, "population": 12, "seed": 4, "jobs": 1}
 
 
 @pytest.fixture(scope="module")
