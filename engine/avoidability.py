@@ -10,8 +10,9 @@ presentation of collision warnings", in "Ergonomics and Safety of Intelligent Dr
 A leader that brakes harder than 5 m/s^2 is a risk at once, too, as the regulation has it.
 
 The driver sees what nothing hides, never steers, brakes no less than the ego itself had begun to, and never harder than
-0.774 g, than the ego's own brakes, or than the road allows. Nobody is blamed for being struck from behind, or while
-standing where one may stand (`engine.kernels.fault`): such a collision is not asked about, and counted apart.
+0.774 g, than the ego's own brakes, or than the road allows; nor do its brakes build up sooner than the ego's. Nobody is
+blamed for being struck from behind, or while standing where one may stand (`engine.kernels.fault`): such a collision is
+not asked about, and counted apart.
 """
 
 import math

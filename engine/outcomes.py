@@ -73,7 +73,7 @@ class _Measured:
     end_reason: Annotated[
         Ints,
         Result(
-            "`collision` (of the ego), `rule`, `timeout`, `all_done`, `stuck`, `broken`",
+            "`collision` (of the ego), `building` (it ran into one), `rule`, `timeout`, `all_done`, `stuck`, `broken`",
             kind=EndReason,
         ),
     ]
@@ -249,8 +249,8 @@ class Outcomes(_Measured, _Decided):
 
     def _repr_html_(self) -> str:
         counts = ((reason.name.lower(), int((self.end_reason == reason).sum())) for reason in EndReason)
-        told = [("runs", f"{len(self):,}"), ("valid", f"{int((self.verdict == 0).sum()):,}")]
-        return facts_table([*told, *((f"ended by {name}", f"{count:,}") for name, count in counts if count)])
+        facts = [("runs", f"{len(self):,}"), ("valid", f"{int((self.verdict == 0).sum()):,}")]
+        return facts_table([*facts, *((f"ended by {name}", f"{count:,}") for name, count in counts if count)])
 
 
 @frozen

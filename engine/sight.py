@@ -14,6 +14,8 @@ from engine.vocabulary import Column, State
 
 ARC = math.radians(2.0)
 """Between the points of the far border where nothing is in the way [rad]."""
+APART = 1e-7
+"""What touches the eye is kept apart by so much [m]."""
 SAME = 1e-12
 """Directions nearer than this are one [rad]."""
 
@@ -39,10 +41,10 @@ def visible_sector(view: View, outlines: Floats) -> Floats:
     """The part of a sector that no outline (n, 5) hides: (m, 2) corners, anticlockwise, the apex first unless the view
     is all around. From inside of an outline nothing is left, and there are no corners.
     """
-    starts, ends = _sides(outlines)
     apex = np.array([view.x, view.y])
-    if _is_inside(outlines, apex).any():
+    if np.any(_beyond_sides(outlines, apex).max(axis=0, initial=-np.inf) < -1e-9):
         return np.zeros((0, 2))
+    starts, ends = _sides(_off(outlines, apex))
     starts, ends = starts - apex, ends - apex
     turns = _turns(view, starts, ends)
     first, second = turns[:-1], turns[1:]
@@ -66,11 +68,27 @@ def _sides(outlines: Floats) -> tuple[Floats, Floats]:
     return corners.reshape(-1, 2), np.roll(corners, -1, axis=1).reshape(-1, 2)
 
 
-def _is_inside(outlines: Floats, point: Floats) -> Bools:
+def _in_outlines(outlines: Floats, point: Floats) -> Floats:
+    """(2, n): how far a point is ahead of each outline's centre, and to its left."""
     off = point - outlines[:, :2]
     cos, sin = np.cos(outlines[:, 2]), np.sin(outlines[:, 2])
-    along, across = off[:, 0] * cos + off[:, 1] * sin, off[:, 1] * cos - off[:, 0] * sin
-    return (np.abs(along) < 0.5 * outlines[:, 3] - 1e-9) & (np.abs(across) < 0.5 * outlines[:, 4] - 1e-9)
+    return np.array([off[:, 0] * cos + off[:, 1] * sin, off[:, 1] * cos - off[:, 0] * sin])
+
+
+def _beyond_sides(outlines: Floats, point: Floats) -> Floats:
+    """(2, n): how far a point is beyond the ends of each outline, and beyond its sides; negative within."""
+    return np.abs(_in_outlines(outlines, point)) - 0.5 * outlines[:, 3:].T
+
+
+def _off(outlines: Floats, point: Floats) -> Floats:
+    """The same, but those that touch a point are moved off it a little: they hide the half of the world behind them."""
+    beyond, signs = _beyond_sides(outlines, point), -np.sign(_in_outlines(outlines, point))
+    lengthways = beyond[0] > beyond[1]
+    way = APART * np.where(np.array([lengthways, ~lengthways]), signs, 0.0) * (beyond.max(axis=0) <= APART)
+    cos, sin = np.cos(outlines[:, 2]), np.sin(outlines[:, 2])
+    moved = outlines.copy()
+    moved[:, :2] += np.array([way[0] * cos - way[1] * sin, way[0] * sin + way[1] * cos]).T
+    return moved
 
 
 def _turns(view: View, starts: Floats, ends: Floats) -> Floats:

@@ -57,6 +57,8 @@ not)."""
 
 SLIDING = 2.0
 """Of `State.PRESENT`: loose after an impact; it moves as its centres say, not as it heads."""
+A_BUILDING = -1
+"""In the place of an actor that another touched."""
 ROAD_REGION = 0
 """Region 0 is always the whole drivable road."""
 

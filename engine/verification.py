@@ -9,7 +9,8 @@ Four runs of the same scene with the same behaviours:
   (`engine.kernels.dynamics`), its pedals behind an anti-lock (`engine.kernels.actuation`).
 
 Cars alone have cited data for their tyres: an ego of another kind is *not judged*, others of another kind move as
-before. Of a case with a collision of the ego, and otherwise by its risk, the answer is
+before. The data are of cars that go forwards: nor is an ego judged that drives backwards, and others that do move as
+before, too. Of a case with a collision of the ego, and otherwise by its risk, the answer is
 
 - *survives*: `dynamic` shows the same danger: a collision with the same actor, with a closing speed that differs by no
   more than `SPEED_APART` or `SPEED_SHARE`; without collision, a risk within `SCORE_APART`;
@@ -25,15 +26,17 @@ from enum import IntEnum
 
 import numpy as np
 
-from engine.batch import simulate
+from engine.batch import simulate, trajectory
 from engine.config import ContactConfig, SimulationConfig
 from engine.host import MAX_SAMPLES, samples_of
 from engine.kernels.dynamics import COMMAND_STEP
+from engine.opcodes import Op
 from engine.outcomes import Outcomes
 from engine.program import Program
 from engine.risk import PAPER, RiskProfile, assess
 from engine.scenes import Scenes, actor_columns
-from engine.vocabulary import ActorKind, Column, Verdict
+from engine.tables import Bools
+from engine.vocabulary import ActorKind, Column, Command, State, Verdict
 
 SPEED_APART = 2.0
 """Closing speeds that differ by no more are alike [m/s] …"""
@@ -56,6 +59,9 @@ class Answer(IntEnum):
     STEP = 3
     """An artefact of the time step."""
     NOT_JUDGED = 4
+    """For its kind there are no data."""
+    BACKWARDS = 5
+    """Not judged, either: the ego drives backwards."""
 
 
 @dataclass(frozen=True)
@@ -105,15 +111,28 @@ def verify(
     most = MAX_SAMPLES // max(1, samples_of(config))
     hold = max(1, min(math.ceil(config.time_step / COMMAND_STEP - 1e-9), most))
     fine = replace(config, time_step=config.time_step / hold)
-    slides = cars(program, scenes)
+    back = backwards(program, scenes, config, contact)
+    slides = tuple(car for car in cars(program, scenes) if car == 0 or not back[:, car].any())
     run = drives(simulate(program, scenes, config, jobs, contact), profile)
     finer = drives(simulate(program, scenes, fine, jobs, contact, hold), profile)
     alert = drives(simulate(program, scenes, fine, jobs, contact), profile)
     dynamic = drives(simulate(program, scenes, fine, jobs, contact, hold, slides), profile)
-    rows = zip(run, finer, alert, dynamic, strict=True)
+    rows = zip(run, finer, alert, dynamic, back[:, 0].tolist(), strict=True)
     return tuple(
         _verified(*row, slides) if valid else None for row, valid in zip(rows, scenes.valid.tolist(), strict=True)
     )
+
+
+def backwards(program: Program, scenes: Scenes, config: SimulationConfig, contact: ContactConfig) -> Bools:
+    """(scenes, actors): who drives backwards in its run; what an impact throws back is not driven."""
+    found = np.zeros((len(scenes), len(program.actors)), dtype=np.bool_)
+    takes = program.code.step_code[:, 0] == Op.COMMAND
+    if Command.REVERSE in program.code.step_code[takes, 2]:
+        for row in np.flatnonzero(scenes.valid).tolist():
+            states = trajectory(program, scenes, row, config, contact).states
+            driven = states[..., State.PRESENT] == 1.0
+            found[row] = np.any(driven & (states[..., State.SPEED] < 0.0), axis=0)
+    return found
 
 
 def cars(program: Program, scenes: Scenes) -> tuple[int, ...]:
@@ -148,9 +167,9 @@ def _drive(outcomes: Outcomes, row: int, score: int, pair: int) -> Drive:
     )
 
 
-def _verified(run: Drive, finer: Drive, alert: Drive, dynamic: Drive, slides: tuple[int, ...]) -> Verified:
-    if 0 not in slides:
-        return Verified(Answer.NOT_JUDGED, run, None, None, None, ())
+def _verified(run: Drive, finer: Drive, alert: Drive, dynamic: Drive, back: bool, slides: tuple[int, ...]) -> Verified:
+    if 0 not in slides or back:
+        return Verified(Answer.BACKWARDS if back else Answer.NOT_JUDGED, run, None, None, None, ())
     return Verified(answer_of(run, finer, alert, dynamic), run, finer, alert, dynamic, slides)
 
 

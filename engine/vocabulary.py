@@ -70,6 +70,8 @@ class EndReason(IntEnum):
     """A state became NaN: the run is an error, never a result."""
     ABORTED = 7
     """A requirement on the run broke: the run is invalid."""
+    BUILDING = 8
+    """The ego ran into a building: a crash, of no pair."""
 
 
 class Side(IntEnum):

@@ -7,10 +7,11 @@ from pygments.token import Number
 from cortex_dsl.editor.analysis import View
 from cortex_dsl.editor.facts import explained_unit
 from cortex_dsl.editor.lexer import Token
+from cortex_dsl.editor.place import place_of
 from cortex_dsl.editor.symbols import Symbol
 from cortex_dsl.semantics.evaluation.attributes import ATTRIBUTE_DOCS
 from cortex_dsl.semantics.names.builtins import BUILTINS, SPECIAL_NAMES, Builtin, Kind, Parameter
-from cortex_dsl.semantics.names.properties import FLAGS, IGNORED, PROPERTIES
+from cortex_dsl.semantics.names.properties import ENVIRONMENT, FLAGS, IGNORED, PROPERTIES, Domain
 from cortex_dsl.semantics.quantities.units import UNITS, dimension_name, si_word
 from cortex_dsl.source import Span
 from cortex_dsl.syntax.words import KEYWORDS, Keyword, Role
@@ -44,7 +45,17 @@ def _word(view: View, index: int, token: Token) -> str:
         return _attribute(view, token)
     if before == "with":
         return property_text(token.text)
-    return _name(view, token)
+    return _argument(view, index) or _name(view, token)
+
+
+def _argument(view: View, index: int) -> str:
+    """The name of an argument of `environment`, which is no property of objects."""
+    token, following = view.tokens[index], view.tokens[index + 1 : index + 2]
+    place = place_of(view, token.end) if following and following[0].text == "=" else None
+    if place is None or place.callee < 0 or place.left[place.callee].text != "environment":
+        return ""
+    spec = ENVIRONMENT.get(token.text)
+    return joined(code(f"environment({spec.name}=…)"), domain_text(spec), spec.doc) if spec else ""
 
 
 def _name(view: View, token: Token) -> str:
@@ -94,14 +105,19 @@ def range_text(low: float, high: float, unit: str) -> str:
     return f"at least {low:g} {unit}".rstrip() if ends[0] else f"at most {high:.6g} {unit}".rstrip() if ends[1] else ""
 
 
+def domain_text(domain: Domain) -> str:
+    """`a length, at least 0 m`."""
+    limits = range_text(domain.low, domain.high, si_word(domain.dimension))
+    return ", ".join(filter(None, (dimension_name(domain.dimension), limits)))
+
+
 def property_text(name: str) -> str:
     """A property of objects, as `with` sets it."""
     if name in PROPERTIES:
         spec = PROPERTIES[name]
         if spec.truth:
             return joined(code(f"with {name}"), "`True` or `False`", spec.doc)
-        limits = range_text(spec.low, spec.high, si_word(spec.dimension))
-        return joined(code(f"with {name}"), f"{dimension_name(spec.dimension)}, {limits}", spec.doc)
+        return joined(code(f"with {name}"), domain_text(spec), spec.doc)
     if name in IGNORED:
         return joined(code(f"with {name}"), f"Read and not used: {IGNORED[name]}.")
     return joined(code(f"with {name}"), FLAGS[name]) if name in FLAGS else ""

@@ -54,11 +54,11 @@ class RecordedActor:
 
 @dataclass(frozen=True)
 class Contact:
-    """First contact of any two, which ends what is scored."""
+    """What ends the scored part: the ego's contact with another, or with a building, where it is alone."""
 
     time: float
     """[s]"""
-    actors: tuple[int, int]
+    actors: tuple[int, ...]
 
 
 ARMS = ("north", "east", "south", "west")
@@ -295,14 +295,14 @@ def recorded_run(
 ) -> Recording:
     """The recording of scene `row` as the world host ran it with a time step [s], through contact to rest."""
     time, states = _with_contact(run, step)
-    pair = (int(run.outcomes.contact_actors[0, 0]), int(run.outcomes.contact_actors[0, 1]))
+    met = tuple(actor for actor in run.outcomes.contact_actors[0].tolist() if actor >= 0)
     return Recording(
         name=name or program.name,
         actors=recorded_actors(program, scenes.values[row]),
         time=time,
         states=states,
         step=step,
-        contact=None if run.touching is None else Contact(float(run.outcomes.end_time[0]), pair),
+        contact=None if run.touching is None else Contact(float(run.outcomes.end_time[0]), met),
         road=program.road_spec,
         signals=signals,
         surroundings=surroundings,

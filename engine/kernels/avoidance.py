@@ -26,9 +26,9 @@ from engine.kernels.geometry import Box, outline_at, shortest_turn
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.noticing import notices
 from engine.kernels.rollout import advance, begin
-from engine.kernels.stage import REPLACED, RUNNING, Plan, Run, Slot, Status, vehicle_of
+from engine.kernels.stage import REPLACED, RUNNING, Plan, Run, Slot, Status, column_of, vehicle_of
 from engine.tables import Floats, Ints
-from engine.vocabulary import ActorKind, EndReason, State
+from engine.vocabulary import ActorKind, Column, EndReason, State
 
 WAY, PATH_X, PATH_Y, PATH_HEADING, OWN = range(5)
 """Columns of the ego's path: arc length of its centre [m], its poses, and by how much it slowed down itself in the step
@@ -112,7 +112,8 @@ def weigh(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, extr
     until = int(run.status[Status.SAMPLE])
     time_step = plan.layout.time_step
     _lay_path(run.states, until + 1, path, time_step)
-    driver = _in_its_car(driver, vehicle_of(plan, run, 0), plan.kinds[0] == ActorKind.PEDESTRIAN)
+    build_up = column_of(plan, run, 0, Column.PEDAL_TIME)
+    driver = _in_its_car(driver, vehicle_of(plan, run, 0), build_up, plan.kinds[0] == ActorKind.PEDESTRIAN)
     perceived = _perceive(plan, run, contact, other, outlines, path[: until + 1], driver)
     braking = contact if perceived == NEVER else perceived + _samples(driver.reaction, time_step)
     begun = min(braking, contact)
@@ -128,10 +129,12 @@ def weigh(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, extr
 
 
 @inlined
-def _in_its_car(driver: Driver, vehicle: Vehicle, on_foot: bool) -> Driver:
-    """The reference driver with the brakes and the tyres of the ego."""
+def _in_its_car(driver: Driver, vehicle: Vehicle, build_up: float, on_foot: bool) -> Driver:
+    """The reference driver with the brakes and the tyres of the ego, whose full brakes take a time to build up [s]."""
     hardest = vehicle.max_braking if on_foot else min(vehicle.max_braking, vehicle.grip)
-    return _brakes_like(driver, min(driver.deceleration, hardest), driver.ramp)
+    braking = min(driver.deceleration, hardest)
+    share = braking / vehicle.max_braking if vehicle.max_braking > 0.0 else 0.0
+    return _brakes_like(driver, braking, max(driver.ramp, build_up * share))
 
 
 @inlined

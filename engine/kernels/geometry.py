@@ -67,6 +67,13 @@ def frame(box: Box) -> Frame:
 
 
 @inlined
+def building(buildings: Floats, number: int) -> Box:
+    """The outline of one of a road's buildings."""
+    row = buildings[number]
+    return Box(row[0], row[1], row[2], row[3], row[4])
+
+
+@inlined
 def outline_at(states: Floats, k: int, actor: int, outlines: Floats) -> Box:
     """Return an actor's outline at sample k. `outlines` (actors, at least 2): length, width [m]."""
     return Box(

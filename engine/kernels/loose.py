@@ -3,6 +3,7 @@
 import math
 
 from engine.kernels.coasting import STILL, Coasting, Supports, coast, grips, roll, supports_of
+from engine.kernels.dynamics import WHEEL_RADIUS
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.stage import LOOSE, Leg, Plan, Run, Slot, column_of
 from engine.tables import SLIDING, Floats
@@ -56,17 +57,22 @@ def _supports(plan: Plan, run: Run, actor: int, steer: float) -> Supports:
 
 @inlined
 def write_loose(plan: Plan, run: Run, sample: int, actor: int) -> None:
-    """The end of a loose body's leg, as the next sample."""
+    """The end of a loose body's leg, as the next sample. A driver who goes on keeps hold of the wheel where a touch
+    leaves the tyres their grip.
+    """
     leg, row = run.legs[actor], run.states[sample + 1, actor]
     cos, sin = math.cos(leg[Leg.HEADING1]), math.sin(leg[Leg.HEADING1])
     speed = leg[Leg.VX1] * cos + leg[Leg.VY1] * sin
     row[State.X], row[State.Y], row[State.HEADING] = leg[Leg.X1], leg[Leg.Y1], leg[Leg.HEADING1]
-    row[State.SPEED], row[State.STEER] = speed, run.states[sample, actor, State.STEER]
+    goes_on = plan.layout.drivers_go_on != 0 and _may_go_on(plan, leg, actor, speed)
+    if not (goes_on and run.actors[actor, Slot.FREE] == 0.0):
+        row[State.STEER] = run.states[sample, actor, State.STEER]
+    row[State.SPEED] = speed
     row[State.ACCELERATION] = (speed - run.states[sample, actor, State.SPEED]) / plan.layout.time_step
     row[State.THROTTLE] = row[State.BRAKE] = 0.0
     row[State.PRESENT] = SLIDING
     run.actors[actor, Slot.FREE] = LOOSE
-    if plan.layout.drivers_go_on != 0 and _may_go_on(plan, leg, actor, speed):
+    if goes_on:
         to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
         run.actors[actor, Slot.REAR_X], run.actors[actor, Slot.REAR_Y] = (
             leg[Leg.X1] - to_center * cos,
@@ -74,12 +80,23 @@ def write_loose(plan: Plan, run: Run, sample: int, actor: int) -> None:
         )
         run.actors[actor, Slot.COS], run.actors[actor, Slot.SIN] = cos, sin
         run.actors[actor, Slot.FREE] = 0.0
-        row[State.SPEED], row[State.PRESENT] = max(0.0, speed), 1.0
+        row[State.SPEED], row[State.PRESENT] = speed if abs(speed) >= STILL else max(0.0, speed), 1.0
+        _let_tyres_roll(run.actors[actor], leg, speed, leg[Leg.VY1] * cos - leg[Leg.VX1] * sin)
+
+
+@inlined
+def _let_tyres_roll(slots: Floats, leg: Floats, ahead: float, aside: float) -> None:
+    """A car whose tyres slip goes on as its body goes, not as it went before; its wheels roll."""
+    slots[Slot.DRIFT_SPEED], slots[Slot.DRIFT_ANGLE] = math.hypot(ahead, aside), math.atan2(aside, ahead)
+    slots[Slot.YAW_RATE] = leg[Leg.SPIN1]
+    slots[Slot.FRONT_WHEEL] = slots[Slot.REAR_WHEEL] = ahead / WHEEL_RADIUS
 
 
 @inlined
 def _may_go_on(plan: Plan, leg: Floats, actor: int, speed: float) -> bool:
-    """Whether a driver has the body in hand again: rolling forwards, or at rest."""
+    """Whether a driver has the body in hand again: its wheels roll, or stand. Tyres that slip know forwards alone."""
+    if plan.slides[actor] != 0 and speed < -STILL:
+        return False
     wheels = plan.kinds[actor] == ActorKind.CAR or plan.kinds[actor] == ActorKind.TRUCK
     wheels = wheels or plan.kinds[actor] == ActorKind.BUS
-    return wheels and speed >= -STILL and (leg[Leg.ROLLING] != 0.0 or (leg[Leg.VX1] == 0.0 and leg[Leg.VY1] == 0.0))
+    return wheels and (leg[Leg.ROLLING] != 0.0 or (leg[Leg.VX1] == 0.0 and leg[Leg.VY1] == 0.0))

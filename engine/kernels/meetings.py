@@ -18,12 +18,12 @@ import numpy as np
 from engine.kernels.approach import TOUCH, circles_apart, first_contact, probe, relative_motion
 from engine.kernels.coasting import STILL
 from engine.kernels.contact import BODY, CONTACT, Body, Contact, add_contact, closing, touching
-from engine.kernels.geometry import Box, frame, nearest_points, shortest_turn
+from engine.kernels.geometry import Box, building, frame, nearest_points
 from engine.kernels.impact import resolve
 from engine.kernels.jit import inlined, kernel
+from engine.kernels.legs import along_leg, beside, bodies_of, embody, lay_leg, on_leg, outline_on_leg, takes_part
 from engine.kernels.loose import go_on, write_loose
 from engine.kernels.stage import (
-    HOSTED,
     MAX_BLOWS,
     PAUSE,
     PULSE,
@@ -33,12 +33,11 @@ from engine.kernels.stage import (
     Run,
     Slot,
     Status,
-    column_of,
     end_run,
     outline_of,
 )
 from engine.tables import Floats
-from engine.vocabulary import ActorKind, Column, EndReason, State
+from engine.vocabulary import EndReason, State
 
 MAX_MEETINGS = 64
 """Instants of contact that one step settles; what is left is settled in the next."""
@@ -53,7 +52,9 @@ NEVER = 2.0
 
 
 class Meeting(NamedTuple):
-    """The first two that touch in a step: at which part of it, and who, the lower actor first; -1 if nobody does."""
+    """The first two that touch in a step: at which part of it, and who, the lower one first; -1 if nobody does. The
+    other may be a building (`kernels.legs`).
+    """
 
     part: float
     one: int
@@ -62,8 +63,8 @@ class Meeting(NamedTuple):
 
 @inlined
 def search_contact(plan: Plan, run: Run, low: int, high: int) -> Meeting:
-    """The first contact in this step of an actor from `low` to `high` (exclusive) with a later one; ties: the lower
-    pair. A state that became NaN ends the run. Copied into its caller: call it in one place.
+    """The first contact in this step of an actor from `low` to `high` (exclusive) with a later one, or with a
+    building; ties: the lower pair. A state that became NaN ends the run. Copied into its caller: call it in one place.
     """
     sample = int(run.status[Status.SAMPLE])
     first, first_one, first_other = NEVER, -1, -1
@@ -83,7 +84,21 @@ def search_contact(plan: Plan, run: Run, low: int, high: int) -> Meeting:
             part = first_contact(one_before, one_after, before, after)
             if 0.0 <= part < first and (one == 0 or _moves(run, sample, one) or _moves(run, sample, other)):
                 first, first_one, first_other = part, one, other
+        for wall in range(len(plan.road.buildings)):
+            part = _reach_wall(plan, run, sample, one, wall)
+            if 0.0 <= part < first:
+                first, first_one, first_other = part, one, len(plan.kinds) + wall
     return Meeting(first, first_one, first_other)
+
+
+@kernel
+def _reach_wall(plan: Plan, run: Run, sample: int, actor: int, wall: int) -> float:
+    """The part of the step at which an actor runs into a building; -1.0 if it does not."""
+    before, after = outline_of(plan, run, sample, actor), outline_of(plan, run, sample + 1, actor)
+    block = building(plan.road.buildings, wall)
+    if beside(block, before, after) or not (actor == 0 or _moves(run, sample, actor)):
+        return -1.0
+    return first_contact(block, block, before, after)
 
 
 @inlined
@@ -110,113 +125,38 @@ def _is_finite(run: Run, sample: int, actor: int) -> bool:
 @kernel
 def settle_others(plan: Plan, run: Run, sample: int, part: float, one: int, other: int) -> None:
     """Go through the contacts of others in a step, from the first, and rewrite the next sample of whom they strike."""
-    actors = len(plan.kinds)
-    if math.isnan(run.end[2]):
-        run.end[2] = (sample + part) * plan.layout.time_step
-        run.status[Status.OTHERS_ONE], run.status[Status.OTHERS_OTHER] = one, other
+    actors, count = len(plan.kinds), bodies_of(plan)
+    if other < actors:
+        _note_first(plan, run, sample + part, one, other)
     for actor in range(1, actors):
         if run.states[sample + 1, actor, State.PRESENT] != 0.0 and run.actors[actor, Slot.FREE] == 0.0:
-            _lay_leg(plan, run, sample, actor)
-    bodies = np.zeros((actors, BODY))
-    contacts = np.zeros((actors * (actors - 1) // 2, CONTACT))
+            lay_leg(plan, run, sample, actor)
+    bodies = np.zeros((count, BODY))
+    contacts = np.zeros((count * (count - 1) // 2, CONTACT))
     for _ in range(MAX_MEETINGS):
         if not part <= 1.0:
             break
-        count = _gather(plan, run, sample, part, bodies, contacts)
-        if count > 0:
-            _strike(plan, run, sample, part, bodies, contacts[:count])
+        meeting = _gather(plan, run, sample, part, bodies, contacts)
+        if meeting > 0:
+            _strike(plan, run, sample, part, bodies, contacts[:meeting])
         part = _next_meeting(plan, run, sample, part, bodies)
     for actor in range(1, actors):
         if run.states[sample + 1, actor, State.PRESENT] != 0.0 and run.legs[actor, Leg.STRUCK] != 0.0:
             write_loose(plan, run, sample, actor)
 
 
-@inlined
-def _lay_leg(plan: Plan, run: Run, sample: int, actor: int) -> None:
-    """The leg of a driven body: its step, with the velocity of its centre at both ends."""
-    leg = run.legs[actor]
-    leg[Leg.BEGIN] = leg[Leg.STRUCK] = leg[Leg.ROLLING] = 0.0
-    states, step = run.states, plan.layout.time_step
-    turn = shortest_turn(states[sample, actor, State.HEADING], states[sample + 1, actor, State.HEADING]) / step
-    if plan.kinds[actor] == ActorKind.PEDESTRIAN:
-        turn = 0.0  # it turns at once, which is no spin that it goes on with
-    swing = turn * column_of(plan, run, actor, Column.REAR_TO_CENTER)
-    for end in range(2):
-        row = states[sample + end, actor]
-        leg[Leg.X0 + 3 * end], leg[Leg.Y0 + 3 * end] = row[State.X], row[State.Y]
-        leg[Leg.HEADING0 + 3 * end] = row[State.HEADING]
-        cos, sin = math.cos(row[State.HEADING]), math.sin(row[State.HEADING])
-        leg[Leg.VX0 + 3 * end] = row[State.SPEED] * cos - swing * sin
-        leg[Leg.VY0 + 3 * end] = row[State.SPEED] * sin + swing * cos
-        leg[Leg.SPIN0 + 3 * end] = turn
-
-
-@inlined
-def _along(run: Run, actor: int, part: float) -> float:
-    """How far along its leg an actor is at a part of the step."""
-    begin = run.legs[actor, Leg.BEGIN]
-    return (part - begin) / (1.0 - begin) if begin < 1.0 else 1.0
-
-
-@inlined
-def _mixed(run: Run, actor: int, column: int, along: float) -> float:
-    """One of X0 to SPIN0 along the way to its value at the end of the leg."""
-    start = run.legs[actor, column]
-    return start + along * (run.legs[actor, column + 3] - start)
-
-
-@inlined
-def _outline(plan: Plan, run: Run, actor: int, part: float) -> Box:
-    along = _along(run, actor, part)
-    return Box(
-        _mixed(run, actor, Leg.X0, along),
-        _mixed(run, actor, Leg.Y0, along),
-        _mixed(run, actor, Leg.HEADING0, along),
-        column_of(plan, run, actor, Column.LENGTH),
-        column_of(plan, run, actor, Column.WIDTH),
-    )
-
-
-@kernel
-def _embody(plan: Plan, run: Run, actor: int, part: float, bodies: Floats) -> None:
-    """Write an actor's body as it is at a part of the step."""
-    along = _along(run, actor, part)
-    bodies[actor, Body.X] = _mixed(run, actor, Leg.X0, along)
-    bodies[actor, Body.Y] = _mixed(run, actor, Leg.Y0, along)
-    for column in range(3):
-        bodies[actor, Body.VX + column] = _mixed(run, actor, Leg.VX0 + column, along)
-    bodies[actor, Body.LIGHTNESS] = bodies[actor, Body.EASE] = 0.0
-    if not is_fixed(plan, run, actor):
-        mass, length = column_of(plan, run, actor, Column.MASS), column_of(plan, run, actor, Column.LENGTH)
-        width = column_of(plan, run, actor, Column.WIDTH)
-        bodies[actor, Body.LIGHTNESS] = 1.0 / mass
-        bodies[actor, Body.EASE] = 1.0 / (plan.gyration[actor] * mass * (length * length + width * width))
-
-
-@inlined
-def is_fixed(plan: Plan, run: Run, actor: int) -> bool:
-    """Whether nothing moves a body: it is said to be fixed, or its mass is no number above 0."""
-    mass = column_of(plan, run, actor, Column.MASS)
-    return column_of(plan, run, actor, Column.FIXED) != 0.0 or not 0.0 < mass < math.inf
-
-
-@inlined
-def _there(run: Run, sample: int, actor: int) -> bool:
-    return run.states[sample + 1, actor, State.PRESENT] != 0.0 and run.actors[actor, Slot.FREE] != HOSTED
-
-
 @kernel
 def _gather(plan: Plan, run: Run, sample: int, part: float, bodies: Floats, contacts: Floats) -> int:
     """All bodies at a part of the step, and the contacts of those that touch and approach; how many."""
     actors, count = len(plan.kinds), 0
-    for actor in range(1, actors):
-        if _there(run, sample, actor):
-            _embody(plan, run, actor, part, bodies)
+    for body in range(1, len(bodies)):
+        if takes_part(run, sample, body):
+            embody(plan, run, body, part, bodies)
     for one in range(1, actors):
-        for other in range(one + 1, actors):
-            if not (_there(run, sample, one) and _there(run, sample, other)):
+        for other in range(one + 1, len(bodies)):
+            if not (takes_part(run, sample, one) and takes_part(run, sample, other)):
                 continue
-            a, b = _outline(plan, run, one, part), _outline(plan, run, other, part)
+            a, b = outline_on_leg(plan, run, one, part), outline_on_leg(plan, run, other, part)
             if not circles_apart(a, a, b, b) and _approach(a, b, one, other, bodies, contacts, count):
                 count += 1
     return count
@@ -242,31 +182,43 @@ def _strike(plan: Plan, run: Run, sample: int, part: float, bodies: Floats, cont
     resolve(bodies, contacts, plan.layout.restitution, plan.layout.contact_friction)
     time = (sample + part) * plan.layout.time_step
     for contact in range(len(contacts)):
-        _note_meeting(run, time, part, before, contacts[contact])
+        _note_meeting(plan, run, time, part, before, contacts[contact])
+        one, other = int(contacts[contact, Contact.ONE]), int(contacts[contact, Contact.OTHER])
+        if other < len(plan.kinds):
+            _note_first(plan, run, sample + part, one, other)
     for number in range(run.status[Status.BLOWS]):
         _add_changes(run.impacts[number], time, before, bodies)
-    for actor in range(1, len(bodies)):
+    for actor in range(1, len(plan.kinds)):
         if (
             bodies[actor, Body.VX] != before[actor, Body.VX]
             or bodies[actor, Body.VY] != before[actor, Body.VY]
             or bodies[actor, Body.SPIN] != before[actor, Body.SPIN]
         ):
-            along, leg = _along(run, actor, part), run.legs[actor]
+            along, leg = along_leg(run, actor, part), run.legs[actor]
             for column in range(3):
-                leg[Leg.X0 + column] = _mixed(run, actor, Leg.X0 + column, along)
+                leg[Leg.X0 + column] = on_leg(run, actor, Leg.X0 + column, along)
                 leg[Leg.VX0 + column] = bodies[actor, Body.VX + column]
             leg[Leg.BEGIN], leg[Leg.STRUCK], leg[Leg.ROLLING] = part, 1.0, 0.0
             steer = run.states[sample, actor, State.STEER]
             go_on(plan, run, actor, steer, (1.0 - part) * plan.layout.time_step)
 
 
+@inlined
+def _note_first(plan: Plan, run: Run, samples: float, one: int, other: int) -> None:
+    """Keep when and which two others touched first, in samples from the start."""
+    if math.isnan(run.end[2]):
+        run.end[2] = samples * plan.layout.time_step
+        run.status[Status.OTHERS_ONE], run.status[Status.OTHERS_OTHER] = one, other
+
+
 @kernel
-def _note_meeting(run: Run, time: float, part: float, before: Floats, row: Floats) -> None:
+def _note_meeting(plan: Plan, run: Run, time: float, part: float, before: Floats, row: Floats) -> None:
     """Keep where and how two meet, unless they are in the same impact still, or there is no room."""
     one, other = int(row[Contact.ONE]), int(row[Contact.OTHER])
     for number in range(run.status[Status.BLOWS]):
         blow = run.impacts[number]
-        if blow[Blow.ONE] == one and blow[Blow.OTHER] == other and time - blow[Blow.LAST] <= PAUSE:
+        lasts = time - blow[Blow.TIME] <= PULSE or time - blow[Blow.LAST] <= PAUSE
+        if blow[Blow.ONE] == one and blow[Blow.OTHER] == other and lasts:
             blow[Blow.LAST] = time
             return
     number = run.status[Status.BLOWS]
@@ -286,13 +238,13 @@ def _note_meeting(run: Run, time: float, part: float, before: Floats, row: Float
         for axis in range(2):
             blow[Blow.VX_ONE + 2 * side + axis] = before[actor, Body.VX + axis]
             blow[Blow.X_ONE + 2 * side + axis] = before[actor, Body.X + axis]
-        blow[Blow.HEADING_ONE + side] = _mixed(run, actor, Leg.HEADING0, _along(run, actor, part))
+        blow[Blow.HEADING_ONE + side] = outline_on_leg(plan, run, actor, part).heading
 
 
 @inlined
 def _add_changes(blow: Floats, time: float, before: Floats, after: Floats) -> None:
     """Add what an instant did to the two of an impact that is not over."""
-    if time - blow[Blow.LAST] > PAUSE or time - blow[Blow.TIME] > PULSE:
+    if time - blow[Blow.TIME] > PULSE:
         return
     for side in range(2):
         actor = int(blow[Blow.ONE + side])
@@ -307,14 +259,14 @@ def _add_changes(blow: Floats, time: float, before: Floats, after: Floats) -> No
 @kernel
 def _next_meeting(plan: Plan, run: Run, sample: int, part: float, bodies: Floats) -> float:
     """The part of the step at which two next touch and approach; `NEVER` if nobody does."""
-    actors, first = len(plan.kinds), NEVER
+    first = NEVER
     row = np.zeros((1, CONTACT))
-    for one in range(1, actors):
-        for other in range(one + 1, actors):
-            if not (_there(run, sample, one) and _there(run, sample, other)):
+    for one in range(1, len(plan.kinds)):
+        for other in range(one + 1, len(bodies)):
+            if not (takes_part(run, sample, one) and takes_part(run, sample, other)):
                 continue
-            a0, a1 = _outline(plan, run, one, part), _outline(plan, run, one, 1.0)
-            b0, b1 = _outline(plan, run, other, part), _outline(plan, run, other, 1.0)
+            a0, a1 = outline_on_leg(plan, run, one, part), outline_on_leg(plan, run, one, 1.0)
+            b0, b1 = outline_on_leg(plan, run, other, part), outline_on_leg(plan, run, other, 1.0)
             if circles_apart(a0, a1, b0, b1):
                 continue
             found = _meet(plan, run, part, one, other, bodies, row)
@@ -326,17 +278,17 @@ def _next_meeting(plan: Plan, run: Run, sample: int, part: float, bodies: Floats
 @kernel
 def _meet(plan: Plan, run: Run, part: float, one: int, other: int, bodies: Floats, row: Floats) -> float:
     """When two next touch and approach: by conservative advancement as far as they are apart, else by looking."""
-    a0, a1 = _outline(plan, run, one, part), _outline(plan, run, one, 1.0)
-    b0, b1 = _outline(plan, run, other, part), _outline(plan, run, other, 1.0)
+    a0, a1 = outline_on_leg(plan, run, one, part), outline_on_leg(plan, run, one, 1.0)
+    b0, b1 = outline_on_leg(plan, run, other, part), outline_on_leg(plan, run, other, 1.0)
     motion = relative_motion(a0, a1, b0, b1)
     fraction = 0.0
     for _ in range(MAX_LOOKS):
         nearest = probe(a0, b0, motion, fraction).nearest
         if nearest.distance < TOUCH:
             now = part + fraction * (1.0 - part)
-            _embody(plan, run, one, now, bodies)
-            _embody(plan, run, other, now, bodies)
-            a, b = _outline(plan, run, one, now), _outline(plan, run, other, now)
+            embody(plan, run, one, now, bodies)
+            embody(plan, run, other, now, bodies)
+            a, b = outline_on_leg(plan, run, one, now), outline_on_leg(plan, run, other, now)
             if _approach(a, b, one, other, bodies, row, 0):
                 return now
             if fraction >= 1.0:

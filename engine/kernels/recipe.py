@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.kernels.geometry import Box, box_distance
+from engine.kernels.geometry import Box, box_distance, building
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.random_numbers import COIN_CHANNEL, Stream, open_stream, uniform, uniform_pair
 from engine.kernels.region import region_contains_box
@@ -207,7 +207,7 @@ def overlap(buildings: Floats, checked: Ints, values: Floats) -> bool:
 @inlined
 def _touches_building(buildings: Floats, box: Box) -> bool:
     for number in range(len(buildings)):
-        x, y, heading = buildings[number, 0], buildings[number, 1], buildings[number, 2]
-        if box_distance(box, Box(x, y, heading, buildings[number, 3], buildings[number, 4])) == 0.0:
+        block = building(buildings, number)
+        if box_distance(box, block) == 0.0:
             return True
     return False

@@ -99,8 +99,9 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
             met = search_contact(plan, run, low, high)
             high = 0
             if met.one == 0:
-                end_run(plan, run, EndReason.COLLISION, -1, met.part)
-                run.status[Status.CONTACT_ONE], run.status[Status.CONTACT_OTHER] = 0, met.other
+                wall = met.other >= len(plan.kinds)
+                end_run(plan, run, EndReason.BUILDING if wall else EndReason.COLLISION, -1, met.part)
+                run.status[Status.CONTACT_ONE], run.status[Status.CONTACT_OTHER] = 0, -1 if wall else met.other
             elif met.one > 0:
                 settle_others(plan, run, int(run.status[Status.SAMPLE]), met.part, met.one, met.other)
                 high = 1  # the ego's own contact is still to be found

@@ -20,7 +20,7 @@ comparison of circles.
 import math
 from typing import NamedTuple
 
-from engine.kernels.geometry import Box, Frame, View, frame
+from engine.kernels.geometry import Box, Frame, View, building, frame
 from engine.kernels.jit import inlined, kernel
 from engine.tables import SHADE, Floats
 
@@ -281,7 +281,7 @@ def _is_covered(
         walked = False
         for number in range(number_of_all):
             if number >= count:
-                box = _building(buildings, number - count)
+                box = building(buildings, number - count)
             else:
                 at = start + number * SHADE
                 if number == viewer or number == looked_at or shades[at + 5] == 0.0:  # noqa: SIM109 - numba
@@ -310,13 +310,6 @@ def _is_covered(
         if not walked:
             return False
     return False
-
-
-@inlined
-def _building(buildings: Floats, number: int) -> Box:
-    return Box(
-        buildings[number, 0], buildings[number, 1], buildings[number, 2], buildings[number, 3], buildings[number, 4]
-    )
 
 
 @inlined

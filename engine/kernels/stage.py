@@ -196,11 +196,11 @@ class Blow(IntEnum):
 
 MAX_BLOWS = 64
 """Impacts among others that a run keeps; later ones happen and are not kept."""
-PAUSE = 0.05
-"""Two bodies that part and meet again sooner than this are still in the same impact [s]."""
 PULSE = 0.25
-"""Impulses count for so long, if an impact lasts [s]: the crash pulses of cars are over by then, and what is pushed
-along for longer fights the friction of its tyres."""
+"""Impulses count for so long from the first touch [s], whether two stay in contact or part and meet again: the crash
+pulses of cars are over by then, and what is pushed along for longer fights the friction of its tyres."""
+PAUSE = 0.05
+"""Two bodies that part after that and meet again sooner than this are still in the same impact [s]."""
 
 
 class Status(IntEnum):

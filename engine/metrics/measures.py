@@ -15,6 +15,7 @@ from engine.metrics.spans import span_of, time_step
 from engine.metrics.table import OF_PAIRS
 from engine.outcomes import PAIRS, Outcomes
 from engine.scenes import Trajectory
+from engine.tables import A_BUILDING
 from engine.vocabulary import ActorKind
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ def _of_actor(trajectory: Trajectory, actor: int, commands: bool) -> Iterator[Me
 
 def measure_impacts(impacts: "Sequence[Impact]") -> tuple[Metric, ...]:
     """The largest delta-V of each actor that was struck: the change of its velocity by the impulses of one impact."""
-    struck = sorted({actor for impact in impacts for actor in impact.actors})
+    struck = sorted({actor for impact in impacts for actor in impact.actors if actor != A_BUILDING})
     return tuple(
         Metric("delta-V", (actor,), max(_delta_v(impact, actor) for impact in impacts), "m/s", "of the hardest impact")
         for actor in struck

@@ -1,11 +1,13 @@
 """From the ego's contact on: those who touched are free bodies, the others go on behaving until they are struck, too.
 
-Nothing here is scored. A free body's velocity is never set again: it is what impulses and friction make of it. Who was
-loose before, from an impact among others, goes on with the velocity that it has, on wheels that roll.
+Nothing here is scored. A free body's velocity is never set again: it is what impulses and friction make of it. While
+an impact lasts, the wheels of who is in it roll, as in impacts among others; then they are braked until the body
+stands. Who was loose before, from an impact among others, rolls on.
 
-All substeps are equally long and end with the samples. pymunk starts each from the impulses of the one before, scaled
-by the ratio of their lengths, but books them unscaled: after a short substep in contact, a longer one would add up to
-several times the impulse again. So physics starts at the last substep boundary before contact.
+All substeps of a step are equally long and end with its sample. In the step of contact they are `FIRST`: within a
+longer one a corner sinks so far into the other outline that pymunk takes another face of it for the one that is struck.
+pymunk starts each substep from the impulses of the one before, scaled by the ratio of their lengths, but books them
+unscaled; so it has to forget them before the substeps become longer.
 """
 
 import math
@@ -15,11 +17,14 @@ import numpy as np
 
 from engine.config import Config
 from engine.kernels.rollout import advance
-from engine.kernels.stage import HOSTED, LOOSE, Leg, Plan, Run, Slot, Status
+from engine.kernels.stage import HOSTED, LOOSE, PULSE, Leg, Plan, Run, Slot, Status
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, State
-from engine.world.bodies import REST_SPEED, Physique, new_space, rub, solid
+from engine.world.bodies import REST_SPEED, Physique, new_space, rub, solid, wall
 from engine.world.impacts import Impact, Recorder
+
+FIRST = 1e-4
+"""Length of substeps in the step of contact [s]."""
 
 
 class Aftermath(NamedTuple):
@@ -35,19 +40,24 @@ class Aftermath(NamedTuple):
 class Stage:
     """The bodies of one run after its first contact, and who of them is free."""
 
-    def __init__(self, actors: tuple[Physique, ...], config: Config) -> None:
+    def __init__(self, actors: tuple[Physique, ...], buildings: Floats, config: Config) -> None:
         self.actors = actors
+        """Their bodies come first; those of the buildings follow."""
         # So many to a step of the simulation, each no longer than the configured length.
         self.substeps = max(1, math.ceil(config.simulation.time_step / config.contact.substep - 1e-9))
-        self.substep = config.simulation.time_step / self.substeps
         self.resistance = config.contact.rolling_resistance
         self.space = new_space(config.contact)
-        self.bodies = [solid(self.space, actor, config.contact) for actor in actors]
+        walls = [wall(length, width) for length, width in buildings[:, 3:].tolist()]
+        self.bodies = [solid(self.space, body, config.contact) for body in (*actors, *walls)]
         self.recorder = Recorder(self.space, self.bodies)
         self.free: set[int] = set()
-        self.rolling: dict[int, float] = {}
-        """Bodies on wheels that roll, and the steering angle of each [rad]."""
+        self.steer: dict[int, float] = {}
+        """Of bodies on wheels [rad]."""
+        self.rolls_until: dict[int, float] = {}
+        """When the wheels of a free body are braked [s]."""
         self.rest: dict[int, float] = {}
+        for number, building in enumerate(buildings, len(actors)):
+            self.place(number, building)
 
     def place(self, actor: int, pose: Floats) -> None:
         """Put a body where its actor is."""
@@ -55,10 +65,16 @@ class Stage:
         body.position, body.angle = (float(pose[0]), float(pose[1])), float(pose[2])
         self.space.reindex_shapes_for_body(body)
 
-    def release(self, actor: int) -> None:
-        """Hand a body over to physics; what is fixed stays where it is."""
-        if not self.actors[actor].fixed:
+    def turn_wheels(self, actor: int, steer: float) -> None:
+        """Note where the wheels of a body point; two-wheelers fall over."""
+        if self.actors[actor].rolls:
+            self.steer[actor] = steer
+
+    def release(self, actor: int, until: float) -> None:
+        """Hand a body over to physics, whose wheels roll for a time [s]; what is fixed stays where it is."""
+        if actor < len(self.actors) and not self.actors[actor].fixed:
             self.free.add(actor)
+            self.rolls_until[actor] = until
 
     def drive(self, actor: int, chord: Floats) -> None:
         """Send a body that still behaves along a chord: vx, vy [m/s], turn [rad/s]."""
@@ -71,20 +87,27 @@ class Stage:
         if self.bodies[actor] in self.space.bodies:
             self.space.remove(self.bodies[actor], *self.bodies[actor].shapes)
 
-    def go(self, start: float, count: int) -> None:
+    def forget(self) -> None:
+        """Let all contacts begin anew, with no impulses of the substep before."""
+        for body in self.space.bodies:
+            shapes = list(body.shapes)
+            self.space.remove(*shapes)
+            self.space.add(*shapes)
+
+    def go(self, start: float, count: int, substep: float) -> None:
         """Let physics run for a number of substeps from a time on [s]."""
         for k in range(count):
-            self.recorder.time = start + (k + 1) * self.substep
-            self.space.step(self.substep)
+            self.recorder.time = start + (k + 1) * substep
+            self.space.step(substep)
             self.recorder.check()
             for actor in self.recorder.struck - self.free:
-                self.release(actor)
+                self.release(actor, self.recorder.time + PULSE)
             for actor in sorted(self.free):
-                self._rub(actor)
+                self._rub(actor, substep)
 
-    def _rub(self, actor: int) -> None:
-        steer = self.rolling.get(actor)
-        if rub(self.bodies[actor], self.actors[actor], self.substep, steer, self.resistance):
+    def _rub(self, actor: int, substep: float) -> None:
+        steer = self.steer.get(actor) if self.recorder.time <= self.rolls_until[actor] else None
+        if rub(self.bodies[actor], self.actors[actor], substep, steer, self.resistance):
             self.rest.setdefault(actor, self.recorder.time)
         else:
             self.rest.pop(actor, None)
@@ -98,17 +121,19 @@ class Stage:
 def follow_contact(plan: Plan, run: Run, actors: tuple[Physique, ...], config: Config) -> Aftermath:
     """Go on from first contact until all that were struck stand still, or for the configured time."""
     step, contact, sample = plan.layout.time_step, float(run.end[0]), int(run.status[Status.SAMPLE])
-    stage = Stage(actors, config)
-    done = min(math.floor(float(run.end[1]) * stage.substeps), stage.substeps - 1)
-    _set_up(run, stage, sample, done / stage.substeps, step)
+    stage = Stage(actors, plan.road.buildings, config)
+    short = max(stage.substeps, math.ceil(step / FIRST - 1e-9))
+    done = min(math.floor(float(run.end[1]) * short), short - 1)
+    _set_up(run, stage, sample, done / short, step)
     last = min(len(run.states) - 1, math.ceil((contact + config.contact.aftermath) / step))
-    stage.go((sample - 1) * step + done * stage.substep, stage.substeps - done)
+    stage.go((sample - 1 + done / short) * step, short - done, step / short)
+    stage.forget()
     _record(run, stage, sample, step)
     while sample < last and not (stage.at_rest and _others_stand(run, stage, sample)):
         advance(plan, run, sample + 1, False)
         sample += 1
         _send(run, stage, sample, step)
-        stage.go((sample - 1) * step, stage.substeps)
+        stage.go((sample - 1) * step, stage.substeps, step / stage.substeps)
         _record(run, stage, sample, step)
     masses = tuple(math.inf if actor.fixed else actor.mass for actor in actors)
     return Aftermath(sample + 1, stage.recorder.impacts(masses), dict(stage.rest))
@@ -127,22 +152,22 @@ def _set_up(run: Run, stage: Stage, sample: int, part: float, step: float) -> No
     """
     actors, before, after = stage.actors, run.states[sample - 1], run.states[sample]
     poses, chords = before[:, :3] + part * (after[:, :3] - before[:, :3]), (after[:, :3] - before[:, :3]) / step
-    pair = {int(run.status[Status.CONTACT_ONE]), int(run.status[Status.CONTACT_OTHER])}
+    braked = float(run.end[0]) + PULSE
+    pair = {int(run.status[Status.CONTACT_ONE]), int(run.status[Status.CONTACT_OTHER])}  # -1: a building
     for actor in range(len(actors)):
         stage.place(actor, poses[actor])
+        stage.turn_wheels(actor, float(before[actor, State.STEER]))
         if after[actor, State.PRESENT] == 0.0:
             stage.remove(actor)
         elif run.actors[actor, Slot.FREE] == LOOSE:
             stage.drive(actor, run.legs[actor, Leg.VX1 : Leg.SPIN1 + 1])
-            stage.release(actor)
-            if actor not in pair and actors[actor].rolls:
-                stage.rolling[actor] = float(before[actor, State.STEER])
+            stage.release(actor, braked if actor in pair else math.inf)
         elif actor in pair:
             speed = before[actor, State.SPEED] + part * (after[actor, State.SPEED] - before[actor, State.SPEED])
             # Walkers turn at once, so the chord of their heading is no rate that they carry on with.
             turn = 0.0 if actors[actor].kind is ActorKind.PEDESTRIAN else chords[actor, 2]
             stage.drive(actor, true_velocity(poses[actor, 2], speed, turn, actors[actor].rear_to_center))
-            stage.release(actor)
+            stage.release(actor, braked)
         else:
             stage.drive(actor, chords[actor])
     run.actors[sorted(stage.free), Slot.FREE] = HOSTED
@@ -178,3 +203,4 @@ def _send(run: Run, stage: Stage, sample: int, step: float) -> None:
             stage.remove(actor)
         else:
             stage.drive(actor, (after[actor, :3] - before[actor, :3]) / step)
+            stage.turn_wheels(actor, float(before[actor, State.STEER]))

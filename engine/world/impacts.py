@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import pymunk
 
 from engine.kernels.stage import PAUSE, PULSE, Blow, Run, Status
-from engine.tables import Floats
+from engine.tables import A_BUILDING, Floats
 
 LEAST_CHANGE = 0.01
 """Of a velocity, for a touch to be told as an impact [m/s]."""
@@ -20,6 +20,7 @@ class Impact:
     time: float
     """When the bodies met [s]."""
     actors: tuple[int, int]
+    """Who met; the other may be `A_BUILDING`."""
     point: tuple[float, float]
     """Where they met, x, y [m]."""
     delta_v: tuple[float, float]
@@ -87,7 +88,9 @@ class Recorder:
             raise self._failure
 
     def impacts(self, masses: tuple[float, ...], least_change: float = LEAST_CHANGE) -> tuple[Impact, ...]:
-        """All impacts so far, in the order of time; touches that change no velocity by `least_change` are none."""
+        """All impacts so far, in the order of time; touches that change no velocity by `least_change` are none. Bodies
+        beyond those that have masses here are buildings.
+        """
         meetings = [*self._closed, *self._open.values()]
         told = (_impact(meeting, masses) for meeting in sorted(meetings, key=lambda m: (m.time, m.pair)))
         return tuple(impact for impact in told if max(impact.delta_v) >= least_change)
@@ -111,7 +114,7 @@ class Recorder:
         self.struck |= {low, high}
         earlier = self._open.get((low, high))
         if earlier is not None:
-            if self.time - earlier.last <= PAUSE:
+            if self.time - earlier.time <= PULSE or self.time - earlier.last <= PAUSE:
                 return
             self._closed.append(earlier)
         bodies = arbiter.bodies[::-1] if swapped else arbiter.bodies
@@ -130,7 +133,7 @@ class Recorder:
     def _episode(self, body: int) -> Episode:
         """What the body is going through: a new one if it has touched nobody for a while."""
         known = self._current.get(body)
-        if known is None or self.time - known.last > PAUSE:
+        if known is None or (self.time - known.start > PULSE and self.time - known.last > PAUSE):
             known = self._current[body] = Episode(self.time, self.time)
             self.episodes.append(known)
         return known
@@ -159,11 +162,12 @@ def _impact(meeting: Meeting, masses: tuple[float, ...]) -> Impact:
     impulses = [episode.impulse for episode in meeting.episodes]
     sizes = [math.hypot(x, y) for x, y in impulses]
     received = [math.atan2(y, x) for x, y in impulses]
+    building = high >= len(masses)
     return Impact(
         time=meeting.time,
-        actors=meeting.pair,
+        actors=(low, A_BUILDING if building else high),
         point=meeting.point,
-        delta_v=(sizes[0] / masses[low], sizes[1] / masses[high]),
+        delta_v=(sizes[0] / masses[low], 0.0 if building else sizes[1] / masses[high]),
         direction=(_wrap(received[0] - headings[0]), _wrap(received[1] - headings[1])),
         closing_speed=math.hypot(*meeting.velocity),
         impact_angle=_wrap(headings[1] - headings[0]),
@@ -173,11 +177,11 @@ def _impact(meeting: Meeting, masses: tuple[float, ...]) -> Impact:
 
 def impacts_among_others(run: Run) -> tuple[Impact, ...]:
     """What the kernels kept of impacts before the ego's contact."""
-    return tuple(map(_of_blow, run.impacts[: run.status[Status.BLOWS]]))
+    return tuple(_of_blow(blow, len(run.actors)) for blow in run.impacts[: run.status[Status.BLOWS]])
 
 
-def _of_blow(blow: Floats) -> Impact:
-    pair, point = (int(blow[Blow.ONE]), int(blow[Blow.OTHER])), (float(blow[Blow.X]), float(blow[Blow.Y]))
+def _of_blow(blow: Floats, actors: int) -> Impact:
+    one, other, point = int(blow[Blow.ONE]), int(blow[Blow.OTHER]), (float(blow[Blow.X]), float(blow[Blow.Y]))
     headings = float(blow[Blow.HEADING_ONE]), float(blow[Blow.HEADING_OTHER])
     changes = blow[Blow.CHANGE_X_ONE : Blow.CHANGE_Y_OTHER + 1].reshape(2, 2)
     velocities = blow[Blow.VX_ONE : Blow.VY_OTHER + 1].reshape(2, 2)
@@ -186,7 +190,7 @@ def _of_blow(blow: Floats) -> Impact:
     turned = [_wrap(math.atan2(y, x) - heading) for (x, y), heading in zip(changes, headings, strict=True)]
     return Impact(
         time=float(blow[Blow.TIME]),
-        actors=pair,
+        actors=(one, other if other < actors else A_BUILDING),
         point=point,
         delta_v=(math.hypot(*changes[0]), math.hypot(*changes[1])),
         direction=(turned[0], turned[1]),

@@ -42,7 +42,7 @@ class EventKind(StrEnum):
     CLOSEST = "closest"
     """The ego and another are nearest [MD, m]."""
     CONTACT = "contact"
-    """The ego's first contact [0]."""
+    """The ego's first contact [0]; with a building it is alone."""
     IMPACT = "impact"
     """Two bodies met [the larger delta-V, m/s]."""
     REST = "rest"
@@ -117,6 +117,8 @@ def _end(outcomes: Outcomes, end: float) -> Event:
     if reason in (EndReason.COLLISION, EndReason.OTHER_COLLISION):
         one, other = (int(actor) for actor in outcomes.contact_actors[0])
         return Event(end, EventKind.CONTACT, (one, other), 0.0)
+    if reason is EndReason.BUILDING:
+        return Event(end, EventKind.CONTACT, (0,), 0.0)
     return Event(end, EventKind.END, (), float(reason))
 
 

@@ -264,12 +264,18 @@ terminate after 12 s
 
 
 @pytest.mark.parametrize(
-    ("more", "braking"),
-    [("", 0.774 * GRAVITY), (", with friction 0.3", 0.3 * 9.81), (", with maxBraking 4 m/s^2", 4.0)],
+    ("more", "braking", "ramp"),
+    [
+        ("", 0.774 * GRAVITY, R157.ramp),
+        (", with friction 0.3", 0.3 * 9.81, R157.ramp),
+        (", with maxBraking 4 m/s^2", 4.0, R157.ramp),
+        (", with maxBraking 4 m/s^2, with pedalTime 1.2 s", 4.0, 1.2),
+        (", with pedalTime 1.2 s", 0.774 * GRAVITY, 1.2 * 0.774 * GRAVITY / 8.0),
+    ],
 )
-def test_the_driver_brakes_as_hard_as_tyres_and_brakes_allow(more: str, braking: float) -> None:
+def test_the_driver_brakes_as_hard_as_tyres_and_brakes_allow(more: str, braking: float, ramp: float) -> None:
     """The last moment is when the way that is left is the stopping distance on that road, with these brakes."""
-    speed, distance, ramp = 8.0, 30.0, R157.ramp
+    speed, distance = 8.0, 30.0
     loss = 0.5 * braking * ramp
     stopping = speed * ramp - braking * ramp**2 / 6.0 + (speed - loss) ** 2 / (2.0 * braking)
     answer = judged(standing_ahead(distance, more, speed))

@@ -76,6 +76,30 @@ def test_an_ego_without_cited_tyres_is_not_judged_and_others_move_as_before() ->
     assert opinion(other="Truck").slides == (0,)
 
 
+BACKING = """
+map intersection()
+lane = network.lanes[0]
+behavior Backs():
+    take SetReverseAction(True)
+    while True:
+        take SetThrottleAction(0.4)
+ego = new Car before intersection by 20 m along [lane], with speed 0 m/s{ego}
+other = new Car before intersection by 35 m along [lane], with speed 0 m/s{other}
+terminate after 6 s
+"""
+
+
+@pytest.mark.parametrize(("actor", "answer"), [("ego", Answer.BACKWARDS), ("other", Answer.SURVIVES)])
+def test_who_drives_backwards_has_no_cited_tyres(actor: str, answer: Answer) -> None:
+    """The ego is not judged then; another car moves as before."""
+    behaviours = {"ego": "", "other": ""} | {actor: ", with behavior Backs()"}
+    scenario = compile_text(BACKING.format(**behaviours))
+    (found,) = verify(scenario.program, scenario.sample(1, seed=2), scenario.config.simulation)
+    assert found is not None
+    assert found.answer is answer
+    assert found.slides == (() if actor == "ego" else (0,))
+
+
 def test_a_scene_without_anybody_else_survives() -> None:
     scenario = compile_text(
         "map intersection(approach=300 m)\nlane = intersection.incomingLanes[0]\n"

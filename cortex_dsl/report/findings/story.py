@@ -13,7 +13,7 @@ from engine.metrics import time_step
 from engine.outcomes import Outcomes
 from engine.program import Program, Rule
 from engine.scenes import Trajectory
-from engine.tables import SLIDING, Floats, Ints
+from engine.tables import A_BUILDING, SLIDING, Floats, Ints
 from engine.vocabulary import EndReason, Fault, State
 
 if TYPE_CHECKING:
@@ -88,6 +88,8 @@ def end_of(program: Cast, outcomes: Outcomes, row: int) -> Moment:
         alone = f"; {program.actors[0]} has touched nobody" if reason == EndReason.OTHER_COLLISION else ""
         struck = _struck(program, outcomes, row) if reason == EndReason.COLLISION else ""
         return Moment(time, -1, "contact", f"contact: {first} and {second}{alone}{struck}")
+    if reason == EndReason.BUILDING:
+        return Moment(time, -1, "contact", f"contact: {program.actors[0]} and a building")
     return Moment(time, -1, "end", end_text(program, reason, int(outcomes.end_rule[row])))
 
 
@@ -119,6 +121,7 @@ END_TEXTS = {
     EndReason.STUCK: "a behaviour was stuck",
     EndReason.BROKEN: "a state became NaN",
     EndReason.ABORTED: "invalid: a requirement on the run broke",
+    EndReason.BUILDING: "the ego ran into a building",
 }
 RULE_TEXTS = {EndReason.RULE: "ended by", EndReason.ABORTED: "invalid, for it broke"}
 
@@ -237,11 +240,13 @@ def aftermath(program: Program, impacts: "Sequence[Impact]", trajectory: Traject
 def _impact(program: Program, impact: "Impact", unit: SpeedUnit) -> Iterator[Moment]:
     first, second = impact.actors
     angle = round(abs(math.degrees(impact.impact_angle)))
-    speed = unit.text(impact.closing_speed)
-    yield Moment(impact.time, -1, "impact", f"impact at {speed}, headings {angle}° apart")
+    apart = "" if second == A_BUILDING else f", headings {angle}° apart"
+    yield Moment(impact.time, -1, "impact", f"impact at {unit.text(impact.closing_speed)}{apart}")
     for actor, other, change, hour in zip(impact.actors, (second, first), impact.delta_v, impact.clock, strict=True):
-        text = f"delta-V {unit.text(change)}, struck by {program.actors[other]} at {hour} o'clock"
-        yield Moment(impact.time, actor, "impact", text)
+        by = "a building" if other == A_BUILDING else program.actors[other]
+        if actor != A_BUILDING:
+            text = f"delta-V {unit.text(change)}, struck by {by} at {hour} o'clock"
+            yield Moment(impact.time, actor, "impact", text)
 
 
 def _rests(trajectory: Trajectory) -> Iterator[Moment]:

@@ -18,6 +18,7 @@ ANSWERS: Mapping[Answer, tuple[str, str, str]] = {
     Answer.MODEL: ("artefact of the model", "good", "a car with slipping tyres is not in this danger"),
     Answer.STEP: ("artefact of the step", "good", "nor is the model of the search, where time goes in finer steps"),
     Answer.NOT_JUDGED: ("not judged", "quiet", "no cited tyre data for an ego of this kind"),
+    Answer.BACKWARDS: ("not judged: backwards", "quiet", "no cited tyre data for an ego that drives backwards"),
 }
 """Name, style in a terminal and meaning of each answer, in the order of reports."""
 HOW = (
@@ -47,7 +48,7 @@ def counts_text(answers: Sequence[Verified]) -> str:
 
 def _of_several(answer: Answer, count: int) -> str:
     name = ANSWERS[answer][0]
-    if count == 1 or answer is Answer.NOT_JUDGED:
+    if count == 1 or answer in (Answer.NOT_JUDGED, Answer.BACKWARDS):
         return name
     return name.replace("artefact", "artefacts") if " " in name else name.removesuffix("s")
 

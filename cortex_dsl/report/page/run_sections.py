@@ -290,7 +290,8 @@ def how_runs_ended(run: OpenedRun) -> tuple[list[tuple[str, int, str]], int]:
 def _words(end: End) -> tuple[str, str]:
     if end.reason is None:
         return run_charts.VERDICTS[end.verdict], "invalid"
-    style = "hit" if end.reason == EndReason.COLLISION else "" if end.verdict == Verdict.VALID else "invalid"
+    crash = end.reason in (EndReason.COLLISION, EndReason.BUILDING)
+    style = "hit" if crash else "" if end.verdict == Verdict.VALID else "invalid"
     return end.text, style
 
 

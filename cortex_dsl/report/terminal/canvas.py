@@ -1,6 +1,7 @@
 """A small drawing made of characters: braille dots where the terminal has them, plain ASCII where not.
 
-World coordinates are metres, x to the right and y up. A character holds 2 x 4 dots, so dots are about square.
+World coordinates are metres; the heading of a window points to the right. A character holds 2 x 4 dots, so dots are
+about square.
 """
 
 import math
@@ -19,20 +20,35 @@ BRAILLE = 0x2800
 
 @dataclass(frozen=True)
 class Window:
-    """The part of the world that is shown: its centre, and the dots that a metre takes."""
+    """The part of the world that is shown: its centre, the dots that a metre takes, and how it is turned."""
 
     x: float
     y: float
     scale: float
+    heading: float = 0.0
+    """Direction of the world that points to the right [rad]."""
 
     @staticmethod
-    def around(points: Iterable[Point], columns: int, rows: int, margin: float) -> "Window":
+    def around(points: Iterable[Point], columns: int, rows: int, margin: float, heading: float = 0.0) -> "Window":
         """The window that shows all points and a margin [m] in columns x rows characters."""
-        xs, ys = zip(*points, strict=True)
+        turned = Window(0.0, 0.0, 1.0, heading)
+        xs, ys = zip(*map(turned.seen, points), strict=True)
         width = max(xs) - min(xs) + 2 * margin
         height = max(ys) - min(ys) + 2 * margin
         scale = min(2 * columns / width, 4 * rows / height)
-        return Window((max(xs) + min(xs)) / 2, (max(ys) + min(ys)) / 2, scale)
+        x, y = turned.place((max(xs) + min(xs)) / 2, (max(ys) + min(ys)) / 2)
+        return Window(x, y, scale, heading)
+
+    def seen(self, point: Point) -> Point:
+        """A point of the world from the centre: dots to the right, and up."""
+        cos, sin = math.cos(self.heading), math.sin(self.heading)
+        x, y = point[0] - self.x, point[1] - self.y
+        return (cos * x + sin * y) * self.scale, (cos * y - sin * x) * self.scale
+
+    def place(self, right: float, up: float) -> Point:
+        """The point of the world so many dots to the right of the centre and above it."""
+        cos, sin = math.cos(self.heading), math.sin(self.heading)
+        return self.x + (cos * right - sin * up) / self.scale, self.y + (sin * right + cos * up) / self.scale
 
 
 @dataclass
@@ -105,16 +121,12 @@ class Canvas:
             yield round(x0 + (x1 - x0) * i / steps), round(y0 + (y1 - y0) * i / steps)
 
     def _dot(self, point: Point) -> tuple[int, int]:
-        x = self.columns + (point[0] - self.window.x) * self.window.scale
-        y = 2 * self.rows - (point[1] - self.window.y) * self.window.scale
-        return math.floor(x), math.floor(y)
+        right, up = self.window.seen(point)
+        return math.floor(self.columns + right), math.floor(2 * self.rows - up)
 
     def _world(self, x: int, y: int) -> Point:
         """The centre of a dot [m]."""
-        return (
-            self.window.x + (x + 0.5 - self.columns) / self.window.scale,
-            self.window.y - (y + 0.5 - 2 * self.rows) / self.window.scale,
-        )
+        return self.window.place(x + 0.5 - self.columns, 2 * self.rows - y - 0.5)
 
     def _set(self, dot: tuple[int, int], style: str) -> None:
         cell = (dot[1] // 4, dot[0] // 2)

@@ -177,9 +177,10 @@ def moment_of(outcomes: Outcomes, trajectory: Trajectory, pair: int) -> KeyMomen
     time = float(outcomes.end_time[0] if contact else outcomes.min_distance_time[0, pair])
     if not np.isfinite(time):
         return None
-    first, second = outcomes.contact_actors[0] if contact else (0, pair + 1)
+    first, second = outcomes.contact_actors[0].tolist() if contact else (0, pair + 1)
     sample = int(np.argmin(np.abs(trajectory.time - time)))
-    centres = trajectory.states[sample, [int(first), int(second)]][:, [State.X, State.Y]]
+    met = [first, second] if second >= 0 else [first]  # a building is nobody
+    centres = trajectory.states[sample, met][:, [State.X, State.Y]]
     x, y = centres.mean(axis=0)
     return KeyMoment(sample, contact, (float(x), float(y)))
 

@@ -1,5 +1,6 @@
 """The junction and the ways of its actors, drawn in the terminal."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cortex_dsl.report.findings.case_replay import outline_corners
+from cortex_dsl.report.findings.framing import heading_of_road
 from cortex_dsl.report.terminal.canvas import Canvas, Point, Window
 from cortex_dsl.report.terminal.theme import actor_style, columns, left
 from engine.road.outline import Outline
@@ -20,8 +22,13 @@ DRAWING_COLUMNS = 62
 DRAWING_ROWS = 26
 MARGIN = 7.0
 """World shown around the actors' ways [m]."""
+LANES = 14.0
+"""Lanes of one direction are no wider than this together, where the ego's road is looked for [m]."""
 BESIDE = 92
 """Console width from which the legend stands beside the drawing."""
+ARROWS = "→↗↑↖←↙↓↘"
+SIDES = ("right", "up right", "up", "up left", "left", "down left", "down", "down right")
+"""Directions in a drawing, from the right anticlockwise."""
 GAPS = ((1, 0), (1, 1), (2, 2), (1, 2), (3, 1), (1, 3))
 """Dots drawn and left out along each actor's way, so that ways differ without colour too."""
 
@@ -59,11 +66,12 @@ def scene_view(
 def draw_scene(
     road: Outline, trajectory: Trajectory, moment: KeyMoment | None, width: int, *, ascii_only: bool = False
 ) -> Canvas:
-    """Road, ways, outlines at the key moment, marks; later things lie on top."""
+    """Road, ways, outlines at the key moment, marks; later things lie on top. The ego's road lies along it."""
     ways = [_way(trajectory, actor) for actor in range(len(trajectory.outlines))]
     shown = [point for way in ways for point in way] or [(0.0, 0.0)]
     rows = min(DRAWING_ROWS, max(10, width // 2 - 4))
-    canvas = Canvas(width, rows, Window.around(shown, width, rows, MARGIN))
+    heading = heading_of_road(road, LANES, trajectory.states[:, 0])
+    canvas = Canvas(width, rows, Window.around(shown, width, rows, MARGIN, heading))
     for line in (*road.middle_lines, *road.lane_lines):
         canvas.line(_points(line), "road", on=1, off=3)
     for line in (*road.stop_lines, *road.kerbs, *(np.vstack([ring, ring[:1]]) for ring in road.buildings)):
@@ -133,7 +141,9 @@ def _legend(
 
 
 def _scale(canvas: Canvas, *, ascii_only: bool) -> Text:
-    """A bar of ten metres."""
+    """A bar of ten metres, and where north is."""
     characters = max(1, round(10 * canvas.window.scale / 2))
     bar = "|" + "-" * max(0, characters - 2) + "|" if ascii_only else "├" + "─" * max(0, characters - 2) + "┤"
-    return Text(f"{bar} 10 m", "quiet")
+    north = math.pi / 2 - canvas.window.heading  # against the right of the drawing
+    side = round(north / (math.pi / 4)) % len(ARROWS)
+    return Text(f"{bar} 10 m  {'north: ' + SIDES[side] if ascii_only else ARROWS[side] + ' north'}", "quiet")

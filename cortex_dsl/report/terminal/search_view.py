@@ -184,7 +184,7 @@ def results_view(folder: Path) -> RenderableType:
     return columns(left(), left(wrap=True), rows=rows)
 
 
-END_STYLES = {EndReason.COLLISION: "bad", EndReason.ABORTED: "warn"}
+END_STYLES = {EndReason.COLLISION: "bad", EndReason.BUILDING: "bad", EndReason.ABORTED: "warn"}
 
 
 def ends_table(program: Program, report: SearchReport) -> RenderableType:

@@ -13,7 +13,7 @@ from cortex_dsl.semantics.acting import bodies
 from cortex_dsl.semantics.acting.bodies import Body, Invocation
 from cortex_dsl.semantics.acting.statements import check_called, soft_probability
 from cortex_dsl.semantics.acting.yielding import check_handler, check_loop
-from cortex_dsl.semantics.errors.behaviours import NOT_AN_ACTION, SAME_ACTION
+from cortex_dsl.semantics.errors.behaviours import NOT_A_DRIVER, NOT_AN_ACTION, SAME_ACTION
 from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.scenarios import NO_WEIGHT, ONE_OPTION
 from cortex_dsl.semantics.errors.statements import BARE_EXPRESSION
@@ -32,7 +32,7 @@ from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
 from engine.config import SimulationConfig
 from engine.frozen import frozen
-from engine.vocabulary import Command
+from engine.vocabulary import ActorKind, Command
 
 # -- `do choose` and `do shuffle` --------------------------------------------------------------------------------------
 
@@ -196,7 +196,7 @@ def _take(body: Body, node: nodes.Take) -> ir.Block:
     commands: list[tuple[Command, Term]] = []
     for action in node.actions:
         value = body.ev.evaluate(action)
-        commands += [_action(each, action) for each in (value if isinstance(value, tuple) else (value,))]
+        commands += [_action(body, each, action) for each in (value if isinstance(value, tuple) else (value,))]
     known = [command for command, _ in commands]
     for command in known:
         if known.count(command) > 1:
@@ -204,14 +204,23 @@ def _take(body: Body, node: nodes.Take) -> ir.Block:
     return (ir.Take(node.span, tuple(commands)),)
 
 
-def _action(value: Value, node: nodes.Expression) -> tuple[Command, Term]:
+def _action(body: Body, value: Value, node: nodes.Expression) -> tuple[Command, Term]:
     if isinstance(value, ActionCall):
+        if value.command is Command.REVERSE:
+            _must_have_gears(body, value, node)
         return value.command, value.value
     if isinstance(value, BuiltinValue) and value.name in names_of(Kind.ACTION):
         suggestion = f"give it a value, as in `{value.name}(1)`"
     else:
         suggestion = did_you_mean(kind_name(value).strip("`"), names_of(Kind.ACTION))
     raise NOT_AN_ACTION.mistake(node.span, actual=kind_name(value), suggestion=suggestion)
+
+
+def _must_have_gears(body: Body, action: ActionCall, node: nodes.Expression) -> None:
+    """Refuse the reverse gear to who walks; to put it out is what they do anyway."""
+    actor, off = body.ev.moment.actor, isinstance(action.value, ir.Literal) and not action.value.value
+    if actor is not None and actor.kind is ActorKind.PEDESTRIAN and not off:
+        raise NOT_A_DRIVER.mistake(node.span, behaviour=action.name, actual=kind_name(actor))
 
 
 def _wait(_body: Body, node: nodes.Wait) -> ir.Block:

@@ -262,7 +262,7 @@ NOT_A_DRIVER = Problem(
     cure="give it to a Car or another vehicle",
     page=Page(
         "behavior for vehicles",
-        "Some behaviors steer wheels; people and obstacles have none.",
+        "Some behaviors steer wheels, and `SetReverseAction` puts a gear in; people and obstacles have neither.",
         "ego = new Car on road\nnew Pedestrian on road, with behavior LaneChangeBehavior(network.lanes[0])\n",
         "ego = new Car on road, with behavior LaneChangeBehavior(network.lanes[0])\n",
     ),

@@ -58,6 +58,8 @@ def not_supported(context: ErrorContext) -> Diagnostic | None:
         return _later(found, words.LATER_OPERATORS[found.text], words.INSTEAD.get(found.text, ""))
     if before is not None and before.text in words.LATER_OPERATORS and found.kind == "name":
         return _later(before, words.LATER_OPERATORS[before.text], words.INSTEAD.get(before.text, ""))
+    if found.text == "not" and [word.text for word in context.words[context.place + 1 :][:1]] == ["visible"]:
+        return _later(found, "`not visible`", "write `require not (ego can see x)`")
     if found.kind == "name" and found.text in words.LATER_SPECIFIERS:
         return _later(found, words.LATER_SPECIFIERS[found.text], words.INSTEAD.get(found.text, ""))
     return None

@@ -254,7 +254,7 @@ def distance_first(context: ErrorContext) -> Diagnostic | None:
     match = _around(context, _PLACE)
     if new is None or match is None or context.bracket is not None:
         return None
-    if context.words[new + 1].span.end > match.start() or match["distance"] in ("by", "new"):
+    if context.words[new + 1].span.end > match.start() or match["distance"] in ("by", "new", "visible"):
         return None
     said = " ".join(match["word"].split())
     word, way = _PLACED.get(said, said), match["way"] or ""

@@ -105,7 +105,7 @@ def _through_contact(recording: Recording) -> Recording:
     CommonRoad looks for collisions at whole steps, and contact physics has most outlines apart again by then.
     """
     whole, contact = recording.on_steps(), recording.contact
-    if contact is None:
+    if contact is None or len(contact.actors) < 2:  # a building overlaps nobody there
         return whole
     after = int(np.searchsorted(whole.time, contact.time + SAME_INSTANT, "right"))
     if after == 0:

@@ -144,13 +144,12 @@ def provenance_parameters(recording: Recording) -> tuple[ParameterDeclaration, .
 
 
 def _contact_parameters(recording: Recording) -> tuple[ParameterDeclaration, ...]:
-    """When, and between which two in the order of the file."""
+    """When, and between whom in the order of the file."""
     if recording.contact is None:
         return ()
-    first, second = recording.contact.actors
     return (
         ParameterDeclaration(f"{FILE_PREFIX}contact_time", number(recording.contact.time), "double"),
-        ParameterDeclaration(f"{FILE_PREFIX}contact_actors", f"{first} {second}"),
+        ParameterDeclaration(f"{FILE_PREFIX}contact_actors", " ".join(map(str, recording.contact.actors))),
     )
 
 

@@ -71,6 +71,20 @@ def test_every_beginning_of_a_file_can_be_asked_about(left_turn):
         ask_everything(View("own.scn", left_turn[:end], good), end)
 
 
+@pytest.mark.parametrize(
+    ("argument", "said"), [("friction", "Factor on everybody's grip"), ("sight", "a length"), ("light", "0 to 1")]
+)
+def test_arguments_of_the_environment_are_no_properties(argument, said):
+    view = view_of("environment(friction=0.4, sight=60 m, light=0.5)\nego = new Car on road, with friction 0.7\n")
+    found = hover(view, view.text.index(argument))
+    assert found is not None
+    assert f"environment({argument}=…)" in found.text
+    assert said in found.text
+    other = hover(view, view.text.rindex("friction"))
+    assert other is not None
+    assert "with friction" in other.text
+
+
 def test_values_are_known_although_the_file_has_errors(left_turn):
     view = view_of(left_turn.replace("with speed EGO_SPEED", "with sped EGO_SPEED"))
     assert [d.code for d in view.analysis.diagnostics if d.severity.value == "error"] == ["SCN204"]

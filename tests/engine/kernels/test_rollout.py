@@ -12,7 +12,7 @@ from engine.kernels.rollout import advance, begin
 from engine.kernels.stage import HOSTED, Slot, Status
 from engine.opcodes import Op
 from engine.vehicles import MODELS
-from engine.vocabulary import ActorKind, Command, EndReason, ManeuverType, RuleKind, State, Verdict
+from engine.vocabulary import ActorKind, Column, Command, EndReason, ManeuverType, RuleKind, State, Verdict
 
 CAR, PEDESTRIAN, OBSTACLE = ActorKind.CAR, ActorKind.PEDESTRIAN, ActorKind.OBSTACLE
 STEP = 0.05
@@ -238,6 +238,28 @@ def test_a_driver_goes_on_where_that_is_the_setting(hand) -> None:
         else:
             assert struck[-1]
             assert 9.0 < states[-1, 1, State.SPEED] < 10.8
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "heading", "speed"), [(-0.042, -35.12, -1.235, 19.985), (-7.14, -48.569, 0.393, 18.048)]
+)
+def test_a_driver_goes_on_after_a_spin(hand, x: float, y: float, heading: float, speed: float) -> None:
+    """Thrown back or aside, it brakes where it rolls backwards, and comes back to its lane and its speed."""
+    path = hand.route("south", ManeuverType.STRAIGHT)
+    code = hand.assembler(CAR, CAR, CAR)
+    code.follow(code.behaviour(1), hand.literal(path), hand.literal(10))
+    code.emit(Op.HALT)
+    struck = hand.on_route(path, 10, 10)
+    scene = hand.scenes([hand.placed(CAR, 5000, 0, 0, 0), struck, hand.placed(CAR, x, y, heading, speed)])
+    contact = ContactConfig(drivers_go_on=True)
+    program, config = code.program(hand.road()), SimulationConfig(max_time=20.0)
+    states = batch.trajectory(program, scene, 0, config, contact).states[:, 1]
+    assert np.isfinite(states).all()
+    driven = states[states[:, State.PRESENT] == 1.0]
+    assert (states[:, State.PRESENT] == 2.0).any()
+    assert (driven[:, State.SPEED] < 0.0).any()
+    assert driven[-1, State.X] == pytest.approx(struck[Column.X], abs=0.5)
+    assert driven[-1, State.SPEED] > 5.0
 
 
 def test_settings_of_contact_that_make_no_physics_are_refused(hand) -> None:

@@ -115,9 +115,11 @@ def test_the_area_is_the_sector_without_shadows(shown: Any) -> None:
 
 
 def test_the_area_is_that_of_python(shown: Any) -> None:
-    """`engine.sight` draws the same: they differ by straight pieces of the rim at most."""
+    """`engine.sight` draws the same: they differ by straight pieces of the rim at most, also on a grid, where outlines
+    overlap, and touch one another and the eye.
+    """
     random = np.random.default_rng(13)
-    scenes = [drawn(random, int(random.integers(1, 9))) for _ in range(200)]
+    scenes = [drawn(random, int(random.integers(1, 9)), grid=bool(k % 2)) for k in range(200)]
     area = f"""(scenes) => scenes.map(([view, , shades]) => {{
         const {TO_JSON}, {BOX};
         return visibleArea(eye, shades.map(box));

@@ -1,0 +1,120 @@
+"""How bodies go through a step in which somebody touches: each actor along its leg, and buildings not at all.
+
+Bodies are numbered: the actors, then the buildings of the road, which are walls.
+"""
+
+import math
+
+from engine.kernels.contact import Body
+from engine.kernels.geometry import Box, building, half_diagonal, shortest_turn
+from engine.kernels.jit import inlined, kernel
+from engine.kernels.stage import HOSTED, Leg, Plan, Run, Slot, column_of
+from engine.tables import Floats
+from engine.vocabulary import ActorKind, Column, State
+
+
+@inlined
+def bodies_of(plan: Plan) -> int:
+    """How many bodies there are."""
+    return len(plan.kinds) + len(plan.road.buildings)
+
+
+@inlined
+def lay_leg(plan: Plan, run: Run, sample: int, actor: int) -> None:
+    """The leg of a driven body: its step, with the velocity of its centre at both ends."""
+    leg = run.legs[actor]
+    leg[Leg.BEGIN] = leg[Leg.STRUCK] = leg[Leg.ROLLING] = 0.0
+    states, step = run.states, plan.layout.time_step
+    turn = shortest_turn(states[sample, actor, State.HEADING], states[sample + 1, actor, State.HEADING]) / step
+    if plan.kinds[actor] == ActorKind.PEDESTRIAN:
+        turn = 0.0  # it turns at once, which is no spin that it goes on with
+    swing = turn * column_of(plan, run, actor, Column.REAR_TO_CENTER)
+    for end in range(2):
+        row = states[sample + end, actor]
+        leg[Leg.X0 + 3 * end], leg[Leg.Y0 + 3 * end] = row[State.X], row[State.Y]
+        leg[Leg.HEADING0 + 3 * end] = row[State.HEADING]
+        cos, sin = math.cos(row[State.HEADING]), math.sin(row[State.HEADING])
+        leg[Leg.VX0 + 3 * end] = row[State.SPEED] * cos - swing * sin
+        leg[Leg.VY0 + 3 * end] = row[State.SPEED] * sin + swing * cos
+        leg[Leg.SPIN0 + 3 * end] = turn
+
+
+@inlined
+def along_leg(run: Run, actor: int, part: float) -> float:
+    """How far along its leg an actor is at a part of the step."""
+    begin = run.legs[actor, Leg.BEGIN]
+    return (part - begin) / (1.0 - begin) if begin < 1.0 else 1.0
+
+
+@inlined
+def on_leg(run: Run, actor: int, column: int, along: float) -> float:
+    """One of X0 to SPIN0 along the way to its value at the end of the leg."""
+    start = run.legs[actor, column]
+    return start + along * (run.legs[actor, column + 3] - start)
+
+
+@inlined
+def outline_on_leg(plan: Plan, run: Run, actor: int, part: float) -> Box:
+    """The outline of a body at a part of the step."""
+    if actor >= len(plan.kinds):
+        return building(plan.road.buildings, actor - len(plan.kinds))
+    along = along_leg(run, actor, part)
+    return Box(
+        on_leg(run, actor, Leg.X0, along),
+        on_leg(run, actor, Leg.Y0, along),
+        on_leg(run, actor, Leg.HEADING0, along),
+        column_of(plan, run, actor, Column.LENGTH),
+        column_of(plan, run, actor, Column.WIDTH),
+    )
+
+
+@kernel
+def embody(plan: Plan, run: Run, actor: int, part: float, bodies: Floats) -> None:
+    """Write a body as it is at a part of the step."""
+    bodies[actor] = 0.0
+    if actor >= len(plan.kinds):
+        wall = building(plan.road.buildings, actor - len(plan.kinds))
+        bodies[actor, Body.X], bodies[actor, Body.Y] = wall.x, wall.y
+        return
+    along = along_leg(run, actor, part)
+    bodies[actor, Body.X] = on_leg(run, actor, Leg.X0, along)
+    bodies[actor, Body.Y] = on_leg(run, actor, Leg.Y0, along)
+    for column in range(3):
+        bodies[actor, Body.VX + column] = on_leg(run, actor, Leg.VX0 + column, along)
+    if not is_fixed(plan, run, actor):
+        mass, length = column_of(plan, run, actor, Column.MASS), column_of(plan, run, actor, Column.LENGTH)
+        width = column_of(plan, run, actor, Column.WIDTH)
+        bodies[actor, Body.LIGHTNESS] = 1.0 / mass
+        bodies[actor, Body.EASE] = 1.0 / (plan.gyration[actor] * mass * (length * length + width * width))
+
+
+@inlined
+def is_fixed(plan: Plan, run: Run, actor: int) -> bool:
+    """Whether nothing moves a body: it is said to be fixed, or its mass is no number above 0."""
+    mass = column_of(plan, run, actor, Column.MASS)
+    return column_of(plan, run, actor, Column.FIXED) != 0.0 or not 0.0 < mass < math.inf
+
+
+@inlined
+def takes_part(run: Run, sample: int, actor: int) -> bool:
+    """Whether impacts are settled for a body: one that is there and that no host moves."""
+    if actor >= len(run.actors):
+        return True
+    return run.states[sample + 1, actor, State.PRESENT] != 0.0 and run.actors[actor, Slot.FREE] != HOSTED
+
+
+@inlined
+def beside(wall: Box, before: Box, after: Box) -> bool:
+    """Whether a body's circumscribed circle stays beyond one side of a wall all through its step."""
+    cos, sin = math.cos(wall.heading), math.sin(wall.heading)
+    x0, y0, x1, y1 = before.x - wall.x, before.y - wall.y, after.x - wall.x, after.y - wall.y
+    ahead0, ahead1 = cos * x0 + sin * y0, cos * x1 + sin * y1
+    aside0, aside1 = cos * y0 - sin * x0, cos * y1 - sin * x1
+    radius = half_diagonal(before)
+    length, width = 0.5 * wall.length + radius, 0.5 * wall.width + radius
+    return (
+        min(ahead0, ahead1) > length
+        or max(ahead0, ahead1) < -length
+        or min(aside0, aside1) > width
+        or max(aside0, aside1) < -width
+    )
