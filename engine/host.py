@@ -15,7 +15,7 @@ from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
 from engine.tables import SHADE, Floats, Ints, RoadTables, Size
-from engine.vehicles import MODELS, ActorModel
+from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, RuleKind, State
 
 MAX_SAMPLES = 100_000
@@ -56,7 +56,7 @@ def plan(
         monitor_started=_integers(code.monitor_started),
         present=_integers(code.actor_present),
         kinds=_integers(code.actor_kind),
-        gyration=np.array([_gyration(MODELS[ActorKind(kind)]) for kind in code.actor_kind]),
+        gyration=np.array([MODELS[ActorKind(kind)].gyration for kind in code.actor_kind]),
         slides=np.isin(np.arange(len(code.actor_kind)), slides).astype(np.int32),
         road=plain(program.road),
         layout=Layout(
@@ -75,11 +75,6 @@ def plan(
             hold=hold,
         ),
     )
-
-
-def _gyration(model: ActorModel) -> float:
-    """Yaw inertia over mass times the squared diagonal of the outline."""
-    return model.yaw_inertia / (model.mass * (model.length**2 + model.width**2))
 
 
 def _check(config: SimulationConfig) -> None:

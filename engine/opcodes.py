@@ -114,6 +114,8 @@ class Op(IntEnum):
     the view is packed at c (x, y, heading, view angle, view distance), and the outline at d."""
     NOTICES = 68
     """dst <- whether nothing hides actor b (integer) from actor a (integer), wherever a looks as far as c."""
+    VELOCITY = 69
+    """dst..dst+1 <- velocity x, y of actor a (integer): of its rear axle, or of the centre of a body that slides."""
 
     # -- control: jumps are absolute rows of the code
     JUMP = 80

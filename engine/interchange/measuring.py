@@ -16,7 +16,7 @@ from engine.interchange.contract import OURS, Finding, InterchangeError
 from engine.interchange.recording import OF_STEPS, SAME_INSTANT, RecordedCase, Recording, states_at
 from engine.kernels.approach import Touch, search_contact_of
 from engine.kernels.fault import fault_of
-from engine.kernels.pair import measure_pair
+from engine.kernels.pair import PLACES, measure_pair
 from engine.metrics import Body, Metric, measure_trajectory
 from engine.outcomes import PAIRS, Outcomes, blank_outcomes
 from engine.program import RoadSpec
@@ -57,7 +57,7 @@ def measure(recording: Recording, profile: str = "paper") -> Measured:
 
     Raises:
         InterchangeError: no such profile; a recording that is empty, too long, or no motion; the ego overlaps another
-            from the start.
+            when they are first there together.
     """
     if profile not in PROFILES:
         raise InterchangeError(f"there is no risk profile `{profile}`", f"name one of {', '.join(PROFILES)}")
@@ -113,11 +113,15 @@ def _check(recording: Recording) -> None:
 
 
 def _refuse_overlap(recording: Recording, touch: Touch) -> None:
-    """Raises InterchangeError where there is no start to judge from."""
-    if touch.sample == 0 and touch.part == 0.0:
+    """Raises InterchangeError where two overlap in the first sample that has both: no motion led to it."""
+    if touch.sample < 0 or touch.part > 0.0:
+        return
+    before = recording.there[: touch.sample, [touch.one, touch.other]]
+    if not before.all(axis=1).any():
         one, other = (recording.actors[actor].name for actor in (touch.one, touch.other))
+        first = "the first sample" if touch.sample == 0 else "the first sample that has both"
         raise InterchangeError(
-            f"`{recording.name}`: {one} and {other} overlap in the first sample, so that nothing led to it",
+            f"`{recording.name}`: {one} and {other} overlap in {first}, so that nothing led to it",
             "cut the recording so that it begins before they touch, or check the sizes of both",
         )
 
@@ -178,10 +182,11 @@ def _outcomes(recording: Recording, judged: Floats, outlines: Floats, end: _End,
     samples = len(judged) - (1 if end.part > 0.0 else 0)
     touched = end.touch.other
     others = range(1, len(recording.actors))
-    pairs: list[Sequence[float]] = [
-        measure_pair(judged, samples, recording.step, other, outlines, other == touched, end.part) for other in others
-    ]
-    arrays = pair_arrays(np.array(pairs, dtype=np.float64).reshape(1, len(others), len(PAIRS)) + 0.0)  # -0.0 is 0
+    pairs = np.tile(np.array([row.fill for row in PAIRS], dtype=np.float64), (1, len(others), 1))
+    for other in others:
+        motion = measure_pair(judged, samples, recording.step, other, outlines, other == touched, end.part)
+        pairs[0, other - 1, list(PLACES)] = motion
+    arrays = pair_arrays(pairs + 0.0)  # -0.0 is 0
     if touched > 0:
         arrays["fault"][0, touched - 1] = _fault(recording, judged, samples - 1, outlines, arrays, touched - 1)
     return blank_outcomes(

@@ -37,7 +37,7 @@ FADE_SPEED = 0.2
 FADE_WIDTH = 0.05
 """… and how sharply it becomes so [m/s]."""
 LEAST_SPEED = 0.5 * FADE_SPEED
-"""Of what slips are told by [m/s]."""
+"""Slips are shares of the hub's speed, or of this, if it is slower [m/s]."""
 WHEEL_LAG = 0.02
 """Time in which a wheel takes up the speed of the road in the kinematic part [s]."""
 WHEEL_RADIUS = 0.344
@@ -51,7 +51,7 @@ LEAST_FRICTION = 1e-6
 LEAST_LOAD = 1.0
 """An axle that would lift keeps this [N]."""
 NUDGE = 1e-6
-"""By which a wheel's slope is told, as a share of its speed."""
+"""A wheel's slope is how its rate changes when it turns faster by this share."""
 
 
 class Chassis(NamedTuple):
@@ -211,6 +211,9 @@ class Rolling(NamedTuple):
 
 @inlined
 def _kinematic(car: Drift, steer_rate: float, acceleration: float, chassis: Chassis) -> Rolling:
+    """The equations of CommonRoad as they are, though of atan(share tan(steer)) the derivative has (share tan)^2; both
+    are alike where this model counts, at walking pace with wheels that turn slowly.
+    """
     wheelbase = chassis.front + chassis.rear
     tan, cos = math.tan(car.steer), math.cos(car.steer)
     share = chassis.rear / wheelbase

@@ -262,7 +262,7 @@ class Run(NamedTuple):
     decided: Ints
     """… (temporals,) int64, too."""
     shades: Floats
-    """(actors * `sight.SHADE`,): the outlines that hide, of the sample `Status.SHADED`."""
+    """(actors * `tables.SHADE`,): the outlines that hide, of the sample `Status.SHADED`."""
 
 
 @inlined

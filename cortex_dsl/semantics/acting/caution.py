@@ -129,6 +129,9 @@ def _relative_speed(job: Job, other: Actor) -> Term:
 
 
 def _velocity(job: Job, actor: Actor) -> tuple[Term, Term]:
+    """Along the heading, but of somebody whom a third may strike so that it slides."""
+    if actor is not job.actor and len(others(job.ev, job.actor)) > 1:
+        return job.ev.algebra.velocity(actor.index)
     heading, speed = current_pose(job.ev, actor).heading, state(job.ev, actor, State.SPEED)
     return speed * cos(heading), speed * sin(heading)
 
