@@ -57,7 +57,7 @@ def measure(recording: Recording, profile: str = "paper") -> Measured:
 
     Raises:
         InterchangeError: no such profile; a recording that is empty, too long, or no motion; the ego overlaps another
-            when they are first there together.
+            from the start.
     """
     if profile not in PROFILES:
         raise InterchangeError(f"there is no risk profile `{profile}`", f"name one of {', '.join(PROFILES)}")
@@ -113,15 +113,11 @@ def _check(recording: Recording) -> None:
 
 
 def _refuse_overlap(recording: Recording, touch: Touch) -> None:
-    """Raises InterchangeError where two overlap in the first sample that has both: no motion led to it."""
-    if touch.sample < 0 or touch.part > 0.0:
-        return
-    before = recording.there[: touch.sample, [touch.one, touch.other]]
-    if not before.all(axis=1).any():
+    """Raises InterchangeError where there is no start to judge from."""
+    if touch.sample == 0 and touch.part == 0.0:
         one, other = (recording.actors[actor].name for actor in (touch.one, touch.other))
-        first = "the first sample" if touch.sample == 0 else "the first sample that has both"
         raise InterchangeError(
-            f"`{recording.name}`: {one} and {other} overlap in {first}, so that nothing led to it",
+            f"`{recording.name}`: {one} and {other} overlap in the first sample, so that nothing led to it",
             "cut the recording so that it begins before they touch, or check the sizes of both",
         )
 

@@ -216,16 +216,6 @@ def test_an_overlap_in_the_first_sample_is_no_run() -> None:
     assert measure(by_hand([apart, still, inside], [0.0, 0.1, 0.2], 0.1)).outcomes.others_contact_time[0] == 0.0
 
 
-def test_who_comes_in_where_the_ego_is_has_come_from_nowhere() -> None:
-    """Refused by name where the two were never apart; one that came, left and comes back into the ego collides."""
-    still = [(0.0, 0.0, 0.0, 0.0)] * 4
-    inside = [None, None, (1.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)]
-    with pytest.raises(InterchangeError, match="car1 overlap in the first sample that has both"):
-        measure(by_hand([still, inside], [0.0, 0.1, 0.2, 0.3], 0.1))
-    seen = [(30.0, 0.0, 0.0, 0.0), *inside[1:]]
-    assert measure(by_hand([still, seen], [0.0, 0.1, 0.2, 0.3], 0.1)).outcomes.collided[0]
-
-
 def test_one_alone_has_no_risk() -> None:
     """No pair, no points; the recording's end is the end."""
     measured = measure(by_hand([[(0.0, 0.0, 0.0, 1.0)] * 3], [0.0, 0.1, 0.25], 0.1))

@@ -275,7 +275,6 @@ def test_a_driver_goes_on_where_that_is_the_setting(hand) -> None:
         struck = states[:, 1, State.PRESENT] == 2.0
         if goes_on:
             assert struck.any()
-            assert not struck[-20:].all()
             assert states[-1, 1, State.SPEED] == pytest.approx(8.0, abs=0.5)
         else:
             assert struck[-1]
