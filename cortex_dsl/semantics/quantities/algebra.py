@@ -188,11 +188,6 @@ class Algebra:
         """What the run knows of an object now."""
         return self.apply(Op.STATE, immediates=(actor, int(column)))
 
-    def velocity(self, actor: int) -> tuple[Term, Term]:
-        """Of an object now, in world axes [m/s]; also of one that slides sideways after an impact."""
-        x, y = self.items(self.apply(Op.VELOCITY, immediates=(actor,), width=2), 2)
-        return x, y
-
     def time_to_contact(self, actor: int, other: int = -1, reach: "Term | None" = None) -> Term:
         """Until two touch at their velocities [s], or the least over all (-1); with a reach, of those noticed in it."""
         if reach is None:
