@@ -276,7 +276,7 @@ class Run(NamedTuple):
     final: Floats
     """… (registers,): those of what is worked out when the run is over; both are empty without objectives."""
     shades: Floats
-    """(actors * `sight.SHADE`,): the outlines that hide, of the sample `Status.SHADED`."""
+    """(actors * `tables.SHADE`,): the outlines that hide, of the sample `Status.SHADED`."""
 
 
 @inlined

@@ -114,7 +114,7 @@ def _left_road(outcomes: Outcomes, trajectory: Trajectory) -> list[Event]:
 
 def _end(outcomes: Outcomes, end: float) -> Event:
     reason = EndReason(int(outcomes.end_reason[0]))
-    if reason in (EndReason.COLLISION, EndReason.OTHER_COLLISION):
+    if reason is EndReason.COLLISION:
         one, other = (int(actor) for actor in outcomes.contact_actors[0])
         return Event(end, EventKind.CONTACT, (one, other), 0.0)
     if reason is EndReason.BUILDING:
