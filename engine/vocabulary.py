@@ -60,7 +60,7 @@ class EndReason(IntEnum):
 
     COLLISION = 0
     OTHER_COLLISION = 1
-    """Of old journals only: two others touched. Today they crash and the run goes on."""
+    """No run ends so: two others that touch crash, and the run goes on. The number stays reserved."""
     RULE = 2
     TIMEOUT = 3
     ALL_DONE = 4
@@ -119,6 +119,35 @@ class TemporalOp(IntEnum):
     EVENTUALLY = 7
     UNTIL = 8
     """The second holds at some sample, and the first at all samples before."""
+
+
+class Sense(IntEnum):
+    """What an objective of the file asks of a run."""
+
+    EXPECT = 0
+    """That a formula holds: the less, the more of a finding."""
+    MAXIMIZE = 1
+    MINIMIZE = 2
+
+
+OBJECTIVES = ("risk", "avoidable", "conflict", "severity")
+"""What a search of any file may look for; no objective of a file has such a name."""
+
+
+class Reducer(IntEnum):
+    """What one number is made of when a run is over."""
+
+    LARGEST = 0
+    """Of the values of a rule, up to contact or the end."""
+    LEAST = 1
+    FINAL = 2
+    """At the last sample before contact, or the end."""
+    MEAN = 3
+    """Over time."""
+    TOTAL = 4
+    """Its integral over time."""
+    RESULT = 5
+    """A result by name: a row of `engine.named_results`."""
 
 
 class Purpose(IntEnum):
@@ -207,7 +236,8 @@ class State(IntEnum):
     THROTTLE = 6
     BRAKE = 7
     PRESENT = 8
-    """1 while the actor takes part, `tables.SLIDING` while loose after an impact; 0 after it has left the scene."""
+    """1 while the actor takes part; `tables.SLIDING` at the end of a step in which it was loose after an impact; 0
+    after it has left the scene."""
 
 
 class Command(IntEnum):

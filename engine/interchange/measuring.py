@@ -16,7 +16,7 @@ from engine.interchange.contract import OURS, Finding, InterchangeError
 from engine.interchange.recording import OF_STEPS, SAME_INSTANT, RecordedCase, Recording, states_at
 from engine.kernels.approach import Touch, search_contact_of
 from engine.kernels.fault import fault_of
-from engine.kernels.pair import measure_pair
+from engine.kernels.pair import PLACES, measure_pair
 from engine.metrics import Body, Metric, measure_trajectory
 from engine.outcomes import PAIRS, Outcomes, blank_outcomes
 from engine.program import RoadSpec
@@ -178,10 +178,11 @@ def _outcomes(recording: Recording, judged: Floats, outlines: Floats, end: _End,
     samples = len(judged) - (1 if end.part > 0.0 else 0)
     touched = end.touch.other
     others = range(1, len(recording.actors))
-    pairs: list[Sequence[float]] = [
-        measure_pair(judged, samples, recording.step, other, outlines, other == touched, end.part) for other in others
-    ]
-    arrays = pair_arrays(np.array(pairs, dtype=np.float64).reshape(1, len(others), len(PAIRS)) + 0.0)  # -0.0 is 0
+    pairs = np.tile(np.array([row.fill for row in PAIRS], dtype=np.float64), (1, len(others), 1))
+    for other in others:
+        motion = measure_pair(judged, samples, recording.step, other, outlines, other == touched, end.part)
+        pairs[0, other - 1, list(PLACES)] = motion
+    arrays = pair_arrays(pairs + 0.0)  # -0.0 is 0
     if touched > 0:
         arrays["fault"][0, touched - 1] = _fault(recording, judged, samples - 1, outlines, arrays, touched - 1)
     return blank_outcomes(

@@ -100,7 +100,7 @@ def weigh(plan: Plan, run: Run, case: Case, outlines: Floats, path: Floats, extr
     """Drive a case as it was, find when its conflict is perceived, and drive it again with the reference driver.
 
     `run` and `path` (n, PATH_COLUMNS) have room for `extra` samples after the time limit; `outlines` (actors, 3) as in
-    `measure.measure_pair`.
+    `pair.measure_pair`.
     """
     begin(plan, run, case.variant, case.values, case.key)
     scored = run.status[Status.END] == RUNNING

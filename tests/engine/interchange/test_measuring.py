@@ -24,7 +24,9 @@ from engine.vocabulary import ActorKind, EndReason, Side, State, Verdict
 from engine.world import WorldRun, run
 
 ROOT = Path(__file__).parents[3]
-EXAMPLES = [*sorted((ROOT / "examples").glob("*.scn")), *sorted((ROOT / "tests" / "agreement").glob("*.scn"))]
+FILES = [*sorted((ROOT / "examples").glob("*.scn")), *sorted((ROOT / "tests" / "agreement").glob("*.scn"))]
+EXAMPLES = [path for path in FILES if path.stem != "walls"]
+"""Of the ends of runs at a building no recording knows."""
 TOLERANCE = 2e-9
 """Who comes in where it touches is recorded 1e-9 of a step later, less than 1e-9 m."""
 ENDS = ("end_reason", "end_rule", "steps", "others_contact_time", "others_contact_actors")
