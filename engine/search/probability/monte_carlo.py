@@ -9,14 +9,15 @@ Two conditions, and they differ:
 
 Both leave out runs that a requirement on the run makes invalid: every figure is a probability *given* a valid run.
 
-Two estimators: `monte_carlo`, independent draws, the share of collisions with the exact interval of Clopper and Pearson
-(1934), "The use of confidence or fiducial limits illustrated in the case of the binomial"; and, for what is rare,
-`subset_simulation`. Both also estimate how probable an *avoidable* collision is: a reference driver drives those
-that were found again (`engine.avoidability`).
+Three estimators: `monte_carlo`, independent draws, the share of collisions with the exact interval of Clopper and
+Pearson (1934), "The use of confidence or fiducial limits illustrated in the case of the binomial"; and, for what is
+rare, `subset_simulation` and `importance_sampling`, which a score leads to failures. All also estimate how probable an
+*avoidable* collision is: a reference driver drives those that were found again (`engine.avoidability`).
 """
 
 import math
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +28,11 @@ from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
 from engine.search.assessment import Evaluate, take
 from engine.search.probability.estimates import CONDITIONS, JOINT, MOST_DRIVEN, PARAMS, Count, Judge, Probability
-from engine.search.probability.subset_simulation import REPETITIONS, subset_simulation
+from engine.search.probability.importance import LEAST as LEAST_IMPORTANCE
+from engine.search.probability.importance import importance_sampling
+from engine.search.probability.scores import DISTANCE, Score
+from engine.search.probability.subset_simulation import LEAST as LEAST_SUBSET
+from engine.search.probability.subset_simulation import subset_simulation
 from engine.search.statistics import clopper_pearson
 from engine.streams import key_rows
 from engine.tables import Bools, Floats, Ints
@@ -36,10 +41,12 @@ from engine.vocabulary import Method, Verdict
 __all__ = [
     "CONDITIONS",
     "JOINT",
+    "METHODS",
     "PARAMS",
-    "REPETITIONS",
+    "Estimator",
     "Probability",
     "estimate",
+    "importance_sampling",
     "monte_carlo",
     "subset_simulation",
 ]
@@ -51,13 +58,37 @@ DRAWS_A_RUN = 200
 """Under `joint`: draws for each run that was asked for, after which the estimate is made from those that there are."""
 
 
+@dataclass(frozen=True)
+class Estimator:
+    """A method for what is rare: a score leads it to the failures."""
+
+    least: int
+    """Samples that it needs."""
+    function: Callable[..., Probability]
+    """(space, evaluate, samples, seed, judge=, score=)"""
+
+
+RARE = {
+    "subset": Estimator(LEAST_SUBSET, subset_simulation),
+    "importance": Estimator(LEAST_IMPORTANCE, importance_sampling),
+}
+METHODS = ("mc", *RARE)
+
+
 def estimate(
-    program: Program, config: Config, method: str, samples: int, seed: int = 0, condition: str = PARAMS
+    program: Program,
+    config: Config,
+    method: str,
+    samples: int,
+    seed: int = 0,
+    condition: str = PARAMS,
+    score: Score = DISTANCE,
 ) -> Probability:
-    """The probability for a program, by `mc` or `subset`, in the host that the config names.
+    """The probability for a program, by one of `METHODS`, in the host that the config names.
 
     Raises:
-        ValueError: `subset` under `joint`: where a scene's every attempt has params of its own, chains hardly move.
+        ValueError: another method than `mc` under `joint`: where a scene's every attempt has params of its own, no
+            neighbourhood of params leads anywhere.
     """
     from engine.risk import PAPER
     from engine.search.evaluator import make_evaluator
@@ -67,8 +98,8 @@ def estimate(
             raise ArgumentError("the joint condition needs method mc", "take method mc, or another condition")
         config = replace(config, simulation=replace(config.simulation, max_attempts=1))
     evaluate, judge = make_evaluator(program, config, PAPER), make_judge(program, config)
-    if method == "subset":
-        found = subset_simulation(program.space, evaluate, samples, seed, judge=judge)
+    if method in RARE:
+        found = RARE[method].function(program.space, evaluate, samples, seed, judge=judge, score=score)
     else:
         most = samples * DRAWS_A_RUN if condition == JOINT else samples
         found = monte_carlo(program.space, evaluate, most, seed, judge=judge, enough=samples)
