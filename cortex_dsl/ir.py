@@ -417,7 +417,7 @@ class Variant:
     lights: Lights | None = None
     """Not lowered: what a program needs of them stands in its acts and rules."""
     environment: tuple[tuple[str, Expr], ...] = ()
-    """Arguments of `environment`, SI. Not lowered: the columns of actors hold what it makes of them."""
+    """Arguments of `environment`, SI. Only `sight` is lowered: columns of actors hold what the others make of them."""
 
 
 @frozen

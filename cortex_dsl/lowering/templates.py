@@ -56,6 +56,8 @@ class VariantCode:
     outputs: tuple[Register, ...]
     site_values: tuple[tuple[int, ...], ...]
     """Scene values of each draw site."""
+    sight: int
+    """Scene value of the weather's sight, -1 without."""
     step_rows: tuple[Row, ...]
     step_temporaries: int
     rules: tuple[Segment, ...]
@@ -105,6 +107,7 @@ def lower_variant(variant: ir.Variant) -> VariantCode:
     rules = tuple(_rule(step, writer, rule) for rule in variant.rules)
     numbered.write(variant, step, writer)
     site_values = tuple(tuple(values.number(value) for value in site.values) for site in variant.draw_sites)
+    sight = next((values.number(value) for name, value in variant.environment if name == "sight"), -1)
 
     scene = CodeBuffer()
     scene_writer = ExpressionWriter(scene, constants, shades=_shades(variant.actors))
@@ -121,6 +124,7 @@ def lower_variant(variant: ir.Variant) -> VariantCode:
         output=Segment(start, len(scene.rows), None),
         outputs=outputs,
         site_values=site_values,
+        sight=sight,
         step_rows=step.resolved(),
         step_offsets=tuple(step.offsets),
         step_temporaries=step.temporaries,

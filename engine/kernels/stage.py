@@ -298,6 +298,15 @@ def outline_of(plan: Plan, run: Run, sample: int, actor: int) -> Box:
 
 
 @inlined
+def note_outlines(plan: Plan, run: Run, outlines: Floats) -> None:
+    """Fill `outlines` (actors, 3) with what every measure of a run reads: length, width, rear axle to centre [m]."""
+    for actor in range(len(plan.kinds)):
+        outlines[actor, 0] = column_of(plan, run, actor, Column.LENGTH)
+        outlines[actor, 1] = column_of(plan, run, actor, Column.WIDTH)
+        outlines[actor, 2] = column_of(plan, run, actor, Column.REAR_TO_CENTER)
+
+
+@inlined
 def place(plan: Plan, run: Run, sample: int, actor: int, present: float) -> None:
     """Put an actor where its scene has it, from this sample on or (`present` = 0) for later; none starts backwards."""
     states = run.states

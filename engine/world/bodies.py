@@ -12,12 +12,10 @@ import numpy as np
 import pymunk
 
 from engine.config import ContactConfig
+from engine.kernels.bicycle import GRAVITY
 from engine.tables import Floats, Ints
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, State
-
-GRAVITY = 9.81
-"""[m/s^2]"""
 
 SOLVER_ITERATIONS = 50
 """Of the contact solver a substep; pymunk's 10 leave a head-on restitution of 0.15 at 0.16."""

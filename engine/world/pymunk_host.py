@@ -231,7 +231,7 @@ def _score(host: Host, row: int) -> int:
         return samples
     carry(host.space, host.bodies, record.states, samples, host.plan.layout.time_step)
     if valid:
-        measure_run(host.plan, record, scenes.values[row], row, np.zeros((len(host.bodies), 3)), host.results)
+        measure_run(host.plan, record, row, np.zeros((len(host.bodies), 3)), host.results)
     return samples
 
 
