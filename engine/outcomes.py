@@ -249,8 +249,8 @@ class Outcomes(_Measured, _Decided):
 
     def _repr_html_(self) -> str:
         counts = ((reason.name.lower(), int((self.end_reason == reason).sum())) for reason in EndReason)
-        told = [("runs", f"{len(self):,}"), ("valid", f"{int((self.verdict == 0).sum()):,}")]
-        return facts_table([*told, *((f"ended by {name}", f"{count:,}") for name, count in counts if count)])
+        facts = [("runs", f"{len(self):,}"), ("valid", f"{int((self.verdict == 0).sum()):,}")]
+        return facts_table([*facts, *((f"ended by {name}", f"{count:,}") for name, count in counts if count)])
 
 
 @frozen

@@ -169,7 +169,7 @@ def post_encroachment_time(states: Floats, together: int, time_step: float, othe
     define it for a given conflict area. Here the area is every place that both outlines cover: PET is the shift of
     one motion in time, least in magnitude, by which the two would have touched. It is found by conservative
     advancement of that shift: by a shift of t nobody comes nearer than (top speed) t. Of two equal ones the positive
-    is told. Arrays as in `measure_pair`; the first `together` samples count.
+    counts. Arrays as in `measure_pair`; the first `together` samples count.
     """
     longest = (together - 1) * time_step
     ego_first = _least_shift(states, together, time_step, 0, other, outlines, longest)

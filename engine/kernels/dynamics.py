@@ -37,7 +37,7 @@ FADE_SPEED = 0.2
 FADE_WIDTH = 0.05
 """… and how sharply it becomes so [m/s]."""
 LEAST_SPEED = 0.5 * FADE_SPEED
-"""Of what slips are told by [m/s]."""
+"""Below it, slips are shares of this speed [m/s]."""
 WHEEL_LAG = 0.02
 """Time in which a wheel takes up the speed of the road in the kinematic part [s]."""
 WHEEL_RADIUS = 0.344
@@ -51,7 +51,7 @@ LEAST_FRICTION = 1e-6
 LEAST_LOAD = 1.0
 """An axle that would lift keeps this [N]."""
 NUDGE = 1e-6
-"""By which a wheel's slope is told, as a share of its speed."""
+"""Change of a wheel's speed over which its slope is taken, as a share of that speed."""
 
 
 class Chassis(NamedTuple):

@@ -176,12 +176,12 @@ def rub(
     (vx, vy), spin = body.velocity, body.angular_velocity
     cos, sin = math.cos(body.angle), math.sin(body.angle)
     for axle, turned in zip(actor.axles, (0.0, steer or 0.0), strict=True):
-        motion = vx, vy, spin
+        motion, friction = (vx, vy, spin), axle.load * duration
         if steer is None:
-            vx, vy, spin = _rub_axle(axle, actor, (cos, sin), motion, duration)
+            vx, vy, spin = _resist(axle, actor, (cos, sin), None, motion, friction)
         else:
             wheel = cos * math.cos(turned) - sin * math.sin(turned), sin * math.cos(turned) + cos * math.sin(turned)
-            motion = _resist(axle, actor, (cos, sin), (-wheel[1], wheel[0]), motion, axle.load * duration)
+            motion = _resist(axle, actor, (cos, sin), (-wheel[1], wheel[0]), motion, friction)
             rolling = 0.5 * resistance * actor.mass * GRAVITY * duration
             vx, vy, spin = _resist(axle, actor, (cos, sin), wheel, motion, rolling)
     still = vx * vx + vy * vy < REST_SPEED**2 and abs(spin) < REST_SPEED
@@ -189,40 +189,24 @@ def rub(
     return still
 
 
-def _rub_axle(
-    axle: Axle,
-    actor: Physique,
-    heading: tuple[float, float],
-    motion: tuple[float, float, float],
-    duration: float,
-) -> tuple[float, float, float]:
-    """Velocity and spin after the friction of one axle."""
-    vx, vy, spin = motion
-    arm_x, arm_y = axle.offset * heading[0], axle.offset * heading[1]
-    slide_x, slide_y = vx - spin * arm_y, vy + spin * arm_x
-    slide = math.hypot(slide_x, slide_y)
-    if slide == 0.0:
-        return motion
-    x, y = slide_x / slide, slide_y / slide
-    lever = arm_x * y - arm_y * x
-    stopping = slide / (1.0 / actor.mass + lever * lever / actor.inertia)
-    impulse = min(axle.load * duration, stopping)
-    return vx - impulse * x / actor.mass, vy - impulse * y / actor.mass, spin - impulse * lever / actor.inertia
-
-
 def _resist(
     axle: Axle,
     actor: Physique,
     heading: tuple[float, float],
-    along: tuple[float, float],
+    along: tuple[float, float] | None,
     motion: tuple[float, float, float],
     limit: float,
 ) -> tuple[float, float, float]:
-    """Velocity and spin after an impulse at an axle against its motion along a direction, at most the limit [N s]."""
+    """Velocity and spin after an impulse at an axle against its motion along a direction (None: all of its motion), at
+    most what stops it there and at most the limit [N s].
+    """
     vx, vy, spin = motion
     arm_x, arm_y = axle.offset * heading[0], axle.offset * heading[1]
-    x, y = along
-    speed = (vx - spin * arm_y) * x + (vy + spin * arm_x) * y
+    x, y = vx - spin * arm_y, vy + spin * arm_x
+    if along is not None:
+        speed, (x, y) = x * along[0] + y * along[1], along
+    elif speed := math.hypot(x, y):
+        x, y = x / speed, y / speed
     lever = arm_x * y - arm_y * x
     stopping = speed / (1.0 / actor.mass + lever * lever / actor.inertia)
     impulse = min(limit, max(-limit, stopping))
