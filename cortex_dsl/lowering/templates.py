@@ -55,9 +55,8 @@ class VariantCode:
     output: Segment
     outputs: tuple[Register, ...]
     site_values: tuple[tuple[int, ...], ...]
-    """Scene values of each draw site."""
+    """Scene values of each draw site, and that of the weather's sight (-1: none)."""
     sight: int
-    """Scene value of the weather's sight, -1 without."""
     step_rows: tuple[Row, ...]
     step_temporaries: int
     rules: tuple[Segment, ...]
@@ -152,9 +151,7 @@ def _shades(actors: Sequence[ir.Actor]) -> tuple[ir.Expr, ...]:
 
 
 def _requirement(buffer: CodeBuffer, writer: ExpressionWriter, requirement: ir.Requirement) -> tuple[Segment, Segment]:
-    """Condition and margin. A soft requirement may be skipped and a margin is asked for rarely, so later code must
-    not rely on what they computed.
-    """
+    """Condition and margin. Later code must not rely on what a soft requirement or a margin has computed."""
     within = writer if requirement.probability >= 1 else writer.branch()
     condition = _segment(buffer, within, requirement.condition)
     if requirement.margin is None:
