@@ -102,7 +102,7 @@ AVOIDANCES = {
 DRIVER = (
     "UN R157: 0.4 s to perceive, 0.75 s to react, 0.774 g after 0.6 s more, or what brakes and road allow if that is "
     "less; it sees what neither bodies nor weather hide, brakes along the ego's path, no less than the ego had begun "
-    "to, and never steers. The regulation means cut-ins; that a conflict is in sight 4 s ahead is cortexc's choice"
+    "to, and never steers. The regulation means cut-ins on motorways; a conflict in sight 4 s ahead is cortexc's choice"
 )
 
 
