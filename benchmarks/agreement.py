@@ -43,7 +43,7 @@ class Agreement(NamedTuple):
     flags_differ: int
     """Scenes in which verdict, reason, rule, number of steps or contact are not the same."""
     metrics_differ: float
-    """Largest difference of MD, MS, D_MS, TTC_MS [SI]."""
+    """Largest difference of MD, MS, D_MS, TTC_MS and of what the file's objectives come to [SI]."""
     states_differ: float
     """Largest difference of a position [m], heading [rad], presence or recorded value before first contact."""
 
@@ -63,7 +63,7 @@ def compare(scenario: Scenario, count: int, seed: int = 0) -> Agreement:
         flags |= getattr(fast, name) != getattr(slow, name)
     metrics = [
         _largest(getattr(fast, name), getattr(slow, name))
-        for name in ("min_distance", "max_closing_speed", "distance_at_ms", "ttc_at_ms", "end_time")
+        for name in ("min_distance", "max_closing_speed", "distance_at_ms", "ttc_at_ms", "end_time", "sought", "broken")
     ]
     states = [_states_apart(scenario, scenes, row) for row in range(len(scenes))]
     return Agreement(

@@ -10,7 +10,7 @@ from engine.frozen import frozen, frozen_identity
 from engine.opcodes import Op
 from engine.program import RoadSpec, Settings
 from engine.road.network import Network
-from engine.vocabulary import ActorKind, Command, Distribution, GeneKind, RuleKind, TemporalOp
+from engine.vocabulary import ActorKind, Command, Distribution, GeneKind, Reducer, RuleKind, Sense, TemporalOp
 
 # -- expressions ----------------------------------------------------------------------------------------------------
 
@@ -326,6 +326,8 @@ class Formula:
     operands: tuple["Formula", ...] = ()
     watch: int = -1
     """Of an ATOM: the rule (kind WATCH) whose value it is."""
+    margin: int = -1
+    """Of an ATOM of an objective: the rule that says how far it holds."""
 
 
 @frozen
@@ -334,6 +336,26 @@ class Temporal:
 
     formula: Formula
     rule: int
+
+
+@frozen
+class Reading:
+    """A number that a finished run leaves behind: of a rule, or a result by name (`engine.named_results`)."""
+
+    kind: Reducer
+    rule: int = -1
+    result: str = ""
+
+
+@frozen
+class Objective:
+    """What a search may look for: an `expect` and its formula, or a number of the run (`Variant.objectives`)."""
+
+    sense: Sense
+    name: str
+    line: int
+    dimension: Dimension = PURE
+    formula: Formula | None = None
 
 
 @frozen
@@ -416,6 +438,9 @@ class Variant:
     monitors: tuple[Monitor, ...] = ()
     lights: Lights | None = None
     """Not lowered: what a program needs of them stands in its acts and rules."""
+    objectives: tuple[Expr | None, ...] = ()
+    """What each objective of the scenario comes to when the run is over; None for an `expect`. Its locals are the
+    readings."""
     environment: tuple[tuple[str, Expr], ...] = ()
     """Arguments of `environment`, SI. Only `sight` is lowered: columns of actors hold what the others make of them."""
 
@@ -438,3 +463,5 @@ class Scenario:
     temporals: tuple[Temporal, ...] = ()
     """The same in all variants; the conditions of their atoms are rules of each."""
     records: tuple[Record, ...] = ()
+    objectives: tuple[Objective, ...] = ()
+    readings: tuple[Reading, ...] = ()

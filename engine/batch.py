@@ -14,7 +14,7 @@ from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
 from engine.host import empty_results, memory, outcomes, outlines, plan, requested, samples_of
 from engine.kernels.rollout import advance, begin
-from engine.kernels.rows import simulate_rows
+from engine.kernels.rows import judge_rows, simulate_rows
 from engine.kernels.stage import Status
 from engine.outcomes import Outcomes
 from engine.program import Program
@@ -41,11 +41,12 @@ def simulate(
     tyres.
     """
     shared, rows = plan(program, config, contact, hold, slides), requested(scenes)
-    results = empty_results(len(program.actors), rows)
+    results = empty_results(program, rows)
+    run_rows = judge_rows if len(program.judged) else simulate_rows
 
     def run(chunk: tuple[int, int]) -> None:
         scratch = memory(program, shared.layout.last_sample + 1)
-        simulate_rows(shared, rows, *chunk, scratch, np.zeros((len(program.actors), 3)), results)
+        run_rows(shared, rows, *chunk, scratch, np.zeros((len(program.actors), 3)), results)
 
     chunks = _chunks(len(scenes), jobs)
     if jobs == 1 or len(chunks) < 2:

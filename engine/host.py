@@ -11,12 +11,13 @@ from engine.config import ContactConfig, SimulationConfig
 from engine.errors import ArgumentError
 from engine.kernels.rows import Requested, Results
 from engine.kernels.stage import MAX_BLOWS, Blow, Layout, Leg, Plan, Run, Slot, Status
+from engine.named_results import NAMED_RESULTS
 from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
 from engine.tables import SHADE, Floats, Ints, RoadTables, Size
 from engine.vehicles import MODELS, ActorModel
-from engine.vocabulary import ActorKind, Column, RuleKind, State
+from engine.vocabulary import ActorKind, Column, Reducer, RuleKind, State
 
 MAX_SAMPLES = 100_000
 """Steps that a run may have; a record of so many takes 7 MB an actor."""
@@ -51,6 +52,9 @@ def plan(
         formula=_integers(code.formula),
         temporal_root=_integers(code.temporal_root),
         temporal_rule=_integers(code.temporal_rule),
+        objective_root=_integers(program.judged.tables.root),
+        objective_segment=_integers(program.judged.tables.segment),
+        readings=_readings(program),
         monitors=_integers(code.monitor_entry),
         monitor_blocks=_integers(code.monitor_block),
         monitor_started=_integers(code.monitor_started),
@@ -67,7 +71,10 @@ def plan(
             last_sample=-(-samples_of(config) // hold) * hold,
             budget=int(config.instruction_budget),
             intersections=int(program.road_spec.rows) * int(program.road_spec.cols),
-            lasting=int(len(code.temporal_root) > 0 or bool(np.any(code.rule_kind == RuleKind.WATCH))),
+            lasting=int(
+                len(code.temporal_root) > 0 or len(program.judged) > 0 or bool(np.any(code.rule_kind == RuleKind.WATCH))
+            ),
+            judged=int(len(program.judged) > 0),
             restitution=float(contact.restitution),
             contact_friction=float(contact.friction),
             rolling=float(contact.rolling_resistance),
@@ -75,6 +82,13 @@ def plan(
             hold=hold,
         ),
     )
+
+
+def _readings(program: Program) -> Ints:
+    """(readings, 2) as `stage.Plan` has them."""
+    names = [row.name for row in NAMED_RESULTS]
+    rows = [(r.kind, names.index(r.result) if r.kind is Reducer.RESULT else r.rule) for r in program.judged.readings]
+    return np.array(rows, dtype=np.int32).reshape(-1, 2)
 
 
 def _gyration(model: ActorModel) -> float:
@@ -132,8 +146,10 @@ def memory(program: Program, samples: int) -> Run:
         impacts=np.zeros((MAX_BLOWS, len(Blow))),
         key=np.zeros(6, dtype=np.int64),
         watched=np.zeros((samples, len(code.rule_kind)) if watching else (0, 0)),
-        truth=np.zeros((2, len(code.formula)), dtype=np.bool_),
+        worth=np.zeros((2, len(code.formula))),
         decided=np.zeros(len(code.temporal_root), dtype=np.int64),
+        beyond=np.zeros((actors if len(program.judged) else 0, len(State))),
+        final=np.zeros(len(registers) if len(program.judged) else 0),
         shades=np.zeros(actors * SHADE),
     )
 
@@ -148,12 +164,13 @@ def requested(scenes: Scenes) -> Requested:
     )
 
 
-def empty_results(actors: int, scenes: Requested) -> Results:
+def empty_results(program: Program, scenes: Requested) -> Results:
     """Rows for results, filled for none: NaN and -1 and the verdict of sampling."""
-    rows = len(scenes.verdict)
+    rows, actors = len(scenes.verdict), len(program.actors)
     arrays = {row.name: row.blank(rows, actors) for row in OUTCOMES if row.per is not Per.PAIR}
     pairs = np.tile(np.array([row.fill for row in PAIRS], dtype=np.float64), (rows, actors - 1, 1))
-    return Results(**arrays | {"verdict": scenes.verdict.copy(), "pairs": pairs})
+    objectives = {name: np.full((rows, len(program.judged)), math.nan) for name in ("sought", "broken")}
+    return Results(**arrays | {"verdict": scenes.verdict.copy(), "pairs": pairs, **objectives})
 
 
 def outcomes(results: Results) -> Outcomes:

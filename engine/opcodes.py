@@ -90,6 +90,10 @@ class Op(IntEnum):
     """dst <- distance between region a and the outline at b..b+4; 0 when they touch or overlap."""
     LANE_NEAREST = 54
     """dst <- id of the lane nearest to pose a..a+2."""
+    REGION_DEPTH = 55
+    """dst <- how deep (b, c) lies in region a; outside minus the distance to it."""
+    REGION_BOX_DEPTH = 56
+    """dst <- how deep the outline at b..b+4 lies in region a; minus how far it sticks out."""
 
     # -- the running simulation
     STATE = 60
@@ -114,6 +118,9 @@ class Op(IntEnum):
     the view is packed at c (x, y, heading, view angle, view distance), and the outline at d."""
     NOTICES = 68
     """dst <- whether nothing hides actor b (integer) from actor a (integer), wherever a looks as far as c."""
+    TOUCHES = 69
+    """dst <- whether the ego has touched actor a (integer), or anybody or a building (a = -1); contact ends the run, so
+    it is true at that instant alone."""
 
     # -- control: jumps are absolute rows of the code
     JUMP = 80

@@ -14,6 +14,7 @@ from dataclasses import fields, replace
 from inspect import get_annotations
 from typing import Annotated, Any, get_origin
 
+import numpy as np
 from numpy.typing import NDArray
 
 from engine.display import facts_table
@@ -238,6 +239,10 @@ class Outcomes(_Measured, _Decided):
     others_contact_actors: Annotated[
         Ints, Result("the first two others that touched, -1 where none", per=Per.CONTACT, kind=int)
     ]
+    sought: Floats
+    """(n, objectives) what each objective of the file (`Program.judged`) comes to: of an `expect` its robustness."""
+    broken: Floats
+    """(n, objectives) 1 where an `expect` is broken, 0 where it is kept; NaN of all else."""
 
     def __len__(self) -> int:
         return len(self.verdict)
@@ -290,4 +295,5 @@ RESULTS: tuple[Result, ...] = tuple(_rows(Assessment))
 
 def blank_outcomes(rows: int, actors: int, **known: NDArray[Any]) -> Outcomes:
     """Outcomes of invalid scenes, but for the arrays that are known."""
-    return Outcomes(**{row.name: row.blank(rows, actors) for row in OUTCOMES} | known)
+    nothing = {"sought": np.zeros((rows, 0)), "broken": np.zeros((rows, 0))}
+    return Outcomes(**{row.name: row.blank(rows, actors) for row in OUTCOMES} | nothing | known)

@@ -17,6 +17,7 @@ import numpy as np
 
 from engine.errors import CortexError
 from engine.frozen import frozen
+from engine.judged import NOTHING_JUDGED, Judged, judged_from
 from engine.tables import CodeTables, Floats, Ints, RoadTables
 from engine.vocabulary import RuleKind
 
@@ -199,6 +200,7 @@ class Program:
     monitors: tuple[str, ...] = ()
     """Names of the coroutines without an actor."""
     imported: tuple[ImportedText, ...] = ()
+    judged: Judged = NOTHING_JUDGED
 
     def place(self, line: int) -> str:
         """A line as people know it: its number, and the name of its file if that is not the main one."""
@@ -217,7 +219,9 @@ class ArchiveError(CortexError):
     """The file is not a program that this version can read."""
 
 
-def program_digest(space: ParamSpace, code: CodeTables, road: RoadTables, settings: Settings) -> str:
+def program_digest(
+    space: ParamSpace, code: CodeTables, road: RoadTables, settings: Settings, judged: Judged = NOTHING_JUDGED
+) -> str:
     """Return 32 hexadecimal digits over all numbers of a program; names, text and drawings do not count."""
     digest = blake2b(FORMAT.encode(), digest_size=16)
     for prefix, group in (("space", _arrays_of(space)), ("code", code._asdict()), ("road", road._asdict())):
@@ -225,6 +229,9 @@ def program_digest(space: ParamSpace, code: CodeTables, road: RoadTables, settin
             digest.update(f"{prefix}.{name}{array.dtype.str}{array.shape}".encode())
             digest.update(np.ascontiguousarray(array).tobytes())
     digest.update(json.dumps([asdict(settings), space.weights]).encode())
+    if len(judged):
+        digest.update(json.dumps(judged.deciding()).encode())
+        digest.update(b"".join(array.tobytes() for array in judged.arrays().values()))
     return digest.hexdigest()
 
 
@@ -234,6 +241,7 @@ def save_program(program: Program, path: Path) -> None:
         **{f"space.{name}": array for name, array in _arrays_of(program.space).items()},
         **{f"code.{name}": array for name, array in program.code._asdict().items()},
         **{f"road.{name}": array for name, array in program.road._asdict().items()},
+        **program.judged.arrays(),
         **_arrays_of(program),
     }
     header = json.dumps({"format": FORMAT, **_plain(program)})
@@ -256,7 +264,7 @@ def load_program(path: Path) -> Program:
     if header.pop("format", None) != FORMAT:
         raise ArchiveError(f"{path} was written by another version", "use the version of cortexc that wrote it")
     program = _rebuild(header, arrays)
-    if program_digest(program.space, program.code, program.road, program.settings) != program.digest:
+    if program_digest(program.space, program.code, program.road, program.settings, program.judged) != program.digest:
         raise ArchiveError(f"{path} is damaged: its digest does not fit its contents", "restore it from a copy")
     return program
 
@@ -272,6 +280,8 @@ def _plain(value: Any) -> dict[str, Any]:
         item = getattr(value, f.name)
         if isinstance(item, ParamSpace):
             plain[f.name] = _plain(item)
+        elif isinstance(item, Judged):
+            plain[f.name] = item.content()
         elif not isinstance(item, np.ndarray | CodeTables | RoadTables):
             plain[f.name] = _jsonable(item)
     return plain
@@ -306,6 +316,7 @@ def _rebuild(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Pro
         "monitors": tuple(header["monitors"]),
         "imported": tuple(ImportedText(**file) for file in header["imported"]),
         "variants": tuple(_variant(v) for v in header["variants"]),
+        "judged": judged_from(header.get("judged"), arrays),
     }
     return Program(**values)
 

@@ -157,7 +157,7 @@ class CodeTables(NamedTuple):
     """(rules,) `RuleKind`. All are looked at in every sample; the first that is true ends the run."""
     formula: Ints
     """(n, 3): rows `(TemporalOp, a, b)` of all temporal formulas, operands above their operators; a of an ATOM is the
-    rule of kind WATCH whose value it is."""
+    rule of kind WATCH whose value it is, b the one that says how far it holds (-1: nobody asks)."""
     temporal_root: Ints
     """(temporals,): the formula row that must be true at sample 0 …"""
     temporal_rule: Ints
@@ -176,3 +176,14 @@ class CodeTables(NamedTuple):
     requirements before it have computed."""
     sizes: Ints
     """(len(Size),)"""
+
+
+class ObjectiveTables(NamedTuple):
+    """What is worked out of a run that is over."""
+
+    root: Ints
+    """(objectives,): the row of `CodeTables.formula` that is expected to be true at sample 0; -1 of one that is a
+    number …"""
+    segment: Ints
+    """… (templates, objectives, len(Segment)) in step_code, which works that number out: its first locals are the
+    readings of the run (`Program.readings`)."""

@@ -121,6 +121,35 @@ class TemporalOp(IntEnum):
     """The second holds at some sample, and the first at all samples before."""
 
 
+class Sense(IntEnum):
+    """What an objective of the file asks of a run."""
+
+    EXPECT = 0
+    """That a formula holds: the less, the more of a finding."""
+    MAXIMIZE = 1
+    MINIMIZE = 2
+
+
+OBJECTIVES = ("risk", "avoidable", "conflict", "severity")
+"""What a search of any file may look for; no objective of a file has such a name."""
+
+
+class Reducer(IntEnum):
+    """What one number is made of when a run is over."""
+
+    LARGEST = 0
+    """Of the values of a rule, up to contact or the end."""
+    LEAST = 1
+    FINAL = 2
+    """At the last sample before contact, or the end."""
+    MEAN = 3
+    """Over time."""
+    TOTAL = 4
+    """Its integral over time."""
+    RESULT = 5
+    """A result by name: a row of `engine.named_results`."""
+
+
 class Purpose(IntEnum):
     """What a random stream is for; part of its key, so that no two purposes ever share numbers."""
 

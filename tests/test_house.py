@@ -12,8 +12,8 @@ PACKAGES = ("cortex_dsl", "engine")
 LONGEST = 350
 """Lines of a file."""
 LONGER = {
-    "cortex_dsl/ir.py": 440,
-    "cortex_dsl/syntax/nodes.py": 640,
+    "cortex_dsl/ir.py": 470,
+    "cortex_dsl/syntax/nodes.py": 660,
     "cortex_dsl/syntax/expressions.py": 400,
 }
 """Files that are one list each of small things of one kind, where a reader jumps to a name."""

@@ -18,6 +18,7 @@ from cortex_dsl.lowering.code_tables import group_variants
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.report.findings.readable import significant
 from cortex_dsl.semantics.errors.chance import INFEASIBLE, OFF_THE_ROAD, ON_TOP, STUCK, UNDEFINED
+from cortex_dsl.semantics.errors.objectives import NO_NUMBER
 from cortex_dsl.semantics.quantities.bounds import Numbers, closed_value, operands, parts
 from cortex_dsl.source import Source, Span
 from engine.feasibility import Feasibility, conflicts
@@ -156,6 +157,17 @@ def never_acts(compiled: Compiled, budget: int, row: int, time: float) -> Diagno
         _line_span(compiled.source, int(compiled.program.step_lines[row])),
         label=f"still here after {budget:,} instructions, at {time:.2f} s",
     )
+
+
+def undefined_objective(compiled: Compiled, number: int, space: ParamSpace, genome: Sequence[float]) -> Diagnostic:
+    """The diagnostic for a run that an objective broke, as it was NaN."""
+    objective = compiled.program.judged.objectives[number]
+    drawn = ", ".join(
+        f"{name} = {significant(value)} {unit}".rstrip()
+        for name, value, unit in zip(space.names, genome, space.units, strict=True)
+    )
+    reason = f"it happened with {drawn}" if drawn else "it happens with some of the numbers that can be drawn"
+    return NO_NUMBER.at(_line_span(compiled.source, objective.line), name=objective.name, reason=reason)
 
 
 # -- a scene or run that holds a number which does not exist, such as a root of -1 -------------------------------------

@@ -11,7 +11,7 @@ from cortex_dsl.api.arguments import held_params
 from cortex_dsl.api.scenario import Scenario, in_file
 from cortex_dsl.console.compiling import show
 from cortex_dsl.console.request import CompileRequest, RunRequest, SearchRequest
-from cortex_dsl.console.scenario_mistakes import never_acts, undefined_value
+from cortex_dsl.console.scenario_mistakes import never_acts, undefined_objective, undefined_value
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.diagnostics import Diagnostic
 from cortex_dsl.pipeline import Compiled
@@ -263,6 +263,11 @@ def _failed(
         diagnostic = never_acts(scenario.compiled, budget, int(outcomes.end_rule[0]), time)
         show(scenario.compiled.source, [diagnostic], request, terminal, failed=True)
         return Exit.DIAGNOSTICS
+    if outcomes.end_reason[0] == EndReason.BROKEN and outcomes.end_rule[0] >= 0:
+        genome = scenes.genomes[0].tolist()
+        broken = undefined_objective(scenario.compiled, int(outcomes.end_rule[0]), scenario.program.space, genome)
+        show(scenario.compiled.source, [broken], request, terminal, failed=True)
+        return Exit.DIAGNOSTICS
     what = f"the simulation failed after {time:.2f} s: {end_of(scenario.program, outcomes, 0).text}"
     return _undefined(request, scenario, scenes, terminal, what)
 
@@ -279,6 +284,10 @@ def mistake_of(scenario: Scenario, campaign: "Campaign") -> Diagnostic | None:
         first = tuple(stuck[0])
         budget = scenario.config.simulation.instruction_budget
         return never_acts(scenario.compiled, budget, int(rollouts.end_rule[first]), float(rollouts.end_time[first]))
+    undefined = np.argwhere((rollouts.end_reason == EndReason.BROKEN) & (rollouts.end_rule >= 0))
+    if len(undefined):
+        number, genome = int(rollouts.end_rule[tuple(undefined[0])]), evaluations.genomes[undefined[0][0]].tolist()
+        return undefined_objective(scenario.compiled, number, scenario.program.space, genome)
     failed = np.argwhere(rollouts.verdict == Verdict.ERROR)
     if not len(failed):
         return None

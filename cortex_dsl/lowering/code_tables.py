@@ -12,17 +12,16 @@ import numpy as np
 from cortex_dsl import ir
 from cortex_dsl.lowering.templates import (
     ROW_WIDTH,
-    EncodedSegment,
     Merged,
     RegisterFile,
+    Segment,
     Template,
     VariantCode,
     encode,
-    encode_segment,
     merge,
 )
 from engine.frozen import frozen
-from engine.tables import CodeTables, Floats, Ints, Size
+from engine.tables import CodeTables, Floats, Ints, ObjectiveTables, Size
 from engine.vocabulary import GeneKind
 
 # -- Variants arranged by what the genes decide ------------------------------------------------------------------------
@@ -72,7 +71,7 @@ class FormulaWriter:
 
     def row(self, formula: ir.Formula) -> int:
         """Number of the row that holds a formula."""
-        operands = [self.row(operand) for operand in formula.operands] or [formula.watch]
+        operands = [self.row(operand) for operand in formula.operands] or [formula.watch, formula.margin]
         first, second = (*operands, -1)[:2]
         row = (int(formula.op), first, second)
         if row not in self.numbers:
@@ -81,10 +80,10 @@ class FormulaWriter:
         return self.numbers[row]
 
 
-def formula_rows(temporals: Sequence[ir.Temporal]) -> tuple[list[FormulaRow], list[int]]:
-    """All rows, and the root of each temporal requirement."""
+def formula_rows(formulas: Sequence[ir.Formula | None]) -> tuple[list[FormulaRow], list[int]]:
+    """All rows, and the root of each formula; -1 where there is none."""
     writer = FormulaWriter()
-    roots = [writer.row(temporal.formula) for temporal in temporals]
+    roots = [-1 if formula is None else writer.row(formula) for formula in formulas]
     return writer.rows, roots
 
 
@@ -97,6 +96,16 @@ def ints(values: object) -> Ints:
 
 def floats(values: object) -> Floats:
     return np.asarray(values, dtype=np.float64)
+
+
+EncodedSegment = tuple[int, int, int]
+"""Start row, end row and result register; all -1 for a segment without code."""
+
+
+def encode_segment(segment: Segment, template: Template, registers: RegisterFile, base: int) -> EncodedSegment:
+    if segment.result is None:
+        return (-1, -1, -1)
+    return (base + segment.start, base + segment.end, registers.number(segment.result, template))
 
 
 # -- The tables --------------------------------------------------------------------------------------------------------
@@ -124,6 +133,7 @@ class EncodedTemplate:
     output: tuple[int, int]
     output_registers: list[int]
     rules: list[EncodedSegment]
+    objectives: list[EncodedSegment]
     entries: list[int]
     monitors: list[int]
 
@@ -133,8 +143,8 @@ def code_tables(
     grouping: Grouping,
     codes: Sequence[VariantCode | None],
     rejections: Sequence[tuple[int, str]],
-) -> tuple[CodeTables, list[int]]:
-    """The code tables, and the source offset of each row of step code.
+) -> tuple[CodeTables, ObjectiveTables, list[int]]:
+    """The code tables, those of objectives, and the source offset of each row of step code.
 
     Args:
         scenario: the checked scenario.
@@ -147,7 +157,9 @@ def code_tables(
     files = _register_files(scenario, grouping, merged)
     encoded = _encode_all(merged, files)
     templates = [template.code for template in merged.templates]
-    formula, roots = formula_rows(scenario.temporals)
+    judged = [objective.formula for objective in scenario.objectives]
+    formula, roots = formula_rows([*(temporal.formula for temporal in scenario.temporals), *judged])
+    required = len(scenario.temporals)
     tables = CodeTables(
         scene_code=ints([row for e in encoded for row in e.scene_rows]).reshape(-1, ROW_WIDTH),
         step_code=ints([row for e in encoded for row in e.step_rows]).reshape(-1, ROW_WIDTH),
@@ -173,7 +185,7 @@ def code_tables(
         rule_segment=ints([e.rules for e in encoded]).reshape(len(encoded), -1, 3),
         rule_kind=ints([rule.kind for rule in example.rules]),
         formula=ints(formula).reshape(-1, 3),
-        temporal_root=ints(roots),
+        temporal_root=ints(roots[:required]),
         temporal_rule=ints([temporal.rule for temporal in scenario.temporals]),
         monitor_entry=ints([e.monitors for e in encoded]).reshape(len(encoded), -1),
         monitor_block=ints([code.monitor_blocks for code in templates]).reshape(len(encoded), -1),
@@ -182,7 +194,10 @@ def code_tables(
         margin_segment=ints([e.margins for e in encoded]).reshape(len(encoded), -1, 3),
         sizes=_sizes(files, templates),
     )
-    return tables, [offset for code in templates for offset in code.step_offsets]
+    objectives = ObjectiveTables(
+        root=ints(roots[required:]), segment=ints([e.objectives for e in encoded]).reshape(len(encoded), -1, 3)
+    )
+    return tables, objectives, [offset for code in templates for offset in code.step_offsets]
 
 
 def _register_files(scenario: ir.Scenario, grouping: Grouping, merged: Merged) -> Files:
@@ -223,6 +238,7 @@ def _encode_template(template: Template, files: Files, scene_base: int, step_bas
         # A template with fewer scene values than another repeats its first: nothing reads the rest.
         output_registers=registers + registers[:1] * (files.values - len(registers)),
         rules=[encode_segment(s, template, files.step, step_base) for s in code.rules],
+        objectives=[encode_segment(s, template, files.step, step_base) for s in code.objectives],
         entries=[entry if entry < 0 else step_base + entry for entry in code.entries],
         monitors=[step_base + entry for entry in code.monitor_entries],
     )

@@ -9,6 +9,7 @@ from cortex_dsl.lowering.code_tables import code_tables, floats, group_variants,
 from cortex_dsl.lowering.templates import VariantCode, lower_variant
 from cortex_dsl.semantics.quantities.units import UNITS, si_word
 from cortex_dsl.source import FileText, Source
+from engine.judged import Judged, Objective, Reading
 from engine.program import (
     ChoiceLabel,
     DrawSite,
@@ -41,12 +42,13 @@ def lower(scenario: ir.Scenario) -> Program:
         *BUILT_IN_REQUIREMENTS,
     )
     space = _param_space(scenario.genes, scenario.system)
-    code, step_offsets = code_tables(scenario, grouping, codes, rejections)
+    code, tables, step_offsets = code_tables(scenario, grouping, codes, rejections)
     road = road_tables(scenario.network)
+    judged = Judged(tuple(map(_objective, scenario.objectives)), tuple(map(_reading, scenario.readings)), tables)
     return Program(
         name=scenario.name,
         description=scenario.description,
-        digest=program_digest(space, code, road, scenario.settings),
+        digest=program_digest(space, code, road, scenario.settings, judged),
         source_text=scenario.source.text,
         imported=_imported(scenario.source),
         space=space,
@@ -62,6 +64,7 @@ def lower(scenario: ir.Scenario) -> Program:
         routes=ints([_routes(v, len(example.actors)) for v in grouping.variants]),
         records=tuple(Record(r.name, r.when, r.watch, si_word(r.dimension), r.line) for r in scenario.records),
         monitors=tuple(monitor.name for monitor in example.monitors),
+        judged=judged,
     )
 
 
@@ -69,6 +72,15 @@ def _requirement(required: ir.Requirement) -> Requirement:
     scale = UNITS[required.unit].factor if required.unit else 1.0
     unit = si_word(required.dimension)
     return Requirement(required.name, required.line, required.probability, unit, required.unit, scale)
+
+
+def _objective(objective: ir.Objective) -> Objective:
+    unit = si_word(objective.dimension) if objective.formula is None else ""
+    return Objective(objective.name, objective.sense, unit, objective.line)
+
+
+def _reading(reading: ir.Reading) -> Reading:
+    return Reading(reading.kind, reading.rule, reading.result)
 
 
 def _imported(source: Source) -> tuple[ImportedText, ...]:

@@ -22,6 +22,7 @@ PLAIN_OPERANDS: dict[Op, tuple[int, ...]] = {
     Op.TTC: (0, 1, 2),
     Op.SEES: (0, 1),
     Op.NOTICES: (0, 1),
+    Op.TOUCHES: (0,),
     Op.IS_RUNNING: (0,),
     Op.SPAWN: (0,),
     Op.JUMP: (0,),
@@ -40,16 +41,16 @@ OPERAND_COUNT: dict[Op, int] = {
     **dict.fromkeys((Op.MOVE, Op.NEG, Op.ABS, Op.SQRT, Op.SIN, Op.COS, Op.TAN, Op.ASIN, Op.ACOS, Op.ATAN), 1),
     **dict.fromkeys((Op.EXP, Op.LOG, Op.FLOOR, Op.CEIL, Op.ROUND, Op.WRAP, Op.NOT), 1),
     **dict.fromkeys((Op.NORMAL_QUANTILE, Op.NORMAL_CDF, Op.PATH_LENGTH, Op.LANE_ROUTE, Op.JUMP, Op.RESUME), 1),
-    **dict.fromkeys((Op.YIELD, Op.HOLD_SPEED, Op.TERMINATE, Op.LANE_NEAREST, Op.IS_RUNNING, Op.SPAWN), 1),
+    **dict.fromkeys((Op.YIELD, Op.HOLD_SPEED, Op.TERMINATE, Op.LANE_NEAREST, Op.IS_RUNNING, Op.SPAWN, Op.TOUCHES), 1),
     **dict.fromkeys((Op.TIME, Op.RANDOM, Op.HALT, Op.END), 0),
     **dict.fromkeys((Op.SELECT, Op.PATH_DISTANCE, Op.REGION_SAMPLE, Op.REGION_DISTANCE, Op.REGION_CONTAINS), 3),
-    **dict.fromkeys((Op.ROAD_FOLLOW, Op.PATH_PROJECT), 3),
+    **dict.fromkeys((Op.ROAD_FOLLOW, Op.PATH_PROJECT, Op.REGION_DEPTH), 3),
     **dict.fromkeys((Op.CAN_SEE, Op.LEAD, Op.NOTICES), 3),
     **dict.fromkeys((Op.FOLLOW, Op.SEES, Op.TTC), 4),
 }
 """Operands that an instruction reads; 2 where it is not named here."""
 
-OF_ACTORS = frozenset({Op.STATE, Op.WITHIN, Op.LEAD, Op.TTC, Op.SPAWN, Op.SEES, Op.NOTICES})
+OF_ACTORS = frozenset({Op.STATE, Op.WITHIN, Op.LEAD, Op.TTC, Op.SPAWN, Op.SEES, Op.NOTICES, Op.TOUCHES})
 """Their plain operands are actors (of STATE the first)."""
 
 WITHOUT_DESTINATION = frozenset(op for op in Op if op >= Op.JUMP and op != Op.FOLLOW)
@@ -86,6 +87,11 @@ def _head(program: Program) -> Iterator[str]:
         yield f"requirement {_formula(program, root)}, else rule {rule}"
     for record in program.records:
         yield f"record {record.when} {record.name!r}: rule {record.rule} {record.unit}".rstrip()
+    for number, reading in enumerate(program.judged.readings):
+        yield f"reading r{number}: {reading.kind.name.lower()} {reading.result or f'rule {reading.rule}'}"
+    for objective, root in zip(program.judged.objectives, program.judged.tables.root, strict=True):
+        formula = f": {_formula(program, root)}" if root >= 0 else f" {objective.unit}".rstrip()
+        yield f"{objective.sense.name.lower()} {objective.name!r}{formula}"
     road = program.road
     yield f"road: {len(road.path_length)} paths, {len(road.lane_path)} lanes, {len(road.region_start) - 1} regions"
 
@@ -94,7 +100,7 @@ def _formula(program: Program, row: int) -> str:
     """A temporal formula in words; an operand that is no atom in parentheses."""
     op, *operands = program.code.formula[row].tolist()
     if op == TemporalOp.ATOM:
-        return f"rule{operands[0]}"
+        return f"rule{operands[0]}" if operands[1] < 0 else f"rule{operands[0]}/{operands[1]}"
     word = TemporalOp(op).name.lower()
     texts = [_formula(program, operand) for operand in operands if operand >= 0]
     first, *second = [f"({text})" if " " in text else text for text in texts]
@@ -145,6 +151,10 @@ def _step_code(program: Program) -> Iterator[str]:
         for index, (start, end, result) in enumerate(code.rule_segment[template].tolist()):
             if start >= 0:
                 yield f" rule {index} -> {name(result)}"
+                yield from _rows(code.step_code[start:end].tolist(), start, name)
+        for index, (start, end, result) in enumerate(program.judged.tables.segment[template].tolist()):
+            if start >= 0:
+                yield f" objective {index} -> {name(result)}"
                 yield from _rows(code.step_code[start:end].tolist(), start, name)
         for monitor, entry in enumerate(code.monitor_entry[template].tolist()):
             yield f" monitor {program.monitors[monitor]}, block {code.monitor_block[template, monitor]}"

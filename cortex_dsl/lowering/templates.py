@@ -60,6 +60,7 @@ class VariantCode:
     step_rows: tuple[Row, ...]
     step_temporaries: int
     rules: tuple[Segment, ...]
+    objectives: tuple[Segment, ...]
     entries: tuple[int, ...]
     main_blocks: tuple[int, ...]
     monitor_entries: tuple[int, ...]
@@ -103,8 +104,9 @@ def lower_variant(variant: ir.Variant) -> VariantCode:
 
     step, numbered = CodeBuffer(), _Coroutines.of(variant)
     writer = ExpressionWriter(step, constants, values.hoist, monitor_blocks=numbered.monitor_blocks)
-    rules = tuple(_rule(step, writer, rule) for rule in variant.rules)
+    rules = tuple(_looked_at(step, writer, rule.condition) for rule in variant.rules)
     numbered.write(variant, step, writer)
+    objectives = tuple(_looked_at(step, writer, value) for value in variant.objectives)
     site_values = tuple(tuple(values.number(value) for value in site.values) for site in variant.draw_sites)
     sight = next((values.number(value) for name, value in variant.environment if name == "sight"), -1)
 
@@ -128,6 +130,7 @@ def lower_variant(variant: ir.Variant) -> VariantCode:
         step_offsets=tuple(step.offsets),
         step_temporaries=step.temporaries,
         rules=rules,
+        objectives=objectives,
         entries=tuple(coroutine.entry.row for coroutine in numbered.actors),
         main_blocks=tuple(coroutine.block for coroutine in numbered.actors),
         monitor_entries=tuple(coroutine.entry.row for coroutine in numbered.monitors),
@@ -159,11 +162,11 @@ def _requirement(buffer: CodeBuffer, writer: ExpressionWriter, requirement: ir.R
     return condition, _segment(buffer, within.branch(), requirement.margin)
 
 
-def _rule(buffer: CodeBuffer, writer: ExpressionWriter, rule: ir.Rule) -> Segment:
-    if rule.condition is None:
+def _looked_at(buffer: CodeBuffer, writer: ExpressionWriter, value: ir.Expr | None) -> Segment:
+    if value is None:
         return NO_SEGMENT
-    buffer.offset = rule.condition.span.start
-    return _segment(buffer, writer.branch(), rule.condition)
+    buffer.offset = value.span.start
+    return _segment(buffer, writer.branch(), value)
 
 
 def _segment(buffer: CodeBuffer, writer: ExpressionWriter, expression: ir.Expr) -> Segment:
@@ -338,13 +341,3 @@ def encode(rows: Sequence[Row], template: Template, registers: RegisterFile, bas
         return [int(row.op), destination, *operands, *([0] * (ROW_WIDTH - 2 - len(operands)))]
 
     return [encoded(row) for row in rows]
-
-
-EncodedSegment = tuple[int, int, int]
-"""Start row, end row and result register; all -1 for a segment without code."""
-
-
-def encode_segment(segment: Segment, template: Template, registers: RegisterFile, base: int) -> EncodedSegment:
-    if segment.result is None:
-        return (-1, -1, -1)
-    return (base + segment.start, base + segment.end, registers.number(segment.result, template))

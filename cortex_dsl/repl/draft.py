@@ -144,7 +144,11 @@ def _keys(statement: nodes.Statement, source: Source) -> Iterator[Key]:
             yield type(statement).__name__, ""
         case nodes.Require(name=str(name)):
             yield "require", name
+        case nodes.Expect(name=str(name)) | nodes.Optimize(name=str(name)):
+            yield "objective", name
         case nodes.Require() | nodes.RequireMonitor() | nodes.TerminateWhen() | nodes.Record():
+            yield "text", " ".join(source.slice(statement.span).split())
+        case nodes.Expect() | nodes.Optimize():
             yield "text", " ".join(source.slice(statement.span).split())
 
 

@@ -54,7 +54,13 @@ class _Walk:
     seen: set[ir.Expr] = field(default_factory=set)
 
     def over(self, variant: ir.Variant) -> set[int]:
-        for root in (variant.actors, [r.condition for r in variant.requirements], variant.rules, variant.monitors):
+        for root in (
+            variant.actors,
+            [r.condition for r in variant.requirements],
+            variant.rules,
+            variant.objectives,
+            variant.monitors,
+        ):
             self.visit(root)
         return self.genes
 

@@ -11,6 +11,7 @@ from pathlib import PurePath
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import CompileError, Diagnostic
+from cortex_dsl.semantics.acting.objectives import objectives_of
 from cortex_dsl.semantics.acting.rules import temporal_requirements
 from cortex_dsl.semantics.advice import with_advice
 from cortex_dsl.semantics.composition import setting_up
@@ -148,11 +149,12 @@ def _scenario(module: nodes.Module, file: FileContext, drafts: Sequence[Draft]) 
     """
     possible = [draft for draft in drafts if draft.variant.rejection is None]
     temporals: tuple[ir.Temporal, ...] = ()
+    objectives: tuple[ir.Objective, ...] = ()
     if not file.findings.has_errors:
         _check_together(file, drafts, possible)
-        temporals = temporal_requirements(
-            file, [draft.conditions for draft in possible], has_end=_has_end(module, file)
-        )
+        conditions, has_end = [draft.conditions for draft in possible], _has_end(module, file)
+        temporals = temporal_requirements(file, conditions, has_end=has_end)
+        objectives = objectives_of(file, conditions, has_end=has_end)
     if file.findings.has_errors:
         raise CompileError(file.source, file.findings)
     (network,) = file.networks.values()
@@ -169,6 +171,8 @@ def _scenario(module: nodes.Module, file: FileContext, drafts: Sequence[Draft]) 
         pool=tuple(file.pool.values),
         temporals=temporals,
         records=tuple(record for _, record in file.records.values()),
+        objectives=objectives,
+        readings=tuple(file.readings),
     )
 
 
@@ -248,4 +252,6 @@ def _completed(file: FileContext, draft: Draft, requirements: Mapping[Key, ir.Re
         rules=tuple(
             ir.Rule(draft.conditions.get(key), name, file.line(key[0]), key[1]) for key, name in file.rules.items()
         ),
+        objectives=tuple(draft.objectives.get(span) for span in file.objectives),
+        local_count=max(draft.variant.local_count, len(file.readings)),
     )

@@ -103,7 +103,10 @@ def contacts(module: nodes.Module, time_step: float | None) -> Iterator[Diagnost
     """A warning for each such distance that contact can pass by."""
     step = time_step or SimulationConfig().time_step
     things = _objects(module)
-    for node in everything_in(module):
+    required = (
+        node for owner in everything_in(module) if isinstance(owner, nodes.Require) for node in everything_in(owner)
+    )
+    for node in required:
         if isinstance(node, nodes.Temporal) and node.operator == "always":
             for part in everything_in(node):
                 if isinstance(part, nodes.Compare) and (found := _kept_apart(part)) is not None:

@@ -180,12 +180,17 @@ def _head(scenario: ir.Scenario) -> Iterator[str]:
         yield f"require {_formula(temporal.formula)}, else rule {temporal.rule}"
     for record in scenario.records:
         yield f"record {record.when} {record.name}: rule {record.watch}"
+    for number, reading in enumerate(scenario.readings):
+        yield f"reading {number}: {reading.kind.name.lower()} {reading.result or f'rule {reading.rule}'}"
+    for objective in scenario.objectives:
+        formula = "" if objective.formula is None else f": {_formula(objective.formula)}"
+        yield f"{objective.sense.name.lower()} {objective.name!r}{formula}"
 
 
 def _formula(formula: ir.Formula) -> str:
     """In words; an operand that is no atom in parentheses."""
     if formula.op == TemporalOp.ATOM:
-        return f"rule{formula.watch}"
+        return f"rule{formula.watch}" if formula.margin < 0 else f"rule{formula.watch}/{formula.margin}"
     texts = [_formula(operand) for operand in formula.operands]
     first, *second = [f"({text})" if " " in text else text for text in texts]
     word = formula.op.name.lower()
@@ -212,18 +217,21 @@ def _variant(number: int, variant: ir.Variant, scenario: ir.Scenario) -> Iterato
         yield f"{INDENT}rejected: {variant.rejection} (line {variant.rejection_line})"
         return
     printer = Printer.of(_roots(variant))
-    body = list(_body(variant, printer))
+    body = list(_body(variant, printer, scenario))
     yield from printer.definitions()
     yield from body
 
 
-def _body(variant: ir.Variant, printer: Printer) -> Iterator[str]:
+def _body(variant: ir.Variant, printer: Printer, scenario: ir.Scenario) -> Iterator[str]:
     for requirement in variant.requirements:
         soft = "" if requirement.probability == 1.0 else f"[{requirement.probability:g}]"
         yield f"{INDENT}require{soft} {printer.text(requirement.condition)}  as {requirement.name!r}"
     for i, rule in enumerate(variant.rules):
         condition = "code says so" if rule.condition is None else printer.text(rule.condition)
         yield f"{INDENT}rule {i}: {RULES[rule.kind]} {condition}  (line {rule.line})"
+    for objective, value in zip(scenario.objectives, variant.objectives, strict=True):
+        if value is not None:
+            yield f"{INDENT}{objective.sense.name.lower()} {printer.text(value)}  as {objective.name!r}"
     for i, monitor in enumerate(variant.monitors):
         yield f"{INDENT}monitor {i} {monitor.name}{', from the start' if monitor.started else ''}"
         yield from (INDENT * 2 + line for line in printer.block(monitor.body))
@@ -250,6 +258,7 @@ def _roots(variant: ir.Variant) -> Iterator[ir.Expr]:
         yield from expressions_of(monitor.body)
     yield from (requirement.condition for requirement in variant.requirements)
     yield from (rule.condition for rule in variant.rules if rule.condition is not None)
+    yield from (value for value in variant.objectives if value is not None)
     yield from (value for site in variant.draw_sites for value in site.values)
     if (lights := variant.lights) is not None:
         yield from (lights.green, lights.yellow, lights.all_red, lights.offset)

@@ -4,12 +4,14 @@ It leaves behind the actors, requirements, rules and coroutines as expressions o
 and the state of the simulation.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.acting.behaviours import actor_behaviour, started_monitors, warn_if_idle
 from cortex_dsl.semantics.acting.domains import require_domains
-from cortex_dsl.semantics.acting.rules import rules_of_run
+from cortex_dsl.semantics.acting.objectives import expect, optimize
+from cortex_dsl.semantics.acting.rules import keep_record, require_over_run
+from cortex_dsl.semantics.acting.statements import terminate_when
 from cortex_dsl.semantics.acting.yielding import everything
 from cortex_dsl.semantics.composition.composing import Composer, run_by, set_up_run
 from cortex_dsl.semantics.composition.setting_up import OF_THE_RUN, run_module
@@ -26,6 +28,7 @@ from cortex_dsl.semantics.model.state import FileContext, RuleKey, VariantState
 from cortex_dsl.semantics.model.values import POISON, Actor, Value
 from cortex_dsl.semantics.names.builtins import OFF_ROAD
 from cortex_dsl.semantics.names.properties import PROPERTIES
+from cortex_dsl.semantics.names.tree import speaks_of_run
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.source import Span
 from cortex_dsl.syntax import nodes
@@ -66,6 +69,16 @@ HANDLERS: Mapping[type, Handler] = {
 }  # type: ignore[dict-item]
 
 
+OVER_RUN: Mapping[type, Callable[[Evaluator, nodes.Statement], None]] = {
+    nodes.Require: require_over_run,
+    nodes.Expect: expect,
+    nodes.Optimize: optimize,
+    nodes.TerminateWhen: terminate_when,
+    nodes.Record: keep_record,
+}  # type: ignore[dict-item]
+"""What the statements do that speak of the running simulation; of `require` those that are temporal."""
+
+
 # -- the variant -------------------------------------------------------------------------------------------------------
 
 
@@ -77,6 +90,7 @@ class Draft:
     conditions: Mapping[RuleKey, Term]
     span: Span
     """Where it was rejected, or its first object."""
+    objectives: Mapping[Span, Term]
 
 
 def elaborate_variant(
@@ -95,7 +109,7 @@ def elaborate_variant(
         _rules(ev, module.statements, composer)
         behaviours = [_behaviour(ev, actor) for actor in actors]
     except Rejection as rejection:
-        return Draft(_rejected(run, rejection), {}, rejection.span)
+        return Draft(_rejected(run, rejection), {}, rejection.span, {})
     if file.findings.has_errors:
         return None
     network_of(ev)
@@ -113,7 +127,7 @@ def elaborate_variant(
         environment=() if run.built.environment is None else tuple(run.built.environment.values.items()),
         lights=None if run.built.signals is None else run.built.signals.as_ir(),
     )
-    return Draft(variant, run.built.rule_conditions, actors[0].span)
+    return Draft(variant, run.built.rule_conditions, actors[0].span, run.built.objectives)
 
 
 def _rejected(run: VariantState, rejection: Rejection) -> ir.Variant:
@@ -172,7 +186,14 @@ def _rules(ev: Evaluator, statements: Sequence[nodes.Statement], composer: Compo
     if composer is not None:
         root = ev.run.root
         places.append((composer.ev.at_moment(Moment(running=True, scenario=root)), root.rules))
-    rules_of_run(places)
+    late = [(at, statement) for at, own in places for statement in own if speaks_of_run(statement)]
+    # Of the rules that are true in one sample the first decides, so those that abort the run come before those that end
+    # it, whichever file or scenario says so.
+    for at, statement in sorted(late, key=lambda each: not isinstance(each[1], nodes.Require)):
+        try:
+            OVER_RUN[type(statement)](at, statement)
+        except Mistake as mistake:
+            at.report(mistake)
     required = list(started_monitors(ev))
     ev.run.built.monitors[: len(required)] = required
 

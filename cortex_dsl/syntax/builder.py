@@ -178,6 +178,12 @@ class StatementBuilder:
     def require_monitor(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         return nodes.RequireMonitor(self.expression(parts[0]), self.label(parts[1]), span=span)
 
+    def expect(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.Expect(self.expressions.condition(parts[0]), self.label(parts[1]), span=span)
+
+    def optimize(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
+        return nodes.Optimize(str(parts[0]), self.expression(parts[1]), self.label(parts[2]), span=span)
+
     def record(self, parts: Sequence[Child], span: Span) -> nodes.Statement:
         when, value, label = parts
         return nodes.Record(self.expression(value), str(when or ""), self.label(label), span=span)
@@ -280,8 +286,9 @@ _BUILDERS: dict[str, Builder] = {
     method.__name__: method
     for method in (
         _B.map, _B.simulation, _B.model, _B.param, _B.assign, _B.augmented_assign, _B.expression_statement,
-        _B.require, _B.require_probably, _B.require_monitor, _B.record, _B.terminate_when, _B.terminate_after,
-        _B.terminate, _B.signals, _B.environment, _B.mutate, _B.override, _B.import_, _B.import_from, _B.import_all,
+        _B.require, _B.require_probably, _B.require_monitor, _B.expect, _B.optimize, _B.record, _B.terminate_when,
+        _B.terminate_after, _B.terminate, _B.signals, _B.environment, _B.mutate, _B.override, _B.import_,
+        _B.import_from, _B.import_all,
         _B.do, _B.do_until, _B.do_for, _B.take, _B.try_, _B.if_, _B.while_,
     )
 } | definitions.BUILDERS  # fmt: skip

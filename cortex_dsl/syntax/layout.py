@@ -15,8 +15,8 @@ from cortex_dsl.syntax.words import BLOCK_WORDS, RESERVED, SPECIFIER_WORDS
 from engine.frozen import frozen
 
 TAB_WIDTH = 8
-_REQUIRING = {"_REQUIRE": True, "_REQUIRE_PROBABLY": True, "SEMICOLON": False}
-"""Tokens with which a `require` begins, and the one that ends a statement inside a line."""
+_REQUIRING = {"_REQUIRE": True, "_REQUIRE_PROBABLY": True, "_EXPECT": True, "SEMICOLON": False}
+"""Tokens with which a `require` or an `expect` begins, and the one that ends a statement inside a line."""
 _OPERAND = re.compile(
     r"\(|[ \t]+(?!(?:" + "|".join(sorted(RESERVED - {"False", "None", "True", "lambda", "new", "not"})) + "|along"
     r"|can[ \t]+see|deg|implies|intersects|not[ \t]+in|offset[ \t]+(?:along|by)|seconds|steps)\b)"
@@ -243,7 +243,7 @@ def synthetic(kind: str, offset: int) -> Token:
 class Indenter:
     """Lark's post-lexer: keeps the line breaks that end a logical line and adds what opens and closes blocks.
 
-    Temporal operators are names outside a `require`.
+    Temporal operators are names outside a `require` and an `expect`.
 
     It holds the layout of the text that is being read, so one parse at a time.
     """
@@ -263,7 +263,7 @@ class Indenter:
         self.resumed = -1
         """Index of the last line that was skipped after an error."""
         self.requiring = False
-        """Whether what is read belongs to a `require`, the one place of temporal operators."""
+        """Whether what is read belongs to a `require` or an `expect`, the places of temporal operators."""
 
     def process(self, stream: Iterable[Token]) -> Iterator[Token]:
         for token in stream:
@@ -279,7 +279,7 @@ class Indenter:
             yield from self.line_end(len(self.layout.lines) - 1)
 
     def is_operator(self, word: Token) -> bool:
-        """Whether `always`, `eventually` or `next` is no name here: in a `require`, with a value after it."""
+        """Whether `always`, `eventually` or `next` is no name here: in such a place, with a value after it."""
         return self.requiring and _OPERAND.match(self.text, word.end_pos or 0) is not None
 
     def line_end(self, index: int) -> Iterator[Token]:

@@ -400,6 +400,23 @@ class TerminateWhen(Statement):
 
 
 @frozen
+class Expect(Statement):
+    """`expect condition as "name"`: what the system under test owes in every run."""
+
+    condition: Expression
+    name: str | None = None
+
+
+@frozen
+class Optimize(Statement):
+    """`maximize value as "name"`, `minimize value as "name"`; sense is the word."""
+
+    sense: str
+    value: Expression
+    name: str | None = None
+
+
+@frozen
 class Record(Statement):
     """`record value as name`; when is `""` (a series over time), `initial` or `final`."""
 

@@ -18,8 +18,8 @@ WIDE = 100
 
 
 _STATEMENT_WORD = re.compile(
-    r"(?:abort|behavior|compose|environment|interrupt|invariant|map|model|monitor|mutate|override|param|precondition|record"
-    r"|scenario|setup|signals|simulation|take|terminate|wait)\b"
+    r"(?:abort|behavior|compose|environment|interrupt|invariant|map|model|monitor|mutate|override|param|precondition"
+    r"|expect|maximize|minimize|record|scenario|setup|signals|simulation|take|terminate|wait)\b"
 )
 _APART = (nodes.BehaviorDefinition, nodes.ClassDefinition, nodes.MonitorDefinition, nodes.ScenarioDefinition)
 """Definitions have an empty line before and after them."""
@@ -131,6 +131,14 @@ def _require(node: nodes.Require) -> list[str]:
 
 def _require_monitor(node: nodes.RequireMonitor) -> list[str]:
     return [f"require monitor {write(node.monitor)}{_label(node.name)}"]
+
+
+def _expect(node: nodes.Expect) -> list[str]:
+    return [f"expect {write(node.condition, Level.CONDITION)}{_label(node.name)}"]
+
+
+def _optimize(node: nodes.Optimize) -> list[str]:
+    return [f"{node.sense} {write(node.value)}{_label(node.name)}"]
 
 
 def _record(node: nodes.Record) -> list[str]:
@@ -264,6 +272,8 @@ _STATEMENTS: dict[type[nodes.Statement], Callable[[Any], list[str]]] = {
     nodes.Mutate: _mutate,
     nodes.Override: _override,
     nodes.RequireMonitor: _require_monitor,
+    nodes.Expect: _expect,
+    nodes.Optimize: _optimize,
     nodes.Record: _record,
     nodes.ClassDefinition: _class,
     nodes.MonitorDefinition: _monitor,

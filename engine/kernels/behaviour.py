@@ -148,6 +148,9 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
             registers[dst] = 1.0 if sees else 0.0
         elif op == Op.NOTICES:
             registers[dst] = 1.0 if notices(plan, run, sample, a, b, registers[int(code[row - 1, 4])]) else 0.0
+        elif op == Op.TOUCHES:
+            touched = run.status[Status.CONTACT_ONE] >= 0
+            registers[dst] = 1.0 if touched and (a < 0 or a == run.status[Status.CONTACT_OTHER]) else 0.0
         elif op == Op.IS_RUNNING:
             registers[dst] = 1.0 if run.resume[a] >= 0 else 0.0
         elif op == Op.JUMP:

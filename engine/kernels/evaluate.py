@@ -1,23 +1,13 @@
-"""The interpreter of pure code, one instruction (`Op` below 60) or a segment of them, and of temporal formulas.
+"""The interpreter of pure code, one instruction (`Op` below 60) or a segment of them.
 
 A row is `(op, dst, a, b, c, d)`. Register files are float64 arrays; path and region ids travel as floats.
 
 The scalar instructions are one function a family: numbers in, number out, Python's meaning. Nothing raises: dividing by
 zero gives an infinity or NaN, the root of a negative number NaN. Truth is 1.0 / 0.0. Each chain of comparisons with
 constants becomes one jump table in machine code.
-
-Temporal requirements are judged when a run is over: linear temporal logic over its finitely many samples. The formulas
-are rows `(TemporalOp, a, b)`, operands above their operators. One pass from the last sample to the first suffices, for
-what a formula is at a sample follows from its operands there and from itself a sample later:
-
-    always f = f and (last or always f later)       eventually f = f or eventually f later
-    f until g = g or (f and f until g later)         next f = there is a later sample, and f holds there
-
-Source: De Giacomo and Vardi, "Linear Temporal Logic and Linear Dynamic Logic on Finite Traces", IJCAI 2013.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -27,16 +17,17 @@ from engine.kernels.path import path_distance, path_pose, path_project
 from engine.kernels.random_numbers import normal_cdf, normal_quantile
 from engine.kernels.region import (
     lane_nearest,
+    region_box_depth,
     region_box_distance,
     region_contains,
     region_contains_box,
+    region_depth,
     region_distance,
     region_sample,
 )
 from engine.kernels.sight import SEEN, look
 from engine.opcodes import Op
-from engine.tables import Bools, Floats, Ints, RoadTables
-from engine.vocabulary import TemporalOp
+from engine.tables import Floats, Ints, RoadTables
 
 # -- scalar instructions -----------------------------------------------------------------------------------------------
 FULL_TURN = 2.0 * math.pi
@@ -193,7 +184,11 @@ def _option(pool: Floats, first: int, index: float) -> float:
 @inlined
 def _geometry(op: int, dst: int, a: int, b: int, c: int, registers: Floats, road: RoadTables) -> None:
     """`Op.PATH_POSE` to `Op.LANE_NEAREST`."""
-    if op < Op.REGION_SAMPLE or op == Op.PATH_PROJECT:
+    if op == Op.REGION_DEPTH:
+        registers[dst] = region_depth(road, int(registers[a]), registers[b], registers[c])
+    elif op == Op.REGION_BOX_DEPTH:
+        registers[dst] = region_box_depth(road, int(registers[a]), _box(registers, b))
+    elif op < Op.REGION_SAMPLE or op == Op.PATH_PROJECT:
         _path(op, dst, int(registers[a]), registers[b], registers[c], registers, road)
     elif op < Op.BOX_DISTANCE:
         _region(op, dst, int(registers[a]), b, registers[b], registers[c], registers, road)
@@ -260,62 +255,3 @@ def _along_road(op: int, dst: int, x: float, y: float, by: float, registers: Flo
 def _box(registers: Floats, first: int) -> Box:
     """The outline packed at `first`: x, y, heading, length, width."""
     return Box(registers[first], registers[first + 1], registers[first + 2], registers[first + 3], registers[first + 4])
-
-
-# -- temporal formulas -------------------------------------------------------------------------------------------------
-
-
-class Broken(NamedTuple):
-    """A requirement that does not hold, -1 if all do, and the sample at which that was decided."""
-
-    temporal: int
-    sample: int
-
-
-@kernel
-def find_broken(formula: Ints, roots: Ints, watched: Floats, last: int, truth: Bools, decided: Ints) -> Broken:
-    """The requirement that is broken first; of equally early ones the first.
-
-    `roots` (temporals,): rows of `formula` that must be true at sample 0. `watched` (samples, rules): the atoms' values
-    at samples 0 to `last`. `always f` is decided where f is false first, anything else at the last sample. `truth`
-    (2, rows) and `decided` (temporals,) are working memory.
-    """
-    now, later = truth[0], truth[1]
-    later[:] = False
-    decided[:] = last
-    for sample in range(last, -1, -1):
-        for row in range(len(formula)):
-            now[row] = _holds(formula, row, now, later, watched, sample, sample == last)
-        for temporal in range(len(roots)):
-            root = roots[temporal]
-            if formula[root, 0] == TemporalOp.ALWAYS and not now[formula[root, 1]]:
-                decided[temporal] = sample
-        now, later = later, now
-    broken, at = -1, last + 1
-    for temporal in range(len(roots)):
-        if not later[roots[temporal]] and decided[temporal] < at:
-            broken, at = temporal, decided[temporal]
-    return Broken(broken, at)
-
-
-@inlined
-def _holds(formula: Ints, row: int, now: Bools, later: Bools, watched: Floats, sample: int, is_last: bool) -> bool:
-    """Whether one row holds at a sample; `now` knows the rows above, `later` all rows a sample later."""
-    op, a, b = formula[row, 0], formula[row, 1], formula[row, 2]
-    if op == TemporalOp.ATOM:
-        return bool(abs(watched[sample, a]) > 0.0)  # NaN is not true
-    if op == TemporalOp.NOT:
-        return not now[a]
-    if op == TemporalOp.AND:
-        return bool(now[a]) and bool(now[b])
-    if op == TemporalOp.OR:
-        return bool(now[a]) or bool(now[b])
-    if op == TemporalOp.IMPLIES:
-        return bool(now[b]) or not now[a]
-    if op == TemporalOp.NEXT:
-        return bool(later[a]) and not is_last
-    if op == TemporalOp.ALWAYS:
-        return bool(now[a]) and (is_last or bool(later[row]))
-    if op == TemporalOp.EVENTUALLY:
-        return bool(now[a]) or bool(later[row])
-    return bool(now[b]) or (bool(now[a]) and bool(later[row]))

@@ -34,7 +34,7 @@ NJIT: Any = numba.njit
 KNOWN = ("0.68",)
 """Versions of numba that `numba_internals` was tried with."""
 KERNELS = Path(__file__).parent
-BESIDE = ("opcodes.py", "outcomes.py", "result_row.py", "tables.py", "vocabulary.py")
+BESIDE = ("named_results.py", "opcodes.py", "outcomes.py", "result_row.py", "tables.py", "vocabulary.py")
 """What kernels read beside one another: names, columns and enum values are constants of the machine code."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])

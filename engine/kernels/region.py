@@ -67,6 +67,32 @@ def region_box_distance(road: RoadTables, region: int, box: Box) -> float:
     return _box_distance(road.edges, road.region_start[region], road.region_start[region + 1], box)
 
 
+@kernel
+def region_depth(road: RoadTables, region: int, x: float, y: float) -> float:
+    """How far inside the region (x, y) lies: its distance to the boundary, outside with a minus [m]."""
+    edges, start, end = road.edges, road.region_start[region], road.region_start[region + 1]
+    best = math.inf
+    for i in range(start, end):
+        best = min(best, _off_segment(x, y, edges[i, X1], edges[i, Y1], edges[i, X2], edges[i, Y2]))
+    return math.sqrt(best) if region_contains(road, region, x, y) else -math.sqrt(best)
+
+
+@kernel
+def region_box_depth(road: RoadTables, region: int, box: Box) -> float:
+    """How far inside the region an outline lies: its distance to the boundary, or minus how far its corners stick out
+    [m]; 0 where an edge of it leaves the region between two corners that do not.
+    """
+    edges, start, end = road.edges, road.region_start[region], road.region_start[region + 1]
+    if region_contains_box(road, region, box.x, box.y, box.heading, box.length, box.width):
+        return _edges_off_box(edges, start, end, box)
+    cos, sin, a, b = math.cos(box.heading), math.sin(box.heading), 0.5 * box.length, 0.5 * box.width
+    farthest = 0.0
+    for along, aside in ((a, b), (a, -b), (-a, b), (-a, -b)):
+        x, y = box.x + along * cos - aside * sin, box.y + along * sin + aside * cos
+        farthest = min(farthest, region_depth(road, region, x, y))
+    return farthest
+
+
 @inlined
 def region_sample(road: RoadTables, region: int, u1: float, u2: float) -> RegionPoint:
     """Point uniform by area from two uniform numbers in [0, 1)."""
@@ -160,10 +186,16 @@ def _contains_box(
 
 @kernel
 def _box_distance(edges: Floats, start: int, end: int, box: Box) -> float:
-    """Boundary edges are measured in the box's frame. Without one that enters, what is inside is so at the centre."""
-    cos, sin, a, b = math.cos(box.heading), math.sin(box.heading), 0.5 * box.length, 0.5 * box.width
+    """Without an edge that enters, what is inside is so at the centre."""
     if _contains(edges, start, end, box.x, box.y):
         return 0.0
+    return _edges_off_box(edges, start, end, box)
+
+
+@kernel
+def _edges_off_box(edges: Floats, start: int, end: int, box: Box) -> float:
+    """Distance between boundary edges and an outline, 0 where one enters; measured in the frame of the outline."""
+    cos, sin, a, b = math.cos(box.heading), math.sin(box.heading), 0.5 * box.length, 0.5 * box.width
     best = math.inf
     for i in range(start, end):
         dx1, dy1 = edges[i, X1] - box.x, edges[i, Y1] - box.y

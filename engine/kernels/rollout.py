@@ -4,7 +4,8 @@ At sample k (1) the state is on record, (2) all rules are looked at, and the fir
 then come the time limit and the monitors in their order, (3) behaviours act in the order of their actors, (4) unless
 one of these ended the run, everything steps, and first contact is searched for in (t_k, t_k+1]. Between samples a
 centre and its heading move linearly. When the run is over, its temporal requirements are judged over the samples up to
-the last before contact, or the end.
+the last before contact, or the end; where a file has objectives, its rules are looked at once more at that contact
+(`kernels.judging`).
 
 How a host uses it:
 
@@ -30,8 +31,8 @@ import math
 from engine.kernels.actuation import slide
 from engine.kernels.behaviour import HALTED, OUT_OF_BUDGET, RULE_TRIGGERED, Turn, interpret
 from engine.kernels.bicycle import Demand, Motion, clip, drive, stand, walk
-from engine.kernels.evaluate import find_broken
 from engine.kernels.jit import inlined, kernel
+from engine.kernels.judging import step_on, touch_down
 from engine.kernels.loose import step_loose
 from engine.kernels.meetings import search_contact, settle_others
 from engine.kernels.pedals import Pushed, heads, push
@@ -50,6 +51,7 @@ from engine.kernels.stage import (
     place,
     vehicle_of,
 )
+from engine.kernels.temporal import find_broken
 from engine.tables import ROAD_REGION, Floats, Ints, Segment
 from engine.vocabulary import ActorKind, Column, EndReason, RuleKind, State
 
@@ -86,8 +88,10 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
     Unscored, there are no rules and no monitors, and nothing that a behaviour does ends the run; contact is searched
     among others alone, and only where the ego is `REPLACED`.
     """
-    while run.status[Status.SAMPLE] < until and (run.status[Status.END] == RUNNING or not scored):
-        if run.status[Status.SAMPLE] % plan.layout.hold == 0:
+    while (run.status[Status.SAMPLE] < until and (run.status[Status.END] == RUNNING or not scored)) or run.status[
+        Status.TOUCHDOWN
+    ] == 1:
+        if run.status[Status.SAMPLE] % plan.layout.hold == 0 or run.status[Status.TOUCHDOWN] == 1:
             _take_turns(plan, run, scored)
         if scored and run.status[Status.END] != RUNNING:
             break
@@ -102,10 +106,14 @@ def advance(plan: Plan, run: Run, until: int, scored: bool) -> None:
                 wall = met.other >= len(plan.kinds)
                 end_run(plan, run, EndReason.BUILDING if wall else EndReason.COLLISION, -1, met.part)
                 run.status[Status.CONTACT_ONE], run.status[Status.CONTACT_OTHER] = 0, -1 if wall else met.other
+                if plan.layout.judged != 0 and scored:
+                    touch_down(run)
             elif met.one > 0:
                 settle_others(plan, run, int(run.status[Status.SAMPLE]), met.part, met.one, met.other)
                 high = 1  # the ego's own contact is still to be found
         run.status[Status.SAMPLE] += 1
+    if run.status[Status.TOUCHDOWN] == 1:
+        step_on(run)
     if scored and len(plan.temporal_root) > 0:
         _judge(plan, run)
 
@@ -118,7 +126,7 @@ def _judge(plan: Plan, run: Run) -> None:
         return
     last = run.status[Status.SAMPLE] - (1 if run.status[Status.CONTACT_ONE] >= 0 else 0)
     hold = plan.layout.hold
-    broken = find_broken(plan.formula, plan.temporal_root, run.watched, last // hold, run.truth, run.decided)
+    broken = find_broken(plan.formula, plan.temporal_root, run.watched, last // hold, run.worth, run.decided)
     if broken.temporal >= 0:
         run.status[Status.SAMPLE] = broken.sample * hold
         run.status[Status.CONTACT_ONE] = run.status[Status.CONTACT_OTHER] = -1
@@ -175,7 +183,9 @@ def _look(plan: Plan, run: Run, sample: int, template: int, rule: int, result: T
     """Keep the value of a rule, or let it end the run unless an earlier one has."""
     value = run.registers[plan.rules[template, rule, Segment.RESULT]]
     if plan.rule_kinds[rule] == RuleKind.WATCH:
-        run.watched[sample // plan.layout.hold, rule] = value
+        touchdown = run.status[Status.TOUCHDOWN] == 1
+        row = (sample - 1) // plan.layout.hold + 1 if touchdown else sample // plan.layout.hold
+        run.watched[row, rule] = value
     if run.status[Status.END] != RUNNING:
         return
     if result.signal == OUT_OF_BUDGET:

@@ -1,11 +1,13 @@
 """Many runs, one after another: rows of scenes to rows of results, by the table in `engine.outcomes`."""
 
+import math
 from collections import namedtuple
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from engine.kernels.fault import fault_of
 from engine.kernels.grip import grip_used
 from engine.kernels.jit import kernel
+from engine.kernels.judging import judge
 from engine.kernels.noticing import sighting_of
 from engine.kernels.pair import measure_pair
 from engine.kernels.rollout import advance, begin
@@ -16,6 +18,8 @@ from engine.vocabulary import ActorKind, EndReason, Verdict
 
 FAULT = [row.name for row in PAIRS].index("fault")
 """Where a pair's row has it; what road and record tell is none of `measure_pair`."""
+FILLS = tuple(float(row.fill) for row in PAIRS)
+"""What an invalid run has of each number of a pair."""
 FIRST_SEEN = [row.name for row in PAIRS].index("first_seen")
 """Where the numbers of `noticing.Sighting` stand among those of a pair, one beside the other."""
 
@@ -33,11 +37,13 @@ if TYPE_CHECKING:
 
     class Results(Any):
         """Where results go: the arrays of `engine.outcomes.Outcomes` under their names there, filled for no result;
-        those of pairs are one array (n, pairs, len(PAIRS)), in the order of `PAIRS`.
+        those of pairs are one array (n, pairs, len(PAIRS)), in the order of `PAIRS`, those of objectives two.
         """
 
 else:
-    Results = namedtuple("Results", [*(row.name for row in OUTCOMES if row.per is not Per.PAIR), "pairs"])
+    Results = namedtuple(
+        "Results", [*(row.name for row in OUTCOMES if row.per is not Per.PAIR), "pairs", "sought", "broken"]
+    )
 
 
 @kernel
@@ -46,13 +52,28 @@ def simulate_rows(
 ) -> None:
     """Run the valid scenes of rows `first` to `last` (exclusive). `outlines` (actors, 3) is working memory."""
     for row in range(first, last):
-        if scenes.verdict[row] != Verdict.VALID:
-            continue
-        # Numbers of the types that hosts pass from Python, and no literal truth: numba would compile both twice.
-        begin(plan, run, int(scenes.variant[row]), scenes.values[row], scenes.keys[row])
-        advance(plan, run, plan.layout.last_sample + 1, run.status[Status.END] == RUNNING)
-        if note_end(run, row, out):
-            measure_run(plan, run, row, outlines, out)
+        if scenes.verdict[row] == Verdict.VALID:
+            _simulate_row(plan, scenes, row, run, outlines, out)
+
+
+@kernel
+def judge_rows(plan: Plan, scenes: Requested, first: int, last: int, run: Run, outlines: Floats, out: Results) -> None:
+    """The same of a program with objectives: what works them out is compiled for those that have some."""
+    for row in range(first, last):
+        if scenes.verdict[row] == Verdict.VALID and _simulate_row(plan, scenes, row, run, outlines, out):
+            note_objectives(plan, run, row, outlines, out)
+
+
+@kernel
+def _simulate_row(plan: Plan, scenes: Requested, row: int, run: Run, outlines: Floats, out: Results) -> bool:
+    """Whether the run is valid, and so measured."""
+    # Numbers of the types that hosts pass from Python, and no literal truth: numba would compile both twice.
+    begin(plan, run, int(scenes.variant[row]), scenes.values[row], scenes.keys[row])
+    advance(plan, run, plan.layout.last_sample + 1, run.status[Status.END] == RUNNING)
+    valid = note_end(run, row, out)
+    if valid:
+        measure_run(plan, run, row, outlines, out)
+    return valid
 
 
 @kernel
@@ -76,6 +97,22 @@ def note_end(run: Run, row: int, out: Results) -> bool:
     for actor in range(len(run.actors)):
         out.left_road_time[row, actor] = run.actors[actor, Slot.LEFT_ROAD]
     return out.verdict[row] == Verdict.VALID
+
+
+@kernel
+def note_objectives(plan: Plan, run: Run, row: int, outlines: Floats, out: Results) -> None:
+    """What the objectives of a measured run come to, into its row; a run in which one is NaN is broken by it."""
+    undefined = judge(plan, run, out.pairs[row], outlines, out.sought[row], out.broken[row])
+    if undefined < 0:
+        return
+    out.verdict[row], out.end_reason[row], out.end_rule[row] = Verdict.ERROR, EndReason.BROKEN, undefined
+    out.collided[row] = False
+    out.contact_actors[row, :] = -1
+    for pair in range(out.pairs.shape[1]):
+        for number in range(len(FILLS)):
+            out.pairs[row, pair, number] = FILLS[number]
+    out.lateral_grip[row, :] = out.combined_grip[row, :] = math.nan
+    out.sought[row, :] = out.broken[row, :] = math.nan
 
 
 @kernel

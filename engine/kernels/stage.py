@@ -11,7 +11,7 @@ from typing import NamedTuple
 from engine.kernels.bicycle import GRAVITY, Vehicle, clip
 from engine.kernels.geometry import Box
 from engine.kernels.jit import inlined
-from engine.tables import Bools, Floats, Ints, RoadTables
+from engine.tables import Floats, Ints, RoadTables
 from engine.vocabulary import Column, State
 
 COLUMNS = len(Column)
@@ -35,13 +35,15 @@ class Layout(NamedTuple):
     intersections: int
     """Regions 1 to so many of the road are intersections."""
     lasting: int
-    """1 where temporal requirements or records are declared, so that a run goes on for the ego alone."""
+    """1 where temporal requirements, objectives or records are declared, so that a run goes on for the ego alone."""
     restitution: float
     """Of impacts among others …"""
     contact_friction: float
     """… and the friction of outlines on one another."""
     rolling: float
     """Rolling resistance of wheels without a driver, as a share of the weight on them."""
+    judged: int
+    """1 where objectives are declared, so that rules are looked at once more at the ego's first contact."""
     drivers_go_on: int
     """1 where the driver of a struck body drives on once its wheels grip again."""
     hold: int
@@ -73,6 +75,12 @@ class Plan(NamedTuple):
     """(temporals,)"""
     temporal_rule: Ints
     """(temporals,)"""
+    objective_root: Ints
+    """(objectives,) `ObjectiveTables.root`"""
+    objective_segment: Ints
+    """(templates, objectives, 3) `ObjectiveTables.segment`"""
+    readings: Ints
+    """(readings, 2) `Reducer`, and a rule, or of RESULT a row of `engine.named_results`."""
     monitors: Ints
     """(templates, monitors) `CodeTables.monitor_entry`."""
     monitor_blocks: Ints
@@ -225,6 +233,8 @@ class Status(IntEnum):
     OTHERS_OTHER = 9
     BLOWS = 10
     """Rows of `Run.impacts` that are filled."""
+    TOUCHDOWN = 11
+    """1 while the row of the current sample holds the instant of the ego's first contact."""
 
 
 RUNNING = -1
@@ -257,10 +267,14 @@ class Run(NamedTuple):
     watched: Floats
     """(samples, rules): at each sample up to the end of the scored run the value of every rule of kind WATCH; other
     columns are undefined. Without such rules there is no memory at all."""
-    truth: Bools
-    """(2, formula rows): working memory for `temporal.find_broken` …"""
+    worth: Floats
+    """(2, formula rows): working memory for `kernels.temporal` …"""
     decided: Ints
     """… (temporals,) int64, too."""
+    beyond: Floats
+    """(actors, len(State)): the row of the sample after contact, while the instant of contact stands there …"""
+    final: Floats
+    """… (registers,): those of what is worked out when the run is over; both are empty without objectives."""
     shades: Floats
     """(actors * `sight.SHADE`,): the outlines that hide, of the sample `Status.SHADED`."""
 

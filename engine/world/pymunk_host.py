@@ -16,7 +16,7 @@ from engine.config import Config
 from engine.errors import ArgumentError
 from engine.host import empty_results, memory, outcomes, outlines, plan, requested, samples_of
 from engine.kernels.rollout import advance, begin
-from engine.kernels.rows import Requested, Results, measure_run, note_end
+from engine.kernels.rows import Requested, Results, measure_run, note_end, note_objectives
 from engine.kernels.stage import Plan, Run, Status
 from engine.metrics import Recorded, recorded
 from engine.outcomes import Outcomes
@@ -216,7 +216,7 @@ def _host(program: Program, scenes: Scenes, config: Config, extra_samples: int) 
         space=space,
         bodies=tuple(carrier(space) for _ in program.actors),
         scenes=rows,
-        results=empty_results(len(program.actors), rows),
+        results=empty_results(program, rows),
     )
 
 
@@ -231,7 +231,10 @@ def _score(host: Host, row: int) -> int:
         return samples
     carry(host.space, host.bodies, record.states, samples, host.plan.layout.time_step)
     if valid:
-        measure_run(host.plan, record, row, np.zeros((len(host.bodies), 3)), host.results)
+        outlines = np.zeros((len(host.bodies), 3))
+        measure_run(host.plan, record, row, outlines, host.results)
+        if len(host.plan.objective_root):
+            note_objectives(host.plan, record, row, outlines, host.results)
     return samples
 
 

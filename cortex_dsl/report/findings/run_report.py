@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from cortex_dsl.api.arguments import Held
+from cortex_dsl.report.findings.objectives import Sought, objectives_content, sought_of
 from cortex_dsl.report.findings.readable import SpeedUnit, speed_unit
 from cortex_dsl.report.findings.story import RULE_TEXTS, Moment, in_order, story_of
 from cortex_dsl.report.findings.tally import Tally, first_culprit
@@ -64,6 +65,11 @@ class RunReport:
         return in_order([*driven, *self.aftermath])
 
     @property
+    def sought(self) -> tuple[Sought, ...]:
+        """What the objectives of the file came to."""
+        return sought_of(self.program, self.outcomes)
+
+    @property
     def valid(self) -> bool:
         """Whether the run counts; one that a requirement on it broke has no metrics and no risk."""
         return int(self.outcomes.verdict[0]) == Verdict.VALID
@@ -101,6 +107,7 @@ def run_content(report: RunReport, file: str) -> dict[str, Any]:
         "events": events_content(program.actors, report.story),
         "metrics": metrics_content(program.actors, report.metrics),
         "records": report.records,
+        **({"objectives": objectives_content(report.sought)} if len(program.judged) else {}),
         "reproduce": report.reproduce,
     }
 

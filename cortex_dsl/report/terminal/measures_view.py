@@ -7,6 +7,7 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
+from cortex_dsl.report.findings.objectives import Sought
 from cortex_dsl.report.findings.readable import ABSENT, KM_H, M_S, SpeedUnit, fixed, significant
 from cortex_dsl.report.findings.run_report import HIGHEST, PARTS
 from cortex_dsl.report.terminal.theme import actor_style, columns, left, quantity, right, section, sparkline
@@ -157,6 +158,25 @@ def _pair_row(outcomes: Outcomes, actors: Sequence[str], pair: int, unit: SpeedU
         Text(f"{fixed(value(outcomes.distance_at_ms), 2)} m"),
         Text(f"{fixed(value(outcomes.ttc_at_ms), 2)} s"),
     )
+
+
+# -- what the file expects, and what it lets a search make large or small ----------------------------------------------
+
+
+def objectives_view(found: Sequence[Sought]) -> RenderableType:
+    """Name, whether it is kept, and by how much; of a number what it came to."""
+    return columns(left(wrap=True), left(), right(), rows=[_sought_row(each) for each in found])
+
+
+def _sought_row(each: Sought) -> tuple[RenderableType, RenderableType, RenderableType]:
+    if each.broken is None:
+        return (
+            Text(each.name, "title"),
+            Text(each.sense.name.lower(), "quiet"),
+            quantity(significant(each.value), each.unit),
+        )
+    verdict = Text("broken", "bad") if each.broken else Text("kept", "good")
+    return Text(each.name, "title"), verdict, Text(f"robustness {significant(each.value)}", "quiet")
 
 
 # -- what the file asks to be recorded: one line a record, a curve where it was kept over time -------------------------

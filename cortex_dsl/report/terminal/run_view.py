@@ -8,10 +8,18 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from cortex_dsl.api.arguments import Held
+from cortex_dsl.report.findings.objectives import broken_words
 from cortex_dsl.report.findings.readable import KM_H, SpeedUnit, counted, fixed, format_gene, significant
 from cortex_dsl.report.findings.run_report import RunReport
 from cortex_dsl.report.findings.story import Moment, end_of
-from cortex_dsl.report.terminal.measures_view import further_pairs, measures_view, metrics_view, records_view, risk_view
+from cortex_dsl.report.terminal.measures_view import (
+    further_pairs,
+    measures_view,
+    metrics_view,
+    objectives_view,
+    records_view,
+    risk_view,
+)
 from cortex_dsl.report.terminal.scene_view import KeyMoment, scene_view
 from cortex_dsl.report.terminal.theme import actor_style, columns, left, right, section, sparkline, title_of
 from engine.outcomes import Outcomes
@@ -131,6 +139,8 @@ def run_view(report: RunReport, width: int, *, ascii_only: bool = False) -> Rend
         section("What happened", timeline(report.story, program.actors), f"simulated by the {report.engine} engine"),
         section("Over time", courses, _curves_note(report)),
     ]
+    if report.sought:
+        parts.append(section("Objectives", objectives_view(report.sought), "above 0 an expectation is kept"))
     if report.records:
         parts.append(section("Records", records_view(report.records, width), "up to contact or the end"))
     parts += _judgement(report, ascii_only=ascii_only) if report.valid else []
@@ -193,6 +203,7 @@ def _headline(report: RunReport) -> Text:
         (end.text, "bad" if end.kind == "contact" else "good" if report.valid else "warn"),
         (f"  after {end.time:.2f} s", "quiet"),
         (f"  risk {report.score} of 22", "title") if judged else "",
+        (f"  {broken}", "bad") if (broken := broken_words(report.sought)) else "",
     )
 
 

@@ -1,5 +1,4 @@
-"""Statements that speak of the running simulation, evaluated last, with everything that the file defines: temporal
-requirements, `terminate when`, and `record`.
+"""Temporal requirements and `record`.
 
 Temporal requirements are `always`, `eventually`, `next`, `until` and `implies` over the samples of a run. What speaks
 of one moment becomes an atom, looked at in every sample; the rest is the same formula in all variants. `require always
@@ -7,16 +6,14 @@ c` is looked at in every sample itself, so that it ends the run at once. Records
 that are kept, each as a column of numbers.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
 
 from cortex_dsl import ir
 from cortex_dsl.diagnostics import Label
 from cortex_dsl.semantics.acting.at_start import require_start
-from cortex_dsl.semantics.acting.statements import terminate_when
 from cortex_dsl.semantics.errors.names import DUPLICATE
-from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.statements import (
     ALWAYS_FALSE,
     NEVER_CHANGES,
@@ -32,7 +29,7 @@ from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.state import FileContext, RuleKey
 from cortex_dsl.semantics.model.values import Actor, Pose, Quantity, Truth, Value, Vector
 from cortex_dsl.semantics.model.wording import kind_name
-from cortex_dsl.semantics.names.tree import always_condition, atoms, everything_in, is_timed, speaks_of_run, subformulas
+from cortex_dsl.semantics.names.tree import always_condition, atoms, everything_in, is_timed, subformulas
 from cortex_dsl.semantics.quantities.algebra import Term
 from cortex_dsl.semantics.quantities.bounds import interval, is_dynamic
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH, PURE, dimension_name
@@ -163,7 +160,7 @@ def _report(
         file.findings.add(TEMPORAL_HOLDS.at(span))
     elif not any(is_dynamic(each) for each in _seen(node, conditions)):
         file.findings.add(NEVER_CHANGES.at(span))
-    elif not has_end and (waiting := _waiting(node.condition)) is not None:
+    elif not has_end and (waiting := waiting_part(node.condition)) is not None:
         file.findings.add(NO_END.at(waiting.span, limit=SimulationConfig().max_time))
 
 
@@ -173,11 +170,11 @@ def _seen(node: nodes.Require, conditions: Conditions) -> Iterator[Term]:
     return (each[key] for each in conditions for key in keys if key in each)
 
 
-def _waiting(node: nodes.Expression) -> nodes.Expression | None:
+def waiting_part(node: nodes.Expression) -> nodes.Expression | None:
     """The first part that must come true some day."""
     if isinstance(node, nodes.Temporal) and node.operator in ("eventually", "until"):
         return node
-    return next((found for part in subformulas(node) if (found := _waiting(part)) is not None), None)
+    return next((found for part in subformulas(node) if (found := waiting_part(part)) is not None), None)
 
 
 @dataclass
@@ -250,28 +247,3 @@ def _chained(operator: str, parts: Sequence[ir.Formula | bool]) -> ir.Formula | 
     if not formulas:
         return not decisive
     return reduce(lambda left, right: ir.Formula(OPERATORS[operator], (left, right)), formulas)
-
-
-# -- all of them -------------------------------------------------------------------------------------------------------
-
-Place = tuple[Evaluator, Iterable[nodes.Statement]]
-"""A running moment, and statements that belong there."""
-
-
-def rules_of_run(places: Iterable[Place]) -> None:
-    """Evaluate those of the statements that speak of the run. Of the rules that are true in one sample the first
-    decides, so those that abort the run come before those that end it, whichever file or scenario says so.
-    """
-    late = [(ev, statement) for ev, statements in places for statement in statements if speaks_of_run(statement)]
-    for ev, statement in sorted(late, key=lambda each: not isinstance(each[1], nodes.Require)):
-        try:
-            _RULES[type(statement)](ev, statement)
-        except Mistake as mistake:
-            ev.report(mistake)
-
-
-_RULES: dict[type, Callable[[Evaluator, nodes.Statement], None]] = {
-    nodes.Require: require_over_run,
-    nodes.TerminateWhen: terminate_when,
-    nodes.Record: keep_record,
-}  # type: ignore[dict-item]

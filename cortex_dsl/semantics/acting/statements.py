@@ -288,6 +288,8 @@ TOP_LEVEL: Mapping[type, Run] = {
             nodes.Override,
             nodes.TerminateWhen,
             nodes.Record,
+            nodes.Expect,
+            nodes.Optimize,
             nodes.Do,
             nodes.Take,
             nodes.Wait,

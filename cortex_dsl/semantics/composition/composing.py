@@ -102,6 +102,10 @@ class Coroutine:
         run = body.ev.run
         for statement in self._rules(nodes.Record):
             self._refuse(body, statement, "record", "a value is kept over the whole run", "record it at the top level")
+        for kind in (nodes.Expect, nodes.Optimize):
+            for statement in self._rules(kind):
+                word = statement.sense if isinstance(statement, nodes.Optimize) else "expect"
+                self._refuse(body, statement, word, "it is judged over the whole run", "write it at the top level")
         for statement in self._rules(nodes.RequireMonitor):
             assert isinstance(statement, nodes.RequireMonitor)
             try:

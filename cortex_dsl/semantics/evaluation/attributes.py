@@ -172,7 +172,7 @@ _NOT_ON_A_GRID = frozenset(
 def attribute_names() -> frozenset[str]:
     """Every name that may follow a dot, properties and params aside."""
     beside = (name for name in lanes.OF_SECTION_BESIDE if not name.startswith("_"))
-    names = {*_STATES, *_OF_PLACE, *beside, "distanceToClosest", *(name for _, table in _TABLES for name in table)}
+    names = {*_STATES, *_OF_PLACE, *beside, *driving.OF_OBJECTS, *(name for _, table in _TABLES for name in table)}
     return frozenset(name for name in names if not name.startswith("_"))
 
 
@@ -258,8 +258,8 @@ def _of_actor(ev: Evaluator, actor: Actor, name: str, span: Span) -> Value:
         return property_value(actor.properties[name], name)
     if (of_lane := _OF_PLACE.get(name.removeprefix("_"))) is not None:
         return of_lane(_lane_at(ev, actor))
-    if name == "distanceToClosest":
-        return Closure(("type",), lambda kind: driving.distance_to_closest(ev, actor, kind, span))
+    if (of_object := driving.OF_OBJECTS.get(name)) is not None:
+        return of_object(ev, actor, span)
     raise UNKNOWN_ATTRIBUTE.mistake(
         span,
         kind=kind_name(actor),
@@ -290,6 +290,7 @@ ATTRIBUTE_DOCS: Mapping[str, str] = MappingProxyType(
         "throttle": "Throttle pedal, 0 to 1; only during the run.",
         "brake": "Brake pedal, 0 to 1; only during the run.",
         "distanceToClosest": "Distance to the nearest object of a class.",
+        "collided": "Whether the ego has touched anybody, or a building; in `expect`, `maximize` and `minimize`.",
         # -- the network
         "intersections": "All intersections of the map.",
         "lanes": "All its lanes.",

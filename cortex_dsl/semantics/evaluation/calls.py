@@ -6,7 +6,7 @@ from cortex_dsl.semantics.errors.problems import Mistake
 from cortex_dsl.semantics.errors.scenarios import MONITOR_USED, SCENARIO_USED, SETTLED_ARGUMENT
 from cortex_dsl.semantics.errors.statements import NOT_SUPPORTED
 from cortex_dsl.semantics.errors.values import NOT_CALLABLE
-from cortex_dsl.semantics.evaluation import driving, functions, numbers, random_values
+from cortex_dsl.semantics.evaluation import driving, functions, numbers, over_run, random_values
 from cortex_dsl.semantics.evaluation.arguments import (
     Given,
     Slot,
@@ -63,6 +63,8 @@ Definition = nodes.BehaviorDefinition | nodes.MonitorDefinition | nodes.Scenario
 def call(ev: Evaluator, node: nodes.Call) -> Value:
     if random_values.distribution_call(ev, node) is not None:
         return random_values.sample_call(ev, node, Site(node.span))
+    if ev.moment.over and (reducer := over_run.reducer_of(ev, node.function)) is not None:
+        return over_run.reduced(ev, reducer, node)
     callee = ev.evaluate(node.function)
     if isinstance(callee, ScenarioValue):
         return scenario_call(ev, callee, node)

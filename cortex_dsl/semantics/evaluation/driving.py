@@ -5,10 +5,11 @@ Names and meaning are those of Scenic's driving domain: distances are from centr
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from cortex_dsl import ir
 from cortex_dsl.semantics.errors.behaviours import ONLY_WHILE_RUNNING
+from cortex_dsl.semantics.errors.objectives import NOT_JUDGED
 from cortex_dsl.semantics.errors.values import WRONG_KIND
 from cortex_dsl.semantics.evaluation import signals
 from cortex_dsl.semantics.evaluation.arguments import Given, number_for
@@ -28,7 +29,18 @@ from cortex_dsl.semantics.evaluation.signals import (
 )
 from cortex_dsl.semantics.model.context import Evaluator
 from cortex_dsl.semantics.model.state import COLOURS, RED, YELLOW, SignalPlan
-from cortex_dsl.semantics.model.values import Actor, BuiltinValue, Colour, Effect, Pose, Quantity, Signal, Truth, Value
+from cortex_dsl.semantics.model.values import (
+    Actor,
+    BuiltinValue,
+    Closure,
+    Colour,
+    Effect,
+    Pose,
+    Quantity,
+    Signal,
+    Truth,
+    Value,
+)
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.names.builtins import ACTOR_KINDS, BUILTINS
 from cortex_dsl.semantics.quantities.algebra import Term, cos, equal, region_contains, sin, where
@@ -139,6 +151,22 @@ def distance_to_closest(ev: Evaluator, actor: Actor, kind: Value, span: Span) ->
     while_running(ev, span, "distanceToClosest")
     wanted = ACTOR_KINDS[kind.name]
     return Quantity(closest(ev, actor, [each for each in others(ev, actor) if each.kind is wanted]), LENGTH)
+
+
+def collided(ev: Evaluator, actor: Actor, span: Span) -> Value:
+    """`self.collided`: that the ego has touched anybody."""
+    if not ev.moment.judged or actor is not ev.run.ego:
+        raise NOT_JUDGED.mistake(span)
+    return Truth(ev.algebra.touches())
+
+
+OF_OBJECTS: Mapping[str, Callable[[Evaluator, Actor, Span], Value]] = {
+    "distanceToClosest": lambda ev, actor, span: Closure(
+        ("type",), lambda kind: distance_to_closest(ev, actor, kind, span)
+    ),
+    "collided": collided,
+}
+"""What only objects can be asked, beside their state and place."""
 
 
 def closest(ev: Evaluator, actor: Actor, candidates: list[Actor]) -> Term:

@@ -39,6 +39,7 @@ from cortex_dsl.semantics.quantities.algebra import (
     region_distance,
     road_heading,
     sin,
+    where,
     wrapped,
 )
 from cortex_dsl.semantics.quantities.units import ANGLE, LENGTH
@@ -236,7 +237,15 @@ def _is_area(value: Value) -> bool:
 def _gap(ev: Evaluator, origin: Value, target: Value, node: nodes.Distance) -> Term:
     if _is_area(target):
         return _gap_to_region(ev, origin, target, node.target.span, "`minimum distance`")
-    return box_distance(outline(ev, origin, node.span), outline(ev, target, node.target.span))
+    return _between_outlines(ev, origin, target, node.span, node.target.span)
+
+
+def _between_outlines(ev: Evaluator, one: Value, other: Value, one_span: Span, other_span: Span) -> Term:
+    """Distance of two outlines [m]; where contact is judged, 0 between the ego and whom it has touched."""
+    gap = box_distance(outline(ev, one, one_span), outline(ev, other, other_span))
+    if ev.moment.judged and isinstance(one, Actor) and isinstance(other, Actor) and ev.run.ego in (one, other):
+        return where(ev.algebra.touches((other if one is ev.run.ego else one).index), 0.0, gap)
+    return gap
 
 
 def _gap_to_region(ev: Evaluator, item: Value, area: Value, span: Span, what: str) -> Term:
@@ -274,8 +283,10 @@ def intersects(ev: Evaluator, node: nodes.Intersects) -> Value:
         item, area = (right, left) if _is_area(left) else (left, right)
         gap = _gap_to_region(ev, item, area, node.span, "`intersects`")
     else:
-        gap = box_distance(outline(ev, left, node.left.span), outline(ev, right, node.right.span))
-    return Truth(gap <= 0.0)
+        gap = _between_outlines(ev, left, right, node.left.span, node.right.span)
+    touching = gap <= 0.0
+    ev.run.compared.setdefault(touching, LENGTH)
+    return Truth(touching)
 
 
 def inside(ev: Evaluator, item: Value, container: Value, span: Span) -> Term:

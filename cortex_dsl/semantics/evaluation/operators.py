@@ -17,7 +17,7 @@ from cortex_dsl.semantics.errors.values import (
     NOT_FINITE,
     UNKNOWN_UNIT,
 )
-from cortex_dsl.semantics.evaluation import attributes, geometry, lanes, numbers, random_values, signals
+from cortex_dsl.semantics.evaluation import attributes, geometry, lanes, numbers, over_run, random_values, signals
 from cortex_dsl.semantics.evaluation.arguments import Given, items_of
 from cortex_dsl.semantics.evaluation.functions import RANGE_LIMIT, known_truth, whole_number
 from cortex_dsl.semantics.evaluation.random_values import Site, scaled
@@ -94,6 +94,8 @@ def name(ev: Evaluator, node: nodes.Name) -> Value:
     if not ev.has(node.id):
         if node.id == "ego":
             return geometry.ego_of(ev, node.span, "this")
+        if ev.moment.over and node.id in over_run.RESULTS:
+            return over_run.result(ev, node)
         if (known := named_constant(ev, node.id, node.span)) is not None:
             return known.value
     return ev.lookup(node.id, node.span)

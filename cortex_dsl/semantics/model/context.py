@@ -44,6 +44,10 @@ class Moment:
     """Known with the scene, but used when objects may have moved."""
     looping: bool = False
     """Inside a loop, which may be entered any number of times."""
+    judged: bool = False
+    """Looked at up to the instant of the ego's contact, that included: in `expect`, `maximize` and `minimize`."""
+    over: bool = False
+    """Worked out once, when the run is over."""
 
 
 SCENE = Moment()

@@ -121,6 +121,10 @@ class FileContext:
     """The temporal requirements, in the order of the file."""
     records: dict[str, tuple[Span, ir.Record]] = field(default_factory=dict)
     """What is recorded, and where that is said, by name."""
+    objectives: dict[Span, tuple[nodes.Expect | nodes.Optimize, ir.Objective]] = field(default_factory=dict)
+    """What is expected and what may be made large or small, by its place; formulas are still to come."""
+    readings: list[ir.Reading] = field(default_factory=list)
+    """What these need of a run that is over; all variants number them alike."""
     rules: dict[RuleKey, str] = field(default_factory=dict)
     """Name of every rule, by its place and kind, in the order met; all variants number them alike."""
 
@@ -139,6 +143,12 @@ class FileContext:
         """Number of the rule of this kind written at `span`."""
         self.rules.setdefault((span, kind), name)
         return list(self.rules).index((span, kind))
+
+    def reading(self, reading: ir.Reading) -> int:
+        """Number of a reading."""
+        if reading not in self.readings:
+            self.readings.append(reading)
+        return self.readings.index(reading)
 
     def spend(self, span: Span, evaluations: int = 1) -> None:
         """Count work.
@@ -184,6 +194,8 @@ class Built:
     environment: Environment | None = None
     requirements: list[ir.Requirement] = field(default_factory=list)
     rule_conditions: dict[RuleKey, Term] = field(default_factory=dict)
+    objectives: dict[Span, Term] = field(default_factory=dict)
+    """Of `maximize` and `minimize`, by their place: what is worked out when the run is over."""
     monitors: list[ir.Monitor | None] = field(default_factory=list)
     """Coroutines without an actor, by number; None while the body of one is being worked out."""
     required_monitors: list[tuple[str | None, MonitorCall, Span]] = field(default_factory=list)

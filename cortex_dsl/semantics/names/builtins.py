@@ -11,6 +11,7 @@ from enum import Enum
 from cortex_dsl.ir import Dimension
 from cortex_dsl.semantics.quantities.units import ACCELERATION, ANGLE, LENGTH, PURE, SPEED, TIME
 from engine.frozen import frozen
+from engine.named_results import NAMED_RESULTS
 from engine.vocabulary import ActorKind, Command
 
 
@@ -236,6 +237,17 @@ SPECIAL_NAMES = {
     "self": "Inside a behavior: the object that it drives.",
 }
 """Names with a meaning of their own; `ego` is assigned by the file."""
+
+REDUCERS: Mapping[str, str] = {
+    "largest": "Largest value of the run, contact included.",
+    "least": "Least value of the run, contact included.",
+    "final": "Value at the last sample before the end.",
+    "mean": "Mean over the time of the run.",
+    "total": "Integral over the time of the run.",
+}
+"""Functions that make one number of what changes during a run: only in `maximize` and `minimize`."""
+OVER_RUN: Mapping[str, str] = {**REDUCERS, **{row.name: row.sentence for row in NAMED_RESULTS}}
+"""Names that mean something where a number of the whole run stands, unless the file gives them another meaning."""
 
 UNASSIGNABLE: Mapping[str, str] = {
     "self": "it is the object that a behavior drives",

@@ -19,6 +19,8 @@ TOP_LEVEL: dict[type, str] = {
     nodes.TerminateWhen: "terminate when",
     nodes.TerminateAfter: "terminate after",
     nodes.RequireMonitor: "require monitor",
+    nodes.Expect: "expect",
+    nodes.Optimize: "maximize",
     nodes.Record: "record",
     nodes.BehaviorDefinition: "behavior",
     nodes.MonitorDefinition: "monitor",
@@ -156,6 +158,7 @@ def _refuse(findings: Findings, statement: nodes.Statement, word: str, reason: s
 
 
 def _report(findings: Findings, statement: nodes.Statement, word: str, here: str, there: str) -> None:
+    word = statement.sense if isinstance(statement, nodes.Optimize) else word
     span = Span(statement.span.start, statement.span.start + len(word))
     chooses = word == "if" and there == "in a behavior"
     cure = VALUE_BY_IF if chooses else CURES.get(there, "move it there, or remove it")

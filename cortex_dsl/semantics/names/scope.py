@@ -4,7 +4,7 @@ The top level is read in order, so a name must be assigned above its use. Defini
 of the file, because they run after it. In a definition, a name that is assigned anywhere in it is its own.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
 
@@ -38,6 +38,7 @@ from cortex_dsl.semantics.names.tree import (
     is_searched,
     lists_names,
     looked_at,
+    names_in,
     param_entries,
     parts,
     speaks_of_run,
@@ -103,9 +104,9 @@ class Names:
                 for part in parts(node):
                     self.visit(part)
 
-    def _with(self, names: tuple[str, ...]) -> "Names":
-        inner = self.inner | frozenset(names)
-        return replace(self, inner=inner, early=self.early - frozenset(names))
+    def _with(self, names: Iterable[str]) -> "Names":
+        inner = frozenset(names)
+        return replace(self, inner=self.inner | inner, early=self.early - inner)
 
     def _comprehension(self, node: nodes.Comprehension) -> None:
         names = self
@@ -126,7 +127,7 @@ class Names:
         self.table.used.add(name)
         if name in self.early:
             self.table.findings.add(USED_BEFORE.at(span, name=name))
-        elif name == "self" and not self.in_behaviour:
+        elif name == "self" and not self.in_behaviour and name not in self.inner:
             self.table.findings.add(SELF_OUTSIDE.at(span))
         elif not self._is_known(name):
             self._report(name, span)
@@ -221,7 +222,7 @@ class BodyNames:
             names = replace(names, in_behaviour=True)
         if self._waits_for_run(statement):
             for condition in looked_at(statement):
-                replace(names, early=frozenset()).visit(condition)
+                replace(names, early=frozenset())._with(names_in(statement)).visit(condition)
             return
         for part in parts(statement):
             if isinstance(part, nodes.Statement):
@@ -293,7 +294,7 @@ class _Resolver:
         for statement in self.module.statements:
             if speaks_of_run(statement):
                 for part in looked_at(statement):
-                    late.visit(part)
+                    late._with(names_in(statement)).visit(part)
         for definition in (*self.behaviours, *self.monitors, *self.scenarios):
             BodyNames(self.table, definition).check()
 

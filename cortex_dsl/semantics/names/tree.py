@@ -12,6 +12,7 @@ from cortex_dsl.diagnostics import Diagnostic, Label
 from cortex_dsl.semantics.errors.names import DUPLICATE
 from cortex_dsl.semantics.errors.problems import Findings
 from cortex_dsl.semantics.errors.statements import NO_SYSTEM_PARAM
+from cortex_dsl.semantics.names.builtins import OVER_RUN
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import did_you_mean
 from cortex_dsl.syntax import nodes
@@ -191,19 +192,29 @@ def body_of(definition: Definition) -> tuple[nodes.Statement, ...]:
 def looked_at(statement: nodes.Statement) -> Iterator[nodes.Expression]:
     """What is worked out in every sample."""
     match statement:
-        case nodes.Require(condition=condition):
+        case nodes.Require(condition=condition) | nodes.Expect(condition=condition):
             yield from atoms(condition)
         case nodes.TerminateWhen(condition=condition):
             yield condition
-        case nodes.Record(value=value):
+        case nodes.Record(value=value) | nodes.Optimize(value=value):
             yield value
+
+
+def names_in(statement: nodes.Statement) -> tuple[str, ...]:
+    """Names that mean something in a statement alone: where runs are judged, `self` is the ego."""
+    match statement:
+        case nodes.Expect():
+            return ("self",)
+        case nodes.Optimize():
+            return ("self", *OVER_RUN)
+    return ()
 
 
 def speaks_of_run(statement: nodes.Statement) -> bool:
     """Whether a statement speaks of the running simulation, so that it is evaluated when all objects are there."""
     if isinstance(statement, nodes.Require):
         return is_timed(statement.condition)
-    return isinstance(statement, nodes.TerminateWhen | nodes.Record)
+    return isinstance(statement, nodes.TerminateWhen | nodes.Record | nodes.Expect | nodes.Optimize)
 
 
 def is_class(statement: nodes.Statement) -> TypeGuard[nodes.ClassDefinition]:

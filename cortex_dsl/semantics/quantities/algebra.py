@@ -202,6 +202,10 @@ class Algebra:
         """Whether nothing hides one actor from another within a reach [m]."""
         return self.apply(Op.NOTICES, reach, immediates=(viewer, other))
 
+    def touches(self, actor: int = -1) -> Term:
+        """Whether the ego has touched an actor, or anybody (-1)."""
+        return self.apply(Op.TOUCHES, immediates=(actor,))
+
     def pack(self, *items: Term) -> Term:
         return self._interned(("pack", *items), _Pack, items)
 
@@ -300,21 +304,16 @@ def where(condition: Term, then: Operand, otherwise: Operand) -> Term:
     return condition.algebra.apply(Op.SELECT, condition, then, otherwise)
 
 
-minimum, maximum, hypot, atan2 = map(_function, (Op.MIN, Op.MAX, Op.HYPOT, Op.ATAN2))
-sin, cos, tan = map(_function, (Op.SIN, Op.COS, Op.TAN))
-asin, acos, atan = map(_function, (Op.ASIN, Op.ACOS, Op.ATAN))
-exp, log, sqrt = map(_function, (Op.EXP, Op.LOG, Op.SQRT))
-floor, ceil, rounded = map(_function, (Op.FLOOR, Op.CEIL, Op.ROUND))
-wrapped = _function(Op.WRAP)
-"""An angle brought into [-pi, pi)."""
-equal, unequal = map(_function, (Op.EQ, Op.NE))
-normal_cdf, normal_quantile = map(_function, (Op.NORMAL_CDF, Op.NORMAL_QUANTILE))
+minimum, maximum, hypot, atan2, wrapped = map(_function, (Op.MIN, Op.MAX, Op.HYPOT, Op.ATAN2, Op.WRAP))
+"""`wrapped`: an angle brought into [-pi, pi)."""
+sin, cos, tan, asin, acos, atan = map(_function, (Op.SIN, Op.COS, Op.TAN, Op.ASIN, Op.ACOS, Op.ATAN))
+exp, log, sqrt, floor, ceil, rounded = map(_function, (Op.EXP, Op.LOG, Op.SQRT, Op.FLOOR, Op.CEIL, Op.ROUND))
+equal, unequal, normal_cdf, normal_quantile = map(_function, (Op.EQ, Op.NE, Op.NORMAL_CDF, Op.NORMAL_QUANTILE))
 
 path_pose = _pose(Op.PATH_POSE)
 """`path_pose(path, s)` at arc length s."""
-path_project = _function(Op.PATH_PROJECT)
+path_length, path_distance, path_project = map(_function, (Op.PATH_LENGTH, Op.PATH_DISTANCE, Op.PATH_PROJECT))
 """`path_project(path, x, y)`: arc length of the foot of a point [m]."""
-path_length, path_distance = map(_function, (Op.PATH_LENGTH, Op.PATH_DISTANCE))
 road_heading, lane_nearest = map(_function, (Op.ROAD_HEADING, Op.LANE_NEAREST))
 road_follow = _pose(Op.ROAD_FOLLOW)
 """`road_follow(x, y, by)`: where one gets by following the lane's direction."""
@@ -322,6 +321,7 @@ region_distance, region_contains = map(_function, (Op.REGION_DISTANCE, Op.REGION
 """`(region, x, y)`."""
 region_box_distance, region_contains_box = map(_function, (Op.REGION_BOX_DISTANCE, Op.REGION_CONTAINS_BOX))
 """`(region, outline)`, an outline being packed x, y, heading, length, width."""
+region_depth, region_box_depth = map(_function, (Op.REGION_DEPTH, Op.REGION_BOX_DEPTH))
 box_distance = _function(Op.BOX_DISTANCE)
 """Between two outlines [m]."""
 in_view = _function(Op.CAN_SEE)

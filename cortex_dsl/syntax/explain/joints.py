@@ -17,6 +17,7 @@ _SECOND_WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "do": ("choose", "shuffle"),
         "require": ("always", "eventually", "next", "monitor"),
+        "expect": ("always", "eventually", "next"),
         "record": ("initial", "final"),
         "terminate": ("when", "after", "simulation"),
         "interrupt": ("when",),
@@ -37,9 +38,9 @@ def misspelt_second_word(context: ErrorContext) -> Diagnostic | None:
 
 
 def misspelt_joint(context: ErrorContext) -> Diagnostic | None:
-    """`require a untill b`."""
+    """`require a untill b`, `expect a untill b`."""
     found = context.found
-    if context.first.text != "require" or found.kind != "name" or not context.wants_operator:
+    if context.first.text not in ("require", "expect") or found.kind != "name" or not context.wants_operator:
         return None
     meant = nearest(found.text, ("until", "implies"))
     return _misspelt(found, meant) if meant and meant != found.text else None
@@ -66,7 +67,9 @@ def temporal_elsewhere(context: ErrorContext) -> Diagnostic | None:
         return _misplaced(before, "write it as `require " + before.text + " …`")
     if found.text not in ("until", "implies") or first in ("do", "wait") or before is None or not _ends_value(before):
         return None
-    if first == "require" and any(word.text in ("until", "implies") for word in context.words[: context.place]):
+    if first in ("require", "expect") and any(
+        word.text in ("until", "implies") for word in context.words[: context.place]
+    ):
         return _misplaced(found, f"put brackets around one part: `(a {found.text} b) {found.text} c`")
     return _misplaced(found, f"write it as `require … {found.text} …`")
 

@@ -16,7 +16,7 @@ _STATEMENT_WORDS = (
     "behavior", "map", "model", "param", "simulation", "require", "terminate", "do", "take", "wait", "abort",
     "break", "continue", "return", "pass", "try", "if", "while", "interrupt", "elif", "else", "class", "monitor",
     "scenario", "setup", "compose", "precondition", "invariant", "import", "from", "record", "mutate", "override",
-    "signals",
+    "signals", "expect", "maximize", "minimize",
 )  # fmt: skip
 _NAMING = frozenset({"behavior", "class", "import", "map", "model", "monitor", "param", "scenario"})
 """Words after which a name stands."""
@@ -39,12 +39,15 @@ _NAME_OF_A_THING = {
     "import": "a file: `import cars`",
     "from": "a file and names: `from cars import Taxi`",
     "record": "a value: `record ego.speed`",
+    "expect": "a condition: `expect always not self.collided`",
+    "maximize": "a value: `maximize largest(ego.speed)`",
+    "minimize": "a value: `minimize least(ego.speed)`",
     "override": "an object and specifiers: `override ego with speed 3`",
 }
 
 
 def assignment_in_condition(context: ErrorContext) -> Diagnostic | None:
-    in_condition = context.first.text in ("require", "if", "elif", "while", "terminate", "interrupt", "do")
+    in_condition = context.first.text in ("require", "expect", "if", "elif", "while", "terminate", "interrupt", "do")
     if context.found.text != "=" or not in_condition:
         return None
     return phrasing.does_not_compare(context)

@@ -14,6 +14,7 @@ import pytest
 from cortex_dsl.semantics.acting.statements import SETTINGS
 from cortex_dsl.semantics.evaluation import attributes, lanes, signals
 from cortex_dsl.semantics.evaluation.attributes import ATTRIBUTE_DOCS
+from cortex_dsl.semantics.evaluation.driving import OF_OBJECTS
 from cortex_dsl.semantics.evaluation.roads import MAP_ARGUMENTS
 from cortex_dsl.semantics.model.state import DEFAULT_ALL_RED, DEFAULT_GREEN, DEFAULT_YELLOW
 from cortex_dsl.semantics.names.builtins import BUILTINS, Builtin, Kind, Parameter
@@ -21,6 +22,7 @@ from cortex_dsl.semantics.names.properties import ENVIRONMENT, FLAGS, IGNORED, P
 from cortex_dsl.semantics.quantities.units import ANGLE, dimension_name, si_word
 from cortex_dsl.syntax import words
 from engine.config import SimulationConfig
+from engine.named_results import NAMED_RESULTS
 from engine.program import RoadSpec
 from engine.road.specification import LENGTHS, MAX_INTERSECTIONS, MAX_LANES
 
@@ -149,7 +151,7 @@ def road_attributes() -> Rows:
 
 
 def object_attributes() -> Rows:
-    objects = [name for name in (*attributes._STATES, *attributes._OF_PLACE, "distanceToClosest") if name != "speed"]
+    objects = [name for name in (*attributes._STATES, *attributes._OF_PLACE, *OF_OBJECTS) if name != "speed"]
     return attribute_rows({"place": attributes._POSE, "object": (*attributes._POSE, *objects)})
 
 
@@ -177,6 +179,11 @@ def domain_range(prop: Domain) -> str:
     unit = "deg" if angle else si_word(prop.dimension)
     kind = dimension_name(prop.dimension).removeprefix("a pure ").removeprefix("an ").removeprefix("a ")
     return f"{kind}, {limits(low, high, unit, above=prop.above)}"
+
+
+def results() -> Rows:
+    for row in NAMED_RESULTS:
+        yield f"`{row.name}`", row.unit, plain(row.sentence)
 
 
 # -- what is not there ------------------------------------------------------------------------------------------------
@@ -214,6 +221,7 @@ TABLES: dict[str, tuple[tuple[str, ...], Callable[[], Rows]]] = {
     "signals": (("argument", "default", "meaning"), signal_arguments),
     "lights": (("function", "does"), lambda: of_kind(Kind.FUNCTION, of_lights)),
     "simulation": (("argument", "default", "meaning"), settings),
+    "results": (("result", "unit", "is"), results),
     "later": (("construct", "a kind of", "instead"), missing),
 }
 

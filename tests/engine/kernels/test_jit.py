@@ -79,6 +79,7 @@ class Installation:
         (self.package / "kernels").mkdir(parents=True)
         names = (
             "__init__.py",
+            "named_results.py",
             "opcodes.py",
             "vocabulary.py",
             "outcomes.py",

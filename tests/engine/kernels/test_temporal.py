@@ -1,5 +1,6 @@
-"""Temporal formulas against what they mean, sample by sample."""
+"""Temporal formulas against what they mean, sample by sample: as truths, and as how far they hold."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.kernels.evaluate import find_broken
+from engine.kernels.temporal import MARGIN, TRUTH, find_broken, work_out
 from engine.vocabulary import TemporalOp
 
 compiled = settings(deadline=None)
@@ -56,9 +57,9 @@ TRACES = st.lists(
 
 
 def judge(rows: list[Row], roots: list[int], trace: np.ndarray) -> tuple[int, int]:
-    truth, decided = np.zeros((2, len(rows)), dtype=np.bool_), np.zeros(len(roots), dtype=np.int64)
+    worth, decided = np.zeros((2, len(rows))), np.zeros(len(roots), dtype=np.int64)
     tables = np.array(rows, dtype=np.int32), np.array(roots, dtype=np.int32)
-    return find_broken(*tables, trace, len(trace) - 1, truth, decided)
+    return find_broken(*tables, trace, len(trace) - 1, worth, decided)
 
 
 @compiled
@@ -109,3 +110,89 @@ def test_at_the_last_sample(op: TemporalOp, values: list[float], expected: bool)
     """There is no next sample after the last; what always held held."""
     broken, _ = judge([(TemporalOp.ATOM, 0, -1), (op, 0, -1)], [1], np.array(values, dtype=float).reshape(-1, 1))
     assert (broken < 0) == expected
+
+
+# -- how far a formula holds -------------------------------------------------------------------------------------------
+
+MARGIN_ROWS = [(TemporalOp.ATOM, atom, ATOMS + atom) for atom in range(ATOMS)]
+
+
+def robustness(rows: list[Row], row: int, trace: np.ndarray, k: int) -> float:
+    """The definition: infima and suprema over the samples k, k + 1, …, of which there may be none."""
+    op, a, b = rows[row]
+    later = range(k, len(trace))
+
+    def at(operand: int, sample: int) -> float:
+        return robustness(rows, operand, trace, sample)
+
+    return {
+        TemporalOp.ATOM: lambda: float(trace[k, b]),
+        TemporalOp.NOT: lambda: -at(a, k),
+        TemporalOp.AND: lambda: min(at(a, k), at(b, k)),
+        TemporalOp.OR: lambda: max(at(a, k), at(b, k)),
+        TemporalOp.IMPLIES: lambda: max(-at(a, k), at(b, k)),
+        TemporalOp.NEXT: lambda: at(a, k + 1) if k + 1 < len(trace) else -math.inf,
+        TemporalOp.ALWAYS: lambda: min(at(a, j) for j in later),
+        TemporalOp.EVENTUALLY: lambda: max(at(a, j) for j in later),
+        TemporalOp.UNTIL: lambda: max(min([at(b, j), *(at(a, i) for i in range(k, j))]) for j in later),
+    }[op]()
+
+
+def worth(rows: list[Row], trace: np.ndarray, column: int) -> np.ndarray:
+    memory = np.zeros((2, len(rows)))
+    work_out(np.array(rows, dtype=np.int32), trace, len(trace) - 1, column, memory)
+    return memory[0]
+
+
+@st.composite
+def judged_formulas(draw: st.DrawFn) -> list[Row]:
+    """As `formulas`, with a number beside each atom."""
+    return [*MARGIN_ROWS, *draw(formulas())[ATOMS:]]
+
+
+NUMBERS = st.floats(-5.0, 5.0) | st.sampled_from([0.0, math.inf, -math.inf])
+SIGNALS = st.lists(st.tuples(*(NUMBERS for _ in range(ATOMS))), min_size=1, max_size=7).map(
+    lambda values: np.array([[*(float(v > 0.0) for v in row), *row] for row in values])
+)
+"""Each atom holds where its number is above 0."""
+
+
+@compiled
+@given(judged_formulas(), SIGNALS)
+def test_robustness_means_what_its_definition_says(rows: list[Row], trace: np.ndarray) -> None:
+    """One backward pass finds the same infima and suprema, bit for bit."""
+    found = worth(rows, trace, MARGIN)
+    assert found.tolist() == [robustness(rows, row, trace, 0) for row in range(len(rows))]
+
+
+@compiled
+@given(judged_formulas(), SIGNALS)
+def test_the_sign_of_robustness_is_the_verdict(rows: list[Row], trace: np.ndarray) -> None:
+    """Above 0 a formula holds, below 0 it does not; at 0 the verdict of its truths decides."""
+    number, truth = worth(rows, trace, MARGIN)[-1], worth(rows, trace, TRUTH)[-1]
+    assert (truth > 0.0) == holds(rows, len(rows) - 1, trace, 0)
+    assert number == 0.0 or (number > 0.0) == (truth > 0.0)
+
+
+@compiled
+@given(judged_formulas(), SIGNALS, st.integers(0, ATOMS - 1))
+def test_what_is_no_number_stays_none(rows: list[Row], trace: np.ndarray, atom: int) -> None:
+    """NaN in an atom that a formula looks at makes the formula NaN, whatever else it holds."""
+    trace[:, ATOMS + atom] = math.nan
+    for row, number in enumerate(worth(rows, trace, MARGIN)):
+        assert math.isnan(number) == reads(rows, row, atom, len(trace))
+
+
+def reads(rows: list[Row], row: int, atom: int, samples: int) -> bool:
+    """Whether the worth of a formula at the first of so many samples comes from an atom."""
+    op, a, b = rows[row]
+    if op == TemporalOp.ATOM:
+        return a == atom
+    if op == TemporalOp.NEXT:
+        return samples > 1 and reads(rows, a, atom, samples - 1)
+    if op in (TemporalOp.ALWAYS, TemporalOp.EVENTUALLY):
+        return any(reads(rows, a, atom, left) for left in range(1, samples + 1))
+    if op == TemporalOp.UNTIL:
+        within = any(reads(rows, a, atom, left) for left in range(2, samples + 1))
+        return within or any(reads(rows, b, atom, left) for left in range(1, samples + 1))
+    return any(reads(rows, operand, atom, samples) for operand in (a, b) if operand >= 0)

@@ -1,0 +1,93 @@
+"""SCN49x: what a file expects of the system under test, and what it lets a search make large or small."""
+
+from cortex_dsl.diagnostics import Page
+from cortex_dsl.semantics.errors.problems import Problem, warning
+
+NEVER_BROKEN = warning(
+    "SCN490",
+    "this `expect` can never be broken",
+    "its condition is known to be true in every run",
+    "remove it, or change its condition",
+    page=Page(
+        "expectation that nothing can break",
+        "A search has nothing to look for: whatever is drawn, the condition holds.",
+        "limit = 3 m\nego = new Car on road, with speed 5 m/s\nexpect always limit < 4 m\n",
+        "limit = 3 m\nego = new Car on road, with speed 5 m/s\nexpect always (distance to intersection) > limit\n",
+    ),
+)
+ALWAYS_BROKEN = warning(
+    "SCN491",
+    "this `expect` is broken in every run",
+    "its condition is known to be false",
+    "change its condition",
+    page=Page(
+        "expectation that every run breaks",
+        "Every run is a finding, so none of them says anything.",
+        "limit = 3 m\nego = new Car on road, with speed 5 m/s\nexpect always limit > 4 m\n",
+        "limit = 3 m\nego = new Car on road, with speed 5 m/s\nexpect always (distance to intersection) > limit\n",
+    ),
+)
+TAKEN_NAME = Problem(
+    "SCN492",
+    "`{name}` is the name of an objective that every file has",
+    "a search that is told `--objective {name}` could mean either",
+    "choose another name",
+    page=Page(
+        "objective with a name that is taken",
+        "`--objective` names what a search looks for: one of the objectives that every file has, or an `expect`, "
+        "`maximize` or `minimize` of the file.",
+        'ego = new Car on road, with speed 5 m/s\nexpect always ego.speed < 9 m/s as "risk"\n',
+        'ego = new Car on road, with speed 5 m/s\nexpect always ego.speed < 9 m/s as "speed"\n',
+    ),
+)
+NOT_ONE_NUMBER = Problem(
+    "SCN493",
+    "this changes during the run, and `{sense}` needs one number of it",
+    "a run leaves many values of it behind",
+    "say which is meant: `largest(...)`, `least(...)`, `final(...)`, `mean(...)` or `total(...)`",
+    page=Page(
+        "objective that is no single number",
+        "`maximize` and `minimize` compare runs, and for that each run must have one number. A reducer makes one of "
+        "all samples; results such as `delta_v` are one number already.",
+        "ego = new Car on road, with speed 5 m/s\nmaximize ego.speed\n",
+        "ego = new Car on road, with speed 5 m/s\nmaximize largest(ego.speed)\n",
+    ),
+)
+NOT_JUDGED = Problem(
+    "SCN494",
+    "`collided` is asked of the ego, in `expect`, `maximize` and `minimize`",
+    "the ego's first contact ends the run: nothing that goes on sees it",
+    "write `expect always not self.collided`",
+    page=Page(
+        "contact asked for where nothing sees it",
+        "A run ends at the ego's first contact, and what is judged reads that instant too. Requirements, behaviors and "
+        "monitors see samples before it only, and of others `X intersects Y` tells whether they touch.",
+        "ego = new Car on road, with speed 5 m/s\nterminate when ego.collided\n",
+        "ego = new Car on road, with speed 5 m/s\nexpect always not ego.collided\n",
+    ),
+)
+NO_NUMBER = Problem(
+    "SCN496",
+    "`{name}` is not a number in this run",
+    "{reason}",
+    "keep it legal with `max`, `min` or `... if ... else ...`",
+    page=Page(
+        "objective that is not a number",
+        "A root, quotient or logarithm has no value for what came up during the run. Such a run is an error: it counts "
+        "neither as kept nor as broken.",
+        "ego = new Car on road, with speed 5 m/s\nmaximize largest(sqrt(ego.speed - 20 m/s))\n",
+        "ego = new Car on road, with speed 5 m/s\nmaximize largest(sqrt(max(ego.speed - 20 m/s, 0 m/s)))\n",
+        shown="while the scene runs",
+    ),
+)
+NOBODY_ELSE = Problem(
+    "SCN495",
+    "`{name}` is a result of the ego and another, and the ego is alone",
+    cure="add another object, or write what is meant of the ego: `largest(ego.speed)`",
+    page=Page(
+        "result of a pair without a pair",
+        "Distances and speeds of approach are of the ego and whom it comes nearest to.",
+        "ego = new Car on road, with speed 5 m/s\nminimize min_distance\n",
+        "ego = new Car on road, with speed 5 m/s\nother = new Car ahead of ego by 9 m\nminimize min_distance\n",
+    ),
+)

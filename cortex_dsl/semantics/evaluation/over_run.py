@@ -1,0 +1,54 @@
+"""Numbers of a whole run, for `maximize` and `minimize`: what a reducer makes of all samples, and results by name.
+
+Both are worked out when the run is over. Until then they are unknown numbers, which expressions read as locals: the
+number of the reading is the number of its local.
+"""
+
+from cortex_dsl import ir
+from cortex_dsl.semantics.errors.objectives import NOBODY_ELSE
+from cortex_dsl.semantics.evaluation import numbers
+from cortex_dsl.semantics.evaluation.arguments import Slot, bind, evaluate_arguments
+from cortex_dsl.semantics.model.context import Evaluator, Moment
+from cortex_dsl.semantics.model.values import Quantity, Truth, Value
+from cortex_dsl.semantics.names.builtins import REDUCERS
+from cortex_dsl.semantics.quantities.units import PURE, TIME, UNITS, product
+from cortex_dsl.syntax import nodes
+from engine.named_results import NAMED_RESULTS
+from engine.vocabulary import Reducer, RuleKind
+
+RESULTS = {row.name: row for row in NAMED_RESULTS}
+
+
+def judged(ev: Evaluator, *, over: bool = False) -> Evaluator:
+    """The same place where runs are judged: up to contact, with the ego as `self`."""
+    return ev.at_moment(Moment(True, ev.run.ego, scenario=ev.moment.scenario, judged=True, over=over))
+
+
+def reducer_of(ev: Evaluator, function: nodes.Expression) -> str | None:
+    """The reducer that a call means, unless the file has something of its own by that name."""
+    named = isinstance(function, nodes.Name) and function.id in REDUCERS and not ev.has(function.id)
+    return function.id if named and isinstance(function, nodes.Name) else None
+
+
+def reduced(ev: Evaluator, reducer: str, node: nodes.Call) -> Value:
+    """One number of what changes during the run."""
+    given = evaluate_arguments(judged(ev), node.arguments)
+    argument = bind(reducer, f"{reducer}(x)", [Slot("x")], given, node.span)["x"]
+    value = argument.value
+    value = Quantity(value.expr, PURE) if isinstance(value, Truth) else value
+    number = numbers.quantity(value, argument.span, f"the argument of `{reducer}`")
+    name = " ".join(ev.file.source.slice(argument.span).split())
+    rule = ev.file.rule(argument.span, name, RuleKind.WATCH)
+    ev.run.built.rule_conditions[argument.span, RuleKind.WATCH] = number.expr
+    kind = Reducer[reducer.upper()]
+    dimension = number.dimension if kind is not Reducer.TOTAL else product(number.dimension or PURE, TIME)
+    return Quantity(ev.algebra.local(ev.file.reading(ir.Reading(kind, rule))), dimension)
+
+
+def result(ev: Evaluator, node: nodes.Name) -> Value:
+    """A result by name."""
+    row = RESULTS[node.id]
+    if row.of_pair and len(ev.run.built.actors) < 2:
+        raise NOBODY_ELSE.mistake(node.span, name=row.name)
+    reading = ev.file.reading(ir.Reading(Reducer.RESULT, result=row.name))
+    return Quantity(ev.algebra.local(reading), UNITS[row.unit].dimension if row.unit else PURE)

@@ -1,0 +1,78 @@
+"""What is worked out of each run that is over: the part of a program that says what its file expects, and what it lets
+a search make large or small.
+"""
+
+from collections.abc import Mapping
+from dataclasses import asdict, field
+from typing import Any
+
+import numpy as np
+
+from engine.frozen import frozen
+from engine.tables import ObjectiveTables
+from engine.vocabulary import Reducer, Sense
+
+
+@frozen
+class Objective:
+    """What the file expects (its robustness, a pure number), or lets a search make large or small."""
+
+    name: str
+    sense: Sense
+    unit: str
+    """SI unit word."""
+    line: int
+
+
+@frozen
+class Reading:
+    """A number that a finished run leaves behind: of a rule of kind WATCH, or a result by name."""
+
+    kind: Reducer
+    rule: int = -1
+    result: str = ""
+    """A row of `engine.named_results`."""
+
+
+NO_TABLES = ObjectiveTables(np.zeros(0, np.int32), np.zeros((0, 0, 3), np.int32))
+
+
+@frozen
+class Judged:
+    """The objectives of a file."""
+
+    objectives: tuple[Objective, ...] = ()
+    readings: tuple[Reading, ...] = ()
+    tables: ObjectiveTables = field(default=NO_TABLES, compare=False)
+
+    def __len__(self) -> int:
+        return len(self.objectives)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(objective.name for objective in self.objectives)
+
+    def content(self) -> dict[str, Any]:
+        """All but the tables, as JSON can hold it."""
+        return {name: [asdict(each) for each in getattr(self, name)] for name in ("objectives", "readings")}
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """The tables by name."""
+        return {f"judged.{name}": array for name, array in self.tables._asdict().items()}
+
+    def deciding(self) -> tuple[object, ...]:
+        """All of it that decides a result, without the tables."""
+        return tuple(each.sense for each in self.objectives), tuple(asdict(each) for each in self.readings)
+
+
+NOTHING_JUDGED = Judged()
+"""Of a file without objectives."""
+
+
+def judged_from(content: Mapping[str, Any] | None, arrays: Mapping[str, np.ndarray]) -> Judged:
+    """Inverse of `content` and `arrays`; None: written by a version that knew no objectives."""
+    if content is None:
+        return NOTHING_JUDGED
+    objectives = tuple(Objective(**{**each, "sense": Sense(each["sense"])}) for each in content["objectives"])
+    readings = tuple(Reading(**{**each, "kind": Reducer(each["kind"])}) for each in content["readings"])
+    return Judged(objectives, readings, ObjectiveTables(*(arrays[f"judged.{n}"] for n in ObjectiveTables._fields)))

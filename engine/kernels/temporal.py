@@ -1,0 +1,120 @@
+"""Temporal formulas over the finitely many samples of a run, judged when it is over, with two meanings.
+
+The formulas are rows `(TemporalOp, a, b)`, operands above their operators. What is true is worth 1 and what is false
+-1; or what holds is worth by how much it does, and what does not by how much it fails, with a minus. In both the worth
+of a conjunction is the lesser of its operands', of a disjunction the greater, of a negation the opposite, so there is
+one table of operators. One pass from the last sample to the first suffices, for what a formula is worth at a sample
+follows from its operands there and from itself a sample later:
+
+    always f = f and (last or always f later)       eventually f = f or eventually f later
+    f until g = g or (f and f until g later)         next f = there is a later sample, and f holds there
+
+After the last sample nothing holds: `next` is worth minus infinity there.
+
+Sources: De Giacomo and Vardi, "Linear Temporal Logic and Linear Dynamic Logic on Finite Traces", IJCAI 2013; Fainekos
+and Pappas, "Robustness of temporal logic specifications for continuous-time signals", Theoretical Computer Science 410,
+2009.
+"""
+
+import math
+from typing import NamedTuple
+
+from engine.kernels.jit import inlined, kernel
+from engine.tables import Floats, Ints
+from engine.vocabulary import TemporalOp
+
+TRUTH, MARGIN = 1, 2
+"""Column of an atom's row that names the rule from which it takes its worth."""
+
+
+class Broken(NamedTuple):
+    """A requirement that does not hold, -1 if all do, and the sample at which that was decided."""
+
+    temporal: int
+    sample: int
+
+
+@kernel
+def find_broken(formula: Ints, roots: Ints, watched: Floats, last: int, worth: Floats, decided: Ints) -> Broken:
+    """The requirement that is broken first; of equally early ones the first.
+
+    `roots` (temporals,): rows of `formula` that must be true at sample 0. `watched` (samples, rules): the atoms' values
+    at samples 0 to `last`. `always f` is decided where f is false first, anything else at the last sample. `worth`
+    (2, rows) and `decided` (temporals,) are working memory.
+    """
+    now, later = worth[0], worth[1]
+    decided[:] = last
+    for sample in range(last, -1, -1):
+        _at_sample(formula, now, later, watched, sample, sample == last, TRUTH)
+        for temporal in range(len(roots)):
+            root = roots[temporal]
+            if formula[root, 0] == TemporalOp.ALWAYS and now[formula[root, 1]] < 0.0:
+                decided[temporal] = sample
+        now, later = later, now
+    broken, at = -1, last + 1
+    for temporal in range(len(roots)):
+        if later[roots[temporal]] < 0.0 and decided[temporal] < at:
+            broken, at = temporal, decided[temporal]
+    return Broken(broken, at)
+
+
+@kernel
+def work_out(formula: Ints, watched: Floats, last: int, column: int, worth: Floats) -> None:
+    """What each row is worth at sample 0, of samples 0 to `last`, into row 0 of `worth` (2, rows), which is working
+    memory, too. NaN where an atom that counts is NaN.
+
+    `column`: `TRUTH` or `MARGIN`; an atom that nobody asks how far it holds is worth nothing.
+    """
+    now, later = worth[0], worth[1]
+    for sample in range(last, -1, -1):
+        _at_sample(formula, now, later, watched, sample, sample == last, column)
+        now, later = later, now
+    for row in range(len(formula)):
+        worth[0, row] = later[row]
+
+
+@inlined
+def _at_sample(
+    formula: Ints, now: Floats, later: Floats, watched: Floats, sample: int, is_last: bool, column: int
+) -> None:
+    """The worth of all rows at a sample into `now`; `later` knows them a sample later."""
+    for row in range(len(formula)):
+        op, a, b = formula[row, 0], formula[row, 1], formula[row, 2]
+        if op != TemporalOp.ATOM:
+            now[row] = _joined(op, now[a], now[b], later[a], later[row], is_last)
+        elif column == TRUTH:
+            now[row] = 1.0 if abs(watched[sample, a]) > 0.0 else -1.0  # NaN is not true
+        else:
+            now[row] = watched[sample, b] if b >= 0 else 0.0
+
+
+@inlined
+def _joined(op: int, a: float, b: float, a_later: float, later: float, is_last: bool) -> float:
+    """What an operator is worth whose operands are worth a and b; itself a sample later it was worth `later`."""
+    if op == TemporalOp.NOT:
+        return -a
+    if op == TemporalOp.AND:
+        return _lesser(a, b)
+    if op == TemporalOp.OR:
+        return _greater(a, b)
+    if op == TemporalOp.IMPLIES:
+        return _greater(-a, b)
+    if op == TemporalOp.NEXT:
+        return -math.inf if is_last else a_later
+    if op == TemporalOp.ALWAYS:
+        return a if is_last else _lesser(a, later)
+    if op == TemporalOp.EVENTUALLY:
+        return a if is_last else _greater(a, later)
+    return b if is_last else _greater(b, _lesser(a, later))
+
+
+@inlined
+def _lesser(a: float, b: float) -> float:
+    """NaN where one of them is."""
+    return b if b < a or b != b else a
+
+
+@inlined
+def _greater(a: float, b: float) -> float:
+    """NaN where one of them is."""
+    return b if b > a or b != b else a
