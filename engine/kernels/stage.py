@@ -94,8 +94,7 @@ class Plan(NamedTuple):
     gyration: Floats
     """(actors,): yaw inertia over mass times the squared diagonal of the outline."""
     slides: Ints
-    """(actors,) 1 for those whose tyres slip (`kernels.dynamics`): only where a run is made again to see whether that
-    matters."""
+    """(actors,) 1 for those whose tyres slip (`kernels.dynamics`), where a run is made again to see what that changes."""
     road: RoadTables
     layout: Layout
 
@@ -142,10 +141,8 @@ LOOSE, HOSTED, REPLACED = 1.0, 2.0, 3.0
 
 
 class Leg(IntEnum):
-    """Columns of `Run.legs`: how an actor moves through the rest of a step, straight from a pose to another.
-
-    Kept for loose bodies; of others it is filled in for a step in which somebody touches.
-    """
+    """Columns of `Run.legs`: how an actor moves through the rest of a step, straight from a pose to another. Kept for
+    loose bodies; of others it is filled in for a step in which somebody touches."""
 
     BEGIN = 0
     """Part of the step at which the leg begins; it ends at 1."""
