@@ -94,7 +94,7 @@ class Plan(NamedTuple):
     gyration: Floats
     """(actors,): yaw inertia over mass times the squared diagonal of the outline."""
     slides: Ints
-    """(actors,) 1 for those whose tyres slip (`kernels.dynamics`), where a run is made again to see what that changes."""
+    """(actors,) 1 for those whose tyres slip (`kernels.dynamics`), in runs that are made again to see why."""
     road: RoadTables
     layout: Layout
 
@@ -141,8 +141,7 @@ LOOSE, HOSTED, REPLACED = 1.0, 2.0, 3.0
 
 
 class Leg(IntEnum):
-    """Columns of `Run.legs`: how an actor moves through the rest of a step, straight from a pose to another. Kept for
-    loose bodies; of others it is filled in for a step in which somebody touches."""
+    """Columns of `Run.legs`: a straight way through the rest of a step, of loose bodies and of all where some touch."""
 
     BEGIN = 0
     """Part of the step at which the leg begins; it ends at 1."""
