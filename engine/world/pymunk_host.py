@@ -232,7 +232,7 @@ def _score(host: Host, row: int) -> int:
     carry(host.space, host.bodies, record.states, samples, host.plan.layout.time_step)
     if valid:
         outlines = np.zeros((len(host.bodies), 3))
-        measure_run(host.plan, record, scenes.values[row], row, outlines, host.results)
+        measure_run(host.plan, record, row, outlines, host.results)
         if len(host.plan.objective_root):
             note_objectives(host.plan, record, row, outlines, host.results)
     return samples

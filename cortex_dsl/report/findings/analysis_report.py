@@ -87,22 +87,18 @@ AVOIDANCES = {
     Avoidance.AVOIDABLE: ("avoidable", "good", "the reference driver would have stopped or passed in time"),
     Avoidance.UNAVOIDABLE: ("unavoidable", "bad", "the reference driver would have braked too late"),
     Avoidance.BRAKED_AS_HARD: ("braked as hard", "warn", "too late, and the ego had braked as hard itself"),
-    Avoidance.UNSEEN: ("unseen", "warn", "in sight for too short a time before contact"),
+    Avoidance.UNSEEN: ("unseen", "warn", "no contact within 4 s ahead in sight for long enough"),
     Avoidance.LOST: ("lost from the start", "warn", "the scene begins too late for any braking, the hardest included"),
+    Avoidance.NO_BRAKING_HELPS: ("no braking helps", "warn", "another runs into the ego, however early it brakes"),
     Avoidance.STRUCK_FROM_BEHIND: ("struck from behind", "quiet", "no failure of the ego: another ran into its rear"),
-    Avoidance.STRUCK_STANDING: (
-        "struck while standing",
-        "quiet",
-        "no failure of the ego: it stood where it may stand",
-    ),
+    Avoidance.STRUCK_STANDING: ("struck while standing", "quiet", "no failure of the ego: it stood where one may"),
 }
 """Name, style and meaning."""
 
-
 DRIVER = (
     "UN R157: 0.4 s to perceive, 0.75 s to react, 0.774 g after 0.6 s more, or what brakes and road allow if that is "
-    "less; it sees what nothing hides, brakes along the ego's own path, no less than the ego had begun to, and never "
-    "steers. The regulation means cut-ins on motorways; that a conflict is in sight 4 s ahead is cortexc's choice"
+    "less; it sees what neither bodies nor weather hide, brakes along the ego's path, no less than the ego had begun "
+    "to, and never steers. The regulation means cut-ins on motorways; a conflict in sight 4 s ahead is cortexc's choice"
 )
 
 

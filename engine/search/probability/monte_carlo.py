@@ -108,12 +108,13 @@ def estimate(
 
 def make_judge(program: Program, config: Config) -> Judge:
     """The reference driver of `engine.avoidability`, for scenes of this program."""
-    from engine.avoidability import avoidability
+    from engine.avoidability import avoidability, refuse_missing
     from engine.sampling import sample
 
     def judge(genomes: Floats, keys: Ints) -> Bools:
         scenes = sample(program, genomes, keys, config.simulation)
-        answers = avoidability(program, scenes, config.simulation)
+        answers = avoidability(program, scenes, config.simulation, contact=config.contact)
+        refuse_missing(np.ones(len(answers), dtype=bool), answers)
         return np.array([answer is not None and answer.avoidable for answer in answers], dtype=bool)
 
     return judge
