@@ -48,8 +48,8 @@ def recordings(
             yield ran, recorded_run(scenario.program, scenes, ran, row=row, step=step), bodies
 
 
-UNTOLD = ("first_seen", "ttc_at_first_sight", "hidden_time", "lateral_grip", "combined_grip")
-"""What no recording tells: who looks where, and how slippery the road is."""
+UNTOLD = ("first_seen", "ttc_at_first_sight", "hidden_time", "lateral_grip", "combined_grip", "sought", "broken")
+"""What no recording tells: who looks where, how slippery the road is, and what the file expects."""
 SLIDING = ("column", "modular", "pile")
 """Where others strike one another: who slides moves otherwise than it heads, and a recording keeps its speed alone."""
 
