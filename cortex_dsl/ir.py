@@ -442,7 +442,7 @@ class Variant:
     """What each objective of the scenario comes to when the run is over; None for an `expect`. Its locals are the
     readings."""
     environment: tuple[tuple[str, Expr], ...] = ()
-    """Arguments of `environment`, SI. Not lowered: the columns of actors hold what it makes of them."""
+    """Arguments of `environment`, SI. Only `sight` is lowered: columns of actors hold what the others make of them."""
 
 
 @frozen

@@ -7,32 +7,33 @@ cross, it begins when contact is less than four seconds away if both go on as th
 four seconds tell those who are still in control from those who are not, Hirst and Graham (1997), "The format and
 presentation of collision warnings", in "Ergonomics and Safety of Intelligent Driver Interfaces".
 
-A leader that brakes harder than 5 m/s^2 is a risk at once, too, as the regulation has it.
+A leader nearer than that which brakes harder than 5 m/s^2 is a risk, too, as the regulation has it.
 
-The driver sees what nothing hides, never steers, brakes no less than the ego itself had begun to, and never harder than
-0.774 g, than the ego's own brakes, or than the road allows; nor do its brakes build up sooner than the ego's. Nobody is
-blamed for being struck from behind, or while standing where one may stand (`engine.kernels.fault`): such a collision is
-not asked about, and counted apart.
+The driver sees what nothing hides, as far as the weather lets anybody see, as drivers of the library do: neither
+darkness, for there are headlamps, nor the ego's own `visibleDistance` limits it. It never steers, brakes no less than
+the ego itself had begun to, and never harder than 0.774 g, than the ego's own brakes, or than the road allows; nor do
+its brakes build up sooner than the ego's. Nobody is blamed for being struck from behind, or while standing where one
+may stand (`engine.kernels.fault`): such a collision is counted apart.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
 
-from engine.batch import simulate
-from engine.config import SimulationConfig
+from engine.config import ContactConfig, SimulationConfig
+from engine.errors import ArgumentError
 from engine.host import memory, plan, requested, samples_of
-from engine.kernels.avoidance import NEVER, PATH_COLUMNS, Case, Driver, Weighed, weigh
+from engine.kernels.avoidance import LONGEST, Case, ReferenceDrive, drive_again
+from engine.kernels.bicycle import GRAVITY
+from engine.kernels.perception import NEVER, PATH_COLUMNS, Driver
 from engine.program import Program
-from engine.scenes import Scenes, actor_columns
-from engine.tables import Floats
-from engine.vehicles import VIEW_DISTANCE
-from engine.vocabulary import Column, Fault
+from engine.scenes import Scenes
+from engine.tables import Bools
+from engine.vocabulary import Fault
 
-GRAVITY = 9.80665
-"""Standard gravity [m/s^2]."""
 R157 = Driver(
     perception=0.4,
     reaction=0.75,
@@ -43,13 +44,14 @@ R157 = Driver(
     reach=math.inf,
 )
 """The reference driver; the horizon is ours."""
-AFTERWARDS = 6.0
-"""How long the case is followed after the time of contact [s]: longer than it takes to stop from 130 km/h."""
 DEFAULTS = SimulationConfig()
+CONTACT = ContactConfig()
 
 
 class Avoidance(IntEnum):
-    """What is said of a collision, the first of these that holds: struck, avoidable, lost, unseen, braked as hard."""
+    """What is said of a collision, the first of these that holds: struck, avoidable, lost, no braking helps, unseen,
+    braked as hard.
+    """
 
     AVOIDABLE = 0
     """The reference driver avoids it."""
@@ -58,13 +60,17 @@ class Avoidance(IntEnum):
     BRAKED_AS_HARD = 2
     """The same, and the ego had braked at least as hard itself."""
     UNSEEN = 3
-    """The conflict was not in sight long enough before contact for anybody to react."""
+    """The conflict was not in sight long enough before contact for anybody to perceive it, or there was none by the
+    rule: no contact within the horizon."""
     LOST = 4
-    """The scene begins too late: no braking avoids it, not even full braking from the very start."""
+    """The scene begins too late: no braking avoids it, not even full braking from the very start, where the conflict is
+    in sight already, or after which the ego still drives into the other."""
     STRUCK_FROM_BEHIND = 5
     """Another ran into the ego from behind: no failure of the ego."""
     STRUCK_STANDING = 6
     """Another ran into the ego while it stood where one may stand: no failure of the ego."""
+    NO_BRAKING_HELPS = 7
+    """No braking avoids it, but not because the scene begins too late: the ego stands, or another drives into it."""
 
 
 STRUCK = frozenset({Avoidance.STRUCK_FROM_BEHIND, Avoidance.STRUCK_STANDING})
@@ -90,9 +96,6 @@ class Avoidability:
     """By how much braking may wait, each moment until then avoiding contact. Where the reference driver does not avoid
     it: by how much earlier braking would have to begin (negative), or later where only that helps, as one then passes
     before the other. Minus infinity where braking never helps, NaN where nothing was perceived."""
-    lost: bool = False
-    """Whether contact cannot be avoided by braking at all: neither by the reference driver from any moment on, nor by
-    full braking from the very start, without the time that it takes to press the pedal."""
 
     @property
     def avoidable(self) -> bool:
@@ -105,63 +108,60 @@ class Avoidability:
 
 
 def avoidability(
-    program: Program, scenes: Scenes, config: SimulationConfig = DEFAULTS, driver: Driver = R157
+    program: Program,
+    scenes: Scenes,
+    config: SimulationConfig = DEFAULTS,
+    driver: Driver = R157,
+    contact: ContactConfig = CONTACT,
 ) -> tuple[Avoidability | None, ...]:
     """One answer for each scene; None for one that is not valid or without a collision of the ego."""
-    shared, rows = plan(program, config), requested(scenes)
-    extra = math.ceil(AFTERWARDS / config.time_step)
-    run = memory(program, samples_of(config) + 1 + extra)
-    path = np.zeros((len(run.states), PATH_COLUMNS))
-
-    outcomes = simulate(program, scenes, config)
+    shared, rows = plan(program, config, contact), requested(scenes)
+    run = memory(program, samples_of(config) + 1 + math.ceil(LONGEST / config.time_step))
+    path, outlines = np.zeros((len(run.states), PATH_COLUMNS)), np.zeros((len(program.actors), 3))
 
     def answer(row: int) -> Avoidability | None:
         if not scenes.valid[row]:
             return None
         case = Case(int(rows.variant[row]), rows.values[row], rows.keys[row])
-        eyes = driver._replace(reach=min(driver.reach, _sight(program, rows.values[row])))
-        weighed = weigh(shared, run, case, _outlines(program, rows.values[row]), path, extra, eyes)
-        if weighed.contact == NEVER:
-            return None
-        fault = Fault(int(outcomes.fault[row, int(outcomes.contact_actors[row, 1]) - 1]))
-        return _told(weighed, fault, float(outcomes.end_time[row]), config.time_step)
+        sight = program.variants[case.variant].sight
+        reach = float(case.values[sight]) if sight >= 0 else math.inf
+        again = drive_again(shared, run, case, outlines, path, driver._replace(reach=min(driver.reach, reach)))
+        return None if again.contact == NEVER else _answer(again, config.time_step)
 
     return tuple(answer(row) for row in range(len(scenes)))
 
 
-def _sight(program: Program, values: Floats) -> float:
-    """How far the ego can see [m]: as far as need be, unless its view is shorter than usual, as in fog."""
-    view = float(actor_columns(program, values)[0, Column.VIEW_DISTANCE])
-    return view if view < VIEW_DISTANCE else math.inf
+def refuse_missing(collided: Bools, answers: Sequence[Avoidability | None]) -> None:
+    """Raises ArgumentError where a scene that collided has no answer: these are not the scenes, or not the settings."""
+    missing = [row for row, (there, answer) in enumerate(zip(collided, answers, strict=True)) if there and not answer]
+    if missing:
+        raise ArgumentError(
+            f"scene {missing[0]} collided, and run again it does not",
+            "take the program and the settings with which it collided",
+        )
 
 
-def _outlines(program: Program, values: Floats) -> Floats:
-    """(actors, 3): length, width, distance from rear axle to centre [m]."""
-    columns = [Column.LENGTH, Column.WIDTH, Column.REAR_TO_CENTER]
-    return np.ascontiguousarray(actor_columns(program, values)[:, columns])
-
-
-def _told(weighed: Weighed, fault: Fault, contact: float, time_step: float) -> Avoidability:
-    perceived, braking = (_time(k, time_step) for k in (weighed.perceived, weighed.braking))
-    margin = (weighed.latest - weighed.braking) * time_step if weighed.latest != NEVER else -math.inf
+def _answer(again: ReferenceDrive, time_step: float) -> Avoidability:
+    """What is said of a case that was driven again, in seconds."""
+    perceived, braking = (_time(k, time_step) for k in (again.perceived, again.braking))
+    margin = (again.latest - again.braking) * time_step if again.latest != NEVER else -math.inf
     return Avoidability(
-        avoidance=OF_FAULT.get(fault) or _avoidance(weighed),
-        contact=contact,
+        avoidance=OF_FAULT.get(Fault(again.fault)) or _avoidance(again),
+        contact=again.time,
         perceived=perceived,
         braking=braking,
-        margin=math.nan if weighed.perceived == NEVER else margin,
-        lost=bool(weighed.lost),
+        margin=math.nan if again.perceived == NEVER else margin,
     )
 
 
-def _avoidance(weighed: Weighed) -> Avoidance:
-    if weighed.perceived != NEVER and weighed.avoided:
+def _avoidance(again: ReferenceDrive) -> Avoidance:
+    if again.perceived != NEVER and again.avoided:
         return Avoidance.AVOIDABLE
-    if weighed.lost:
-        return Avoidance.LOST
-    if weighed.perceived == NEVER:
+    if again.helpless:
+        return Avoidance.LOST if again.too_late else Avoidance.NO_BRAKING_HELPS
+    if again.perceived == NEVER:
         return Avoidance.UNSEEN
-    return Avoidance.BRAKED_AS_HARD if weighed.as_hard else Avoidance.UNAVOIDABLE
+    return Avoidance.BRAKED_AS_HARD if again.as_hard else Avoidance.UNAVOIDABLE
 
 
 def _time(sample: int, time_step: float) -> float:

@@ -16,7 +16,7 @@ from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
 from engine.tables import SHADE, Floats, Ints, RoadTables, Size
-from engine.vehicles import MODELS, ActorModel
+from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, Reducer, RuleKind, State
 
 MAX_SAMPLES = 100_000
@@ -60,7 +60,7 @@ def plan(
         monitor_started=_integers(code.monitor_started),
         present=_integers(code.actor_present),
         kinds=_integers(code.actor_kind),
-        gyration=np.array([_gyration(MODELS[ActorKind(kind)]) for kind in code.actor_kind]),
+        gyration=np.array([MODELS[ActorKind(kind)].gyration for kind in code.actor_kind]),
         slides=np.isin(np.arange(len(code.actor_kind)), slides).astype(np.int32),
         road=plain(program.road),
         layout=Layout(
@@ -89,11 +89,6 @@ def _readings(program: Program) -> Ints:
     names = [row.name for row in NAMED_RESULTS]
     rows = [(r.kind, names.index(r.result) if r.kind is Reducer.RESULT else r.rule) for r in program.judged.readings]
     return np.array(rows, dtype=np.int32).reshape(-1, 2)
-
-
-def _gyration(model: ActorModel) -> float:
-    """Yaw inertia over mass times the squared diagonal of the outline."""
-    return model.yaw_inertia / (model.mass * (model.length**2 + model.width**2))
 
 
 def _check(config: SimulationConfig) -> None:

@@ -121,6 +121,8 @@ class Op(IntEnum):
     TOUCHES = 69
     """dst <- whether the ego has touched actor a (integer), or anybody or a building (a = -1); contact ends the run, so
     it is true at that instant alone."""
+    VELOCITY = 70
+    """dst..dst+1 <- velocity x, y of actor a (integer): of its rear axle, or of the centre of a body that slides."""
 
     # -- control: jumps are absolute rows of the code
     JUMP = 80

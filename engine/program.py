@@ -122,6 +122,8 @@ class VariantLabel:
     probability: float
     choices: tuple[ChoiceLabel, ...]
     sites: tuple[DrawSite, ...]
+    sight: int = -1
+    """Index of the scene value that says how far the weather lets anybody see [m], or -1."""
 
 
 @frozen
@@ -321,7 +323,8 @@ def _rebuild(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Pro
 
 def _variant(value: Mapping[str, Any]) -> VariantLabel:
     sites = (DrawSite(**_with(site, values=tuple(site["values"]))) for site in value["sites"])
-    return VariantLabel(value["probability"], tuple(ChoiceLabel(**c) for c in value["choices"]), tuple(sites))
+    choices = tuple(ChoiceLabel(**c) for c in value["choices"])
+    return VariantLabel(value["probability"], choices, tuple(sites), value.get("sight", -1))
 
 
 def _with(values: Mapping[str, Any], /, **others: Any) -> dict[str, Any]:

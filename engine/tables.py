@@ -51,6 +51,21 @@ class RoadTables(NamedTuple):
     """(n, 5): x, y, heading, length, width of walls beside the road, which hide what is behind them."""
 
 
+def no_road() -> RoadTables:
+    """The tables of a place without a road: no path, no lane, no region, no building."""
+    wide = {"primitives": 8, "edges": 4, "hull": 8, "triangles": 7, "cores": 4, "buildings": 5}
+    whole = ("lane_path", "lane_route")
+
+    def table(name: str) -> np.ndarray:
+        if name in wide:
+            return np.zeros((0, wide[name]))
+        if name in whole or name.endswith("_start"):
+            return np.zeros(0 if name in whole else 1, dtype=np.int32)
+        return np.zeros(0)
+
+    return RoadTables(*map(table, RoadTables._fields))
+
+
 SHADE = 6
 """Numbers of an outline in a table of those that hide: x, y, heading, length, width, and whether it hides (0: it does
 not)."""

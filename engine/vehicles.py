@@ -76,6 +76,11 @@ class ActorModel:
     """Deceleration of who rolls without pedals [m/s^2]; *ours* where it is 0: who does nothing keeps its speed."""
 
     @property
+    def gyration(self) -> float:
+        """Yaw inertia over mass times the squared diagonal of the outline."""
+        return self.yaw_inertia / (self.mass * (self.length**2 + self.width**2))
+
+    @property
     def fixed(self) -> bool:
         """Whether no impact moves a body of this mass."""
         return self.mass > self.fixed_above

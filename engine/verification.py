@@ -4,7 +4,8 @@ Four runs of the same scene with the same behaviours:
 
 - *run*: as the search made it, at its time step;
 - *finer*: the kinematic model in steps of 5 ms, while drivers look and act as often as in the run;
-- *alert*: the same with drivers who look and act every 5 ms;
+- *alert*: the same with drivers who look and act every 5 ms; left out where they draw random numbers as they act, as
+  they would draw others then, and it were another scene;
 - *dynamic*: in steps of 5 ms, drivers as in the run, every car with the single-track drift model
   (`engine.kernels.dynamics`), its pedals behind an anti-lock (`engine.kernels.actuation`).
 
@@ -14,10 +15,11 @@ before, too. Of a case with a collision of the ego, and otherwise by its risk, t
 
 - *survives*: `dynamic` shows the same danger: a collision with the same actor, with a closing speed that differs by no
   more than `SPEED_APART` or `SPEED_SHARE`; without collision, a risk within `SCORE_APART`;
-- *artefact of the step*: `dynamic` lacks the danger (no collision; a risk lower by more), and so does `finer` or
-  `alert`: it hangs on the time step;
+- *artefact of the step*: `dynamic` lacks the danger (no collision, nor a near miss of the actor struck; a risk lower
+  by more), and so does `finer` or `alert`: it hangs on the time step;
 - *artefact of the model*: `dynamic` alone lacks it: it hangs on how the kinematic car drives;
-- *differs*: all else: another partner, another speed, a higher risk, a run that a requirement makes invalid.
+- *differs*: all else: another partner, another speed, a near miss, a higher risk, a run that a requirement makes
+  invalid.
 """
 
 import math
@@ -33,7 +35,7 @@ from engine.kernels.dynamics import COMMAND_STEP
 from engine.opcodes import Op
 from engine.outcomes import Outcomes
 from engine.program import Program
-from engine.risk import PAPER, RiskProfile, assess
+from engine.risk import LITERATURE, PAPER, RiskProfile, assess
 from engine.scenes import Scenes, actor_columns
 from engine.tables import Bools
 from engine.vocabulary import ActorKind, Column, Command, State, Verdict
@@ -44,6 +46,8 @@ SPEED_SHARE = 0.2
 """… nor those that differ by no more than this share."""
 SCORE_APART = 1
 """Risks of runs without collision that differ by no more are alike."""
+NEAR_MISS = LITERATURE.min_distance[0]
+"""Whoever comes no nearer to the actor that was struck is out of danger [m]; three feet, of passing laws."""
 DEFAULTS = SimulationConfig()
 CONTACT = ContactConfig()
 NOBODY = -1
@@ -77,11 +81,16 @@ class Drive:
     """Of contact or of the end [s]."""
     closing_speed: float
     """Of the ego and that actor at contact, or where they are closest [m/s]."""
-    min_distance: float
-    """[m]"""
+    distances: tuple[float, ...]
+    """MD of each other actor [m]."""
     score: int
     combined_grip: float
     """Largest use of grip by the ego, as a share of mu g."""
+
+    @property
+    def min_distance(self) -> float:
+        """Of the nearest [m]."""
+        return min(self.distances, default=math.inf)
 
 
 @dataclass(frozen=True)
@@ -93,6 +102,7 @@ class Verified:
     finer: Drive | None
     """None of a case that is not judged, as the next two."""
     alert: Drive | None
+    """None also where drivers draw random numbers as they act."""
     dynamic: Drive | None
     slides: tuple[int, ...]
     """Actors that the dynamic model drove."""
@@ -115,7 +125,8 @@ def verify(
     slides = tuple(car for car in cars(program, scenes) if car == 0 or not back[:, car].any())
     run = drives(simulate(program, scenes, config, jobs, contact), profile)
     finer = drives(simulate(program, scenes, fine, jobs, contact, hold), profile)
-    alert = drives(simulate(program, scenes, fine, jobs, contact), profile)
+    draws = Op.RANDOM in program.code.step_code[:, 0]
+    alert = [None] * len(scenes) if draws else drives(simulate(program, scenes, fine, jobs, contact), profile)
     dynamic = drives(simulate(program, scenes, fine, jobs, contact, hold, slides), profile)
     rows = zip(run, finer, alert, dynamic, back[:, 0].tolist(), strict=True)
     return tuple(
@@ -161,25 +172,27 @@ def _drive(outcomes: Outcomes, row: int, score: int, pair: int) -> Drive:
         partner=partner,
         time=float(outcomes.end_time[row]),
         closing_speed=float(outcomes.closing_speed[row, partner - 1]) if met else math.nan,
-        min_distance=float(outcomes.min_distance[row].min(initial=math.inf)),
+        distances=tuple(outcomes.min_distance[row].tolist()),
         score=score,
         combined_grip=float(outcomes.combined_grip[row, 0]),
     )
 
 
-def _verified(run: Drive, finer: Drive, alert: Drive, dynamic: Drive, back: bool, slides: tuple[int, ...]) -> Verified:
+def _verified(
+    run: Drive, finer: Drive, alert: Drive | None, dynamic: Drive, back: bool, slides: tuple[int, ...]
+) -> Verified:
     if 0 not in slides or back:
         return Verified(Answer.BACKWARDS if back else Answer.NOT_JUDGED, run, None, None, None, ())
     return Verified(answer_of(run, finer, alert, dynamic), run, finer, alert, dynamic, slides)
 
 
-def answer_of(run: Drive, finer: Drive, alert: Drive, dynamic: Drive) -> Answer:
+def answer_of(run: Drive, finer: Drive, alert: Drive | None, dynamic: Drive) -> Answer:
     """The answer by the rules above."""
     if alike(run, dynamic):
         return Answer.SURVIVES
     if not lacks(run, dynamic):
         return Answer.DIFFERS
-    return Answer.STEP if lacks(run, finer) or lacks(run, alert) else Answer.MODEL
+    return Answer.STEP if any(lacks(run, each) for each in (finer, alert) if each is not None) else Answer.MODEL
 
 
 def alike(run: Drive, other: Drive) -> bool:
@@ -197,4 +210,6 @@ def lacks(run: Drive, other: Drive) -> bool:
     """Whether another run lacks the danger."""
     if other.verdict != Verdict.VALID or other.collided:
         return False
-    return run.collided or other.score < run.score - SCORE_APART
+    if run.collided:
+        return other.distances[run.partner - 1] > NEAR_MISS
+    return other.score < run.score - SCORE_APART

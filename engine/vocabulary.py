@@ -60,7 +60,7 @@ class EndReason(IntEnum):
 
     COLLISION = 0
     OTHER_COLLISION = 1
-    """Of old journals only: two others touched. Today they crash and the run goes on."""
+    """No run ends so: two others that touch crash, and the run goes on. The number stays reserved."""
     RULE = 2
     TIMEOUT = 3
     ALL_DONE = 4
@@ -236,7 +236,8 @@ class State(IntEnum):
     THROTTLE = 6
     BRAKE = 7
     PRESENT = 8
-    """1 while the actor takes part, `tables.SLIDING` while loose after an impact; 0 after it has left the scene."""
+    """1 while the actor takes part; `tables.SLIDING` at the end of a step in which it was loose after an impact; 0
+    after it has left the scene."""
 
 
 class Command(IntEnum):

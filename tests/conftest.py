@@ -23,6 +23,9 @@ if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_I
 CACHE = Path(__file__).parent.parent / "build" / "cache"
 os.environ.setdefault(ENVIRONMENT_VARIABLE, str(CACHE))
 os.environ.setdefault("MPLCONFIGDIR", str(CACHE / "matplotlib"))
+# OpenBLAS has code for each kind of processor, and the last bits of its sums differ: those on record are of this kind.
+# It reads the name when numpy is imported, which is later than this.
+os.environ.setdefault("OPENBLAS_CORETYPE", "Haswell")
 READING = (
     "tests/cortex_dsl/semantics/",
     "tests/cortex_dsl/syntax/",

@@ -9,8 +9,8 @@ import shapely
 from cortex_dsl import CompileError, compile_text
 from engine import world
 from engine.outcomes import Outcomes
-from engine.sight import visible_area
 from engine.vocabulary import State
+from tests.sight_polygon import visible_area
 
 SCENE = """
 map intersection(approach=100 m)

@@ -6,6 +6,7 @@ import pytest
 
 from benchmarks.validation import environments, material
 from benchmarks.validation.checks import CHECKERS, CHECKS, Check, Verdict, judged
+from benchmarks.validation.encounters import encounters
 from benchmarks.validation.environments import REQUIREMENTS, SetupError, set_up
 from benchmarks.validation.items import Item
 from benchmarks.validation.looks import looked
@@ -22,7 +23,7 @@ def items(tmp_path_factory: pytest.TempPathFactory) -> list[Item]:
     """A scene without contact, written in every way."""
     folder = tmp_path_factory.mktemp("validation")
     found = cases(EXAMPLES[0], folder / "run", top=0, others=1)
-    return [*written(found, folder / "files"), *looked(folder / "looks", 5)]
+    return [*written(found, folder / "files"), *looked(folder / "looks", 5), *encounters(folder / "encounters")]
 
 
 def test_every_check_has_what_it_needs() -> None:

@@ -2,7 +2,6 @@
 
 import argparse
 from dataclasses import replace
-from math import isnan
 from pathlib import Path
 
 from cortex_dsl.api.runs import OpenedRun, open_run
@@ -17,8 +16,8 @@ from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.analysis_report import analysis_content
 from cortex_dsl.report.terminal.analysis_view import analysis_view, probability_view
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
-from engine.search.probability.estimates import content, keep
-from engine.search.probability.monte_carlo import CONDITIONS, JOINT, PARAMS, REPETITIONS, Probability, estimate
+from engine.search.probability.estimates import Withheld, content, keep
+from engine.search.probability.monte_carlo import CONDITIONS, JOINT, METHODS, PARAMS, RARE, Probability, estimate
 
 
 def _analyse(options: argparse.Namespace, terminal: Terminal) -> int:
@@ -73,7 +72,9 @@ and which collisions a competent driver would have avoided.""",
 SAMPLES = 10_000
 PROBABILITY_EPILOG = """\
 mc: independent draws. subset: for what is rare; chains of runs that come ever
-nearer to contact.
+nearer to contact. importance: for what is rare; draws where failures are, and
+weighs each run by how likely the file draws it. Both give a reason instead of
+an interval where the distance to contact does not lead to failures.
 params: they are drawn once, and a scene for them is sought in max_attempts
 attempts. joint: they are drawn again with every attempt, as the requirements
 are written (mc only); --samples counts valid runs.
@@ -82,9 +83,10 @@ there for `cortexc report`."""
 
 
 def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
-    if options.method == "subset" and options.samples < 100 * REPETITIONS:
-        raise UsageError(f"--samples is {options.samples}", f"subset simulation needs at least {100 * REPETITIONS:,}")
-    if options.method == "subset" and options.condition == JOINT:
+    least = RARE[options.method].least if options.method in RARE else 1
+    if options.samples < least:
+        raise UsageError(f"--samples is {options.samples}", f"--method {options.method} needs at least {least:,}")
+    if options.method in RARE and options.condition == JOINT:
         raise UsageError("--condition joint needs --method mc", "leave --method out")
     if options.file.is_dir():
         return _of_run(options, terminal)
@@ -99,7 +101,7 @@ def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
     seed = options.seed or 0
     with usage_errors():
         found = estimate(
-            scenario.program, scenario.config, options.method, options.samples, seed, options.condition, options.of
+            scenario.program, scenario.config, options.method, options.samples, seed, options.condition, of=options.of
         )
     return _show(options, scenario, found, terminal)
 
@@ -115,7 +117,7 @@ def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
         config = replace(run.scenario.config, search=replace(run.scenario.config.search, jobs=options.jobs))
         seed = config.search.seed if options.seed is None else options.seed
         program = run.scenario.program
-        found = estimate(program, config, options.method, options.samples, seed, options.condition, options.of)
+        found = estimate(program, config, options.method, options.samples, seed, options.condition, of=options.of)
     code = _show(options, run.scenario, found, terminal)
     with usage_errors():
         path = keep(run.folder, found, run.scenario.program.digest, seed)
@@ -128,12 +130,12 @@ def _show(options: argparse.Namespace, scenario: Scenario, found: Probability, t
         terminal.write(document("probability", {"file": options.file, **content(found)}))
     else:
         terminal.out.print(probability_view(scenario.program, found))
-    return Exit.NO_SCENE if isnan(found.value) else Exit.FINE
+    return Exit.NO_SCENE if found.withheld == Withheld.INVALID or not found.valid else Exit.FINE
 
 
 def _probability_options(parser: Parser) -> None:
     parser.add_argument("file", metavar="FILE|RUN", nargs="?", type=Path, help="a scenario, or a run directory")
-    parser.add_argument("--method", choices=("mc", "subset"), metavar="NAME", default="mc", help="mc or subset (mc)")
+    parser.add_argument("--method", choices=METHODS, metavar="NAME", default="mc", help="mc, subset or importance (mc)")
     parser.add_argument(
         "--condition", choices=CONDITIONS, metavar="NAME", default=PARAMS, help=f"params or joint, see below ({PARAMS})"
     )

@@ -105,7 +105,7 @@ def _label(variant: ir.Variant, code: VariantCode | None) -> VariantLabel:
         DrawSite(site.kind, site.unit, site.span.start, site.span.end, numbers)
         for site, numbers in zip(variant.draw_sites, values, strict=code is not None)
     )
-    return VariantLabel(variant.probability, choices, sites)
+    return VariantLabel(variant.probability, choices, sites, -1 if code is None else code.sight)
 
 
 def _param_space(genes: Sequence[ir.GeneInfo], system: tuple[str, ...]) -> ParamSpace:

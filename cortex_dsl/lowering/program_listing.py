@@ -22,6 +22,7 @@ PLAIN_OPERANDS: dict[Op, tuple[int, ...]] = {
     Op.TTC: (0, 1, 2),
     Op.SEES: (0, 1),
     Op.NOTICES: (0, 1),
+    Op.VELOCITY: (0,),
     Op.TOUCHES: (0,),
     Op.IS_RUNNING: (0,),
     Op.SPAWN: (0,),
@@ -39,7 +40,7 @@ PLAIN_OPERANDS: dict[Op, tuple[int, ...]] = {
 
 OPERAND_COUNT: dict[Op, int] = {
     **dict.fromkeys((Op.MOVE, Op.NEG, Op.ABS, Op.SQRT, Op.SIN, Op.COS, Op.TAN, Op.ASIN, Op.ACOS, Op.ATAN), 1),
-    **dict.fromkeys((Op.EXP, Op.LOG, Op.FLOOR, Op.CEIL, Op.ROUND, Op.WRAP, Op.NOT), 1),
+    **dict.fromkeys((Op.EXP, Op.LOG, Op.FLOOR, Op.CEIL, Op.ROUND, Op.WRAP, Op.NOT, Op.VELOCITY), 1),
     **dict.fromkeys((Op.NORMAL_QUANTILE, Op.NORMAL_CDF, Op.PATH_LENGTH, Op.LANE_ROUTE, Op.JUMP, Op.RESUME), 1),
     **dict.fromkeys((Op.YIELD, Op.HOLD_SPEED, Op.TERMINATE, Op.LANE_NEAREST, Op.IS_RUNNING, Op.SPAWN, Op.TOUCHES), 1),
     **dict.fromkeys((Op.TIME, Op.RANDOM, Op.HALT, Op.END), 0),
@@ -50,7 +51,7 @@ OPERAND_COUNT: dict[Op, int] = {
 }
 """Operands that an instruction reads; 2 where it is not named here."""
 
-OF_ACTORS = frozenset({Op.STATE, Op.WITHIN, Op.LEAD, Op.TTC, Op.SPAWN, Op.SEES, Op.NOTICES, Op.TOUCHES})
+OF_ACTORS = frozenset({Op.STATE, Op.WITHIN, Op.LEAD, Op.TTC, Op.SPAWN, Op.SEES, Op.NOTICES, Op.TOUCHES, Op.VELOCITY})
 """Their plain operands are actors (of STATE the first)."""
 
 WITHOUT_DESTINATION = frozenset(op for op in Op if op >= Op.JUMP and op != Op.FOLLOW)

@@ -55,7 +55,8 @@ class VariantCode:
     output: Segment
     outputs: tuple[Register, ...]
     site_values: tuple[tuple[int, ...], ...]
-    """Scene values of each draw site."""
+    """Scene values of each draw site, and that of the weather's sight (-1: none)."""
+    sight: int
     step_rows: tuple[Row, ...]
     step_temporaries: int
     rules: tuple[Segment, ...]
@@ -107,6 +108,7 @@ def lower_variant(variant: ir.Variant) -> VariantCode:
     numbered.write(variant, step, writer)
     objectives = tuple(_looked_at(step, writer, value) for value in variant.objectives)
     site_values = tuple(tuple(values.number(value) for value in site.values) for site in variant.draw_sites)
+    sight = next((values.number(value) for name, value in variant.environment if name == "sight"), -1)
 
     scene = CodeBuffer()
     scene_writer = ExpressionWriter(scene, constants, shades=_shades(variant.actors))
@@ -123,6 +125,7 @@ def lower_variant(variant: ir.Variant) -> VariantCode:
         output=Segment(start, len(scene.rows), None),
         outputs=outputs,
         site_values=site_values,
+        sight=sight,
         step_rows=step.resolved(),
         step_offsets=tuple(step.offsets),
         step_temporaries=step.temporaries,
@@ -151,9 +154,7 @@ def _shades(actors: Sequence[ir.Actor]) -> tuple[ir.Expr, ...]:
 
 
 def _requirement(buffer: CodeBuffer, writer: ExpressionWriter, requirement: ir.Requirement) -> tuple[Segment, Segment]:
-    """Condition and margin. A soft requirement may be skipped and a margin is asked for rarely, so later code must
-    not rely on what they computed.
-    """
+    """Condition and margin. Later code must not rely on what a soft requirement or a margin has computed."""
     within = writer if requirement.probability >= 1 else writer.branch()
     condition = _segment(buffer, within, requirement.condition)
     if requirement.margin is None:

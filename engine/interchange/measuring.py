@@ -6,7 +6,7 @@ was such a run has the same numbers again.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,13 +16,12 @@ from engine.interchange.contract import OURS, Finding, InterchangeError
 from engine.interchange.recording import OF_STEPS, SAME_INSTANT, RecordedCase, Recording, states_at
 from engine.kernels.approach import Touch, search_contact_of
 from engine.kernels.fault import fault_of
-from engine.kernels.pair import measure_pair
-from engine.metrics import Body, Metric, measure_trajectory
+from engine.kernels.pair import PLACES, measure_pair
+from engine.metrics import Body, Metric, measure_trajectory, outlines_of
 from engine.outcomes import PAIRS, Outcomes, blank_outcomes
-from engine.program import RoadSpec
 from engine.risk import PROFILES, Risk, assess
 from engine.scenes import Trajectory
-from engine.tables import ROAD_REGION, Floats
+from engine.tables import ROAD_REGION, Floats, RoadTables, no_road
 from engine.vehicles import MODELS
 from engine.vocabulary import EndReason, State, Verdict
 
@@ -63,7 +62,8 @@ def measure(recording: Recording, profile: str = "paper") -> Measured:
         raise InterchangeError(f"there is no risk profile `{profile}`", f"name one of {', '.join(PROFILES)}")
     _check(recording)
     recording = recording.from_zero()
-    outlines = np.array([[actor.length, actor.width, actor.rear_to_center] for actor in recording.actors])
+    bodies = _bodies(recording)
+    outlines = outlines_of(bodies)
     instants: Floats = np.arange(_steps(recording) + 1, dtype=np.float64) * recording.step
     steps = states_at(recording, instants)
     states = np.ascontiguousarray(recording.states)
@@ -74,7 +74,7 @@ def measure(recording: Recording, profile: str = "paper") -> Measured:
     contact = min(end.last, len(steps) - 1) if end.touch.sample >= 0 else -1
     trajectory = Trajectory(instants, steps, outlines[:, :2].copy(), contact)
     outcomes = _outcomes(recording, _judged(steps, end), outlines, end, others)
-    metrics = measure_trajectory(trajectory, outcomes, _bodies(recording), commands=recording.commands)
+    metrics = measure_trajectory(trajectory, outcomes, bodies, commands=recording.commands)
     return Measured(outcomes, assess(outcomes, PROFILES[profile]), metrics, trajectory)
 
 
@@ -178,12 +178,19 @@ def _outcomes(recording: Recording, judged: Floats, outlines: Floats, end: _End,
     samples = len(judged) - (1 if end.part > 0.0 else 0)
     touched = end.touch.other
     others = range(1, len(recording.actors))
-    pairs: list[Sequence[float]] = [
+    motions = [
         measure_pair(judged, samples, recording.step, other, outlines, other == touched, end.part) for other in others
     ]
-    arrays = pair_arrays(np.array(pairs, dtype=np.float64).reshape(1, len(others), len(PAIRS)) + 0.0)  # -0.0 is 0
+    pairs = np.tile(np.array([row.fill for row in PAIRS], dtype=np.float64), (1, len(others), 1))
+    for pair, motion in enumerate(motions):
+        pairs[0, pair, list(PLACES)] = motion
+    arrays = pair_arrays(pairs + 0.0)  # -0.0 is 0
     if touched > 0:
-        arrays["fault"][0, touched - 1] = _fault(recording, judged, samples - 1, outlines, arrays, touched - 1)
+        road, intersections = _road(recording)
+        met = motions[touched - 1]
+        arrays["fault"][0, touched - 1] = fault_of(
+            judged, samples - 1, recording.step, touched, outlines, met, road, intersections
+        )
     return blank_outcomes(
         1,
         len(recording.actors),
@@ -199,27 +206,15 @@ def _outcomes(recording: Recording, judged: Floats, outlines: Floats, end: _End,
     )
 
 
-def _fault(
-    recording: Recording, judged: Floats, last: int, outlines: Floats, pairs: Mapping[str, np.ndarray], pair: int
-) -> int:
-    """The `Fault` of the ego's contact; without a road of ours one may stand anywhere."""
+def _road(recording: Recording) -> tuple[RoadTables, int]:
+    """The road and its intersections; without a road of ours one may stand anywhere."""
+    if recording.road is None:
+        return no_road(), 0
     from engine.road import build_network
     from engine.road.network import road_tables
 
-    network = build_network(recording.road or RoadSpec())
-    return fault_of(
-        judged,
-        last,
-        recording.step,
-        float(outlines[0, 0]),
-        float(outlines[0, 1]),
-        plain(road_tables(network)),
-        len(network.intersections) if recording.road is not None else 0,
-        float(pairs["side"][0, pair]),
-        float(pairs["ego_speed"][0, pair]),
-        float(pairs["other_speed"][0, pair]),
-        float(pairs["approach_angle"][0, pair]),
-    )
+    network = build_network(recording.road)
+    return plain(road_tables(network)), len(network.intersections)
 
 
 def _among_others(recording: Recording, end: _End, touch: Touch) -> dict[str, np.ndarray]:

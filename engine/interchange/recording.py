@@ -340,8 +340,7 @@ def _with_contact(run: "WorldRun", step: float) -> tuple[Floats, Floats]:
     if run.touching is None:
         return time, states
     instant, after = float(run.outcomes.end_time[0]), run.trajectory.contact_sample + 1
-    touching = run.touching.copy()
-    touching[touching[:, State.PRESENT] < 1, State.PRESENT] = 0  # an actor that leaves in this step counts as absent
+    touching = run.touching
     for sample in (after - 1, after):
         if sample < len(time) and abs(time[sample] - instant) < SAME_INSTANT:
             states = states.copy()

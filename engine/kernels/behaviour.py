@@ -23,10 +23,10 @@ from engine.kernels.path import path_distance, path_pose, path_project, path_pro
 from engine.kernels.random_numbers import ATTEMPT_CHANNEL, open_stream, uniform
 from engine.kernels.region import region_contains
 from engine.kernels.sight import SEEN
-from engine.kernels.stage import Plan, Run, Slot, Status, column_of, outline_of, place
+from engine.kernels.stage import Leg, Plan, Run, Slot, Status, column_of, outline_of, place
 from engine.kernels.steering import pedals_towards, planned_speed, steer_along, turn_along
 from engine.opcodes import Op
-from engine.tables import ROAD_REGION
+from engine.tables import ROAD_REGION, SLIDING
 from engine.vocabulary import ActorKind, Column, Command, Purpose, State
 
 # -- the others around -------------------------------------------------------------------------------------------------
@@ -65,6 +65,9 @@ def leader(plan: Plan, run: Run, sample: int, me: int, path: int, reach: float) 
             between = max(0.0, foot - shadow(box, cos, sin) - front)
             if between < gap and notices(plan, run, sample, me, other, reach):
                 gap, speed = between, run.states[sample, other, State.SPEED] * math.cos(box.heading - heading)
+                if run.states[sample, other, State.PRESENT] == SLIDING:
+                    rate = _velocity(run, sample, other)
+                    speed = rate.x * cos + rate.y * sin
     return Leader(gap, speed)
 
 
@@ -96,6 +99,9 @@ def _pair(plan: Plan, run: Run, sample: int, one: int, other: int) -> Snapshot:
 
 @inlined
 def _rate(plan: Plan, run: Run, sample: int, actor: int) -> Rate:
+    """Of the outline's centre; of a body that slides, at the end of its leg, as the record has no later sample yet."""
+    if run.states[sample, actor, State.PRESENT] == SLIDING:
+        return _velocity(run, sample, actor)
     to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
     return center_velocity(run.states, sample + 1, sample, plan.layout.time_step, actor, to_center)
 
@@ -148,6 +154,8 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
             registers[dst] = 1.0 if sees else 0.0
         elif op == Op.NOTICES:
             registers[dst] = 1.0 if notices(plan, run, sample, a, b, registers[int(code[row - 1, 4])]) else 0.0
+        elif op == Op.VELOCITY:
+            registers[dst], registers[dst + 1] = _velocity(run, sample, a)
         elif op == Op.TOUCHES:
             touched = run.status[Status.CONTACT_ONE] >= 0
             registers[dst] = 1.0 if touched and (a < 0 or a == run.status[Status.CONTACT_OTHER]) else 0.0
@@ -190,6 +198,15 @@ def interpret(plan: Plan, run: Run, actor: int, row: int) -> Turn:
             signal = SEGMENT_ENDED
             break
     return Turn(signal, row if signal == OUT_OF_BUDGET else detail)
+
+
+@inlined
+def _velocity(run: Run, sample: int, actor: int) -> Rate:
+    """Of the rear axle along its heading; of a body that slides, of its centre, at the end of its leg."""
+    row = run.states[sample, actor]
+    if row[State.PRESENT] == SLIDING:
+        return Rate(run.legs[actor, Leg.VX1], run.legs[actor, Leg.VY1])
+    return Rate(row[State.SPEED] * math.cos(row[State.HEADING]), row[State.SPEED] * math.sin(row[State.HEADING]))
 
 
 @inlined
@@ -272,13 +289,13 @@ def _follow(plan: Plan, run: Run, sample: int, actor: int, row: int) -> bool:
 @inlined
 def _arrives(plan: Plan, run: Run, sample: int, actor: int, path: int, left: float) -> bool:
     """Whether an actor whose rear axle has so far to go [m] has come to the end of its path: with its centre, or, where
-    the road ends too, so near that its outline would pass the end in the coming step.
+    the road ends too, so near that its outline would pass the end before its next turn.
     """
     to_center = column_of(plan, run, actor, Column.REAR_TO_CENTER)
     if left <= to_center:
         return True
     length, width = column_of(plan, run, actor, Column.LENGTH), column_of(plan, run, actor, Column.WIDTH)
-    step, speed = plan.layout.time_step, run.states[sample, actor, State.SPEED]
+    step, speed = plan.layout.time_step * plan.layout.hold, run.states[sample, actor, State.SPEED]
     way = (speed + 0.5 * column_of(plan, run, actor, Column.MAX_ACCELERATION) * step) * step
     if left > to_center + 0.5 * (length + width) + way:
         return False

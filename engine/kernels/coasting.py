@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from engine.kernels.bicycle import GRAVITY, clip, small_turn, travelled
 from engine.kernels.jit import inlined, kernel
+from engine.vocabulary import ActorKind
 
 SUBSTEP = 0.005
 """Of a slide [s]."""
@@ -68,6 +69,12 @@ def coast(body: Coasting, supports: Supports, duration: float) -> Coasting:
         if body.vx == 0.0 and body.vy == 0.0 and body.spin == 0.0:
             break
     return body
+
+
+@kernel
+def slowed(body: Coasting, supports: Supports, step: float) -> Coasting:
+    """The velocities after the friction of a step, for a host that moves bodies itself."""
+    return _rub(body, supports, step)
 
 
 @inlined
@@ -171,6 +178,12 @@ def roll(body: Coasting, supports: Supports, duration: float) -> Coasting:
         slower * sin + swing * cos,
         spin,
     )
+
+
+@inlined
+def has_axles(kind: int) -> bool:
+    """Whether a kind stays on wheels that roll when nobody drives: two-wheelers fall over."""
+    return kind == ActorKind.CAR or kind == ActorKind.TRUCK or kind == ActorKind.BUS
 
 
 @inlined

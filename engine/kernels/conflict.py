@@ -1,4 +1,4 @@
-"""Surrogate measures of safety of one pair beside those of `measure`: TTC, DRAC, THW, time gap, PET.
+"""Surrogate measures of safety of one pair beside those of `pair`: TTC, DRAC, THW, time gap, PET.
 
 "TTC" alone is not one number: the same left turn has 4.25 s, 4.06 s, 1.96 s or infinity under four usual definitions.
 Each function says which one it is. Infinity means that the danger measured is not there.

@@ -211,6 +211,9 @@ class Rolling(NamedTuple):
 
 @inlined
 def _kinematic(car: Drift, steer_rate: float, acceleration: float, chassis: Chassis) -> Rolling:
+    """The equations of CommonRoad as they are, though of atan(share tan(steer)) the derivative has (share tan)^2; both
+    are alike where this model counts, at walking pace with wheels that turn slowly.
+    """
     wheelbase = chassis.front + chassis.rear
     tan, cos = math.tan(car.steer), math.cos(car.steer)
     share = chassis.rear / wheelbase

@@ -1,21 +1,30 @@
 """Whose failure a contact of the ego is, as far as motion and road say: it may have been struck.
 
-Two contacts are no failure of the ego. Another runs into it from behind: contact is at the ego's rear, and the other
-is the faster of the two along the ego's heading. Or the ego stands where one may stand: it has stood for the last
-second, or since the run began, and no part of it is in an intersection.
+Two contacts are no failure of the ego. Another runs into it from behind: contact is at the ego's rear, the ego does not
+back, the other is the faster of the two along the ego's heading, and for the last second, or since both were there, it
+came behind the ego on the way by which the ego had come. (Who cuts in before another, or turns in, is not struck.) Or
+the ego stands where one may stand: it has stood for the last second, or since the run began, and no part of it is in an
+intersection, or in a lane that leads against its heading or across it.
 """
 
 import math
 
+from engine.kernels.conflict import shadow
+from engine.kernels.geometry import outline_at
 from engine.kernels.jit import inlined, kernel
-from engine.kernels.region import region_contains
-from engine.tables import Floats, RoadTables
+from engine.kernels.pair import PairMetrics
+from engine.kernels.path import chain_pose, chain_project
+from engine.kernels.region import lane_nearest, region_contains
+from engine.tables import ROAD_REGION, Floats, RoadTables
 from engine.vocabulary import Fault, Side, State
 
 STANDING = 0.1
 """Who is slower stands [m/s]."""
 SETTLED = 1.0
-"""For how long it must have stood [s]; *ours*: as long as another takes to see it and to begin to brake."""
+"""For how long it must have stood, or been followed [s]; *ours*: as long as another takes to see it and to begin to
+brake."""
+ACROSS = 1e-6
+"""Cosines that are no greater may be rounding noise: exactly across is against."""
 EGO, FROM_BEHIND, WHILE_STANDING = map(int, Fault)
 REAR = int(Side.REAR)
 
@@ -25,25 +34,51 @@ def fault_of(
     states: Floats,
     last: int,
     time_step: float,
-    length: float,
-    width: float,
+    other: int,
+    outlines: Floats,
+    met: PairMetrics,
     road: RoadTables,
     intersections: int,
-    side: float,
-    ego_speed: float,
-    other_speed: float,
-    angle: float,
 ) -> int:
-    """The `Fault` of a contact in the step after sample `last`, where the ego is actor 0.
+    """The `Fault` of the contact of actor 0, the ego, with `other` in the step after sample `last`.
 
-    Its outline [m]; the road's regions 1 to `intersections` are intersections; `side`, speeds [m/s] and `angle` [rad]
-    as `pair.measure_pair` has them at contact.
+    `met` is what `pair.measure_pair` says of the two, with the same `outlines`; the road's regions 1 to `intersections`
+    are intersections. A road without regions says nothing of where one may stand.
     """
-    if int(side) == REAR and other_speed * math.cos(angle) > ego_speed:
+    forwards = met.ego_speed > -STANDING
+    faster = met.other_speed * math.cos(met.approach_angle) > max(0.0, met.ego_speed)
+    if int(met.side) == REAR and forwards and faster and _was_followed(states, last, time_step, other, outlines):
         return FROM_BEHIND
-    if _stood(states, last, time_step) and not _is_in_the_way(states, last, length, width, road, intersections):
+    if _stood(states, last, time_step) and not _is_in_the_way(states, last, outlines, road, intersections):
         return WHILE_STANDING
     return EGO
+
+
+@kernel
+def _was_followed(states: Floats, last: int, time_step: float, other: int, outlines: Floats) -> bool:
+    """Whether the other has been behind, in the strip that the ego has swept, for `SETTLED` or since both were there.
+
+    Where it was abreast of an earlier pose of the ego, it reaches into the strip as wide as the ego there; who was
+    behind all of them is held against the first one.
+    """
+    pose = last
+    for k in range(last, max(0, last - math.ceil(SETTLED / time_step)) - 1, -1):
+        if states[k, 0, State.PRESENT] == 0.0 or states[k, other, State.PRESENT] == 0.0:
+            return True
+        them = outline_at(states, k, other, outlines)
+        pose = min(pose, k)
+        ahead = 0.0
+        while True:
+            ego = outline_at(states, pose, 0, outlines)
+            cos, sin = math.cos(ego.heading), math.sin(ego.heading)
+            ahead = cos * (them.x - ego.x) + sin * (them.y - ego.y)
+            if ahead >= 0.0 or pose == 0 or states[pose - 1, 0, State.PRESENT] == 0.0:
+                break
+            pose -= 1
+        aside = cos * (them.y - ego.y) - sin * (them.x - ego.x)
+        if (pose == k and ahead >= 0.0) or abs(aside) >= 0.5 * ego.width + shadow(them, -sin, cos):
+            return False
+    return True
 
 
 @inlined
@@ -55,17 +90,29 @@ def _stood(states: Floats, last: int, time_step: float) -> bool:
     return True
 
 
-@inlined
-def _is_in_the_way(
-    states: Floats, last: int, length: float, width: float, road: RoadTables, intersections: int
-) -> bool:
-    """Whether the ego's centre, or a corner, lies in an intersection."""
-    x, y, heading = states[last, 0, State.X], states[last, 0, State.Y], states[last, 0, State.HEADING]
-    cos, sin = math.cos(heading), math.sin(heading)
-    for region in range(1, min(intersections, len(road.region_start) - 2) + 1):
-        for place in range(5):
-            along = 0.0 if place == 4 else 0.5 * length * (1.0 if place < 2 else -1.0)
-            across = 0.0 if place == 4 else 0.5 * width * (1.0 if place % 2 == 0 else -1.0)
-            if region_contains(road, region, x + along * cos - across * sin, y + along * sin + across * cos):
+@kernel
+def _is_in_the_way(states: Floats, last: int, outlines: Floats, road: RoadTables, intersections: int) -> bool:
+    """Whether the ego's centre, or a corner, lies in an intersection, or where a lane leads another way."""
+    ego = outline_at(states, last, 0, outlines)
+    cos, sin = math.cos(ego.heading), math.sin(ego.heading)
+    for place in range(5):
+        along = 0.0 if place == 4 else 0.5 * ego.length * (1.0 if place < 2 else -1.0)
+        across = 0.0 if place == 4 else 0.5 * ego.width * (1.0 if place % 2 == 0 else -1.0)
+        x, y = ego.x + along * cos - across * sin, ego.y + along * sin + across * cos
+        for region in range(1, min(intersections, len(road.region_start) - 2) + 1):
+            if region_contains(road, region, x, y):
                 return True
+        if _leads_against(road, x, y, ego.heading):
+            return True
     return False
+
+
+@inlined
+def _leads_against(road: RoadTables, x: float, y: float, heading: float) -> bool:
+    """Whether the lane at (x, y) leads against a heading, or right across it; off the road none does."""
+    if len(road.lane_path) == 0 or not region_contains(road, ROAD_REGION, x, y):
+        return False
+    path = int(road.lane_path[lane_nearest(road, x, y, math.nan)])
+    first, last = int(road.path_start[path]), int(road.path_start[path + 1])
+    s, _ = chain_project(road.primitives, first, last, x, y)
+    return math.cos(chain_pose(road.primitives, first, last, s).heading - heading) <= ACROSS

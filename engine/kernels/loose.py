@@ -2,12 +2,12 @@
 
 import math
 
-from engine.kernels.coasting import STILL, Coasting, Supports, coast, grips, roll, supports_of
+from engine.kernels.coasting import STILL, Coasting, Supports, coast, grips, has_axles, roll, supports_of
 from engine.kernels.dynamics import WHEEL_RADIUS
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.stage import LOOSE, Leg, Plan, Run, Slot, column_of
 from engine.tables import SLIDING, Floats
-from engine.vocabulary import ActorKind, Column, State
+from engine.vocabulary import Column, State
 
 
 @kernel
@@ -41,9 +41,8 @@ def go_on(plan: Plan, run: Run, actor: int, steer: float, duration: float) -> No
 
 @inlined
 def _supports(plan: Plan, run: Run, actor: int, steer: float) -> Supports:
-    kind = plan.kinds[actor]
     return supports_of(
-        kind == ActorKind.CAR or kind == ActorKind.TRUCK or kind == ActorKind.BUS,
+        has_axles(plan.kinds[actor]),
         column_of(plan, run, actor, Column.LENGTH),
         column_of(plan, run, actor, Column.WIDTH),
         column_of(plan, run, actor, Column.WHEELBASE),
@@ -57,8 +56,8 @@ def _supports(plan: Plan, run: Run, actor: int, steer: float) -> Supports:
 
 @inlined
 def write_loose(plan: Plan, run: Run, sample: int, actor: int) -> None:
-    """The end of a loose body's leg, as the next sample. A driver who goes on keeps hold of the wheel where a touch
-    leaves the tyres their grip.
+    """The end of a loose body's leg, as the next sample: `SLIDING` also where its driver has it in hand again. A driver
+    who goes on keeps hold of the wheel where a touch leaves the tyres their grip.
     """
     leg, row = run.legs[actor], run.states[sample + 1, actor]
     cos, sin = math.cos(leg[Leg.HEADING1]), math.sin(leg[Leg.HEADING1])
@@ -80,7 +79,7 @@ def write_loose(plan: Plan, run: Run, sample: int, actor: int) -> None:
         )
         run.actors[actor, Slot.COS], run.actors[actor, Slot.SIN] = cos, sin
         run.actors[actor, Slot.FREE] = 0.0
-        row[State.SPEED], row[State.PRESENT] = speed if abs(speed) >= STILL else max(0.0, speed), 1.0
+        row[State.SPEED] = speed if abs(speed) >= STILL else max(0.0, speed)
         _let_tyres_roll(run.actors[actor], leg, speed, leg[Leg.VY1] * cos - leg[Leg.VX1] * sin)
 
 
@@ -97,6 +96,5 @@ def _may_go_on(plan: Plan, leg: Floats, actor: int, speed: float) -> bool:
     """Whether a driver has the body in hand again: its wheels roll, or stand. Tyres that slip know forwards alone."""
     if plan.slides[actor] != 0 and speed < -STILL:
         return False
-    wheels = plan.kinds[actor] == ActorKind.CAR or plan.kinds[actor] == ActorKind.TRUCK
-    wheels = wheels or plan.kinds[actor] == ActorKind.BUS
-    return wheels and (leg[Leg.ROLLING] != 0.0 or (leg[Leg.VX1] == 0.0 and leg[Leg.VY1] == 0.0))
+    stands = leg[Leg.VX1] == 0.0 and leg[Leg.VY1] == 0.0
+    return has_axles(plan.kinds[actor]) and (leg[Leg.ROLLING] != 0.0 or stands)

@@ -6,12 +6,11 @@ neither sees, nor is seen, nor hides anybody.
 """
 
 import math
-from typing import NamedTuple
 
 from engine.kernels.conflict import Snapshot, time_to_collision
 from engine.kernels.geometry import Box, View
 from engine.kernels.jit import inlined, kernel
-from engine.kernels.pair import center_velocity
+from engine.kernels.pair import ROWS, center_velocity
 from engine.kernels.sight import HIDDEN, OUTSIDE, SEEN, in_reach, look
 from engine.kernels.stage import Plan, Run, Status, column_of, outline_of
 from engine.tables import SHADE, Floats
@@ -101,39 +100,34 @@ def sees_within(plan: Plan, run: Run, sample: int, me: int, distance: float) -> 
     return False
 
 
-# -- what the ego saw of another -------------------------------------------------------------------------------------
+# -- what the ego saw of the others ------------------------------------------------------------------------------------
 
-
-class Sighting(NamedTuple):
-    """How a run looked to the ego: what `engine.outcomes` calls by these names."""
-
-    first_seen: float
-    """[s]; NaN if never."""
-    ttc_at_first_sight: float
-    """[s]; infinite where they were not on a collision course, NaN if never seen."""
-    hidden_time: float
-    """[s]"""
+FIRST_SEEN, TTC_THEN, HIDDEN_TIME = (ROWS.index(name) for name in ("first_seen", "ttc_at_first_sight", "hidden_time"))
 
 
 @kernel
-def sighting_of(plan: Plan, run: Run, samples: int, ending: float, other: int, outlines: Floats) -> Sighting:
-    """What the ego saw of `other` in the first `samples` samples of a run and the part `ending` of a step after them;
-    `outlines` as in `pair.measure_pair`. What is seen at a sample holds for the step that follows.
+def note_sightings(plan: Plan, run: Run, samples: int, ending: float, outlines: Floats, pairs: Floats) -> None:
+    """Write what the ego saw in the first `samples` samples of a run, and the part `ending` of a step after them, into
+    the row of each pair; `outlines` as in `pair.measure_pair`. What is seen at a sample holds for the step after it.
 
     Where nobody else and no building can hide it, one that was seen needs no further look.
     """
-    time_step = plan.layout.time_step
     hideable = len(plan.kinds) > 2 or len(plan.road.buildings) > 0
-    first, time, hidden = math.nan, math.nan, 0.0
+    for row in pairs:
+        row[FIRST_SEEN] = row[TTC_THEN] = math.nan
+        row[HIDDEN_TIME] = 0.0
     for sample in range(samples):
-        verdict = look_at(plan, run, sample, 0, other)
-        if verdict == HIDDEN:
-            hidden += 1.0 if sample + 1 < samples else ending
-        if verdict == SEEN and math.isnan(first):
-            first, time = sample * time_step, time_to_collision(_pair(plan, run, sample, samples, other, outlines))
-            if not hideable:
-                break
-    return Sighting(first, time, hidden * time_step)
+        for other in range(1, len(plan.kinds)):
+            row = pairs[other - 1]
+            unseen = math.isnan(row[FIRST_SEEN])
+            verdict = look_at(plan, run, sample, 0, other) if unseen or hideable else OUTSIDE
+            if verdict == HIDDEN:
+                row[HIDDEN_TIME] += 1.0 if sample + 1 < samples else ending
+            if verdict == SEEN and unseen:
+                row[FIRST_SEEN] = sample * plan.layout.time_step
+                row[TTC_THEN] = time_to_collision(_pair(plan, run, sample, samples, other, outlines))
+    for row in pairs:
+        row[HIDDEN_TIME] *= plan.layout.time_step
 
 
 @inlined

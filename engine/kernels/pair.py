@@ -33,13 +33,20 @@ and whether D_MS is a number must not hang on its sign."""
 FRONT, LEFT, REAR, RIGHT = map(int, Side)
 
 
+ROWS = [row.name for row in PAIRS]
+NOT_OF_MOTION = ("first_seen", "ttc_at_first_sight", "hidden_time", "fault")
+"""What views and the road tell of a pair: `kernels.rows` adds it."""
+
 if TYPE_CHECKING:
 
     class PairMetrics(Any):
-        """Metrics of one pair, by the table in `engine.outcomes`: floats. Times count from the start of the run."""
+        """What motion tells of one pair, by the table in `engine.outcomes`: floats. Times count from its start."""
 
 else:
-    PairMetrics = namedtuple("PairMetrics", [row.name for row in PAIRS])
+    PairMetrics = namedtuple("PairMetrics", [name for name in ROWS if name not in NOT_OF_MOTION])
+
+PLACES: tuple[int, ...] = tuple(ROWS.index(name) for name in PairMetrics._fields)
+"""Where each of them stands in the row of a pair."""
 
 
 class Approach(NamedTuple):
@@ -113,10 +120,6 @@ def measure_pair(
         approach_angle=approach.angle,
         closing_speed=approach.closing_speed,
         side=float(approach.side),
-        first_seen=math.nan,
-        ttc_at_first_sight=math.nan,
-        hidden_time=math.nan,
-        fault=-1.0,
     )
 
 
@@ -135,10 +138,6 @@ def _never_together() -> PairMetrics:
         approach_angle=math.nan,
         closing_speed=math.nan,
         side=-1.0,
-        first_seen=math.nan,
-        ttc_at_first_sight=math.nan,
-        hidden_time=math.nan,
-        fault=-1.0,
     )
 
 
@@ -238,7 +237,8 @@ def _side(ego: Box, other: Box) -> int:
 def center_velocity(states: Floats, samples: int, k: int, time_step: float, actor: int, to_center: float) -> Rate:
     """Velocity of an outline's centre at sample k: the rear axle's speed along the heading, and the swing about it.
 
-    Of a body that slides after an impact it is the way of its centre between the samples beside.
+    Of a body that slides after an impact it is the way of its centre between the samples beside; at the first after
+    the impact that to the next one alone, so that it has nothing of what was before the blow.
 
     The yaw rate is the central difference of the headings, so that it holds whatever limited the turn; at the last of
     the samples it is that of the step before.
@@ -247,6 +247,8 @@ def center_velocity(states: Floats, samples: int, k: int, time_step: float, acto
     cos, sin = math.cos(heading), math.sin(heading)
     before, after = max(k - 1, 0), min(k + 1, samples - 1)
     if states[k, actor, State.PRESENT] == SLIDING and after > before:
+        if states[before, actor, State.PRESENT] != SLIDING and after > k:
+            before = k
         time = (after - before) * time_step
         way_x = states[after, actor, State.X] - states[before, actor, State.X]
         return Rate(way_x / time, (states[after, actor, State.Y] - states[before, actor, State.Y]) / time)

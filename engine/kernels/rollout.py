@@ -17,8 +17,8 @@ How a host uses it:
 `run.status` then tells where the run stands (`stage.Status`), `run.states[: sample + 1]` is its record. At the ego's
 first contact in (t_k, t_k+1] the current sample is k + 1: its row holds where everybody would be had it touched nobody.
 
-Two others who touch do not end the run: `kernels.loose` settles what they do to one another, and in the step in which
-they do so the ego meets them on the straight ways between their samples, as in every step.
+Two others who touch do not end the run: `kernels.meetings` settles what they do to one another, and in the step in
+which they do so the ego meets them on the straight ways between their samples, as in every step.
 
 What contact physics does after the ego's contact is not scored. A world host marks the bodies that it has taken over
 (`run.actors[i, Slot.FREE] = HOSTED`), writes their states into the current row k, and calls
@@ -287,7 +287,7 @@ def _move(plan: Plan, run: Run, sample: int, actor: int) -> None:
         slots[actor, Slot.SET_SPEED] = NO_SPEED
     way = heads(speed, slots[actor, Slot.REVERSE], plan.kinds[actor])
     pushed = push(plan, run, sample, actor, vehicle, way * speed, way)
-    faces = 1.0 if plan.slides[actor] != 0 else way  # tyres that slip know backwards themselves
+    faces = 1.0 if plan.slides[actor] != 0 else way  # a car that slips is turned back by a spin alone
     heading, steer = run.states[sample, actor, State.HEADING], run.states[sample, actor, State.STEER]
     motion = Motion(
         slots[actor, Slot.REAR_X],

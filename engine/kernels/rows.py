@@ -6,22 +6,20 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from engine.kernels.fault import fault_of
 from engine.kernels.grip import grip_used
-from engine.kernels.jit import inlined, kernel
+from engine.kernels.jit import kernel
 from engine.kernels.judging import judge
-from engine.kernels.noticing import sighting_of
-from engine.kernels.pair import PairMetrics, measure_pair
+from engine.kernels.noticing import note_sightings
+from engine.kernels.pair import PLACES, ROWS, measure_pair
 from engine.kernels.rollout import advance, begin
-from engine.kernels.stage import COLUMNS, RUNNING, Plan, Run, Slot, Status, vehicle_of
+from engine.kernels.stage import RUNNING, Plan, Run, Slot, Status, note_outlines, vehicle_of
 from engine.outcomes import OUTCOMES, PAIRS, Per
 from engine.tables import Floats, Ints
-from engine.vocabulary import ActorKind, Column, EndReason, Verdict
+from engine.vocabulary import ActorKind, EndReason, Verdict
 
-FAULT = [row.name for row in PAIRS].index("fault")
-"""Where a pair's row has it; what road and record tell is none of `measure_pair`."""
+FAULT = ROWS.index("fault")
+"""Where a pair's row has it."""
 FILLS = tuple(float(row.fill) for row in PAIRS)
 """What an invalid run has of each number of a pair."""
-FIRST_SEEN = [row.name for row in PAIRS].index("first_seen")
-"""Where the numbers of `noticing.Sighting` stand among those of a pair, one beside the other."""
 
 
 class Requested(NamedTuple):
@@ -72,13 +70,16 @@ def _simulate_row(plan: Plan, scenes: Requested, row: int, run: Run, outlines: F
     advance(plan, run, plan.layout.last_sample + 1, run.status[Status.END] == RUNNING)
     valid = note_end(run, row, out)
     if valid:
-        measure_run(plan, run, scenes.values[row], row, outlines, out)
+        measure_run(plan, run, row, outlines, out)
     return valid
 
 
 @kernel
 def note_end(run: Run, row: int, out: Results) -> bool:
-    """How the scored run ended, into its row; whether it is valid, so that it may be measured."""
+    """How the scored run ended, into its row; whether it is valid, so that it may be measured.
+
+    Two others may have touched after that end, in the ego's last step or before a temporal rule was judged.
+    """
     reason = run.status[Status.END]
     if reason == EndReason.BROKEN or reason == EndReason.STUCK:
         out.verdict[row] = Verdict.ERROR
@@ -91,9 +92,10 @@ def note_end(run: Run, row: int, out: Results) -> bool:
     out.collided[row] = reason == EndReason.COLLISION
     out.contact_actors[row, 0] = run.status[Status.CONTACT_ONE]
     out.contact_actors[row, 1] = run.status[Status.CONTACT_OTHER]
-    out.others_contact_time[row] = run.end[2]
-    out.others_contact_actors[row, 0] = run.status[Status.OTHERS_ONE]
-    out.others_contact_actors[row, 1] = run.status[Status.OTHERS_OTHER]
+    if run.end[2] <= run.end[0]:
+        out.others_contact_time[row] = run.end[2]
+        out.others_contact_actors[row, 0] = run.status[Status.OTHERS_ONE]
+        out.others_contact_actors[row, 1] = run.status[Status.OTHERS_OTHER]
     for actor in range(len(run.actors)):
         out.left_road_time[row, actor] = run.actors[actor, Slot.LEFT_ROAD]
     return out.verdict[row] == Verdict.VALID
@@ -116,48 +118,25 @@ def note_objectives(plan: Plan, run: Run, row: int, outlines: Floats, out: Resul
 
 
 @kernel
-def measure_run(plan: Plan, run: Run, values: Floats, row: int, outlines: Floats, out: Results) -> None:
+def measure_run(plan: Plan, run: Run, row: int, outlines: Floats, out: Results) -> None:
     """Metrics of each pair (ego, other) over the samples up to contact or the end, into the run's row."""
-    for actor in range(len(plan.kinds)):
-        outlines[actor, 0] = values[actor * COLUMNS + Column.LENGTH]
-        outlines[actor, 1] = values[actor * COLUMNS + Column.WIDTH]
-        outlines[actor, 2] = values[actor * COLUMNS + Column.REAR_TO_CENTER]
+    note_outlines(plan, run, outlines)
     touching = run.status[Status.CONTACT_OTHER]
-    ending = run.end[1]
+    ending, time_step = run.end[1], plan.layout.time_step
     samples = run.status[Status.SAMPLE] + (0 if ending > 0.0 else 1)
     for other in range(1, len(plan.kinds)):
-        metrics = measure_pair(run.states, samples, plan.layout.time_step, other, outlines, touching == other, ending)
+        metrics = measure_pair(run.states, samples, time_step, other, outlines, touching == other, ending)
         for number in range(len(metrics)):
-            out.pairs[row, other - 1, number] = metrics[number]
+            out.pairs[row, other - 1, PLACES[number]] = metrics[number]
         if touching == other:
-            out.pairs[row, other - 1, FAULT] = _fault(plan, run, samples - 1, outlines, metrics)
-        sighting = sighting_of(plan, run, samples, ending, other, outlines)
-        for number in range(len(sighting)):
-            out.pairs[row, other - 1, FIRST_SEEN + number] = sighting[number]
+            places = plan.layout.intersections
+            fault = fault_of(run.states, samples - 1, time_step, other, outlines, metrics, plan.road, places)
+            out.pairs[row, other - 1, FAULT] = float(fault)
+    note_sightings(plan, run, samples, ending, outlines, out.pairs[row])
     for actor in range(len(plan.kinds)):
         if plan.kinds[actor] != ActorKind.PEDESTRIAN and plan.kinds[actor] != ActorKind.OBSTACLE:
             grip = vehicle_of(plan, run, actor).grip
-            used = grip_used(run.states, run.status[Status.SAMPLE], plan.layout.time_step, actor, grip)
+            used = grip_used(run.states, run.status[Status.SAMPLE], time_step, actor, grip)
             out.lateral_grip[row, actor] = used.sideways
             out.combined_grip[row, actor] = used.together
     run.status[Status.SHADED] = -1
-
-
-@inlined
-def _fault(plan: Plan, run: Run, last: int, outlines: Floats, metrics: PairMetrics) -> float:
-    """The `Fault` of a contact in the step after sample `last`."""
-    return float(
-        fault_of(
-            run.states,
-            last,
-            plan.layout.time_step,
-            outlines[0, 0],
-            outlines[0, 1],
-            plan.road,
-            plan.layout.intersections,
-            metrics.side,
-            metrics.ego_speed,
-            metrics.other_speed,
-            metrics.approach_angle,
-        )
-    )

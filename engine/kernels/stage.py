@@ -94,8 +94,7 @@ class Plan(NamedTuple):
     gyration: Floats
     """(actors,): yaw inertia over mass times the squared diagonal of the outline."""
     slides: Ints
-    """(actors,) 1 for those whose tyres slip (`kernels.dynamics`): only where a run is made again to see whether that
-    matters."""
+    """(actors,) 1 for those whose tyres slip (`kernels.dynamics`), in runs that are made again to see why."""
     road: RoadTables
     layout: Layout
 
@@ -142,10 +141,7 @@ LOOSE, HOSTED, REPLACED = 1.0, 2.0, 3.0
 
 
 class Leg(IntEnum):
-    """Columns of `Run.legs`: how an actor moves through the rest of a step, straight from a pose to another.
-
-    Kept for loose bodies; of others it is filled in for a step in which somebody touches.
-    """
+    """Columns of `Run.legs`: a straight way through the rest of a step, of loose bodies and of all where some touch."""
 
     BEGIN = 0
     """Part of the step at which the leg begins; it ends at 1."""
@@ -276,7 +272,7 @@ class Run(NamedTuple):
     final: Floats
     """… (registers,): those of what is worked out when the run is over; both are empty without objectives."""
     shades: Floats
-    """(actors * `sight.SHADE`,): the outlines that hide, of the sample `Status.SHADED`."""
+    """(actors * `tables.SHADE`,): the outlines that hide, of the sample `Status.SHADED`."""
 
 
 @inlined
@@ -309,6 +305,15 @@ def outline_of(plan: Plan, run: Run, sample: int, actor: int) -> Box:
         column_of(plan, run, actor, Column.LENGTH),
         column_of(plan, run, actor, Column.WIDTH),
     )
+
+
+@inlined
+def note_outlines(plan: Plan, run: Run, outlines: Floats) -> None:
+    """Fill `outlines` (actors, 3) with what every measure of a run reads: length, width, rear axle to centre [m]."""
+    for actor in range(len(plan.kinds)):
+        outlines[actor, 0] = column_of(plan, run, actor, Column.LENGTH)
+        outlines[actor, 1] = column_of(plan, run, actor, Column.WIDTH)
+        outlines[actor, 2] = column_of(plan, run, actor, Column.REAR_TO_CENTER)
 
 
 @inlined

@@ -1,6 +1,6 @@
 """What can be measured of one run beside its risk: the table of metrics, their values by name, and `record`s."""
 
-from engine.metrics.bodies import Body, bodies_of
+from engine.metrics.bodies import Body, bodies_of, outlines_of
 from engine.metrics.measures import Metric, measure_impacts, measure_trajectory
 from engine.metrics.records import Recorded, recorded
 from engine.metrics.spans import scored_samples, span_together, time_step
@@ -12,6 +12,7 @@ __all__ = [
     "bodies_of",
     "measure_impacts",
     "measure_trajectory",
+    "outlines_of",
     "recorded",
     "scored_samples",
     "span_together",

@@ -32,8 +32,13 @@ def _changes_a_second(signs: Floats, steps: int, step: float) -> float:
 
 
 def hardest_braking(states: Floats, step: float) -> float:
-    """Largest deceleration that an actor really had [m/s^2], along its heading; 0 if it never slowed down."""
-    return float(np.max(-np.diff(states[:, State.SPEED]) / step, initial=0.0)) if len(states) > 1 else math.nan
+    """Largest deceleration that an actor really had [m/s^2], along its heading; 0 if it never slowed down.
+
+    Backwards, too; a step in which it turns from one way to the other tells nothing of its brakes.
+    """
+    speed = states[:, State.SPEED]
+    slower = -np.diff(np.abs(speed))[speed[1:] * speed[:-1] >= 0.0] / step
+    return float(np.max(slower, initial=0.0)) if len(states) > 1 else math.nan
 
 
 def jerk(states: Floats, step: float) -> float:
@@ -62,7 +67,7 @@ OF_ACTORS: tuple[Measure[[Floats, float]], ...] = (
         "hardest braking",
         "m/s^2",
         "largest deceleration",
-        "max of -dv / dt, step by step",
+        "max of -d|v| / dt, step by step",
         "the motion itself",
         hardest_braking,
     ),

@@ -21,12 +21,12 @@ def pedestrian_fatality(speed: float) -> float:
     return 1.0 / (1.0 + math.exp(INTERCEPT - SLOPE * KM_H * max(speed, 0.0)))
 
 
-def striking_speed(now: Snapshot, ego: ActorKind, other: ActorKind) -> float | None:
-    """Speed [m/s] of the car whose front touches the one on foot; None where no front of a car does."""
+def striking_car(now: Snapshot, ego: ActorKind, other: ActorKind) -> int | None:
+    """Which of the two, ego (0) or other (1), is a car whose front touches the one on foot; None: neither is."""
     if (ego, other) == (ActorKind.CAR, ActorKind.PEDESTRIAN):
-        car, rate, walker = now.ego, now.ego_rate, now.other
+        number, car, walker = 0, now.ego, now.other
     elif (ego, other) == (ActorKind.PEDESTRIAN, ActorKind.CAR):
-        car, rate, walker = now.other, now.other_rate, now.ego
+        number, car, walker = 1, now.other, now.ego
     else:
         return None
     cos, sin = math.cos(car.heading), math.sin(car.heading)
@@ -34,4 +34,4 @@ def striking_speed(now: Snapshot, ego: ActorKind, other: ActorKind) -> float | N
     ahead, aside = cos * x + sin * y, cos * y - sin * x
     reach = 0.5 * math.hypot(walker.length, walker.width)
     in_front = ahead > 0.0 and abs(aside) <= 0.5 * car.width + reach and ahead >= 0.5 * car.length - reach
-    return cos * rate.x + sin * rate.y if in_front else None
+    return number if in_front else None

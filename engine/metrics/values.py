@@ -17,7 +17,7 @@ from engine.kernels.evasion import (
 from engine.kernels.safe_distance import Responsibility, is_dangerous, worst_time_to_collision
 from engine.metrics.bodies import Body
 from engine.metrics.encounters import Encounter
-from engine.metrics.injury import pedestrian_fatality, striking_speed
+from engine.metrics.injury import pedestrian_fatality, striking_car
 from engine.tables import Floats
 
 CRITICAL_TTC = 3.0
@@ -122,8 +122,8 @@ def change_of_velocity(now: Snapshot, own: Body, other: Body) -> float:
 
 
 def fatality(pair: Encounter) -> float | None:
-    speed = striking_speed(pair.nearest, pair.ego.kind, pair.other.kind) if pair.touched else None
-    return None if speed is None else pedestrian_fatality(speed)
+    car = striking_car(pair.nearest, pair.ego.kind, pair.other.kind) if pair.touched else None
+    return None if car is None else pedestrian_fatality(pair.outcome(("ego_speed", "other_speed")[car]))
 
 
 def time_in_danger(pair: Encounter) -> float:

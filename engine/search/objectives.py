@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from engine.avoidability import avoidability
+from engine.avoidability import Avoidance, avoidability
 from engine.batch import trajectory
 from engine.config import Config
 from engine.errors import ArgumentError, CortexError, nearest
@@ -88,14 +88,16 @@ def avoidable(runs: Runs) -> Floats:
     """
     values = np.zeros(len(runs.outcomes))
     collided = np.flatnonzero(runs.outcomes.collided & runs.valid)
-    answers = avoidability(runs.program, take(runs.scenes, collided), runs.config.simulation)
+    answers = avoidability(
+        runs.program, take(runs.scenes, collided), runs.config.simulation, contact=runs.config.contact
+    )
     struck: set[int] = set()
     for row, answer in zip(collided.tolist(), answers, strict=True):
         if answer is None or answer.struck:
             struck.add(row)
         elif answer.avoidable:
             values[row] = 2.0 + min(max(answer.margin, 0.0), MOST_MARGIN) / MOST_MARGIN
-        elif not answer.lost and math.isfinite(answer.margin):
+        elif answer.avoidance is not Avoidance.LOST and math.isfinite(answer.margin):
             values[row] = 1.0 / (1.0 + abs(answer.margin))
     below = np.nextafter(1.0, 0.0)
     for row in np.flatnonzero(runs.valid).tolist():

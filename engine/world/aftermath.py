@@ -16,11 +16,12 @@ from typing import NamedTuple
 import numpy as np
 
 from engine.config import Config
+from engine.kernels.coasting import STILL
 from engine.kernels.rollout import advance
 from engine.kernels.stage import HOSTED, LOOSE, PULSE, Leg, Plan, Run, Slot, Status
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, State
-from engine.world.bodies import REST_SPEED, Physique, new_space, rub, solid, wall
+from engine.world.bodies import Physique, new_space, rub, solid, wall
 from engine.world.impacts import Impact, Recorder
 
 FIRST = 1e-4
@@ -143,7 +144,7 @@ def _others_stand(run: Run, stage: Stage, sample: int) -> bool:
     """Whether nobody who still behaves is on the move, so that nothing more can happen."""
     others = [actor for actor in range(len(stage.actors)) if actor not in stage.free]
     states = run.states[sample, others]
-    return not np.any((states[:, State.PRESENT] != 0.0) & (states[:, State.SPEED] > REST_SPEED))
+    return not np.any((states[:, State.PRESENT] != 0.0) & (np.abs(states[:, State.SPEED]) > STILL))
 
 
 def _set_up(run: Run, stage: Stage, sample: int, part: float, step: float) -> None:

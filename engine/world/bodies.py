@@ -12,25 +12,14 @@ import numpy as np
 import pymunk
 
 from engine.config import ContactConfig
+from engine.kernels.bicycle import GRAVITY
+from engine.kernels.coasting import Coasting, Supports, has_axles, slowed, supports_of
 from engine.tables import Floats, Ints
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, State
 
-GRAVITY = 9.81
-"""[m/s^2]"""
-
 SOLVER_ITERATIONS = 50
 """Of the contact solver a substep; pymunk's 10 leave a head-on restitution of 0.15 at 0.16."""
-
-
-@dataclass(frozen=True)
-class Axle:
-    """Where a body rubs on the road once it slides."""
-
-    offset: float
-    """Ahead of the centre [m]."""
-    load: float
-    """What friction can bear there, mu times the weight on it [N]."""
 
 
 @dataclass(frozen=True)
@@ -44,14 +33,15 @@ class Physique:
     inertia: float
     """About the vertical axis through the centre [kg m^2]."""
     rear_to_center: float
-    axles: tuple[Axle, Axle]
+    supports: Supports
+    """Where it rubs on the road once it slides, on wheels that are braked."""
     fixed: bool
     """Whether nothing moves it."""
 
     @property
     def rolls(self) -> bool:
-        """Whether it stays on wheels that roll when nobody drives: two-wheelers fall over."""
-        return self.kind in (ActorKind.CAR, ActorKind.TRUCK, ActorKind.BUS)
+        """Whether it stays on wheels that roll when nobody drives."""
+        return has_axles(int(self.kind))
 
 
 def physiques(kinds: Ints, values: Floats) -> tuple[Physique, ...]:
@@ -62,35 +52,25 @@ def physiques(kinds: Ints, values: Floats) -> tuple[Physique, ...]:
 
 def physique(kind: ActorKind, columns: Sequence[float]) -> Physique:
     """One actor from its `Column`s. The kind's inertia grows with mass and size as that of a rectangle does."""
-    model = MODELS[kind]
     length, width, mass = columns[Column.LENGTH], columns[Column.WIDTH], columns[Column.MASS]
-    size = (length**2 + width**2) / (model.length**2 + model.width**2)
+    behind, base, friction = (columns[each] for each in (Column.REAR_TO_CENTER, Column.WHEELBASE, Column.FRICTION))
+    supports = supports_of(False, length, width, base, behind, friction, 0.0, 0.0, MODELS[kind].gyration)
     return Physique(
         kind=kind,
         length=length,
         width=width,
         mass=mass,
-        inertia=model.yaw_inertia * mass / model.mass * size,
-        rear_to_center=columns[Column.REAR_TO_CENTER],
-        axles=_axles(columns),
+        inertia=mass * supports.gyration,
+        rear_to_center=behind,
+        supports=supports,
         fixed=columns[Column.FIXED] != 0.0 or not 0.0 < mass < math.inf,
     )
 
 
 def wall(length: float, width: float) -> Physique:
     """A building."""
-    still = Axle(0.0, 0.0)
-    return Physique(ActorKind.OBSTACLE, length, width, math.inf, math.inf, 0.0, (still, still), fixed=True)
-
-
-def _axles(columns: Sequence[float]) -> tuple[Axle, Axle]:
-    """Rear and front axle with their static loads; what has no wheels rubs a quarter of its length from the centre."""
-    weight = columns[Column.FRICTION] * columns[Column.MASS] * GRAVITY
-    behind, base = columns[Column.REAR_TO_CENTER], columns[Column.WHEELBASE]
-    if not 0.0 < behind < base:
-        quarter = 0.25 * columns[Column.LENGTH]
-        return Axle(-quarter, 0.5 * weight), Axle(quarter, 0.5 * weight)
-    return Axle(-behind, weight * (base - behind) / base), Axle(base - behind, weight * behind / base)
+    still = supports_of(False, length, width, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+    return Physique(ActorKind.OBSTACLE, length, width, math.inf, math.inf, 0.0, still, fixed=True)
 
 
 def new_space(config: ContactConfig) -> pymunk.Space:
@@ -161,55 +141,18 @@ def carry(space: pymunk.Space, bodies: Sequence[pymunk.Body], states: Floats, sa
 
 # -- friction of the road ----------------------------------------------------------------------------------------------
 
-REST_SPEED = 0.01
-"""A body slower than this stands still [m/s]; so does one that turns no faster, in rad/s."""
-
 
 def rub(
     body: pymunk.Body, actor: Physique, duration: float, steer: float | None = None, resistance: float = 0.0
 ) -> bool:
-    """Slow a free body down for a time [s]; whether it stands still afterwards.
+    """Slow a free body down for a time [s], as `kernels.coasting` does with loose ones; whether it stands afterwards.
 
-    Each axle in turn gets an impulse against its own motion, at most its load times the duration and at most what
-    stops it there, so that friction never reverses a motion and energy never rises. Of one whose wheels roll, with the
-    front ones at the angle `steer`, it is against the motion across the wheels; along them there is the resistance of
-    rolling, a share of the weight (`kernels.coasting`).
+    Wheels roll with the front ones at the angle `steer`, and with a `resistance`, a share of the weight; without an
+    angle they are braked.
     """
-    (vx, vy), spin = body.velocity, body.angular_velocity
-    cos, sin = math.cos(body.angle), math.sin(body.angle)
-    for axle, turned in zip(actor.axles, (0.0, steer or 0.0), strict=True):
-        motion, friction = (vx, vy, spin), axle.load * duration
-        if steer is None:
-            vx, vy, spin = _resist(axle, actor, (cos, sin), None, motion, friction)
-        else:
-            wheel = cos * math.cos(turned) - sin * math.sin(turned), sin * math.cos(turned) + cos * math.sin(turned)
-            motion = _resist(axle, actor, (cos, sin), (-wheel[1], wheel[0]), motion, friction)
-            rolling = 0.5 * resistance * actor.mass * GRAVITY * duration
-            vx, vy, spin = _resist(axle, actor, (cos, sin), wheel, motion, rolling)
-    still = vx * vx + vy * vy < REST_SPEED**2 and abs(spin) < REST_SPEED
-    body.velocity, body.angular_velocity = ((0.0, 0.0), 0.0) if still else ((vx, vy), spin)
-    return still
-
-
-def _resist(
-    axle: Axle,
-    actor: Physique,
-    heading: tuple[float, float],
-    along: tuple[float, float] | None,
-    motion: tuple[float, float, float],
-    limit: float,
-) -> tuple[float, float, float]:
-    """Velocity and spin after an impulse at an axle against its motion along a direction (None: all of its motion), at
-    most what stops it there and at most the limit [N s].
-    """
-    vx, vy, spin = motion
-    arm_x, arm_y = axle.offset * heading[0], axle.offset * heading[1]
-    x, y = vx - spin * arm_y, vy + spin * arm_x
-    if along is not None:
-        speed, (x, y) = x * along[0] + y * along[1], along
-    elif speed := math.hypot(x, y):
-        x, y = x / speed, y / speed
-    lever = arm_x * y - arm_y * x
-    stopping = speed / (1.0 / actor.mass + lever * lever / actor.inertia)
-    impulse = min(limit, max(-limit, stopping))
-    return vx - impulse * x / actor.mass, vy - impulse * y / actor.mass, spin - impulse * lever / actor.inertia
+    rolls = steer is not None
+    supports = actor.supports._replace(rolls=rolls, steer=steer or 0.0, rolling=resistance * GRAVITY)
+    (x, y), velocity = body.position, body.velocity
+    after = slowed(Coasting(x, y, body.angle, velocity.x, velocity.y, body.angular_velocity), supports, duration)
+    body.velocity, body.angular_velocity = (after.vx, after.vy), after.spin
+    return after.vx == 0.0 and after.vy == 0.0 and after.spin == 0.0

@@ -114,7 +114,7 @@ def _left_road(outcomes: Outcomes, trajectory: Trajectory) -> list[Event]:
 
 def _end(outcomes: Outcomes, end: float) -> Event:
     reason = EndReason(int(outcomes.end_reason[0]))
-    if reason in (EndReason.COLLISION, EndReason.OTHER_COLLISION):
+    if reason is EndReason.COLLISION:
         one, other = (int(actor) for actor in outcomes.contact_actors[0])
         return Event(end, EventKind.CONTACT, (one, other), 0.0)
     if reason is EndReason.BUILDING:
@@ -232,7 +232,7 @@ def _score(host: Host, row: int) -> int:
     carry(host.space, host.bodies, record.states, samples, host.plan.layout.time_step)
     if valid:
         outlines = np.zeros((len(host.bodies), 3))
-        measure_run(host.plan, record, scenes.values[row], row, outlines, host.results)
+        measure_run(host.plan, record, row, outlines, host.results)
         if len(host.plan.objective_root):
             note_objectives(host.plan, record, row, outlines, host.results)
     return samples

@@ -1,21 +1,24 @@
 """The reference driver, on crossings that can be worked out by hand."""
 
 import math
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cortex_dsl import Scenario, compile_text, load
-from engine.avoidability import AFTERWARDS, GRAVITY, R157, Avoidability, Avoidance, avoidability
-from engine.avoidability import _outlines as outlines_of
+from engine.avoidability import CONTACT, R157, Avoidability, Avoidance, avoidability, refuse_missing
+from engine.batch import simulate
+from engine.config import ContactConfig
+from engine.errors import ArgumentError
 from engine.host import memory, plan, requested, samples_of
-from engine.interchange.measuring import measure
-from engine.interchange.recording import recorded_run
 from engine.kernels import avoidance as kernels
+from engine.kernels.bicycle import GRAVITY
+from engine.kernels.perception import PATH_COLUMNS
 from engine.scenes import Scenes
-from engine.vocabulary import Fault
-from engine.world import run
+from engine.search.probability.monte_carlo import make_judge
 
 STEP = 0.05
 EXAMPLE = Path(__file__).parents[2] / "examples" / "left_turn.scn"
@@ -177,7 +180,6 @@ def test_who_takes_over_does_not_let_go_of_the_pedal() -> None:
     """
     answer = judged(braking_from_the_start(0.9, 27.3))
     assert answer is not None
-    assert not answer.lost
     assert -math.inf < answer.margin < 0.0
 
 
@@ -185,9 +187,9 @@ def test_what_no_braking_avoids_is_lost() -> None:
     """Full braking without a ramp needs 26.3 m from 20 m/s."""
     (near, between, far) = (judged(braking_from_the_start(0.0, distance)) for distance in (26.0, 29.0, 34.0))
     assert near is not None
-    assert near.lost
+    assert near.avoidance is Avoidance.LOST
     assert between is not None
-    assert not between.lost
+    assert between.avoidance is Avoidance.UNAVOIDABLE
     assert between.margin == -math.inf
     assert far is not None
     assert far.margin > -math.inf
@@ -197,7 +199,6 @@ def test_the_driver_brakes_no_harder_than_the_regulation_says() -> None:
     """The ego's 8 m/s^2 need 25.0 m, 0.774 g needs 26.3 m: taking over gains nothing there."""
     answer = judged(braking_from_the_start(1.0, 24.9))
     assert answer is not None
-    assert answer.lost
     assert answer.avoidance is Avoidance.LOST
 
 
@@ -211,7 +212,7 @@ def test_answers_are_those_of_every_moment_tried(name: str) -> None:
     assert len(known) > 20
     for row, answer in known:
         helps = every_moment(scenario, scenes, row)
-        if answer.lost:
+        if answer.avoidance in (Avoidance.LOST, Avoidance.NO_BRAKING_HELPS):
             assert not any(helps)
         if answer.margin == -math.inf:
             assert not any(helps)
@@ -229,17 +230,21 @@ def test_answers_are_those_of_every_moment_tried(name: str) -> None:
 
 def every_moment(scenario: Scenario, scenes: Scenes, row: int) -> list[bool]:
     """Whether the reference driver avoids contact when it brakes at each sample before it."""
+    again, touches = driven_again(scenario, scenes, row)
+    return [not touches(k) for k in range(again.contact)]
+
+
+def driven_again(scenario: Scenario, scenes: Scenes, row: int) -> tuple[kernels.ReferenceDrive, Callable[[int], bool]]:
+    """What the kernel says of a scene, and whether braking from a sample touches anybody."""
     config, program = scenario.config.simulation, scenario.program
     shared, rows = plan(program, config), requested(scenes)
-    extra = math.ceil(AFTERWARDS / config.time_step)
-    run = memory(program, samples_of(config) + 1 + extra)
-    path, outlines = np.zeros((len(run.states), kernels.PATH_COLUMNS)), outlines_of(program, rows.values[row])
+    run = memory(program, samples_of(config) + 1 + math.ceil(kernels.LONGEST / config.time_step))
+    path, outlines = np.zeros((len(run.states), PATH_COLUMNS)), np.zeros((len(program.actors), 3))
     case = kernels.Case(int(rows.variant[row]), rows.values[row], rows.keys[row])
-    contact = kernels.weigh(shared, run, case, outlines, path, extra, R157).contact
-    until = min(contact + extra, len(run.states) - 1)
-    return [
-        not kernels._drive(shared, run, case, k, contact, until, outlines, path, R157).touched for k in range(contact)
-    ]
+    found = kernels.drive_again(shared, run, case, outlines, path, R157)
+    until = found.contact + math.ceil(kernels.AFTERWARDS / config.time_step)
+    again = kernels.Replayed(case, found.contact, until, outlines, path[: until + 1])
+    return found, lambda k: kernels._drive(shared, run, again, k, R157).touched
 
 
 def test_the_numbers_are_the_regulations() -> None:
@@ -323,57 +328,118 @@ terminate after 15 s
     assert soft.perceived > hard.perceived + 0.2
 
 
-# -- fault ------------------------------------------------------------------------------------------------------------
+# -- where it is said, and of what ------------------------------------------------------------------------------------
 
 
-def test_who_is_struck_from_behind_has_not_failed() -> None:
-    """The ego drives slowly on, another runs into its rear; the same the other way round is the ego's."""
+def along_the_road(rest: str, weather: str = "") -> Scenario:
+    """A long straight road to the east."""
+    return compile_text(f"map intersection(ways=4, lanes=1, approach=320 m)\n{weather}\n{rest}\nterminate after 14 s\n")
+
+
+def test_backwards_is_forwards_seen_from_behind() -> None:
+    """An ego that backs into a car that stands gets the answer of one that runs into it forwards, pedals alike."""
     text = """
-map intersection(ways=4, lanes=1)
-ego = new Car at ({0}, -1.75), facing 0 deg, with speed {1} m/s
-other = new Car at ({2}, -1.75), facing 0 deg, with speed {3} m/s
-terminate after 12 s
+behavior Go():
+    take SetReverseAction({gear})
+    while True:
+        take SetThrottleAction(0.5)
+ego = new Car at (-150, -1.75), facing 0 deg, with behavior Go()
+other = new Car at ({place}, -1.75), facing 0 deg
 """
-    struck = judged(compile_text(text.format(-30, 3, -50, 12)))
-    assert struck is not None
-    assert struck.avoidance is Avoidance.STRUCK_FROM_BEHIND
-    assert struck.struck
-    own = judged(compile_text(text.format(-50, 12, -30, 3)))
-    assert own is not None
-    assert not own.struck
+    back, ahead = (
+        judged(along_the_road(text.format(gear=gear, place=-150 + way * 25)))
+        for gear, way in (("True", -1), ("False", 1))
+    )
+    assert ahead is not None
+    assert ahead.avoidable
+    assert ahead.margin > 0.5
+    assert back == ahead
 
 
-@pytest.mark.parametrize(
-    ("place", "expected"),
-    [((-30.0, -1.75), Avoidance.STRUCK_STANDING), ((0.0, -1.75), Avoidance.LOST)],
-)
-def test_who_stands_where_one_may_stand_has_not_failed(place: tuple[float, float], expected: Avoidance) -> None:
-    """In its lane before an intersection, but not in the middle of it."""
-    x, y = place
-    answer = judged(
-        compile_text(
-            f"""
-map intersection(ways=4, lanes=1)
-ego = new Car at ({x}, {y}), facing 0 deg
-other = new Car at ({x + 25}, {y}), facing 180 deg, with speed 10 m/s
-terminate after 12 s
+TOWARDS = """
+ego = new Car at (-200, -1.75), facing 0 deg, with speed 30 m/s, with visibleDistance {view}
+other = new Car at (-100, -1.75), facing 0 deg
 """
+
+
+def test_sight_is_that_of_the_weather() -> None:
+    """A car that stands 100 m ahead is within the horizon at once; in fog of 60 m it is seen when its rear is so near.
+    Darkness and the ego's own view are no limits.
+    """
+    clear, dark, blind, fog = (
+        judged(along_the_road(TOWARDS.format(view=view), weather))
+        for view, weather in (
+            ("50 m", ""),
+            ("50 m", "environment(light=0.4)"),
+            ("20 m", ""),
+            ("50 m", "environment(sight=Range(59.99, 60.01) m)"),
         )
     )
+    assert clear is not None
+    assert clear.perceived == pytest.approx(0.4)
+    assert clear == dark == blind
+    assert fog is not None
+    assert fog.perceived == pytest.approx((100.0 - 0.5 * 4.508 - 60.0) / 30.0 + 0.4, abs=STEP)
+    assert not fog.avoidable
+
+
+def test_a_drive_is_followed_until_the_driver_stands() -> None:
+    """On ice it takes 204 m and 20 s from 20 m/s: a car that stands 200 m ahead is struck, though late."""
+    text = """
+ego = new Car at (-300, -1.75), facing 0 deg, with speed 20 m/s, with friction 0.1
+other = new Car at ({place}, -1.75), facing 0 deg
+"""
+    near, far = (judged(along_the_road(text.format(place=-300 + way + 4.508))) for way in (200, 212))
+    assert near is not None
+    assert near.avoidance is Avoidance.LOST
+    assert far is not None
+    assert far.avoidance is Avoidance.UNAVOIDABLE
+
+
+def test_only_who_drives_into_it_began_too_late() -> None:
+    """Somebody comes against the ego in its own lane: whenever it stops, it is struck there."""
+    answer = judged(
+        along_the_road("""
+ego = new Car at (-250, -1.75), facing 0 deg, with speed 5 m/s
+other = new Car at (-150, -1.75), facing 180 deg, with speed 10 m/s
+""")
+    )
     assert answer is not None
-    assert answer.avoidance is expected
+    assert answer.avoidance is Avoidance.NO_BRAKING_HELPS
 
 
-def test_both_hosts_and_a_recording_say_whose_failure_it_was() -> None:
-    """The same for every collision of an example."""
-    scenario = load(EXAMPLE)
-    scenes = scenario.sample(60, seed=2)
-    outcomes = scenario.simulate(scenes)
-    for row in np.flatnonzero(outcomes.collided).tolist()[:12]:
-        ran = run(scenario.program, scenes, row, scenario.config)
-        assert ran.outcomes.fault[0].tolist() == outcomes.fault[row].tolist()
-        recording = recorded_run(scenario.program, scenes, ran, row=row, step=scenario.config.simulation.time_step)
-        assert measure(recording).outcomes.fault[0].tolist() == outcomes.fault[row].tolist()
-    touched = outcomes.fault[outcomes.collided].max(axis=1)
-    assert set(touched.tolist()) <= {int(fault) for fault in Fault}
-    assert (outcomes.fault[~outcomes.collided] == -1).all()
+def test_who_is_struck_sooner_has_not_let_the_ego_brake_as_hard() -> None:
+    """The ego touches its brakes; the reference driver's are struck from behind before the contact of old."""
+    scenario = along_the_road("""
+behavior Touch():
+    while True:
+        take SetBrakeAction(0.1)
+ego = new Car at (-200, -1.75), facing 0 deg, with speed 15 m/s, with behavior Touch()
+other = new Car at (-155.5, -1.75), facing 0 deg
+follower = new Car at (-209.5, -1.75), facing 0 deg, with speed 15 m/s
+""")
+    again, _ = driven_again(scenario, scenario.sample(1), 0)
+    assert again.perceived >= 0
+    assert not again.avoided
+    assert not again.as_hard
+
+
+def test_the_answers_are_those_of_the_run_with_its_contact_settings() -> None:
+    """Of a column whose cars crash: who collides, and when, hangs on restitution and friction."""
+    scenario = load(EXAMPLE.parents[1] / "tests" / "agreement" / "column.scn")
+    scenes, settings = scenario.sample(150, seed=4), scenario.config.simulation
+    rubber = ContactConfig(restitution=0.9, friction=0.1)
+    plain, bouncing = (simulate(scenario.program, scenes, settings, contact=how) for how in (CONTACT, rubber))
+    assert (plain.end_time != bouncing.end_time).any()
+    answers = avoidability(scenario.program, scenes, settings, contact=rubber)
+    assert [answer is not None for answer in answers] == bouncing.collided.tolist()
+    times = [answer.contact for answer in answers if answer is not None]
+    assert times == bouncing.end_time[bouncing.collided].tolist()
+    refuse_missing(bouncing.collided, answers)
+    with pytest.raises(ArgumentError, match="run again it does not"):
+        refuse_missing(np.ones(len(answers), dtype=bool), [None, *answers[1:]])
+    config = replace(scenario.config, contact=rubber)
+    rows = np.flatnonzero(bouncing.collided)
+    judge = make_judge(scenario.program, config)
+    avoidable = [answer.avoidable for answer in answers if answer is not None]
+    assert judge(scenes.genomes[rows], scenes.keys[rows]).tolist() == avoidable

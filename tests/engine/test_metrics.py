@@ -1,6 +1,7 @@
 """The table of named metrics of one run, and the command metrics."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -201,8 +202,11 @@ def test_death_is_told_of_people_on_foot_before_a_car_alone() -> None:
     """At 36 km/h 1 / (1 + exp(3.66)); by the abstract 50 km/h has twice the risk of 40 and five times that of 30."""
     bodies = (usual_body(ActorKind.CAR, 4.0, 2.0), usual_body(ActorKind.PEDESTRIAN, 0.5, 0.6))
     run = trajectory(drive(0, 0, 0, 10), drive(10, 0.5, math.pi / 2, 1), contact_sample=15)
-    metrics = measure_trajectory(run, outcomes(0.0, 0.775, collided=True), bodies)
+    met = replace(outcomes(0.0, 0.775, collided=True), ego_speed=np.array([[10.0]]))
+    metrics = measure_trajectory(run, met, bodies)
     assert named(metrics, "P_fatal", 0, 1) == pytest.approx(1 / (1 + math.exp(6.9 - 0.090 * 36)))
+    slower = replace(met, ego_speed=np.array([[9.9]]))  # it brakes in the step of contact, too
+    assert named(measure_trajectory(run, slower, bodies), "P_fatal", 0, 1) == pedestrian_fatality(9.9)
     beside = trajectory(drive(0, 0, 0, 10), drive(4, 1.3, -math.pi / 2, 1), contact_sample=15)
     assert "P_fatal" not in {m.name for m in measure_trajectory(beside, outcomes(0.0, 0.775, collided=True), bodies)}
     assert "P_fatal" not in {m.name for m in measure_trajectory(run, outcomes(0.0, 0.775, collided=True))}
@@ -223,6 +227,17 @@ def test_jerk_is_the_change_of_acceleration() -> None:
     assert lateral_jerk(states, STEP) == pytest.approx(10 * 0.2 / STEP)
     assert math.isnan(jerk(states[:2], STEP))
     assert math.isnan(hardest_braking(states[:1], STEP))
+
+
+@pytest.mark.parametrize(
+    ("speeds", "braking"),
+    [([0.0, -1.0, -2.0], 0.0), ([-2.0, -1.7, -1.5], 0.3), ([0.3, -0.5, -1.0], 0.0), ([2.0, 1.6, 2.0], 0.4)],
+)
+def test_braking_makes_slower_also_backwards(speeds: list[float], braking: float) -> None:
+    """Gathering speed in reverse is no braking, nor is to turn from one way to the other."""
+    states = drive(0, 0, 0, 0, len(speeds))
+    states[:, State.SPEED] = speeds
+    assert hardest_braking(states, STEP) == pytest.approx(braking / STEP)
 
 
 @settings(deadline=None, max_examples=25)

@@ -5,7 +5,7 @@ from dataclasses import fields
 
 import numpy as np
 
-from engine.kernels.pair import PairMetrics
+from engine.kernels.pair import NOT_OF_MOTION, PLACES, PairMetrics
 from engine.kernels.rows import Results
 from engine.outcomes import MEASURED, OUTCOMES, PAIRS, RESULTS, Outcomes, Per, blank_outcomes
 from engine.search.assessment import SCALARS
@@ -30,8 +30,10 @@ OF_FILE = ("sought", "broken")
 
 def test_kernels_outcomes_and_columns_follow_it() -> None:
     """No list beside the table."""
-    assert PairMetrics._fields == tuple(row.name for row in PAIRS)
-    assert {*Results._fields, *PairMetrics._fields} == {*(row.name for row in OUTCOMES), "pairs", *OF_FILE}
+    names = [row.name for row in PAIRS]
+    assert tuple(names[place] for place in PLACES) == PairMetrics._fields
+    assert {*PairMetrics._fields, *NOT_OF_MOTION} == set(names)
+    assert {*Results._fields, *names} == {*(row.name for row in OUTCOMES), "pairs", *OF_FILE}
     assert [field.name for field in fields(Outcomes)] == [*(row.name for row in OUTCOMES), *OF_FILE]
     assert sorted(SCALARS) == sorted(name for row in RESULTS for name in row.columns)
 

@@ -8,8 +8,8 @@ import shapely
 
 from engine.kernels.geometry import Box, View
 from engine.kernels.sight import SEEN, look
-from engine.sight import visible_sector
 from tests.engine.kernels.sight_reference import drawn, table
+from tests.sight_polygon import visible_sector
 
 NO_BUILDINGS = np.zeros((0, 5))
 

@@ -12,14 +12,19 @@ from engine.outcomes import Outcomes
 from engine.verification import NOBODY, Answer, Drive, Verified, answer_of, verify
 from engine.vocabulary import ActorKind, State, Verdict
 
-HIT = Drive(Verdict.VALID, True, 1, 2.0, 12.0, 0.0, 20, 0.4)
-MISS = replace(HIT, collided=False, min_distance=0.5, score=8)
+HIT = Drive(Verdict.VALID, True, 1, 2.0, 12.0, (0.0, 0.4), 20, 0.4)
+MISS = replace(HIT, collided=False, distances=(1.0, 0.4), score=8)
+BY_A_HAIR = replace(MISS, distances=(0.01, 0.4))
 NEAR = replace(MISS, score=9)
 
 
 @pytest.mark.parametrize(
     ("run", "finer", "alert", "dynamic", "answer"),
     [
+        (HIT, HIT, HIT, BY_A_HAIR, Answer.DIFFERS),
+        (HIT, BY_A_HAIR, HIT, MISS, Answer.MODEL),
+        (HIT, HIT, None, MISS, Answer.MODEL),
+        (HIT, MISS, None, MISS, Answer.STEP),
         (HIT, HIT, HIT, HIT, Answer.SURVIVES),
         (HIT, MISS, MISS, HIT, Answer.SURVIVES),
         (HIT, HIT, HIT, replace(HIT, closing_speed=14.3), Answer.SURVIVES),
@@ -36,7 +41,8 @@ NEAR = replace(MISS, score=9)
         (NEAR, NEAR, NEAR, HIT, Answer.DIFFERS),
     ],
 )
-def test_answers(run: Drive, finer: Drive, alert: Drive, dynamic: Drive, answer: Answer) -> None:
+def test_answers(run: Drive, finer: Drive, alert: Drive | None, dynamic: Drive, answer: Answer) -> None:
+    """The second actor stands 0.4 m aside in every run: nobody is in danger of it."""
     assert answer_of(run, finer, alert, dynamic) is answer
 
 
@@ -173,3 +179,38 @@ def test_grip_of_a_run_is_that_of_its_brakes() -> None:
 def _same(one: Outcomes, other: Outcomes) -> bool:
     names = ("verdict", "collided", "end_time", "min_distance", "closing_speed", "combined_grip")
     return all(np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True) for name in names)
+
+
+LUCK = """
+behavior Brakes():
+    while True:
+        take SetBrakeAction({pedal})
+
+map intersection(approach=300 m)
+lane = intersection.incomingLanes[0]
+ego = new Car before intersection by 120 m along [lane], with speed 12 m/s, with behavior Brakes()
+other = new Car before intersection by 60 m along [lane], with speed 0 m/s
+terminate after 3 s
+"""
+
+
+@pytest.mark.parametrize(("pedal", "alert"), [("0.1", True), ("Range(0.05, 0.15)", False)])
+def test_drivers_who_draw_are_not_made_alert(pedal: str, alert: bool) -> None:
+    """Ten times as many turns draw ten times as many numbers: that is another scene."""
+    scenario = compile_text(LUCK.format(pedal=pedal))
+    (found,) = verify(scenario.program, scenario.sample(1, seed=2), scenario.config.simulation)
+    assert found is not None
+    assert (found.alert is not None) == alert
+    assert found.finer is not None
+
+
+def test_who_looks_every_tenth_step_leaves_before_the_end_of_the_road() -> None:
+    """Also where the turn after the next would be too late, no outline passes the end."""
+    scenario = compile_text(FOLLOWS)
+    scenes = scenario.sample(12, seed=4)
+    config = replace(scenario.config.simulation, time_step=0.005, max_time=60.0)
+    last = {}
+    for hold in (1, 10):
+        outcomes = batch.simulate(scenario.program, scenes, config, hold=hold)
+        last[hold] = outcomes.end_time
+    assert np.all(last[10] <= last[1] + 1e-9)

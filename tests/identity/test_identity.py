@@ -7,6 +7,7 @@ that makes it and says why; `python -m tests.identity FOLDER` in two checkouts s
 import hashlib
 import json
 import os
+import platform
 import sys
 import zlib
 from collections.abc import Iterable
@@ -42,7 +43,17 @@ def test_files(mode: str, part: int) -> None:
     _judge(f"{mode}-{part}", files(mode, [path for path in scenarios() if zlib.crc32(path.encode()) % PARTS == part]))
 
 
-@pytest.mark.parametrize("name", [name for name in MADE if name != "helps" or sys.version_info[:2] == (3, 11)])
+def judged_here() -> list[str]:
+    """Not the help texts, which argparse lays out anew in each version of Python, nor what has sums of other processors
+    in it, whose last bits differ.
+    """
+    left_out = set() if sys.version_info[:2] == (3, 11) else {"helps"}
+    if platform.machine().lower() not in ("x86_64", "amd64"):
+        left_out |= {"searches", "views"}
+    return [name for name in MADE if name not in left_out]
+
+
+@pytest.mark.parametrize("name", judged_here())
 def test_made(name: str, tmp_path: Path) -> None:
-    """Help texts (which argparse lays out anew in each version of Python), searches, exports, views and a study."""
+    """Help texts, searches, exports, views and a study."""
     _judge(name, MADE[name](tmp_path))

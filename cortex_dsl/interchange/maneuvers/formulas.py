@@ -165,6 +165,7 @@ def _words(expression: ir.Expr) -> str:
 WORDS: Mapping[Op, str] = {
     Op.RANDOM: "a number drawn while it runs",
     Op.STATE: "the state of an actor in a calculation",
+    Op.VELOCITY: "the state of an actor in a calculation",
     Op.LEAD: "the gap to who drives ahead",
     Op.SELECT: "a choice between two numbers",
     Op.CAN_SEE: "`can see`",
@@ -197,7 +198,7 @@ def varied_params(case: Case) -> Iterator[Parameter]:
 # -- at the instant at which a run begins ------------------------------------------------------------------------------
 
 DYNAMIC = (
-    Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING, Op.SEES, Op.NOTICES
+    Op.STATE, Op.TIME, Op.RANDOM, Op.WITHIN, Op.LEAD, Op.TTC, Op.IS_RUNNING, Op.SEES, Op.NOTICES, Op.VELOCITY
 )  # fmt: skip
 """Operations that ask the running simulation."""
 AT_START = {State.X: Column.X, State.Y: Column.Y, State.HEADING: Column.HEADING, State.SPEED: Column.SPEED}

@@ -1,4 +1,4 @@
-"""What an analysis of a search found, in words: kinds of failures, heat maps, whose fault, and how probable."""
+"""What an analysis of a search found, in words: kinds of failures, heat maps, and whose fault."""
 
 import math
 from collections.abc import Sequence
@@ -16,8 +16,6 @@ from cortex_dsl.report.findings.readable import (
     format_gene,
     percent,
     ratio,
-    significant,
-    whole,
 )
 from engine.avoidability import Avoidability, Avoidance
 from engine.program import ParamSpace
@@ -28,8 +26,6 @@ from engine.search.insight.clusters import Cluster, Condition
 from engine.search.insight.diversity import Grid
 from engine.search.insight.sensitivity import Indices, Sensitivity
 from engine.search.manifest import Parameter
-from engine.search.probability.estimates import JOINT, Probability
-from engine.search.statistics import Interval
 from engine.tables import Floats, Ints
 from engine.vocabulary import GeneKind
 
@@ -91,22 +87,18 @@ AVOIDANCES = {
     Avoidance.AVOIDABLE: ("avoidable", "good", "the reference driver would have stopped or passed in time"),
     Avoidance.UNAVOIDABLE: ("unavoidable", "bad", "the reference driver would have braked too late"),
     Avoidance.BRAKED_AS_HARD: ("braked as hard", "warn", "too late, and the ego had braked as hard itself"),
-    Avoidance.UNSEEN: ("unseen", "warn", "in sight for too short a time before contact"),
+    Avoidance.UNSEEN: ("unseen", "warn", "no contact within 4 s ahead in sight for long enough"),
     Avoidance.LOST: ("lost from the start", "warn", "the scene begins too late for any braking, the hardest included"),
+    Avoidance.NO_BRAKING_HELPS: ("no braking helps", "warn", "another runs into the ego, however early it brakes"),
     Avoidance.STRUCK_FROM_BEHIND: ("struck from behind", "quiet", "no failure of the ego: another ran into its rear"),
-    Avoidance.STRUCK_STANDING: (
-        "struck while standing",
-        "quiet",
-        "no failure of the ego: it stood where it may stand",
-    ),
+    Avoidance.STRUCK_STANDING: ("struck while standing", "quiet", "no failure of the ego: it stood where one may"),
 }
 """Name, style and meaning."""
 
-
 DRIVER = (
     "UN R157: 0.4 s to perceive, 0.75 s to react, 0.774 g after 0.6 s more, or what brakes and road allow if that is "
-    "less; it sees what nothing hides, brakes along the ego's own path, no less than the ego had begun to, and never "
-    "steers. The regulation means cut-ins on motorways; that a conflict is in sight 4 s ahead is cortexc's choice"
+    "less; it sees what neither bodies nor weather hide, brakes along the ego's path, no less than the ego had begun "
+    "to, and never steers. The regulation means cut-ins on motorways; a conflict in sight 4 s ahead is cortexc's choice"
 )
 
 
@@ -160,77 +152,6 @@ def margin_text(answer: Avoidability) -> str:
     if answer.margin > 0.0:
         return f"{fixed(answer.margin, 2)} s too early: who brakes later passes first"
     return f"{fixed(-answer.margin, 2)} s too late"
-
-
-# -- how probable a collision is ---------------------------------------------------------------------------------------
-
-HOW = {
-    "mc": "plain Monte Carlo; exact interval of Clopper and Pearson",
-    "subset": "subset simulation (Au and Beck 2001); Student's interval over ten independent repetitions",
-}
-
-
-EXPOSURE = "a range is drawn evenly, which is no model of how often a road brings such values"
-"""Return what such a probability does not mean."""
-SAMPLE_TIME = (
-    "drivers look and act once in every step of the simulation: in the examples, steps of 0.05 s show 2 to 5 % more "
-    "collisions than such of 0.0025 s"
-)
-"""Measured by `benchmarks/step_bias.py`; nearly all of it is the drivers' sample time, not the motion."""
-
-
-def how_drawn(found: Probability) -> str:
-    """Which probability it is: the two differ where some params allow a scene more often than others."""
-    if found.condition == JOINT:
-        return "params and scene are drawn again together until the requirements hold"
-    often = f" in up to {counted(found.max_attempts, 'attempt')}" if found.max_attempts else ""
-    return f"params are drawn once, a scene for them is then sought{often}"
-
-
-def probability_text(found: Probability) -> str:
-    """The estimate: in percent where that reads well."""
-    return _text(found.value)
-
-
-def interval_text(found: Probability) -> str:
-    """`1.20 % .. 1.90 %`."""
-    if not math.isfinite(found.interval.low):
-        return "none, as no chain reached contact" if found.valid else "none"
-    return _range(found.interval)
-
-
-def avoidable_text(found: Probability) -> str:
-    """The same of a collision that a competent driver avoids."""
-    return _text(found.avoidable)
-
-
-def avoidable_interval_text(found: Probability) -> str:
-    if not math.isfinite(found.avoidable_interval.low):
-        return "none, as none of those driven again was one" if found.driven else "not known"
-    return _range(found.avoidable_interval)
-
-
-def _text(value: float) -> str:
-    if math.isnan(value):
-        return "not known"
-    if value >= 0.001:
-        return percent(value, 2)
-    return "none seen" if value == 0.0 else significant(value, 3)
-
-
-def _range(interval: Interval) -> str:
-    """Both ends in the same form: in percent where the higher one is readable in percent."""
-    low, high = (percent(end, 2) if interval.high >= 0.001 else significant(end, 3) for end in interval)
-    return f"{low} .. {high}"
-
-
-def counts_text(found: Probability) -> str:
-    """What the estimate was made from: numbers whose quotient it is, or the word that they are none."""
-    tried = "draw" if found.condition == JOINT else "simulation"
-    runs = f"{whole(found.valid)} valid of {counted(found.simulations, tried)}"
-    if found.method == "subset":
-        return f"{runs}; those of chains depend on one another, so their share is no estimate"
-    return f"{counted(found.collisions, 'violation' if found.of else 'collision')} among {runs}"
 
 
 # -- where in the space of params a search failed: pairs of genes, the most informative first --------------------------

@@ -21,10 +21,12 @@ from cortex_dsl.syntax import nodes
 from engine.kernels.conflict import Snapshot, snapshot
 from engine.kernels.geometry import box_distance
 from engine.metrics import (
+    Body,
     Metric,
     bodies_of,
     measure_impacts,
     measure_trajectory,
+    outlines_of,
     scored_samples,
     span_together,
     time_step,
@@ -37,7 +39,7 @@ from engine.road.outline import Outline, outline
 from engine.scenes import Scenes, Trajectory, actor_columns
 from engine.search.ranking import Case
 from engine.tables import Floats
-from engine.vocabulary import ActorKind, Column, State, Verdict
+from engine.vocabulary import ActorKind, State, Verdict
 from engine.world import WorldRun
 from engine.world.impacts import Impact
 
@@ -94,13 +96,12 @@ class Approach:
     """(samples,) of the centres [m/s], positive while they approach"""
 
 
-def approach(trajectory: Trajectory, other: int, rear_to_center: Sequence[float]) -> Approach:
-    """Of the ego and one other, by the kernels that measure them."""
+def approach(trajectory: Trajectory, other: int, outlines: Floats) -> Approach:
+    """Of the ego and one other, by the kernels that measure them; `outlines` as these read them."""
     samples = len(trajectory.time)
     distance, closing = np.full(samples, np.nan), np.full(samples, np.nan)
     if 0 < other < trajectory.states.shape[1]:
         first, together = span_together(trajectory, other)
-        outlines = np.column_stack([trajectory.outlines[:, :2], np.asarray(rear_to_center, dtype=np.float64)])
         states = np.ascontiguousarray(trajectory.states[first:])
         for k in range(together):
             now = snapshot(states, together, k, 0.0, time_step(trajectory), other, outlines)
@@ -162,22 +163,21 @@ class CaseReplay:
         """Of a valid run."""
         if int(self.outcomes.verdict[0]) != Verdict.VALID:
             return ()
-        bodies = bodies_of(self.program, self.scenes.values[0])
-        driven = measure_trajectory(self.trajectory, self.outcomes, bodies)
+        driven = measure_trajectory(self.trajectory, self.outcomes, self._bodies)
         return (*driven, *measure_impacts(self.impacts))
 
     @cached_property
     def approach(self) -> Approach:
-        return approach(self.trajectory, self.pair + 1, self._rear_to_center)
+        return approach(self.trajectory, self.pair + 1, outlines_of(self._bodies))
+
+    @cached_property
+    def _bodies(self) -> tuple[Body, ...]:
+        return bodies_of(self.program, self.scenes.values[0])
 
     @cached_property
     def columns(self) -> Floats:
         """(actors, len(Column)) what each actor is, as the scene has it."""
         return actor_columns(self.program, self.scenes.values[0])
-
-    @property
-    def _rear_to_center(self) -> list[float]:
-        return self.columns[:, Column.REAR_TO_CENTER].tolist()
 
     @cached_property
     def ways(self) -> list[Floats]:

@@ -133,7 +133,7 @@ def recorded_story(report: MeasuredReport) -> list[Moment]:
 
 def recorded_end(report: MeasuredReport) -> str:
     """Why it is over: a recording does not know of time limits."""
-    if report.measured.outcomes.end_reason[0] in (EndReason.COLLISION, EndReason.OTHER_COLLISION):
+    if report.measured.outcomes.end_reason[0] == EndReason.COLLISION:
         return end_of(report.cast, report.measured.outcomes, 0).text
     return "the recording ends"
 

@@ -120,8 +120,6 @@ def _end(program: Program, end: Sequence[int], count: int) -> End:
     why = EndReason(reason)
     if why == EndReason.COLLISION and partner != NOBODY and len(program.actors) > 2:
         return End(Verdict(verdict), why, f"{END_TEXTS[why]} with {program.actors[partner + 1]}", count)
-    if why == EndReason.OTHER_COLLISION and len(program.actors) == 3:
-        return End(Verdict(verdict), why, f"{END_TEXTS[why]}: {_others(program.actors)}", count)
     return End(Verdict(verdict), why, end_text(program, why, rule), count)
 
 

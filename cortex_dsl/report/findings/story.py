@@ -83,11 +83,9 @@ def in_order(moments: Iterable[Moment]) -> list[Moment]:
 def end_of(program: Cast, outcomes: Outcomes, row: int) -> Moment:
     """Why the run was over."""
     time, reason = float(outcomes.end_time[row]), EndReason(int(outcomes.end_reason[row]))
-    if reason in (EndReason.COLLISION, EndReason.OTHER_COLLISION):
+    if reason == EndReason.COLLISION:
         first, second = (program.actors[int(actor)] for actor in outcomes.contact_actors[row])
-        alone = f"; {program.actors[0]} has touched nobody" if reason == EndReason.OTHER_COLLISION else ""
-        struck = _struck(program, outcomes, row) if reason == EndReason.COLLISION else ""
-        return Moment(time, -1, "contact", f"contact: {first} and {second}{alone}{struck}")
+        return Moment(time, -1, "contact", f"contact: {first} and {second}{_struck(program, outcomes, row)}")
     if reason == EndReason.BUILDING:
         return Moment(time, -1, "contact", f"contact: {program.actors[0]} and a building")
     return Moment(time, -1, "end", end_text(program, reason, int(outcomes.end_rule[row])))
@@ -114,7 +112,6 @@ def end_text(program: Cast, reason: EndReason, rule: int) -> str:
 
 END_TEXTS = {
     EndReason.COLLISION: "collision",
-    EndReason.OTHER_COLLISION: "collision without the ego",
     EndReason.RULE: "ended by a rule",
     EndReason.TIMEOUT: "time is up",
     EndReason.ALL_DONE: "every actor is done",

@@ -14,7 +14,7 @@ from engine.vocabulary import Verdict
 
 ANSWERS: Mapping[Answer, tuple[str, str, str]] = {
     Answer.SURVIVES: ("survives", "bad", "with slipping tyres the danger is the same"),
-    Answer.DIFFERS: ("differs", "warn", "it is dangerous with slipping tyres too, in another way"),
+    Answer.DIFFERS: ("differs", "warn", "it is dangerous with slipping tyres too, in another way, such as a near miss"),
     Answer.MODEL: ("artefact of the model", "good", "a car with slipping tyres is not in this danger"),
     Answer.STEP: ("artefact of the step", "good", "nor is the model of the search, where time goes in finer steps"),
     Answer.NOT_JUDGED: ("not judged", "quiet", "no cited tyre data for an ego of this kind"),
@@ -24,7 +24,7 @@ ANSWERS: Mapping[Answer, tuple[str, str, str]] = {
 HOW = (
     "Cars drive by a single-track drift model with load transfer, saturating tyres and anti-lock, under the same "
     "behaviours; others move as before. A case is an artefact of the step where the search's own model avoids it in "
-    "steps of 5 ms."
+    "steps of 5 ms, or with drivers who look as often, unless they draw random numbers as they act."
 )
 
 
@@ -90,4 +90,5 @@ def _drive_content(program: Program, drive: Drive | None) -> dict[str, Any] | No
     if drive is None:
         return None
     partner = None if drive.partner == NOBODY else program.actors[drive.partner]
-    return {**vars(drive), "partner": partner, "verdict": drive.verdict.name.lower()}
+    numbers = {"min_distance" if name == "distances" else name: value for name, value in vars(drive).items()}
+    return numbers | {"min_distance": drive.min_distance, "partner": partner, "verdict": drive.verdict.name.lower()}

@@ -34,6 +34,7 @@ AVOIDANCE_STYLES = {
     Avoidance.BRAKED_AS_HARD: "warn",
     Avoidance.UNSEEN: "warn",
     Avoidance.LOST: "warn",
+    Avoidance.NO_BRAKING_HELPS: "warn",
 }
 """What speaks against the ego stands out."""
 

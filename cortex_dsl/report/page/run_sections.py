@@ -8,14 +8,16 @@ import numpy as np
 
 from cortex_dsl.api.runs import OpenedRun
 from cortex_dsl.report.findings.analysis_report import (
+    HeatMap,
+    heat_maps,
+)
+from cortex_dsl.report.findings.probability_report import (
     EXPOSURE,
     HOW,
     SAMPLE_TIME,
-    HeatMap,
     avoidable_interval_text,
     avoidable_text,
     counts_text,
-    heat_maps,
     how_drawn,
     interval_text,
     probability_text,

@@ -9,26 +9,30 @@ from rich.text import Text
 from cortex_dsl.report.findings.analysis_report import (
     AVOIDANCES,
     DRIVER,
+    closing_text,
+    condition_text,
+    fastest_text,
+    grid_text,
+    held_out_text,
+    lost_text,
+    margin_text,
+    shuffled_text,
+    struck_text,
+    system_lines,
+    varying,
+)
+from cortex_dsl.report.findings.probability_report import (
     EXPOSURE,
     HOW,
     SAMPLE_TIME,
     avoidable_interval_text,
     avoidable_text,
-    closing_text,
-    condition_text,
     counts_text,
-    fastest_text,
-    grid_text,
-    held_out_text,
+    effective_text,
     how_drawn,
     interval_text,
-    lost_text,
-    margin_text,
+    levels_text,
     probability_text,
-    shuffled_text,
-    struck_text,
-    system_lines,
-    varying,
 )
 from cortex_dsl.report.findings.readable import ABSENT, counted, fixed, percent, ratio, shortened, whole
 from cortex_dsl.report.findings.search_report import partners_text
@@ -260,19 +264,16 @@ def _interval(interval: Interval) -> str:
 # -- how probable a collision is ---------------------------------------------------------------------------------------
 
 HINT = "--condition joint draws the params again, too, until the requirements hold"
-TOO_RARE = "valid runs are too rare for subset simulation to begin with; `--method mc` takes those that it finds"
 
 
 def probability_view(program: Program, found: Probability) -> RenderableType:
     """The estimate with its interval, what it is conditioned on, and how it was made."""
     if not found.valid:
         return Group(heading(program.name), Text(f"no valid {_given(found)}: there is nothing to estimate", "bad"))
-    if math.isnan(found.value):
-        return Group(heading(program.name), Text(TOO_RARE, "bad"), Text(counts_text(found), "quiet"))
     event = f'that "{found.of}" is broken' if found.of else "of a collision"
     lines = [
         Text.assemble(f"probability {event}, given a valid {_given(found)}: ", (probability_text(found), "bad")),
-        Text(f"{percent(found.level, 0)} interval: {interval_text(found)}"),
+        Text(f"{percent(found.level, 0)} interval: {interval_text(found)}", "warn" if found.withheld else ""),
         *_avoidable(found),
         Text(),
         *_conditions(found),
@@ -280,9 +281,7 @@ def probability_view(program: Program, found: Probability) -> RenderableType:
         *_partners_met(program, found),
         Text(HOW[found.method], "quiet"),
     ]
-    if found.levels:
-        steps = ", ".join(f"{level:.2f} m" if level else "contact" for level in found.levels)
-        lines.append(Text(f"levels of the first repetition: {steps}", "quiet"))
+    lines += [Text(line, "quiet") for line in (effective_text(found), levels_text(found)) if line]
     return Group(heading(program.name), *lines, Text(EXPOSURE, "quiet"), Text(SAMPLE_TIME, "quiet"))
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from engine.avoidability import STRUCK, Avoidability, Avoidance, avoidability
+from engine.avoidability import STRUCK, Avoidability, Avoidance, avoidability, refuse_missing
 from engine.config import Config
 from engine.program import ParamSpace, Program
 from engine.risk import PROFILES
@@ -55,7 +55,7 @@ class Avoided:
 
     @property
     def lost(self) -> int:
-        """How many are lost from the start: no braking avoids them, not even full braking from the first moment."""
+        """How many are lost from the start: the scene begins too late for any braking."""
         return self.by.get(Avoidance.LOST, 0)
 
     @property
@@ -133,11 +133,14 @@ def analyse(
 def driven_again(
     program: Program, evaluations: Evaluations, rows: Sequence[int], config: Config
 ) -> tuple[Avoidability | None, ...]:
-    """What the reference driver makes of the worst rollout of each of the rows."""
+    """What the reference driver makes of the worst rollout of each of the rows; None of one without a collision."""
     chosen = np.array(rows, dtype=np.int64)
     keys = evaluations.keys[chosen, evaluations.worst_rollout[chosen]]
     scenes = sample(program, evaluations.genomes[chosen], keys, config.simulation)
-    return avoidability(program, scenes, config.simulation)
+    collided = evaluations.rollouts.collided[chosen, evaluations.worst_rollout[chosen]]
+    answers = avoidability(program, scenes, config.simulation, contact=config.contact)
+    refuse_missing(collided, answers)
+    return answers
 
 
 def _spread_evenly(rows: Sequence[int]) -> list[int]:

@@ -6,12 +6,14 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import MISSING, Field, asdict, dataclass, fields
+from enum import StrEnum
 from pathlib import Path
 from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from engine.atomic import write_one
+from engine.errors import ArgumentError
 from engine.outcomes import Assessment
 from engine.search.journal import finite
 from engine.search.statistics import Interval
@@ -25,6 +27,27 @@ PARAMS, JOINT = CONDITIONS = ("params", "joint")
 MOST_DRIVEN = 5_000
 """Collisions of an estimate that the reference driver drives again."""
 
+
+class Withheld(StrEnum):
+    """Why an estimate has no interval."""
+
+    NOTHING = ""
+    INVALID = "invalid"
+    """Valid runs are too rare to begin with."""
+    PLATEAU = "plateau"
+    """Too many runs are equally near to a failure."""
+    UNREACHED = "unreached"
+    """No chain came to a failure."""
+    PARTLY = "partly"
+    """Some repetitions did not come to a failure."""
+    SCATTERED = "scattered"
+    """Repetitions differ by more than their mean."""
+    FEW = "few"
+    """The effective sample size is small."""
+    APART = "apart"
+    """The chains and the weighted runs contradict each other."""
+
+
 Judge = Callable[[Floats, Ints], Bools]
 """(genomes, stream keys) of collisions -> whether a reference driver avoids each."""
 
@@ -34,8 +57,9 @@ class Probability:
     """An estimate of P(collision | valid run)."""
 
     method: str
-    """`mc` or `subset`."""
+    """A row of `METHODS`."""
     value: float
+    """NaN where nothing can be said, with its reason."""
     interval: Interval
     """Confidence interval at `level`; NaN where none can be given."""
     level: float
@@ -64,8 +88,30 @@ class Probability:
     """Collisions with actor 1, actor 2, …; those that are left out at the end were not met. Under `mc` alone."""
     without_ego: int = 0
     """Runs in which two others touched. Under `mc` alone."""
+    score: str = "distance"
+    """What said how near to a failure a run came: a row of `SCORES`. Under `mc` it plays no part."""
+    withheld: Withheld = Withheld.NOTHING
+    """Why there is no interval."""
+    tied: float = 0.0
+    """Share of a level's runs that lay on a plateau."""
+    reached: int = 0
+    """Repetitions that came to a failure. Under `subset` alone."""
+    effective: float = math.nan
+    """Effective sample size of the failures. Under `importance` alone."""
     of: str = ""
     """The expectation whose being broken takes the place of a collision; "" for collisions."""
+
+
+def around(value: float, half: float) -> Interval:
+    """The interval that is `half` wide to either side in the logarithm of the value, which never reaches 0."""
+    factor = math.exp(half)
+    return Interval(value / factor, min(1.0, value * factor))
+
+
+def checked_samples(method: str, samples: int, least: int) -> None:
+    """Raise ArgumentError unless there are enough."""
+    if samples < least:
+        raise ArgumentError(f"samples is {samples}; {method} needs at least {least}", "take more")
 
 
 class Count(NamedTuple):
@@ -162,7 +208,7 @@ def _needed(row: dict[str, Any]) -> list[Field[Any]]:
     return [field for field in fields(Probability) if field.default is MISSING or field.name in row]
 
 
-_TEXTS = ("method", "condition", "of")
+_TEXTS = ("method", "condition", "score", "of")
 _TUPLES = ("levels", "by_partner")
 _INTERVALS = ("interval", "avoidable_interval")
 
@@ -170,6 +216,8 @@ _INTERVALS = ("interval", "avoidable_interval")
 def _value(name: str, value: Any) -> Any:
     if name in _TEXTS:
         return str(value)
+    if name == "withheld":
+        return Withheld(value)
     if name in _INTERVALS:
         return Interval(*map(_number, value))
     return tuple(map(_number, value)) if name in _TUPLES else _number(value)

@@ -9,14 +9,15 @@ Two conditions, and they differ:
 
 Both leave out runs that a requirement on the run makes invalid: every figure is a probability *given* a valid run.
 
-Two estimators: `monte_carlo`, independent draws, the share of collisions with the exact interval of Clopper and Pearson
-(1934), "The use of confidence or fiducial limits illustrated in the case of the binomial"; and, for what is rare,
-`subset_simulation`. Both also estimate how probable an *avoidable* collision is: a reference driver drives those
-that were found again (`engine.avoidability`).
+Three estimators: `monte_carlo`, independent draws, the share of collisions with the exact interval of Clopper and
+Pearson (1934), "The use of confidence or fiducial limits illustrated in the case of the binomial"; and, for what is
+rare, `subset_simulation` and `importance_sampling`, which a score leads to failures. All also estimate how probable an
+*avoidable* collision is: a reference driver drives those that were found again (`engine.avoidability`).
 """
 
 import math
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +28,11 @@ from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
 from engine.search.assessment import Evaluate, take
 from engine.search.probability.estimates import CONDITIONS, JOINT, MOST_DRIVEN, PARAMS, Count, Judge, Probability
-from engine.search.probability.subset_simulation import REPETITIONS, subset_simulation
+from engine.search.probability.importance import LEAST as LEAST_IMPORTANCE
+from engine.search.probability.importance import importance_sampling
+from engine.search.probability.scores import DISTANCE, Score
+from engine.search.probability.subset_simulation import LEAST as LEAST_SUBSET
+from engine.search.probability.subset_simulation import subset_simulation
 from engine.search.statistics import clopper_pearson
 from engine.streams import key_rows
 from engine.tables import Bools, Floats, Ints
@@ -36,10 +41,12 @@ from engine.vocabulary import Method, Verdict
 __all__ = [
     "CONDITIONS",
     "JOINT",
+    "METHODS",
     "PARAMS",
-    "REPETITIONS",
+    "Estimator",
     "Probability",
     "estimate",
+    "importance_sampling",
     "monte_carlo",
     "subset_simulation",
 ]
@@ -51,15 +58,40 @@ DRAWS_A_RUN = 200
 """Under `joint`: draws for each run that was asked for, after which the estimate is made from those that there are."""
 
 
+@dataclass(frozen=True)
+class Estimator:
+    """A method for what is rare: a score leads it to the failures."""
+
+    least: int
+    """Samples that it needs."""
+    function: Callable[..., Probability]
+    """(space, evaluate, samples, seed, judge=, score=)"""
+
+
+RARE = {
+    "subset": Estimator(LEAST_SUBSET, subset_simulation),
+    "importance": Estimator(LEAST_IMPORTANCE, importance_sampling),
+}
+METHODS = ("mc", *RARE)
+
+
 def estimate(
-    program: Program, config: Config, method: str, samples: int, seed: int = 0, condition: str = PARAMS, of: str = ""
+    program: Program,
+    config: Config,
+    method: str,
+    samples: int,
+    seed: int = 0,
+    condition: str = PARAMS,
+    score: Score = DISTANCE,
+    of: str = "",
 ) -> Probability:
-    """The probability for a program, by `mc` or `subset`, in the host that the config names; `of` an expectation of the
-    file that is broken, instead of a collision.
+    """The probability for a program, by one of `METHODS`, in the host that the config names; `of` an expectation of
+    the file that is broken, instead of a collision.
 
     Raises:
         UnknownObjectiveError: the file expects nothing of that name.
-        ValueError: `subset` under `joint`: where a scene's every attempt has params of its own, chains hardly move.
+        ValueError: another method than `mc` under `joint`: where a scene's every attempt has params of its own, no
+            neighbourhood of params leads anywhere.
     """
     from engine.risk import PAPER
     from engine.search.evaluator import make_evaluator
@@ -72,8 +104,9 @@ def estimate(
     evaluate, judge = make_evaluator(program, config, PAPER), make_judge(program, config)
     if of:
         evaluate, judge = _of_event(make_evaluator(program, config, PAPER, (expectation(program, of),))), None
-    if method == "subset":
-        found = subset_simulation(program.space, evaluate, samples, seed, judge=judge)
+        score = Score(of, "how far it is from being broken", "", lambda runs: runs.sought[:, 0], DISTANCE.failed)
+    if method in RARE:
+        found = RARE[method].function(program.space, evaluate, samples, seed, judge=judge, score=score)
     else:
         most = samples * DRAWS_A_RUN if condition == JOINT else samples
         found = monte_carlo(program.space, evaluate, most, seed, judge=judge, enough=samples)
@@ -81,23 +114,24 @@ def estimate(
 
 
 def _of_event(evaluate: Evaluate) -> Evaluate:
-    """An evaluator in whose answers a find stands for a collision, and robustness for the least distance."""
+    """An evaluator in whose answers a find stands for a collision."""
 
     def of_event(genomes: Floats, keys: Ints) -> Assessment:
         runs = evaluate(genomes, keys)
-        return replace(runs, collided=runs.found, min_distance=np.maximum(-runs.sought[:, 0], 0.0))
+        return replace(runs, collided=runs.found)
 
     return of_event
 
 
 def make_judge(program: Program, config: Config) -> Judge:
     """The reference driver of `engine.avoidability`, for scenes of this program."""
-    from engine.avoidability import avoidability
+    from engine.avoidability import avoidability, refuse_missing
     from engine.sampling import sample
 
     def judge(genomes: Floats, keys: Ints) -> Bools:
         scenes = sample(program, genomes, keys, config.simulation)
-        answers = avoidability(program, scenes, config.simulation)
+        answers = avoidability(program, scenes, config.simulation, contact=config.contact)
+        refuse_missing(np.ones(len(answers), dtype=bool), answers)
         return np.array([answer is not None and answer.avoidable for answer in answers], dtype=bool)
 
     return judge

@@ -1,113 +1,43 @@
 """Subset simulation, for what is rare: a small probability as a product of larger ones.
 
-Au and Beck (2001), "Estimation of small failure probabilities in high dimensions by subset simulation". The levels are
-least distances (MD): of each level's runs the nearest tenth are the seeds of chains in which no run is farther than
-they are. The chains' proposals are those of Papaioannou, Betz, Zwirglmaier and Straub (2015), "MCMC algorithms for
-subset simulation", sections 4.4: every gene, as a standard normal number, is drawn a step towards its prior; and in
-every other step the scene's own random numbers are drawn again.
+Au and Beck (2001), "Estimation of small failure probabilities in high dimensions by subset simulation"; its levels are
+those of `levels.py`.
 
 Within a chain runs are dependent. The variance is therefore taken from outside: the whole estimate is made ten times,
-independently; the mean is the estimate, and its interval is Student's with nine degrees of freedom.
+independently. The mean is the estimate; its interval is Student's with nine degrees of freedom. Such estimates are
+products and lean to the right, so the upper end is that of the mean's logarithm (by the delta method), which is higher.
+
+No interval is given, and a reason instead, where a repetition met a plateau or did not reach a failure, or where
+repetitions differ by more than their mean: then ten of them do not show how far the estimate may be off.
 """
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.random import Generator
 
-from engine.errors import ArgumentError
-from engine.outcomes import Assessment
 from engine.program import ParamSpace
-from engine.search.assessment import Evaluate, concatenate, take
-from engine.search.probability.estimates import MOST_DRIVEN, NOT_KNOWN, Count, Judge, Probability
+from engine.search.assessment import Evaluate
+from engine.search.probability.estimates import (
+    MOST_DRIVEN,
+    NOT_KNOWN,
+    Judge,
+    Probability,
+    Withheld,
+    around,
+    checked_samples,
+)
+from engine.search.probability.levels import Chains, Climb, climb
+from engine.search.probability.scores import DISTANCE, Score
 from engine.search.statistics import Interval
-from engine.streams import key_rows, operator_generator
-from engine.tables import Floats, Ints
-from engine.vocabulary import Method, Verdict
+from engine.tables import Floats
 
 REPETITIONS = 10
 """Independent estimates of subset simulation."""
-SHARE = 0.1
-"""Of a level's runs that are the seeds of the next."""
-STEP = 0.6
-"""Of a chain, in standard deviations: sqrt(1 - rho^2) with rho = 0.8."""
-MOST_LEVELS = 12
-TRIES = 50
-"""Blocks without enough valid runs after which a level cannot be filled."""
-
-Genomes = Callable[[Floats], Floats]
-"""Uniform numbers (n, d) to genomes (n, d) under the file's distributions."""
-
-
-@dataclass(frozen=True)
-class _Level:
-    """Valid runs, rows aligned: where their genes lie in standard normal space, their keys, and what came of them."""
-
-    points: Floats
-    keys: Ints
-    runs: Assessment
-
-    def rows(self, chosen: Ints) -> "_Level":
-        return _Level(self.points[chosen], self.keys[chosen], take(self.runs, chosen))
-
-    @property
-    def distance(self) -> Floats:
-        """(n,) MD, 0 for a collision [m]."""
-        return np.where(self.runs.collided, 0.0, np.maximum(self.runs.min_distance, np.finfo(float).tiny))
-
-
-@dataclass
-class _Chain:
-    """One repetition of subset simulation: where its random numbers come from, and what it has spent.
-
-    Of the `drawn` draws of its first level `filled` were valid.
-    """
-
-    evaluate: Evaluate
-    genomes: Genomes
-    genes: int
-    seed: int
-    run: int
-    judge: Judge | None = None
-    count: Count = field(default_factory=Count)
-    drawn: int = 0
-    filled: int = 0
-    driven: int = 0
-    step: int = 0
-
-    def numbers(self) -> Generator:
-        """A new stream for the next block."""
-        self.step += 1
-        return operator_generator(self.seed, int(Method.SAMPLE), self.run, self.step)
-
-    def keys(self, count: int) -> Ints:
-        """New stream keys for scenes, of this block."""
-        return key_rows(self.seed, int(Method.SAMPLE), self.run, self.step, range(count))
-
-    def simulate(self, points: Floats, keys: Ints) -> Assessment:
-        runs = self.evaluate(self.genomes(_uniforms(points)), keys)
-        self.count = self.count.more(runs)
-        return runs
-
-    def avoidable(self, level: "_Level") -> float:
-        """Share of a level's collisions that can be avoided, by driving some of them again; NaN without a judge."""
-        rows = np.flatnonzero(level.runs.collided)
-        if self.judge is None or not len(rows):
-            return math.nan
-        most = min(len(rows), MOST_DRIVEN // REPETITIONS)
-        chosen = level.rows(rows[np.linspace(0, len(rows) - 1, most).astype(np.int64)])
-        self.driven += most
-        return float(self.judge(self.genomes(_uniforms(chosen.points)), chosen.keys).mean())
-
-
-def _uniforms(points: Floats) -> Floats:
-    """Of standard normal numbers."""
-    from scipy.special import ndtr
-
-    return np.clip(ndtr(points), 0.0, np.nextafter(1.0, 0.0))
+LEAST = 100 * REPETITIONS
+"""Runs a level, over all repetitions."""
+MOST_SCATTER = 1.0
+"""Standard deviation of the repetitions over their mean, beyond which they are no sample to trust."""
 
 
 def subset_simulation(
@@ -117,137 +47,73 @@ def subset_simulation(
     seed: int = 0,
     level: float = 0.95,
     judge: Judge | None = None,
+    score: Score = DISTANCE,
 ) -> Probability:
     """Subset simulation with `samples` runs a level, shared by ten independent repetitions.
 
     Raises:
         ValueError: fewer than 100 runs a repetition.
     """
-    from engine.sampling import from_uniforms
-
-    size = samples // REPETITIONS
-    if size < 100:
-        raise ArgumentError(
-            f"samples is {samples}; subset simulation needs at least {100 * REPETITIONS} a level", "take more"
-        )
-    chains = [
-        _Chain(evaluate, lambda uniforms: from_uniforms(space, uniforms), len(space), seed, repetition + 1, judge)
-        for repetition in range(REPETITIONS)
-    ]
-    estimates = [_estimate(chain, size) for chain in chains]
-    value, interval = _student([each.value for each in estimates], level)
-    avoidable, avoidable_interval = _student([each.avoidable for each in estimates], level)
+    checked_samples("subset simulation", samples, LEAST)
+    ways = [Chains(space, evaluate, score, seed, repetition + 1, judge) for repetition in range(REPETITIONS)]
+    climbs = [climb(chains, samples // REPETITIONS) for chains in ways]
+    values = np.array([each.value for each in climbs])
+    withheld = _withheld(climbs)
+    shares = np.array([_avoidable(chains, each) for chains, each in zip(ways, climbs, strict=True)])
+    value, interval = _estimate(values, withheld, level)
+    avoidable, avoidable_interval = _estimate(values * shares, withheld, level)
     return Probability(
         method="subset",
         value=value,
         interval=interval,
         level=level,
-        simulations=sum(chain.count.simulations for chain in chains),
-        valid=sum(chain.count.valid for chain in chains),
-        collisions=sum(chain.count.collisions for chain in chains),
-        valid_share=sum(chain.filled for chain in chains) / sum(chain.drawn for chain in chains),
-        aborted=sum(chain.count.aborted for chain in chains),
-        levels=estimates[0].levels,
+        simulations=sum(chains.count.simulations for chains in ways),
+        valid=sum(chains.count.valid for chains in ways),
+        collisions=sum(chains.count.collisions for chains in ways),
+        valid_share=sum(chains.filled for chains in ways) / sum(chains.drawn for chains in ways),
+        aborted=sum(chains.count.aborted for chains in ways),
+        levels=climbs[0].thresholds,
         avoidable=avoidable,
         avoidable_interval=avoidable_interval,
-        driven=sum(chain.driven for chain in chains),
+        driven=sum(chains.driven for chains in ways),
+        score=score.name,
+        withheld=withheld,
+        tied=max(each.tied for each in climbs),
+        reached=sum(each.value > 0.0 and not each.withheld for each in climbs),
     )
 
 
-def _student(estimates: list[float], level: float) -> tuple[float, Interval]:
-    """Mean of independent estimates and Student's interval; none where every estimate is 0."""
+def _withheld(climbs: Sequence[Climb]) -> Withheld:
+    """Why no interval can be given, if so: the reason that says most."""
+    reasons = [each.withheld for each in climbs]
+    for reason in (Withheld.INVALID, Withheld.PLATEAU):
+        if reason in reasons:
+            return reason
+    if any(reasons):
+        return Withheld.UNREACHED if all(reasons) else Withheld.PARTLY
+    values = np.array([each.value for each in climbs])
+    return Withheld.SCATTERED if values.std(ddof=1) > MOST_SCATTER * values.mean() else Withheld.NOTHING
+
+
+def _estimate(values: Floats, withheld: Withheld, level: float) -> tuple[float, Interval]:
+    """Mean of independent estimates and the interval around it; neither where it is withheld."""
     from scipy.special import stdtrit
 
-    values = np.array(estimates)
+    if withheld or np.isnan(values).any():
+        return 0.0 if withheld == Withheld.UNREACHED else math.nan, NOT_KNOWN
     mean = float(values.mean())
     if not mean > 0.0:
-        return 0.0 if mean == 0.0 else math.nan, NOT_KNOWN
+        return mean, NOT_KNOWN
     half = float(stdtrit(len(values) - 1, (1.0 + level) / 2.0)) * float(values.std(ddof=1)) / math.sqrt(len(values))
-    return mean, Interval(max(0.0, mean - half), min(1.0, mean + half))
+    return mean, Interval(max(0.0, mean - half), around(mean, half / mean).high)
 
 
-class _Estimate(NamedTuple):
-    """Of one repetition; NaN where valid runs are too rare to begin with."""
-
-    value: float
-    levels: tuple[float, ...]
-    avoidable: float
-
-
-def _estimate(chain: _Chain, size: int) -> _Estimate:
-    current = _first_level(chain, size)
-    if current is None:
-        return _Estimate(math.nan, (), math.nan)
-    value = 1.0
-    levels: list[float] = []
-
-    def ended(last: _Level, *more: float) -> _Estimate:
-        found = value * float((last.distance == 0.0).mean())
-        avoidable = found * chain.avoidable(last) if found > 0.0 and chain.judge else 0.0 if chain.judge else math.nan
-        return _Estimate(found, (*levels, *more), avoidable)
-
-    for _ in range(MOST_LEVELS):
-        distance = current.distance
-        touching = float((distance == 0.0).mean())
-        threshold = float(np.quantile(distance, SHARE, method="lower"))
-        if touching >= SHARE or threshold == 0.0:
-            return ended(current, 0.0)
-        inside = distance <= threshold
-        if not math.isfinite(threshold) or (levels and threshold >= levels[-1]):
-            return ended(current)
-        value *= float(inside.mean())
-        levels.append(threshold)
-        current = _next_level(chain, current.rows(np.flatnonzero(inside)), threshold, size)
-    return ended(current)
-
-
-def _first_level(chain: _Chain, size: int) -> _Level | None:
-    """`size` valid runs under the file's distributions."""
-    parts: list[_Level] = []
-    found = 0
-    for _ in range(TRIES):
-        numbers, count = chain.numbers(), max(size, 64)
-        points, keys = numbers.standard_normal((count, chain.genes)), chain.keys(count)
-        runs = chain.simulate(points, keys)
-        rows = np.flatnonzero(runs.verdict == Verdict.VALID)[: size - found]
-        found += len(rows)
-        chain.filled += len(rows)
-        chain.drawn += int(rows[-1]) + 1 if found == size and len(rows) else count
-        parts.append(_Level(points, keys, runs).rows(rows))
-        if found == size:
-            return _joined(parts)
-    return None
-
-
-def _next_level(chain: _Chain, seeds: _Level, threshold: float, size: int) -> _Level:
-    """Runs no farther than the threshold: chains from the seeds, all of them a step at a time."""
-    length = max(1, round(1.0 / SHARE))
-    count = max(1, size // length)
-    numbers = chain.numbers()
-    state = seeds.rows(np.sort(numbers.choice(len(seeds.keys), count, replace=len(seeds.keys) < count)))
-    parts = [state]
-    for step in range(1, length):
-        numbers = chain.numbers()
-        noise = numbers.standard_normal(state.points.shape)
-        points = math.sqrt(1.0 - STEP * STEP) * state.points + STEP * noise
-        keys = chain.keys(count) if step % 2 else state.keys
-        proposed = _Level(points, keys, chain.simulate(points, keys))
-        accepted = (proposed.runs.verdict == Verdict.VALID) & (proposed.distance <= threshold)
-        state = _chosen(accepted, proposed, state)
-        parts.append(state)
-    return _joined(parts)
-
-
-def _chosen(accepted: np.ndarray, proposed: _Level, state: _Level) -> _Level:
-    """The proposal where it was accepted, else the state again."""
-    both = _joined([state, proposed])
-    rows = np.arange(len(accepted))
-    return both.rows(np.where(accepted, rows + len(rows), rows))
-
-
-def _joined(parts: list[_Level]) -> _Level:
-    return _Level(
-        np.concatenate([part.points for part in parts]),
-        np.concatenate([part.keys for part in parts]),
-        concatenate([part.runs for part in parts]),
-    )
+def _avoidable(chains: Chains, found: Climb) -> float:
+    """Share of the last level's failures that can be avoided, by driving some of them again; NaN without a judge."""
+    if chains.judge is None or found.last is None:
+        return math.nan
+    rows = np.flatnonzero(found.last.failed)
+    if found.withheld or not len(rows):
+        return 0.0
+    chosen = rows[np.linspace(0, len(rows) - 1, min(len(rows), MOST_DRIVEN // REPETITIONS)).astype(np.int64)]
+    return float(chains.avoided(found.last.rows(chosen)).mean())

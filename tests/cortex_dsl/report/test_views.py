@@ -388,17 +388,6 @@ def test_further_pairs_have_a_line_each(outcomes: Outcomes, width: int) -> None:
     assert further_pairs(outcomes, actors[:2], 0, KM_H) == []
 
 
-def test_when_others_crash_the_ego_has_touched_nobody(run: RunReport, program: Program, collision: Outcomes) -> None:
-    """Whoever reads only the first lines knows that it was not the ego."""
-    others = replace(
-        collision,
-        contact_actors=np.array([[1, 2]], dtype=np.int32),
-        end_reason=np.array([EndReason.OTHER_COLLISION], dtype=np.int32),
-    )
-    words = end_of(replace(program, actors=("ego", "truck", "walker")), others, 0).text
-    assert words == "contact: truck and walker; ego has touched nobody"
-
-
 def test_a_contact_that_is_no_failure_of_the_ego_says_so(program: Program, collision: Outcomes) -> None:
     """A story that blames nobody wrongly."""
     assert end_of(program, collision, 0).text == "contact: ego and adversary"

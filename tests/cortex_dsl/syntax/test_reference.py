@@ -76,7 +76,7 @@ def test_every_keyword_is_used(keyword: Keyword) -> None:
 
 @pytest.mark.parametrize("kind", [Verdict, EndReason])
 def test_how_a_run_can_end(kind: type[Verdict] | type[EndReason]) -> None:
-    """Each verdict and each end has a row, and no other has; journals alone still know the contact of two others."""
+    """Each verdict and each end has a row, and no other has; that of a contact of two others is only reserved."""
     heading = {Verdict: "### The verdict", EndReason: "### The end"}[kind]
     section = REFERENCE.partition(heading)[2].partition("\n#")[0]
     assert re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE) == [

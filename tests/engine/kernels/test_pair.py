@@ -9,8 +9,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from engine.kernels.geometry import Box, box_distance
-from engine.kernels.pair import NOISE_FLOOR, PairMetrics, measure_pair
-from engine.tables import Floats
+from engine.kernels.pair import NOISE_FLOOR, PairMetrics, center_velocity, measure_pair
+from engine.tables import SLIDING, Floats
 from engine.vocabulary import Side, State
 
 compiled = settings(deadline=None)
@@ -273,3 +273,13 @@ def _at_a_corner(pair: tuple[Floats, Floats], metrics: PairMetrics) -> bool:
     ahead = abs(cos * x + sin * y) - 0.5 * (length + length * c + width * s)
     aside = abs(cos * y - sin * x) - 0.5 * (width + length * s + width * c)
     return abs(ahead - aside) < 1e-5
+
+
+def test_a_blow_is_in_no_velocity() -> None:
+    """Before it a body drives at 20 m/s, after it it slides at 5: never at what lies in between."""
+    states = np.zeros((6, 1, len(State)))
+    states[:, 0, State.X] = np.cumsum([0.0, 20.0, 20.0, 11.0, 5.0, 5.0]) * STEP  # struck in the third step
+    states[:3, 0, State.SPEED], states[3:, 0, State.SPEED] = 20.0, 5.0
+    states[:3, 0, State.PRESENT], states[3:, 0, State.PRESENT] = 1.0, SLIDING
+    found = [center_velocity(states, 6, k, STEP, 0, 1.4).x for k in range(6)]
+    assert found == pytest.approx([20.0, 20.0, 20.0, 5.0, 5.0, 5.0])

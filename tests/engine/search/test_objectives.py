@@ -9,7 +9,7 @@ import pytest
 
 import cortex_dsl as cx
 from cortex_dsl import Scenario
-from engine.avoidability import avoidability
+from engine.avoidability import Avoidance, avoidability
 from engine.errors import ArgumentError, ArgumentKindError
 from engine.outcomes import Outcomes
 from engine.risk import assess
@@ -93,7 +93,7 @@ def test_avoidable_is_graded(runs: Runs) -> None:
         assert answer is not None
         assert (values[row] >= 2.0) == answer.avoidable
         assert values[row] <= 3.0
-        assert not answer.lost or values[row] == 0.0
+        assert answer.avoidance is not Avoidance.LOST or values[row] == 0.0
     assert (values[~outcomes.collided] < 1.0).all()
     assert (values >= 0.0).all()
 

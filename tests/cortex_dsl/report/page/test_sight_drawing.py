@@ -11,9 +11,9 @@ import shapely
 
 from cortex_dsl import load
 from engine.kernels.geometry import View
-from engine.sight import visible_area, visible_sector
 from tests.cortex_dsl.report.page.conftest import scrub
 from tests.engine.kernels.sight_reference import BORDER, Scene, by_rays, depth_inside, drawn, shadow
+from tests.sight_polygon import visible_area, visible_sector
 
 WALKER = """
 map intersection(approach=120 m, lanes=2, buildings=6 m)
@@ -115,7 +115,7 @@ def test_the_area_is_the_sector_without_shadows(shown: Any) -> None:
 
 
 def test_the_area_is_that_of_python(shown: Any) -> None:
-    """`engine.sight` draws the same: they differ by straight pieces of the rim at most, also on a grid, where outlines
+    """`sight_polygon` draws the same: they differ by straight pieces of the rim at most, also on a grid, where outlines
     overlap, and touch one another and the eye.
     """
     random = np.random.default_rng(13)

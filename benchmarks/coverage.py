@@ -1,0 +1,234 @@
+"""Do intervals of rare events hold the truth? Estimators on scores of which the probability is known.
+
+    python -m benchmarks.coverage [--repetitions 2000] [--samples 10000] [--jobs 1] [--json]
+
+Each case is a function of genes that are standard normal numbers, and of what a scene draws. In the smooth ones the
+score leads to the failures; on the others it does not, and an estimator is to say so instead of giving an interval.
+Asked for: intervals of smooth cases hold the truth in at least 93.5 %, their median width is at most 1.5 times that of
+as many plain draws or their ends at most a factor of 3 apart, plateaus get none, and at most 1 % of all estimates lie
+apart from the interval of ten million plain draws.
+"""
+
+import argparse
+import json
+import math
+from collections import Counter
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from functools import partial
+
+import numpy as np
+from scipy.special import ndtr, ndtri
+
+from engine.kernels.random_numbers import fill_uniform
+from engine.outcomes import RESULTS, Assessment
+from engine.program import ParamSpace
+from engine.search.probability.estimates import Probability
+from engine.search.probability.monte_carlo import RARE
+from engine.search.statistics import clopper_pearson
+from engine.tables import Floats, Ints
+from engine.vocabulary import Distribution, GeneKind, Purpose
+
+TINY = 1e-16
+"""What uniform numbers keep away from 0 and 1."""
+SMOOTH, MISLEADING, PLATEAU = "smooth", "misleading", "plateau"
+TRUTH = 6.0e-5
+"""Of most cases."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A score of known probability."""
+
+    name: str
+    genes: int
+    truth: float
+    left: Callable[[Floats, Floats], Floats]
+    """(n, genes), (n,) what a scene draws, all standard normal -> what is left to a failure; none or less is one."""
+    kind: str = SMOOTH
+
+
+def _beyond(chance: float) -> float:
+    """What a standard normal number exceeds with this probability."""
+    return float(-ndtri(chance))
+
+
+CORRIDOR, POCKET = 0.05, TRUTH / 0.05
+
+
+def _near_miss(x: Floats, _noise: Floats, slope: float) -> Floats:
+    """0.3 m in a corridor of every twentieth draw, in which one in 800 fails and nothing leads there."""
+    outside = np.maximum(_beyond(CORRIDOR) - x[:, 0], 0.0)
+    missed = 0.3 + outside + slope * ndtr(x[:, 2])
+    return np.where((outside == 0.0) & (x[:, 1] > _beyond(POCKET)), 0.0, missed)
+
+
+ISLANDS = float(ndtr(-4.0) + ndtr(-4.1))
+CASES = (
+    Case("linear", 8, TRUTH, lambda x, _: _beyond(TRUTH) - x.sum(axis=1) / math.sqrt(8.0)),
+    Case("corner", 2, TRUTH, lambda x, _: _beyond(math.sqrt(TRUTH)) - x.min(axis=1)),
+    Case("two islands", 4, ISLANDS, lambda x, _: 4.0 - np.maximum(x[:, 0], -x[:, 0] - 0.1)),
+    Case("half of it chance", 2, TRUTH, lambda x, noise: _beyond(TRUTH) - (x[:, 0] + noise) / math.sqrt(2.0)),
+    Case("near miss, sloping", 3, TRUTH, partial(_near_miss, slope=0.01), MISLEADING),
+    Case("near miss, plateau", 3, TRUTH, partial(_near_miss, slope=0.0), PLATEAU),
+    Case("cliff", 2, TRUTH, lambda x, _: np.where(x[:, 0] > _beyond(TRUTH), 0.0, 1.0), PLATEAU),
+)
+
+
+# -- one estimate ------------------------------------------------------------------------------------------------------
+
+
+def space_of(case: Case) -> ParamSpace:
+    """Genes that are uniform numbers."""
+    count = case.genes
+    return ParamSpace(
+        names=tuple(f"U{i}" for i in range(count)),
+        units=("",) * count,
+        kinds=np.full(count, int(GeneKind.CONTINUOUS), dtype=np.int32),
+        low=np.zeros(count),
+        high=np.ones(count),
+        distribution=np.full(count, int(Distribution.UNIFORM), dtype=np.int32),
+        shape=np.zeros((count, 2)),
+        scale=np.ones(count),
+        weights=((),) * count,
+        options=((),) * count,
+    )
+
+
+def evaluated(case: Case, genomes: Floats, keys: Ints) -> Assessment:
+    """What is left to a failure as the least distance; a failure is a collision."""
+    noise = np.empty((len(keys), 1))
+    fill_uniform(keys, int(Purpose.SCENE), 0, noise)
+    left = case.left(_normal(genomes), _normal(noise)[:, 0])
+    blank = {row.name: np.full((len(keys), *((1,) if row.parts else ())), row.fill, row.dtype) for row in RESULTS}
+    known = {
+        "verdict": np.zeros(len(keys), dtype=np.int32),
+        "collided": left <= 0.0,
+        "min_distance": np.maximum(left, 0.0),
+        "pair": np.zeros(len(keys), dtype=np.int32),
+        "tested": np.zeros((len(keys), 0), dtype=np.int64),
+        "failed": np.zeros((len(keys), 0), dtype=np.int64),
+        "found": left <= 0.0,
+        "sought": np.zeros((len(keys), 0)),
+        "broken": np.zeros((len(keys), 0)),
+    }
+    return Assessment(**blank | known)
+
+
+def _normal(uniforms: Floats) -> Floats:
+    return ndtri(np.clip(uniforms, TINY, 1.0 - TINY))
+
+
+def estimated(case: Case, method: str, samples: int, seed: int) -> Probability:
+    return RARE[method].function(space_of(case), partial(evaluated, case), samples, seed)
+
+
+# -- many of them ------------------------------------------------------------------------------------------------------
+
+PLAIN = 10**7
+"""Draws of plain Monte Carlo that an interval is held against."""
+LEAST_COVERAGE, MOST_APART, MOST_WIDTH, MOST_FACTOR = 0.935, 0.01, 1.5, 3.0
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """What became of one estimator on one case."""
+
+    case: str
+    kind: str
+    method: str
+    given: float
+    """Share of the repetitions that gave an interval."""
+    holds: float
+    """Share of these intervals that hold the truth; NaN without any."""
+    apart: float
+    """Share of the repetitions whose interval lies apart from that of `PLAIN` draws."""
+    width: float
+    """Median width, over that of as many plain draws."""
+    factor: float
+    """Median quotient of both ends."""
+    simulations: float
+    """Median."""
+    reasons: dict[str, int]
+
+    @property
+    def fine(self) -> bool:
+        if self.kind == PLATEAU:
+            return self.given == 0.0
+        narrow = self.width <= MOST_WIDTH or self.factor <= MOST_FACTOR
+        told = self.kind == MISLEADING or math.isnan(self.holds) or (self.holds >= LEAST_COVERAGE and narrow)
+        return self.apart <= MOST_APART and told
+
+
+def coverage(name: str, method: str, repetitions: int, samples: int) -> Coverage:
+    """Of estimates from seeds 0, 1, …"""
+    case = next(case for case in CASES if case.name == name)
+    found = [estimated(case, method, samples, seed) for seed in range(repetitions)]
+    ends = np.array([each.interval for each in found])
+    given = np.isfinite(ends[:, 0])
+    low, high = ends[given].T
+    plain = clopper_pearson(round(PLAIN * case.truth), PLAIN)
+    simulations = float(np.median([each.simulations for each in found]))
+    equal = clopper_pearson(round(simulations * case.truth), round(simulations))
+    some = bool(given.any())
+    return Coverage(
+        case.name,
+        case.kind,
+        method,
+        given=float(given.mean()),
+        holds=float(((low <= case.truth) & (case.truth <= high)).mean()) if some else math.nan,
+        apart=float(((low > plain.high) | (high < plain.low)).sum()) / repetitions,
+        width=float(np.median(high - low)) / (equal.high - equal.low) if some else math.nan,
+        factor=float(np.median(high / np.maximum(low, 1e-300))) if some else math.nan,
+        simulations=simulations,
+        reasons=dict(Counter(str(each.withheld) for each in found if each.withheld)),
+    )
+
+
+HEAD = (
+    "| case | estimator | intervals given | of them hold the truth | apart | width, plain = 1 | high / low "
+    "| simulations | instead of an interval |\n|---|---|---|---|---|---|---|---|---|"
+)
+
+
+def row(found: Coverage) -> str:
+    """Of the table."""
+    reasons = ", ".join(f"{name} {count:,}" for name, count in sorted(found.reasons.items()))
+    figures = f"{100 * found.given:.1f} % | {_percent(found.holds)} | {100 * found.apart:.2f} %"
+    ends = "| |" if math.isnan(found.width) else f"| {found.width:.2f} | {found.factor:.2f}"
+    mark = "" if found.fine else " **missed**"
+    return f"| {found.case}{mark} | {found.method} | {figures} {ends} | {found.simulations:,.0f} | {reasons} |"
+
+
+def _percent(share: float) -> str:
+    return "" if math.isnan(share) else f"{100 * share:.1f} %"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--repetitions", type=int, default=2000, help="of each estimator on each case")
+    parser.add_argument("--samples", type=int, default=10_000, help="as of `cortexc probability`")
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args(arguments)
+    asked = [(case.name, method) for case in CASES for method in RARE]
+    if not options.json:
+        print(HEAD)
+    with ProcessPoolExecutor(options.jobs) as pool:
+        waiting = [pool.submit(coverage, *each, options.repetitions, options.samples) for each in asked]
+        found = [_told(each.result(), as_row=not options.json) for each in waiting]
+    if options.json:
+        print(json.dumps([{**asdict(each), "fine": each.fine} for each in found], indent=2))
+    return 0 if all(each.fine for each in found) else 1
+
+
+def _told(found: Coverage, *, as_row: bool) -> Coverage:
+    """Printed as soon as it is there: all of them take half an hour."""
+    if as_row:
+        print(row(found), flush=True)
+    return found
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

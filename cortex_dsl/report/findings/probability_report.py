@@ -1,0 +1,124 @@
+"""How probable a failure is, in words: the estimate with its interval or the reason for none, and how it was made."""
+
+import math
+
+from cortex_dsl.report.findings.readable import ABSENT, counted, percent, significant, whole
+from engine.search.probability.estimates import JOINT, Probability, Withheld
+from engine.search.probability.scores import SCORES
+from engine.search.statistics import Interval
+
+HOW = {
+    "mc": "plain Monte Carlo; exact interval of Clopper and Pearson",
+    "subset": "subset simulation (Au and Beck 2001); Student's interval over ten independent repetitions",
+    "importance": (
+        "importance sampling by cross-entropy (Rubinstein and Kroese 2004), a tenth of it as the file says; "
+        "interval of a mean of independent weights"
+    ),
+}
+"""By what method, and whose interval."""
+PLAIN = "`--method mc` needs no score, and bounds it from above"
+MORE = "take more samples, or `--method mc`"
+OTHER = "take more samples, or `--method subset`"
+WITHHELD = {
+    Withheld.INVALID: ("valid runs are too rare to begin with", "`--method mc` takes those that it finds"),
+    Withheld.PLATEAU: ("{tied} of the runs of a level are different and equally near to a failure", PLAIN),
+    Withheld.UNREACHED: ("no chain reached a failure", PLAIN),
+    Withheld.PARTLY: ("only {reached} of ten repetitions reached a failure", MORE),
+    Withheld.SCATTERED: ("the repetitions differ by more than their mean", MORE),
+    Withheld.FEW: ("the weighted failures count as {effective} alike, and less than 100 are no sample", OTHER),
+    Withheld.APART: ("the chains and the weighted runs are more than a factor of five apart", OTHER),
+}
+"""Why no interval is given, and what to do."""
+
+
+def withheld_text(found: Probability) -> str:
+    """`no chain reached a failure; …`: the reason and the cure. An estimate of an earlier version has the first one."""
+    reason, cure = WITHHELD[found.withheld or Withheld.UNREACHED]
+    effective = whole(round(found.effective)) if math.isfinite(found.effective) else ABSENT
+    return f"{reason.format(tied=percent(found.tied, 0), reached=found.reached, effective=effective)}; {cure}"
+
+
+EXPOSURE = "a range is drawn evenly, which is no model of how often a road brings such values"
+"""Return what such a probability does not mean."""
+SAMPLE_TIME = (
+    "drivers look and act once in every step of the simulation: in the examples, steps of 0.05 s show 2 to 5 % more "
+    "collisions than such of 0.0025 s"
+)
+"""Measured by `benchmarks/step_bias.py`; nearly all of it is the drivers' sample time, not the motion."""
+
+
+def how_drawn(found: Probability) -> str:
+    """Which probability it is: the two differ where some params allow a scene more often than others."""
+    if found.condition == JOINT:
+        return "params and scene are drawn again together until the requirements hold"
+    often = f" in up to {counted(found.max_attempts, 'attempt')}" if found.max_attempts else ""
+    return f"params are drawn once, a scene for them is then sought{often}"
+
+
+def probability_text(found: Probability) -> str:
+    """The estimate: in percent where that reads well."""
+    return _text(found.value)
+
+
+def interval_text(found: Probability) -> str:
+    """`1.20 % .. 1.90 %`."""
+    if not math.isfinite(found.interval.low):
+        return f"none, as {withheld_text(found)}" if found.valid else "none"
+    return _range(found.interval)
+
+
+def avoidable_text(found: Probability) -> str:
+    """The same of a collision that a competent driver avoids."""
+    return _text(found.avoidable)
+
+
+def avoidable_interval_text(found: Probability) -> str:
+    if not math.isfinite(found.avoidable_interval.low):
+        few = "none" if found.avoidable == 0.0 else "too few"
+        return f"none, as {few} of those driven again was one" if found.driven else "not known"
+    return _range(found.avoidable_interval)
+
+
+def _text(value: float) -> str:
+    if math.isnan(value):
+        return "not known"
+    if value >= 0.001:
+        return percent(value, 2)
+    return "none seen" if value == 0.0 else significant(value, 3)
+
+
+def _range(interval: Interval) -> str:
+    """Both ends in the same form: in percent where the higher one is readable in percent."""
+    low, high = (percent(end, 2) if interval.high >= 0.001 else significant(end, 3) for end in interval)
+    return f"{low} .. {high}"
+
+
+NO_SHARE = {
+    "subset": "those of chains depend on one another",
+    "importance": "they are drawn where failures are",
+}
+"""Why what was counted is no estimate."""
+
+
+def levels_text(found: Probability) -> str:
+    """`levels of the first repetition: 3.10 m, 0.84 m, failure`; empty where there are none."""
+    unit = SCORES[found.score].unit if found.score in SCORES else ""
+    steps = ", ".join(f"{level:.2f} {unit}".rstrip() if level else "failure" for level in found.levels)
+    of = " of the first repetition" if found.method == "subset" else ""
+    return f"levels{of}: {steps}" if steps else ""
+
+
+def effective_text(found: Probability) -> str:
+    """What weighted runs count as; empty where none are weighted."""
+    if not found.effective > 0.0:
+        return ""
+    return f"effective sample size of the failures: {whole(round(found.effective))}"
+
+
+def counts_text(found: Probability) -> str:
+    """What the estimate was made from: numbers whose quotient it is, or the word that they are none."""
+    tried = "draw" if found.condition == JOINT else "simulation"
+    runs = f"{whole(found.valid)} valid of {counted(found.simulations, tried)}"
+    if found.method in NO_SHARE:
+        return f"{runs}; {NO_SHARE[found.method]}, so their share is no estimate"
+    return f"{counted(found.collisions, 'violation' if found.of else 'collision')} among {runs}"
