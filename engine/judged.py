@@ -73,6 +73,8 @@ def judged_from(content: Mapping[str, Any] | None, arrays: Mapping[str, np.ndarr
     """Inverse of `content` and `arrays`; None: written by a version that knew no objectives."""
     if content is None:
         return NOTHING_JUDGED
-    objectives = tuple(Objective(**{**each, "sense": Sense(each["sense"])}) for each in content["objectives"])
-    readings = tuple(Reading(**{**each, "kind": Reducer(each["kind"])}) for each in content["readings"])
+    said: list[dict[str, Any]] = content["objectives"]
+    objectives = tuple(Objective(each["name"], Sense(each["sense"]), each["unit"], each["line"]) for each in said)
+    read: list[dict[str, Any]] = content["readings"]
+    readings = tuple(Reading(Reducer(each["kind"]), each["rule"], each["result"]) for each in read)
     return Judged(objectives, readings, ObjectiveTables(*(arrays[f"judged.{n}"] for n in ObjectiveTables._fields)))

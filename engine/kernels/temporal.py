@@ -79,7 +79,7 @@ def _at_sample(
 ) -> None:
     """The worth of all rows at a sample into `now`; `later` knows them a sample later."""
     for row in range(len(formula)):
-        op, a, b = formula[row, 0], formula[row, 1], formula[row, 2]
+        op, a, b = int(formula[row, 0]), int(formula[row, 1]), int(formula[row, 2])
         if op != TemporalOp.ATOM:
             now[row] = _joined(op, now[a], now[b], later[a], later[row], is_last)
         elif column == TRUTH:
