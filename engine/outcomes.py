@@ -303,5 +303,5 @@ RESULTS: tuple[Result, ...] = tuple(_rows(Assessment))
 
 def blank_outcomes(rows: int, actors: int, **known: NDArray[Any]) -> Outcomes:
     """Outcomes of invalid scenes, but for the arrays that are known."""
-    nothing = {"sought": np.zeros((rows, 0)), "broken": np.zeros((rows, 0))}
+    nothing: dict[str, NDArray[Any]] = {"sought": np.zeros((rows, 0)), "broken": np.zeros((rows, 0))}
     return Outcomes(**{row.name: row.blank(rows, actors) for row in OUTCOMES} | nothing | known)

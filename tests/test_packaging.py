@@ -26,7 +26,7 @@ def test_version_is_stated_once() -> None:
 def build(kind: str, folder: Path) -> Path:
     """A wheel, or a wheel that stands for an editable install."""
     command = [sys.executable, "-m", "hatchling", "build", "-t", kind, "-d", str(folder)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
     return next(folder.glob("*.whl"))
 
@@ -76,7 +76,7 @@ def checked(prelude: str, at: Path, home: Path) -> str:
     """Check the example in a process that knows the installed dependencies and, of us, what the prelude adds."""
     environment = {**os.environ, "PYTHONPATH": sysconfig.get_path("purelib"), "CORTEXC_CACHE": str(home)}
     command = [sys.executable, "-S", "-c", prelude + CHECK]  # no .pth file of this environment is read
-    done = subprocess.run(command, cwd=at, env=environment, capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(command, cwd=at, env=environment, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -108,5 +108,5 @@ def test_a_clone_finds_its_grammar(tmp_path: Path) -> None:
     assert checked("", ROOT, tmp_path).startswith(str(ROOT / "grammar"))
     command = [sys.executable, "-S", "-m", "cortex_dsl", "examples/left_turn.scn", "--check"]
     environment = {**os.environ, "PYTHONPATH": sysconfig.get_path("purelib"), "CORTEXC_CACHE": str(tmp_path)}
-    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, timeout=120, check=False)
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr

@@ -42,7 +42,9 @@ def python(folder: Path, *words: str | Path) -> subprocess.CompletedProcess[str]
     """Python, started in a folder."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     command = [sys.executable, *map(str, words)]
-    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=60, check=False)
+    return subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False
+    )
 
 
 def test_ours_is_found() -> None:

@@ -50,7 +50,6 @@ from cortex_dsl.semantics.evaluation.seeing import notice_reach, sees, unhidden
 from cortex_dsl.semantics.model.values import Actor
 from cortex_dsl.semantics.model.wording import kind_name
 from cortex_dsl.semantics.quantities.algebra import Term, box_distance, cos, hypot, maximum, path_project, sin
-from engine.opcodes import Op
 from engine.road.linking import Window, windows
 from engine.road.network import LaneRole, Maneuver
 from engine.road.sections import maneuver_of
@@ -132,8 +131,7 @@ def _relative_speed(job: Job, other: Actor) -> Term:
 def _velocity(job: Job, actor: Actor) -> tuple[Term, Term]:
     """Of the rear axle, along the heading; somebody whom a third may strike can slide across it."""
     if actor is not job.actor and len(others(job.ev, job.actor)) > 1:
-        algebra = job.ev.algebra
-        x, y = algebra.items(algebra.apply(Op.VELOCITY, immediates=(actor.index,), width=2), 2)
+        x, y = job.ev.algebra.velocity(actor.index)
         return x, y
     heading, speed = current_pose(job.ev, actor).heading, state(job.ev, actor, State.SPEED)
     return speed * cos(heading), speed * sin(heading)

@@ -1,9 +1,19 @@
 """Every finding of this stage, declared once: a module for each family, each of its rows a name."""
 
-from cortex_dsl.semantics.errors import behaviours, chance, names, objects, roads, scenarios, statements, values
+from cortex_dsl.semantics.errors import (
+    behaviours,
+    chance,
+    names,
+    objectives,
+    objects,
+    roads,
+    scenarios,
+    statements,
+    values,
+)
 from cortex_dsl.semantics.errors.problems import Problem
 
-FAMILIES = (names, values, statements, objects, roads, chance, behaviours, scenarios)
+FAMILIES = (names, values, statements, objects, roads, chance, behaviours, scenarios, objectives)
 
 
 def declared() -> dict[str, Problem]:

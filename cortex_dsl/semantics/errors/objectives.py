@@ -30,12 +30,12 @@ ALWAYS_BROKEN = warning(
 TAKEN_NAME = Problem(
     "SCN492",
     "`{name}` is the name of an objective that every file has",
-    "a search that is told `--objective {name}` could mean either",
+    "by this name alone nobody could tell which of the two is meant",
     "choose another name",
     page=Page(
         "objective with a name that is taken",
-        "`--objective` names what a search looks for: one of the objectives that every file has, or an `expect`, "
-        "`maximize` or `minimize` of the file.",
+        "`risk`, `avoidable`, `conflict` and `severity` are names that each file has for what a run comes to; an "
+        "`expect`, `maximize` or `minimize` of the file needs another.",
         'ego = new Car on road, with speed 5 m/s\nexpect always ego.speed < 9 m/s as "risk"\n',
         'ego = new Car on road, with speed 5 m/s\nexpect always ego.speed < 9 m/s as "speed"\n',
     ),

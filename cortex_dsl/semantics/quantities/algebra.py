@@ -190,9 +190,12 @@ class Algebra:
 
     def time_to_contact(self, actor: int, other: int = -1, reach: "Term | None" = None) -> Term:
         """Until two touch at their velocities [s], or the least over all (-1); with a reach, of those noticed in it."""
-        if reach is None:
-            return self.apply(Op.TTC, immediates=(actor, other))
-        return self.apply(Op.TTC, reach, immediates=(actor, other, 1))
+        noticed = () if reach is None else (reach,)
+        return self.apply(Op.TTC, *noticed, immediates=(actor, other) + (1,) * len(noticed))
+
+    def velocity(self, actor: int) -> tuple[Term, ...]:
+        """Of an object's rear axle as its body moves [m/s]: x and y."""
+        return self.items(self.apply(Op.VELOCITY, immediates=(actor,), width=2), 2)
 
     def sees(self, viewer: int, other: int, view: Term, outline: Term) -> Term:
         """Whether one actor sees another now; -1 for who is no actor, but a packed view or outline."""
@@ -251,8 +254,6 @@ class Algebra:
         lower, upper = self.chosen(index, items[:half], first), self.chosen(index, items[half:], first + half)
         return where(index < float(first + half), lower, upper)
 
-    # -- interning ---------------------------------------------------------------------------------------------------
-
     def _interned(self, key: tuple[object, ...], kind: Callable[..., Made], *fields: object, depth: int = 0) -> Made:
         known = self._known.get(key)
         if known is None:
@@ -271,8 +272,7 @@ def _simplified(op: Op, arguments: tuple[Term, ...]) -> Term | None:
     if op in (Op.AND, Op.OR):
         for one, other in (arguments, arguments[::-1]):
             if isinstance(one, Constant):
-                decides = bool(one.value) == (op == Op.OR)
-                return one if decides else other
+                return one if bool(one.value) == (op == Op.OR) else other
     return None
 
 

@@ -32,7 +32,7 @@ def humble(tmp_path: Path) -> Run:
             cwd=tmp_path,
             env={**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "120"},
             preexec_fn=obey_modes,
-            timeout=120,
+            timeout=300,
             check=False,
         )
         assert "Traceback" not in result.stderr
@@ -126,7 +126,7 @@ def test_the_formatter_is_killed_while_it_writes(tmp_path: Path) -> None:
     """The file is as it was, to the last byte: what had been written lies beside it, under a hidden name."""
     (tmp_path / "a.scn").write_text(UGLY)
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    killed = subprocess.run([sys.executable, "-c", DYING], cwd=tmp_path, env=environment, timeout=120, check=False)
+    killed = subprocess.run([sys.executable, "-c", DYING], cwd=tmp_path, env=environment, timeout=300, check=False)
     assert killed.returncode == -9
     assert (tmp_path / "a.scn").read_text() == UGLY
     assert [path.name for path in tmp_path.glob("[!.]*")] == ["a.scn"]

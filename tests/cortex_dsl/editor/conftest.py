@@ -10,7 +10,7 @@ from lsprotocol import types
 from pygls.lsp.client import LanguageClient
 
 LEFT_TURN = Path(__file__).parents[3] / "examples" / "left_turn.scn"
-PATIENCE = 30.0
+PATIENCE = 300.0
 """Seconds for one answer: the machine may be busy."""
 
 

@@ -79,7 +79,7 @@ def test_an_interrupt_ends_a_script(tmp_path: Path) -> None:
     process.stdin.flush()
     assert process.stdout.readline() == "seed 0\n"
     process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
+    _, err = process.communicate(timeout=300)
     assert process.returncode == 130
     assert "Traceback" not in err
 

@@ -133,7 +133,7 @@ def test_a_cluster_that_loses_a_worker(
             threading.Timer(0.005, workers[0].send_signal, (signal.SIGKILL,)).start()
 
     search_and_keep(scenario, "niching", tmp_path, on_generation=kill_one, workers=Workers("dask", 2, address))
-    assert workers[0].wait(timeout=60) == -signal.SIGKILL
+    assert workers[0].wait(timeout=300) == -signal.SIGKILL
     assert workers[1].poll() is None
     assert tables(tmp_path) == alone
 
