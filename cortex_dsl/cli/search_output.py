@@ -25,6 +25,7 @@ from cortex_dsl.report.terminal.progress import SearchProgress
 from cortex_dsl.report.terminal.search_view import comparison_view, failures_line, search_view
 from engine.extras import MissingExtraError
 from engine.program import Program
+from engine.search.campaign import Campaign, OnGeneration, Progress
 from engine.search.journal_reader import Record
 from engine.search.manifest import changed_versions
 from engine.search.objectives import ObjectiveError, UnknownObjectiveError
@@ -32,7 +33,6 @@ from engine.search.past import ForeignPastError
 from engine.search.protocol import SOUGHT
 from engine.search.ranking import Case
 from engine.search.result_files import summary
-from engine.search.run import Campaign, OnGeneration, Progress
 from engine.search.searchers import PluginError, SeveralObjectivesError, UnknownMethodError
 from engine.search.store import StoreError
 from engine.search.workers import Workers, WorkersLostError, workers_for
@@ -189,7 +189,7 @@ def cases_of(run: OpenedRun, folder: Path, rank: int) -> tuple[Case, ...]:
     Raises:
         UsageError: there are none, or fewer than `rank`.
     """
-    cases = every_case(run.record)
+    cases = every_case(run)
     if not cases:
         raise UsageError(f"`{folder}` has no case: none of its simulations was valid", "search again")
     if rank > len(cases):

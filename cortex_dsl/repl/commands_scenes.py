@@ -17,7 +17,7 @@ from cortex_dsl.repl.entering import refuse
 from cortex_dsl.repl.state import State
 from cortex_dsl.report.findings.tally import Tally
 from cortex_dsl.spelling import did_you_mean
-from engine.search.run import Campaign, Progress
+from engine.search.campaign import Campaign, Progress
 from engine.vocabulary import Verdict
 
 if TYPE_CHECKING:

@@ -23,12 +23,12 @@ import numpy as np
 
 from engine.outcomes import RESULTS, Assessment, Result
 from engine.search.assessment import take, to_columns
+from engine.search.campaign import Campaign
 from engine.search.evaluations import Evaluations, Figures, flat_rollouts, partners
 from engine.search.journal import finite
 from engine.search.manifest import Manifest
 from engine.search.protocol import Operator
 from engine.search.ranking import Case
-from engine.search.run import Campaign
 from engine.search.store import store_errors
 from engine.streams import format_key
 from engine.tables import Ints
@@ -169,7 +169,7 @@ def broken_by(evaluations: Evaluations, objectives: Sequence[str]) -> dict[str, 
     """Distinct simulations that break each expectation."""
     broken = evaluations.rollouts.broken[evaluations.simulated]
     counts: list[float] = np.nansum(broken, axis=(0, 1)).tolist()
-    is_number = np.isnan(broken).sum(axis=(0, 1)) < broken[..., 0].size
+    is_number = ~np.isnan(broken).all(axis=(0, 1))
     told: list[bool] = is_number.tolist()
     return {name: int(count) for name, count, says in zip(objectives, counts, told, strict=True) if says}
 

@@ -23,10 +23,10 @@ import numpy as np
 from engine.errors import ArgumentError, Signal
 from engine.outcomes import Assessment
 from engine.search.assessment import map_arrays, take
+from engine.search.campaign import Campaign
 from engine.search.evaluations import Evaluations, Figures, GenerationFigures, flat_rollouts, judge
 from engine.search.insight.diversity import distinct_failures, grids
 from engine.search.protocol import Box
-from engine.search.run import Campaign
 from engine.streams import key_rows
 from engine.study.plan import Address, Plan
 from engine.tables import Floats, Ints

@@ -16,6 +16,7 @@ from cortex_dsl.report.findings.story import END_TEXTS, end_text
 from engine.outcomes import MODEL_RANGE
 from engine.program import Program
 from engine.risk import HIGHEST_RISK
+from engine.search.campaign import Campaign
 from engine.search.evaluations import (
     NOBODY,
     Evaluations,
@@ -31,7 +32,6 @@ from engine.search.methods.table import PLUGIN_STYLE, SEARCHERS
 from engine.search.protocol import SOUGHT
 from engine.search.ranking import worst_cases
 from engine.search.result_files import broken_by, collisions_by_partner
-from engine.search.run import Campaign
 from engine.search.statistics import clopper_pearson
 from engine.vocabulary import EndReason, Verdict
 

@@ -78,7 +78,7 @@ def _run_figures(run: OpenedRun) -> Iterator[tuple[str, Any]]:
     yield "course", _course(run.record)
     for number, found in enumerate(heat_maps(run.record.manifest.parameters, run.record.evaluations), start=1):
         yield f"params-{number}", _heat(found)
-    cases = first_cases(run.record, CASES)
+    cases = first_cases(run, CASES)
     replays = [replay_of_case(run, case) for case in cases]
     for case, replay, frame in zip(cases, replays, alike([replay.frame for replay in replays]), strict=True):
         yield f"case-{case.rank}", _scene(replay, frame)

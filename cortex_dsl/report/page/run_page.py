@@ -58,7 +58,7 @@ class RunPage:
 
 def run_page(run: OpenedRun, cases: int = CASES, budget: int = BUDGET) -> str:
     """The page of a run, as text; `budget` simulations find out which params matter (0: none)."""
-    chosen = first_cases(run.record, cases)
+    chosen = first_cases(run, cases)
     replays = tuple(replay_of_case(run, case) for case in chosen)
     record, scenario = run.record, run.scenario
     analysis = analyse(scenario.program, record.evaluations, scenario.config, record.manifest.profile, budget, WORST)

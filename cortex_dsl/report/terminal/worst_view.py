@@ -15,10 +15,10 @@ from cortex_dsl.report.findings.search_report import SearchReport
 from cortex_dsl.report.terminal.theme import bar, columns, left, right, sparkline
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
+from engine.search.campaign import Campaign
 from engine.search.insight.gene_effects import GeneEffect
 from engine.search.protocol import SOUGHT
 from engine.search.ranking import Case, order_of_risk
-from engine.search.run import Campaign
 from engine.tables import Floats
 from engine.vocabulary import GeneKind
 
