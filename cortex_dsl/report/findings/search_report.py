@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from cortex_dsl.report.findings.failures import collisions_text, lead_text
 from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.story import END_TEXTS, end_text
@@ -27,6 +28,7 @@ from engine.search.evaluations import (
     partner_of,
     partners,
 )
+from engine.search.insight.kinds import Failures
 from engine.search.journal_reader import Record
 from engine.search.methods.table import PLUGIN_STYLE, SEARCHERS
 from engine.search.protocol import SOUGHT
@@ -161,14 +163,14 @@ def whole_run(record: Record) -> tuple[Figures, Figures]:
     return figures(evaluations, evaluations.reused | True), figures(evaluations, evaluations.simulated)
 
 
-def headline(record: Record) -> str:
+def headline(record: Record, came: Failures) -> str:
     """The result in one sentence."""
-    found = distinct_collisions(record.evaluations)
     _, simulated = whole_run(record)
     tried, worst = counted(simulated.runs, "simulation"), worst_cases(record.evaluations, 1)
-    if found:
-        kinds = f"{counted(found, 'scene')} in which the ego collides"
-        return f"{kinds}, among {tried}. The worst scores {worst[0].score} of {HIGHEST_RISK}."
+    if came.collisions:
+        lead = lead_text(came)
+        more = f"; {collisions_text(came)} in all" if came.collisions > came.unknown else ""
+        return f"{lead[0].upper()}{lead[1:]}{more}, among {tried}."
     if worst and not isfinite(worst[0].min_distance):
         return f"Nothing to come near to in {tried}: the ego was alone in the scene."
     if worst:

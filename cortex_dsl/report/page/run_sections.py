@@ -11,6 +11,7 @@ from cortex_dsl.report.findings.analysis_report import (
     HeatMap,
     heat_maps,
 )
+from cortex_dsl.report.findings.failures import others_text, rate_texts
 from cortex_dsl.report.findings.probability_report import (
     EXPOSURE,
     HOW,
@@ -38,6 +39,7 @@ from cortex_dsl.report.findings.search_report import (
 from cortex_dsl.report.page import markup, run_charts
 from cortex_dsl.report.page.markup import Element, Node, element, figure, part, prose, table
 from engine.search.evaluations import Evaluations, distinct_collisions, partners
+from engine.search.insight.kinds import Failures
 from engine.search.journal_reader import Record
 from engine.search.probability.estimates import Probability, kept
 from engine.vocabulary import EndReason, Verdict
@@ -45,11 +47,11 @@ from engine.vocabulary import EndReason, Verdict
 # -- in plain words: what was searched, how much, what was found, and what it does not show ----------------------------
 
 
-def paragraphs(record: Record, different: int, system: Sequence[str] = ()) -> Iterator[Node]:
-    """The four questions with their answers; `different`: how many failures count as different."""
+def paragraphs(record: Record, came: Failures, system: Sequence[str] = ()) -> Iterator[Node]:
+    """The four questions with their answers."""
     yield _answer("What was searched", _searched(record))
     yield _answer("How much", _how_much(record))
-    yield _answer("What was found", _found(record, different))
+    yield _answer("What was found", _found(record, came))
     yield _answer(
         "What this does not show",
         element("ul", [element("li", prose(text)) for text in limits(record, system)]),
@@ -99,23 +101,30 @@ def _how_much(record: Record) -> Node:
     )
 
 
-def _found(record: Record, different: int) -> Node:
+def _found(record: Record, came: Failures) -> Node:
     _, simulated = whole_run(record)
     distinct = distinct_collisions(record.evaluations)
     first = first_collision(record)
     share = percent(ratio(simulated.colliding_runs, simulated.valid_runs))
+    pace = rate_texts(came, record.seconds)
+    others = others_text(came, record.manifest.actors[0])
     return element(
         "p",
-        figure("distinct_collisions", distinct, counted(distinct, "different set")),
-        " of params led to a collision of the ego",
-        [", ", figure("distinct_failures", different, counted(different, "of them", "of them")), " clearly different"]
-        if distinct
-        else None,
-        ": ",
-        figure("by_simulation.colliding_runs", simulated.colliding_runs, f"{simulated.colliding_runs:,}"),
-        " of ",
+        figure("failures.avoidable", came.avoidable, counted(came.avoidable, "collision")),
+        " that a competent driver avoids, of ",
+        figure("failures.avoidable_kinds", came.avoidable_kinds, counted(came.avoidable_kinds, "kind")),
+        "; ",
+        figure(
+            "by_simulation.colliding_runs", simulated.colliding_runs, counted(simulated.colliding_runs, "collision")
+        ),
+        " in all, of ",
+        figure("failures.kinds", came.kinds, counted(came.kinds, "kind")),
+        " and ",
+        figure("distinct_collisions", distinct, counted(distinct, "set")),
+        " of params, in ",
         figure("by_simulation.valid_runs", simulated.valid_runs, counted(simulated.valid_runs, "valid simulation")),
         f", {share}. " if simulated.valid_runs else ". ",
+        [f"{text[0].upper()}{text[1:]}. " for text in (*pace, others) if text],
         _partners(record),
         f"The first came with simulation {first:,}. " if first else "",
         figure("by_simulation.nis", simulated.nis, counted(simulated.nis, "individual")),

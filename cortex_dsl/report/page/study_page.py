@@ -99,7 +99,7 @@ def _limits() -> Element:
         "Rates of a searcher are no probabilities: it goes where it has found danger.",
         "A result holds for these scenarios, this budget and this simulator.",
         "Runs are the observations; what lies inside one run is not independent and is not tested.",
-        "A larger yield is no larger variety: read distinct failures beside collisions.",
+        "A larger yield is no larger variety: read kinds beside collisions.",
     )
     inner = element("div", element("h3", "What this does not show"), element("ul", [element("li", t) for t in texts]))
     return element("section", element("div", inner, class_="answer limits"), class_="part")

@@ -9,6 +9,7 @@ from rich.console import Group, RenderableType
 from rich.table import Column
 from rich.text import Text
 
+from cortex_dsl.report.findings.failures import BLAMES
 from cortex_dsl.report.findings.readable import ABSENT, column_decimals, fixed, format_gene, significant
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.search_report import SearchReport
@@ -20,7 +21,7 @@ from engine.search.insight.gene_effects import GeneEffect
 from engine.search.protocol import SOUGHT
 from engine.search.ranking import Case, order_of_risk
 from engine.tables import Floats
-from engine.vocabulary import GeneKind
+from engine.vocabulary import Blame, GeneKind
 
 LEAST_GENE_WIDTH = 7
 """Narrower than this, a table of many genes is split into several."""
@@ -66,9 +67,16 @@ def _judgement(program: Program, campaign: Campaign) -> Judged:
     ]
     if campaign.objective != SOUGHT:
         found.insert(0, (["sought"], [Text(significant(case.continuous)) for case in worst]))
+    if any(case.collided for case in worst):
+        found.append((["for a", "driver"], [_blame(campaign, case) for case in worst]))
     if len(program.actors) > 2:
         found.append((["hit or", "near"], [_other(program, runs, case) for case in worst]))
     return found
+
+
+def _blame(campaign: Campaign, case: Case) -> Text:
+    """Whether the reference driver avoids a case."""
+    return Text(*BLAMES[Blame(int(campaign.blame[case.row, case.rollout]))]) if case.collided else Text(ABSENT, "quiet")
 
 
 def _other(program: Program, runs: Assessment, case: Case) -> Text:
