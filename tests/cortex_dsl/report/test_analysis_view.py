@@ -63,7 +63,7 @@ def test_the_avoidable_are_described_by_what_the_search_chose(space: ParamSpace)
     assert "of the 4 avoidable" in lines[0]
     assert "BRAKE 2, 1, 1" in lines[0]
     assert "with these settings" in lines[1]
-    assert system_lines(Avoided(9, {Avoidance.UNAVOIDABLE: 9}, (share,))) == []
+    assert system_lines(Avoided(9, {Avoidance.UNAVOIDABLE: 9}, (SystemShare("BRAKE", (0, 0, 0)),))) == []
     assert system_lines(Avoided(9, {Avoidance.AVOIDABLE: 4})) == []
 
 

@@ -66,7 +66,12 @@ def test_p_is_of_runs_and_corrected_over_scenarios_and_contenders(study: Study) 
 
 def test_the_families_are_those_of_the_plan_of_analysis() -> None:
     families = [measure.family for measure in MEASURES]
-    assert [m.name for m in MEASURES if m.family == "primary"] == ["colliding genomes", "distinct failures"]
+    assert [m.name for m in MEASURES if m.family == "primary"] == [
+        "avoidable",
+        "avoidable kinds",
+        "colliding genomes",
+        "kinds",
+    ]
     assert {m.family for m in MEASURES if not m.exploratory} == {"primary", "secondary"}
     assert [m.name for m in MEASURES if m.family == "secondary"] == ["RL", "MDG", "MDEC", "NIS"]
     assert families.count("last ten generations") == families.count("by simulation") == 5

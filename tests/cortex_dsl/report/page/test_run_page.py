@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cortex_dsl.api.runs import OpenedRun, box_of, first_cases
+from cortex_dsl.api.runs import OpenedRun, first_cases
 from cortex_dsl.cli import main
 from cortex_dsl.report.findings.analysis_report import DRIVER
 from cortex_dsl.report.page.analysis_sections import KINDS
 from cortex_dsl.report.page.player import SCRIPTS
 from cortex_dsl.report.page.run_sections import STREAMS, how_runs_ended
 from engine.search.evaluations import distinct_collisions, figures
-from engine.search.insight.diversity import distinct_failures
+from engine.search.insight.kinds import failures
 from engine.vocabulary import State
 
 from .conftest import missing_numbers
@@ -33,7 +33,7 @@ def test_every_figure_is_the_journals(read, opened: OpenedRun) -> None:
     simulated = figures(evaluations, evaluations.simulated)
     truth |= {f"by_simulation.{name}": value for name, value in asdict(simulated).items()}
     truth |= {"distinct_collisions": distinct_collisions(evaluations), "worst.score": int(evaluations.score.max())}
-    truth["distinct_failures"] = len(distinct_failures(evaluations, box_of(opened.record)))
+    truth |= {f"failures.{name}": value for name, value in asdict(failures(evaluations, opened.blame)).items()}
     for case in first_cases(opened, 3):
         truth |= {f"case.{case.rank}.score": case.score, f"case.{case.rank}.min_distance": case.min_distance}
     assert len(read.figures) > 15
