@@ -16,6 +16,8 @@ BLAMES = {
 }
 """Word and style."""
 MEANING = "avoidable: the reference driver of UN R157 stops or passes in time; ego struck: no failure of the ego"
+SUCCESSION = "(n + 1) / (N + 2)"
+"""How shares of what is rare are worked out."""
 APART = "one case of each partner and kind before a second of the same, avoidable ones before others"
 """How the worst are chosen; see `engine.search.ranking`."""
 
@@ -40,13 +42,15 @@ def rate_texts(came: Failures, seconds: float) -> Iterator[str]:
         return
     if came.collisions > came.unknown:
         share = percent(came.share(came.avoidable), 2)
-        yield f"avoidable: {share} of valid simulations, (n + 1) / (N + 2){_pace(came.avoidable, seconds)}"
+        yield f"avoidable: {share} of valid simulations, {SUCCESSION}{_pace(came.avoidable, seconds)}"
     share = percent(came.collisions / came.valid) if came.valid else ""
     yield f"collisions in all: {collisions_text(came)}, {share} of valid simulations{_pace(came.collisions, seconds)}"
 
 
 def _pace(count: int, seconds: float) -> str:
-    return f", {significant(count / seconds, 2)} a second" if seconds > 0.0 and math.isfinite(seconds) else ""
+    return (
+        f", {significant(float(f'{count / seconds:.2g}'))} a second" if seconds > 0.0 and math.isfinite(seconds) else ""
+    )
 
 
 def others_text(came: Failures, ego: str) -> str:

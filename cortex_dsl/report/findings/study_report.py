@@ -123,7 +123,7 @@ def yields_text(study: Study) -> Iterator[str]:
             yield (
                 f"{each.method}: {each.avoidable:,} avoidable of {counted(each.colliding, 'collision')} in "
                 f"{each.valid:,} valid simulations; avoidable {percent(each.share, 2)} of these, "
-                f"{significant(each.rate, 2)} a second"
+                f"{whole(each.rate) if each.rate >= 10.0 else significant(each.rate, 2)} a second"
             )
 
 

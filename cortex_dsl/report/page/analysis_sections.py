@@ -45,6 +45,10 @@ AVOIDANCE_STYLES = {
 # -- kinds of failures -------------------------------------------------------------------------------------------------
 
 
+KINDS = (
+    "One kind: the same other, on the same side, heading the same way, both about as fast, and the same answer of the "
+    f"reference driver. {MEANING[0].upper()}{MEANING[1:]}."
+)
 SHOWN = 20
 """Kinds that the page shows."""
 
@@ -65,15 +69,11 @@ def kinds(actors: Sequence[str], analysis: Analysis) -> Node:
         for each in analysis.kinds[:SHOWN]
     ]
     came = analysis.came
-    meaning = (
-        "One kind: the same other, on the same side, heading the same way, both about as fast, and the same answer of "
-        f"the reference driver. {MEANING[0].upper()}{MEANING[1:]}."
-    )
     note = [
         figure("failures.avoidable_kinds", came.avoidable_kinds, counted(came.avoidable_kinds, "avoidable kind")),
         ", ",
         figure("failures.kinds", came.kinds, counted(came.kinds, "kind")),
-        f" in all. {meaning}",
+        f" in all. {KINDS}",
     ]
     rest = rest_text(analysis.kinds, SHOWN)
     head = ("collisions", "", "", "what happened")

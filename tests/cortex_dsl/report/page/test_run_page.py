@@ -14,12 +14,13 @@ import pytest
 
 from cortex_dsl.api.runs import OpenedRun, first_cases
 from cortex_dsl.cli import main
-from cortex_dsl.report.findings.analysis_report import DRIVER
+from cortex_dsl.report.findings.analysis_report import DRIVER, JUDGED
+from cortex_dsl.report.findings.failures import SUCCESSION
 from cortex_dsl.report.page.analysis_sections import KINDS
 from cortex_dsl.report.page.player import SCRIPTS
 from cortex_dsl.report.page.run_sections import STREAMS, how_runs_ended
 from engine.search.evaluations import distinct_collisions, figures
-from engine.search.insight.kinds import failures
+from engine.search.insight.kinds import PACES, failures
 from engine.vocabulary import State
 
 from .conftest import missing_numbers
@@ -73,7 +74,9 @@ SAID_OF_ALL = (
     DRIVER,
     KINDS,
     STREAMS,
-    "at least a third of the params by a tenth of their range",
+    JUDGED,
+    SUCCESSION,
+    *PACES,
     "0.25× 0.5× 1× 2× 4×",
     "(95 % interval of Clopper and Pearson)",
     "brackets 95 %",
