@@ -13,10 +13,10 @@ from typing import Any
 
 from benchmarks.in_memory import carried_out, parser, plan_of
 from engine.search.journal import finite
-from engine.study.comparisons import MEASURES, Comparison, compare_all
+from engine.study.comparisons import MEASURES, NAMED_FIRST, Comparison, compare_all
 from engine.study.study_files import test_row
 
-SHOWN = ("colliding genomes", "distinct failures", "RL", "NC", "MDG", "MDEC", "NIS", "NIS, last 10")
+SHOWN = (*(measure.name for measure in NAMED_FIRST), "RL", "NC", "MDG", "MDEC", "NIS", "NIS, last 10")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -155,7 +155,7 @@ def _probability_options(parser: Parser) -> None:
 
 PROBABILITY = Command(
     name="probability",
-    usage="FILE|RUN [--of NAME] [--method NAME] [--condition NAME] [options]",
+    usage="FILE|RUN [--of NAME] [--method NAME] [options]",
     description="The probability of a collision, given a valid scene, when every param is drawn\nas the file says.",
     options=_probability_options,
     function=_probability,

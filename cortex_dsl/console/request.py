@@ -63,10 +63,10 @@ class SearchRequest:
     generations: int = 30
     population: int = 100
     preset: str = "cortex"
-    objective: tuple[str, ...] = ("risk",)
-    """What is sought."""
     rollouts: int = 1
     aggregate: str = "mean"
+    objective: tuple[str, ...] = ("risk",)
+    """What is sought."""
     dask: str | None = None
     """Address of a scheduler, or `local`."""
     out: Path | None = None

@@ -48,9 +48,14 @@ def rate_texts(came: Failures, seconds: float) -> Iterator[str]:
 
 
 def _pace(count: int, seconds: float) -> str:
-    return (
-        f", {significant(float(f'{count / seconds:.2g}'))} a second" if seconds > 0.0 and math.isfinite(seconds) else ""
-    )
+    if not (seconds > 0.0 and math.isfinite(seconds)):
+        return ""
+    return f", {pace_text(count / seconds)} a second"
+
+
+def pace_text(rate: float) -> str:
+    """Two digits of a small rate, a whole number of a large one."""
+    return whole(rate) if rate >= 10.0 else significant(rate, 2)
 
 
 def others_text(came: Failures, ego: str) -> str:

@@ -7,7 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio, significant, whole
+from cortex_dsl.report.findings.failures import pace_text
+from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio, whole
 from engine.study.comparisons import FIRST, MEASURES, NAMED_FIRST, Comparison, Measure, Spread
 from engine.study.database import Study
 from engine.study.study_files import summary
@@ -123,7 +124,7 @@ def yields_text(study: Study) -> Iterator[str]:
             yield (
                 f"{each.method}: {each.avoidable:,} avoidable of {counted(each.colliding, 'collision')} in "
                 f"{each.valid:,} valid simulations; avoidable {percent(each.share, 2)} of these, "
-                f"{whole(each.rate) if each.rate >= 10.0 else significant(each.rate, 2)} a second"
+                f"{pace_text(each.rate)} a second"
             )
 
 
