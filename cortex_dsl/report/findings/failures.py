@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 
-from cortex_dsl.report.findings.readable import counted, percent, significant
+from cortex_dsl.report.findings.readable import counted, percent, significant, whole
 from engine.search.insight.diversity import SECTORS
 from engine.search.insight.kinds import PACES, Failures, FoundKind, Kind
 from engine.vocabulary import Blame

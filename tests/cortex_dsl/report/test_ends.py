@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from cortex_dsl.report.findings.search_report import SearchReport, ends_of, partners_text
 from cortex_dsl.report.terminal.search_view import headline
 from engine.program import Program
 from engine.search.evaluations import Partners
+from engine.vocabulary import Blame
 
 
 @pytest.fixture
