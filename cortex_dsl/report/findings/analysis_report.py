@@ -34,7 +34,7 @@ from engine.vocabulary import GeneKind
 
 JUDGED = (
     "fail there: of runs drawn anew as the file says that meet the condition, with the 95 % interval of Clopper and "
-    "Pearson; lift: how many times as often as without it"
+    "Pearson; lift: how many times as often as of all"
 )
 
 

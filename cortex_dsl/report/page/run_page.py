@@ -136,7 +136,7 @@ def _tiles(found: RunPage) -> Iterator[Element]:
     came = found.analysis.came
     style, hot = ("hot" if count else "" for count in (came.collisions, came.avoidable))
     yield _tile("failures.avoidable", came.avoidable, f"{came.avoidable:,}", "avoidable collisions", hot)
-    yield _tile("failures.avoidable_kinds", came.avoidable_kinds, f"{came.avoidable_kinds:,}", "kinds of these", hot)
+    yield _tile("failures.avoidable_kinds", came.avoidable_kinds, f"{came.avoidable_kinds:,}", "their kinds", hot)
     yield _tile("failures.kinds", came.kinds, f"{came.kinds:,}", "kinds of collisions", style)
     yield _tile("failures.collisions", came.collisions, f"{came.collisions:,}", "simulations that collided", style)
     yield from _partner_tiles(record)

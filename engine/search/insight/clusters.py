@@ -121,7 +121,7 @@ def clusters(evaluations: Evaluations, space: ParamSpace, evaluate: Evaluate, se
     box = Box.of(space)
     units = _units(evaluations.genomes, box)
     labels = _grouped(units[failures])
-    fresh = _Fresh(space, evaluate, seed)
+    fresh = FreshDraws(space, evaluate, seed)
     return tuple(
         _cluster(evaluations, box, units, failures[labels == label], fresh)
         for label in np.argsort(-np.bincount(labels), kind="stable").tolist()
@@ -181,7 +181,7 @@ def _silhouette(table: Floats, labels: Ints) -> float:
 # -- conditions -------------------------------------------------------------------------------------------------------
 
 
-class _Fresh:
+class FreshDraws:
     """Runs drawn as the file says; asked the same, it answers the same."""
 
     def __init__(self, space: ParamSpace, evaluate: Evaluate, seed: int) -> None:
@@ -199,17 +199,18 @@ class _Fresh:
         return self.draws(0, BACKGROUND)
 
 
-def _rate(runs: Assessment, part: slice = slice(None)) -> Rate:
+def rate(runs: Assessment, part: slice = slice(None)) -> Rate:
+    """How often these runs fail."""
     valid = runs.verdict[part] == Verdict.VALID
     return Rate(int(valid.sum()), int((runs.collided[part] & valid).sum()))
 
 
-def _cluster(evaluations: Evaluations, box: Box, units: Floats, members: Ints, fresh: _Fresh) -> Cluster:
+def _cluster(evaluations: Evaluations, box: Box, units: Floats, members: Ints, fresh: FreshDraws) -> Cluster:
     own = evaluations.genomes[members]
     drawn, runs = fresh.background
     sound = drawn[(runs.verdict == Verdict.VALID) & ~runs.collided]
     rule = _rule(np.concatenate([own, sound]), np.arange(len(own) + len(sound)) < len(own), box)
-    base = _rate(runs)
+    base = rate(runs)
     rule, told = _judged(rule, base, fresh)
     middle = np.median(units[members], axis=0)
     return Cluster(
@@ -222,12 +223,12 @@ def _cluster(evaluations: Evaluations, box: Box, units: Floats, members: Ints, f
     )
 
 
-def _judged(rule: tuple[Condition, ...], base: Rate, fresh: _Fresh) -> tuple[tuple[Condition, ...], Rate]:
+def _judged(rule: tuple[Condition, ...], base: Rate, fresh: FreshDraws) -> tuple[tuple[Condition, ...], Rate]:
     """The rule and how often it fails, from draws of which none decided that; no rule where it has no lift."""
     _, runs = fresh.draws(1, JUDGES, rule) if rule else ((), None)
     if runs is None or len(runs) < LEAST_JUDGES:
         return (), NOTHING
-    decide, tell = _rate(runs, slice(0, None, 2)), _rate(runs, slice(1, None, 2))
+    decide, tell = rate(runs, slice(0, None, 2)), rate(runs, slice(1, None, 2))
     if not tell.valid or decide.interval.low <= base.interval.high:
         return (), NOTHING
     return rule, tell
