@@ -196,7 +196,8 @@ def broken_by(evaluations: Evaluations, objectives: Sequence[str]) -> dict[str, 
     """Distinct simulations that break each expectation."""
     broken = evaluations.rollouts.broken[evaluations.simulated]
     counts: list[float] = np.nansum(broken, axis=(0, 1)).tolist()
-    told: list[bool] = (~np.isnan(broken)).any(axis=(0, 1)).tolist()
+    is_number = np.isnan(broken).sum(axis=(0, 1)) < broken.shape[0] * broken.shape[1]
+    told: list[bool] = is_number.tolist()
     return {name: int(count) for name, count, says in zip(objectives, counts, told, strict=True) if says}
 
 
