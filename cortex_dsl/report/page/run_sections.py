@@ -104,19 +104,16 @@ def _how_much(record: Record) -> Node:
 def _found(record: Record, came: Failures) -> Node:
     _, simulated = whole_run(record)
     distinct = distinct_collisions(record.evaluations)
-    first = first_collision(record)
-    share = percent(ratio(simulated.colliding_runs, simulated.valid_runs))
-    pace = rate_texts(came, record.seconds)
-    others = others_text(came, record.manifest.actors[0])
+    first, hit = first_collision(record), simulated.colliding_runs
+    share = percent(ratio(hit, simulated.valid_runs))
+    more = (*rate_texts(came, record.seconds), others_text(came, record.manifest.actors[0]))
     return element(
         "p",
         figure("failures.avoidable", came.avoidable, counted(came.avoidable, "collision")),
         " that a competent driver avoids, of ",
         figure("failures.avoidable_kinds", came.avoidable_kinds, counted(came.avoidable_kinds, "kind")),
         "; ",
-        figure(
-            "by_simulation.colliding_runs", simulated.colliding_runs, counted(simulated.colliding_runs, "collision")
-        ),
+        figure("by_simulation.colliding_runs", hit, counted(hit, "collision")),
         " in all, of ",
         figure("failures.kinds", came.kinds, counted(came.kinds, "kind")),
         " and ",
@@ -124,7 +121,7 @@ def _found(record: Record, came: Failures) -> Node:
         " of params, in ",
         figure("by_simulation.valid_runs", simulated.valid_runs, counted(simulated.valid_runs, "valid simulation")),
         f", {share}. " if simulated.valid_runs else ". ",
-        [f"{text[0].upper()}{text[1:]}. " for text in (*pace, others) if text],
+        [f"{text[0].upper()}{text[1:]}. " for text in more if text],
         _partners(record),
         f"The first came with simulation {first:,}. " if first else "",
         figure("by_simulation.nis", simulated.nis, counted(simulated.nis, "individual")),

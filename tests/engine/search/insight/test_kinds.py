@@ -113,7 +113,7 @@ def table_of(rows: list[Happening]) -> tuple[Evaluations, Ints]:
 
 
 @given(happenings)
-def test_kinds_count_collisions_whatever_led_to_them(rows: list[Happening], random: object) -> None:
+def test_kinds_count_collisions_whatever_led_to_them(rows: list[Happening]) -> None:
     """Their counts sum to the collisions; order and genomes change nothing, a copy adds no kind."""
     table, blame = table_of(rows)
     found, came = kinds(table, blame), failures(table, blame)
