@@ -213,7 +213,7 @@ def sides(parameter: Parameter) -> Sides:
 def heat_maps(parameters: Sequence[Parameter], evaluations: Evaluations, count: int = 3) -> list[HeatMap]:
     """Return the `count` most informative pairs of genes, the best first."""
     rows = evaluations.valid & evaluations.simulated
-    genomes, failed = evaluations.genomes[rows], evaluations.collided[rows]
+    genomes, failed = evaluations.genomes[rows], evaluations.found[rows]
     cuts = [sides(parameter) for parameter in parameters]
     places = [cut.place(genomes[:, gene]) for gene, cut in enumerate(cuts)]
     maps = [

@@ -2,10 +2,12 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 from cortex_dsl.report.findings.readable import counted, percent, significant, whole
 from engine.search.insight.diversity import SECTORS
 from engine.search.insight.kinds import PACES, Failures, FoundKind, Kind
+from engine.search.protocol import SOUGHT
 from engine.vocabulary import Blame
 
 BLAMES = {
@@ -84,3 +86,18 @@ def rest_text(found: Sequence[FoundKind], shown: int) -> str:
     rest = found[shown:]
     more = sum(each.count for each in rest)
     return f"and {counted(len(rest), 'kind')} more, {counted(more, 'collision')}" if rest else ""
+
+
+@dataclass(frozen=True)
+class Finds:
+    """What a search is for, in words for its charts."""
+
+    many: str
+    verb: str
+
+
+def finds_of(objective: Sequence[str]) -> Finds:
+    """Collisions, or finds of what else is sought."""
+    if tuple(objective) == SOUGHT:
+        return Finds("collisions", "collide")
+    return Finds(f"finds of {objective[0]}", f"are finds of {objective[0]}")

@@ -24,6 +24,7 @@ from engine.search.evaluations import (
     Figures,
     Partners,
     distinct_collisions,
+    distinct_finds,
     figures,
     partner_of,
     partners,
@@ -53,33 +54,6 @@ class SearchReport:
     @property
     def method(self) -> str:
         return self.name or self.campaign.method
-
-
-@dataclass(frozen=True)
-class PaperMetric:
-    """One of the five metrics of the paper."""
-
-    name: str
-    meaning: str
-    brief: str
-    """The same in a few words, for a terminal."""
-    field: str
-    """Of `engine.search.evaluations.Figures`."""
-    decimals: int
-    unit: str = ""
-
-    def text(self, value: float) -> str:
-        """A value with its unit."""
-        return f"{fixed(value, self.decimals)} {self.unit}".strip()
-
-
-METRICS = (
-    PaperMetric("RL", "mean risk of valid scenes", "mean risk, valid runs", "rl", 2),
-    PaperMetric("NC", "scenes with a collision", "collisions", "nc", 0),
-    PaperMetric("MDG", "mean least distance", "mean least distance", "mdg", 2, "m"),
-    PaperMetric("MDEC", "the same, without collisions", "same, no collisions", "mdec", 2, "m"),
-    PaperMetric("NIS", "invalid scenes", "invalid runs", "nis", 0),
-)
 
 
 def method_name(method: str) -> str:
@@ -306,6 +280,7 @@ def search_content(program: Program, record: Record) -> dict[str, Any]:
         "status": record.status,
         "seconds": record.seconds,
         "distinct_collisions": distinct_collisions(record.evaluations),
+        "distinct_finds": distinct_finds(record.evaluations),
         **collisions_by_partner(record.evaluations, manifest.actors),
         "by_individual": asdict(everyone),
         "by_simulation": asdict(simulated),

@@ -15,7 +15,8 @@ from cortex_dsl.api.runs import OpenedRun, first_cases
 from cortex_dsl.report.findings.analysis_report import HeatMap, heat_maps
 from cortex_dsl.report.findings.case_replay import CaseReplay, colour, outline_corners
 from cortex_dsl.report.findings.framing import Frame, alike
-from cortex_dsl.report.findings.search_report import METRICS, PaperMetric, method_name
+from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric
+from cortex_dsl.report.findings.search_report import method_name
 from cortex_dsl.report.findings.study_report import BOXED, measure_called
 from cortex_dsl.report.page.film import ACTORS, ASPHALT, BUILDING, HOT, KERB
 from cortex_dsl.report.page.run_page import replay_of_case

@@ -11,7 +11,7 @@ from cortex_dsl.report.findings.analysis_report import (
     HeatMap,
     heat_maps,
 )
-from cortex_dsl.report.findings.failures import others_text, rate_texts
+from cortex_dsl.report.findings.failures import finds_of, others_text, rate_texts
 from cortex_dsl.report.findings.probability_report import (
     EXPOSURE,
     HOW,
@@ -148,7 +148,7 @@ def dots(record: Record) -> dict[str, Any]:
     """All distinct simulations for the map, or as many as it takes: every collision, and every n-th of the others."""
     evaluations = record.evaluations
     rows = _shown(evaluations)
-    kind = np.where(evaluations.collided, 2, np.where(evaluations.valid, 1, 0))[rows]
+    kind = np.where(evaluations.found, 2, np.where(evaluations.valid, 1, 0))[rows]
     values = evaluations.genomes[rows]
     return {
         "genes": [
@@ -171,25 +171,25 @@ def _shown(evaluations: Evaluations) -> np.ndarray:
     rows = np.flatnonzero(evaluations.simulated)
     if len(rows) <= DOTS:
         return rows
-    hit = rows[evaluations.collided[rows]][-DOTS // 2 :]
+    hit = rows[evaluations.found[rows]][-DOTS // 2 :]
     others = np.setdiff1d(rows, hit)
     return np.sort(np.concatenate([hit, others[:: -(-len(others) // (DOTS - len(hit)))]]))
 
 
 def where_it_fails(record: Record) -> Iterator[Node]:
     parameters = record.manifest.parameters
-    maps = heat_maps(parameters, record.evaluations)
+    maps, finds = heat_maps(parameters, record.evaluations), finds_of(record.manifest.objective)
     if maps:
         key = element(
             "p",
-            element("span", element("i", class_="none"), "none of those tried collide"),
-            element("span", "few ", element("i", class_="ramp"), "all collide"),
+            element("span", element("i", class_="none"), f"none of those tried {finds.verb}"),
+            element("span", "few ", element("i", class_="ramp"), f"all {finds.verb}"),
             element("span", element("i", class_="blank"), "never tried"),
             class_="key",
         )
         note = (
-            "Pairs of params, those first that tell the most about whether the ego collides (mutual information, with "
-            "Miller's correction). The shade is the share of valid simulations in a cell that collided."
+            f"Pairs of params, those first that tell the most about which simulations {finds.verb} (mutual "
+            f"information, with Miller's correction). The shade is the share of valid ones in a cell that {finds.verb}."
         )
         charts = [
             element(
@@ -199,16 +199,16 @@ def where_it_fails(record: Record) -> Iterator[Node]:
                     element("b", f"{chart.across.name} × {chart.up.name}"),
                     element("span", f"{fixed(chart.information, 2)} bit", class_="total"),
                 ),
-                run_charts.heat_chart(chart),
+                run_charts.heat_chart(chart, finds.verb),
                 class_="panel",
             )
             for chart in maps
         ]
         panels = element("div", charts, class_="panels")
-        yield part("space", "Where it fails", note, key, panels, _explorer(record, maps[0]))
+        yield part("space", "Where it fails", note, key, panels, _explorer(record, maps[0], finds.many))
 
 
-def _explorer(record: Record, best: HeatMap) -> Element:
+def _explorer(record: Record, best: HeatMap, many: str) -> Element:
     names = [p.name for p in record.manifest.parameters]
 
     def select(chosen: str, label: str) -> Element:
@@ -216,7 +216,7 @@ def _explorer(record: Record, best: HeatMap) -> Element:
         return element("label", f"{label} ", element("select", options))
 
     idle = "Point at a dot to read it."
-    keys = (("--hot", "collision"), ("--safe-dot", "valid, no collision"), ("--invalid", "invalid"))
+    keys = (("--hot", many), ("--safe-dot", "other valid ones"), ("--invalid", "invalid"))
     return element(
         "div",
         element(

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from cortex_dsl.report.documents import plain
-from cortex_dsl.report.findings.search_report import METRICS, PaperMetric, method_name
+from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric
+from cortex_dsl.report.findings.search_report import method_name
 from cortex_dsl.report.findings.study_report import BOXED, distinct_simulations, measure_called, study_content
 from cortex_dsl.report.page import markup, study_tables
 from cortex_dsl.report.page.charts import Box, Course, box_chart, line_chart

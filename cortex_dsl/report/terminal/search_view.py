@@ -10,11 +10,10 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from cortex_dsl.report.findings.failures import APART, lead_text, others_text, rate_texts
+from cortex_dsl.report.findings.paper_metrics import METRICS, PaperMetric, brief_of
 from cortex_dsl.report.findings.readable import counted, duration, fixed, percent, ratio, significant, whole
 from cortex_dsl.report.findings.search_report import (
-    METRICS,
     End,
-    PaperMetric,
     SearchReport,
     ends_of,
     method_name,
@@ -121,7 +120,7 @@ def generations_table(report: SearchReport, width: int) -> RenderableType:
     rows = [
         (
             Text(metric.name, "title"),
-            _meaning(_brief(report, metric), metric.unit),
+            _meaning(brief_of(metric, report.campaign.objective), metric.unit),
             *(_value(f, metric) for f in (first, last, report.campaign.by_individual)),
             Text(_course(report, metric.field, curve), method_style(report.method)),
         )
@@ -131,12 +130,6 @@ def generations_table(report: SearchReport, width: int) -> RenderableType:
     return columns(*head, rows=rows, header=True)
 
 
-def _brief(report: SearchReport, metric: PaperMetric) -> str:
-    """What a metric is, of a search that looks for the risk or for something else."""
-    aimed = report.campaign.objective != SOUGHT and metric.field == "rl"
-    return f"mean of {report.campaign.objective[0]}, valid runs" if aimed else metric.brief
-
-
 def comparison_table(reports: Sequence[SearchReport], width: int) -> RenderableType:
     """Each metric over the whole run, one column a method, with its course; the courses of a row share one scale."""
     if len(reports) > 2:
@@ -144,7 +137,10 @@ def comparison_table(reports: Sequence[SearchReport], width: int) -> RenderableT
     rows = []
     curve = max(6, min(16, (width - BESIDE_TWO_CURVES) // 2))
     for metric in METRICS:
-        cells: list[Text] = [Text(metric.name, "title"), _meaning(metric.brief, metric.unit)]
+        cells: list[Text] = [
+            Text(metric.name, "title"),
+            _meaning(brief_of(metric, reports[0].campaign.objective), metric.unit),
+        ]
         highest = max((value for report in reports for value in _values(report, metric.field)), default=0.0)
         for report in reports:
             cells += [

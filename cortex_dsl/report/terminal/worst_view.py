@@ -9,7 +9,7 @@ from rich.console import Group, RenderableType
 from rich.table import Column
 from rich.text import Text
 
-from cortex_dsl.report.findings.failures import BLAMES
+from cortex_dsl.report.findings.failures import BLAMES, finds_of
 from cortex_dsl.report.findings.readable import ABSENT, column_decimals, fixed, format_gene, significant
 from cortex_dsl.report.findings.run_report import PARTS
 from cortex_dsl.report.findings.search_report import SearchReport
@@ -193,17 +193,17 @@ def genes_view(space: ParamSpace, campaign: Campaign, width: int) -> RenderableT
 
 def effect_note(campaign: Campaign) -> str:
     """Which cases are the bad ones, for the heading."""
-    collisions = int(np.count_nonzero(campaign.evaluations.simulated & campaign.evaluations.collided))
-    bad = f"{collisions:,} collisions" if collisions >= FEW else "the riskiest tenth"
+    found = int(np.count_nonzero(campaign.evaluations.simulated & campaign.evaluations.found))
+    bad = f"{found:,} {finds_of(campaign.objective).many}" if found >= FEW else "the worst tenth"
     return f"bad cases: {bad}"
 
 
 def bad_cases(campaign: Campaign) -> NDArray[np.intp]:
-    """Rows of all simulated collisions, or of the riskiest tenth where there are few."""
+    """Rows of all simulated collisions, or of what else is sought, or of the worst tenth where there are few."""
     evaluations = campaign.evaluations
-    collisions = np.flatnonzero(evaluations.simulated & evaluations.collided)
-    if len(collisions) >= FEW:
-        return collisions
+    found = np.flatnonzero(evaluations.simulated & evaluations.found)
+    if len(found) >= FEW:
+        return found
     order = order_of_risk(evaluations)
     return np.asarray(order[: max(1, len(order) // 10)], dtype=np.intp)
 

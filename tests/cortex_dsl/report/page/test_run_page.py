@@ -34,6 +34,7 @@ def test_every_figure_is_the_journals(read, opened: OpenedRun) -> None:
     simulated = figures(evaluations, evaluations.simulated)
     truth |= {f"by_simulation.{name}": value for name, value in asdict(simulated).items()}
     truth |= {"distinct_collisions": distinct_collisions(evaluations), "worst.score": int(evaluations.score.max())}
+    truth["distinct_finds"] = truth["distinct_collisions"]
     truth |= {f"failures.{name}": value for name, value in asdict(failures(evaluations, opened.blame)).items()}
     for case in first_cases(opened, 3):
         truth |= {f"case.{case.rank}.score": case.score, f"case.{case.rank}.min_distance": case.min_distance}
