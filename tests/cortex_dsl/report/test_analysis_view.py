@@ -21,7 +21,7 @@ from engine.vocabulary import Blame, GeneKind, Side
 
 
 @dataclass(frozen=True)
-class Kind:
+class Group:
     conditions: tuple[Condition, ...]
 
 
@@ -48,12 +48,12 @@ def bounds(text: str) -> tuple[float, float]:
 @pytest.mark.parametrize(("low", "high"), [(15.748, 47.141), (15.7, 47.1), (5.0, 80.0), (33.3349, 33.3351)])
 def test_printed_bounds_leave_nothing_out(space: ParamSpace, low: float, high: float) -> None:
     """What the rule lets in, the rule as printed lets in, too, and little else."""
-    printed = bounds(condition_text(space, Kind((Condition(0, low, high),))))  # type: ignore[arg-type]
+    printed = bounds(condition_text(space, Group((Condition(0, low, high),))))  # type: ignore[arg-type]
     assert printed[0] <= low + 1e-6
     assert printed[1] >= high - 1e-6
     assert low - printed[0] < 0.1
     assert printed[1] - high < 0.1
-    one = condition_text(space, Kind((Condition(1, -math.inf, 0.38921),)))  # type: ignore[arg-type]
+    one = condition_text(space, Group((Condition(1, -math.inf, 0.38921),)))  # type: ignore[arg-type]
     assert one.startswith("BRAKE ≤ 0.")
     assert float(one.split()[-1]) >= 0.38921
 
