@@ -46,7 +46,7 @@ def rate_texts(came: Failures, seconds: float) -> Iterator[str]:
         share = percent(came.share(came.avoidable), 2)
         yield f"avoidable: {share} of valid simulations, {SUCCESSION}{_pace(came.avoidable, seconds)}"
     share = percent(came.collisions / came.valid) if came.valid else ""
-    yield f"collisions in all: {collisions_text(came)}, {share} of valid simulations{_pace(came.collisions, seconds)}"
+    yield f"collisions: {came.collisions:,} of {counted(came.kinds, 'kind')}, {share} of valid simulations{_pace(came.collisions, seconds)}"
 
 
 def _pace(count: int, seconds: float) -> str:
@@ -64,9 +64,9 @@ def others_text(came: Failures, ego: str) -> str:
     """What others did without the ego's part; empty where there is nothing to tell."""
     parts: list[str] = []
     if came.struck:
-        parts.append(f"{counted(came.struck, 'collision')} no failure of {ego}, struck from behind or while standing")
+        parts.append(f"{counted(came.struck, 'collision')}, struck from behind or while standing")
     if came.without_ego:
-        parts.append(f"others touched in {counted(came.without_ego, 'run')} without {ego}")
+        parts.append(f"others touched in {counted(came.without_ego, 'run')}")
     return f"without {ego}'s part: {'; '.join(parts)}" if parts else ""
 
 

@@ -107,12 +107,9 @@ def test_what_speaks_against_the_ego_is_said_first() -> None:
     assert lead_text(came(valid=9, collisions=3, avoidable=2, avoidable_kinds=1)) == "2 avoidable collisions of 1 kind"
     first, second = rate_texts(came(valid=998, collisions=500, kinds=7), 2.0)
     assert first == "avoidable: 0.10 % of valid simulations, (n + 1) / (N + 2), 0 a second"
-    assert second == "collisions in all: 500 collisions of 7 kinds, 50.1 % of valid simulations, 250 a second"
+    assert second == "collisions: 500 of 7 kinds, 50.1 % of valid simulations, 250 a second"
     assert list(rate_texts(came(valid=998), 2.0)) == []
     text = others_text(came(struck=1, without_ego=2), "ego")
-    assert text == (
-        "without ego's part: 1 collision no failure of ego, struck from behind or while standing; "
-        "others touched in 2 runs without ego"
-    )
+    assert text == ("without ego's part: 1 collision, struck from behind or while standing; others touched in 2 runs")
     kind = Kind(0, Side.LEFT, 4, 0, 3, Blame.AVOIDABLE)
     assert kind_text(("ego", "van"), kind) == "van at the left, head-on; ego stands, van 50 .. 70 km/h"
