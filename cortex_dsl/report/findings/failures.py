@@ -46,7 +46,8 @@ def rate_texts(came: Failures, seconds: float) -> Iterator[str]:
         share = percent(came.share(came.avoidable), 2)
         yield f"avoidable: {share} of valid simulations, {SUCCESSION}{_pace(came.avoidable, seconds)}"
     share = percent(came.collisions / came.valid) if came.valid else ""
-    yield f"collisions: {came.collisions:,} of {counted(came.kinds, 'kind')}, {share} of valid simulations{_pace(came.collisions, seconds)}"
+    every = f"{came.collisions:,} of {counted(came.kinds, 'kind')}"
+    yield f"collisions: {every}, {share} of valid simulations{_pace(came.collisions, seconds)}"
 
 
 def _pace(count: int, seconds: float) -> str:
