@@ -11,6 +11,8 @@ from cortex_dsl.report.findings.failures import pace_text
 from cortex_dsl.report.findings.readable import counted, fixed, percent, ratio, whole
 from engine.study.comparisons import FIRST, MEASURES, NAMED_FIRST, Comparison, Measure, Spread
 from engine.study.database import Study
+from engine.study.plan import Plan
+from engine.study.run_records import RunRecord
 from engine.study.study_files import summary
 from engine.study.verdict import Beside, Findings
 
@@ -101,13 +103,13 @@ class Yield:
         return self.avoidable / self.seconds if self.seconds > 0.0 else math.nan
 
 
-def yields(study: Study) -> tuple[Yield, ...]:
+def yields(plan: Plan, records: Sequence[RunRecord]) -> tuple[Yield, ...]:
     """One row a method."""
-    return tuple(_yield(method, study) for method in study.plan.methods)
+    return tuple(_yield(method, records) for method in plan.methods)
 
 
-def _yield(method: str, study: Study) -> Yield:
-    runs = [record for record in study.records if record.address.method == method]
+def _yield(method: str, records: Sequence[RunRecord]) -> Yield:
+    runs = [record for record in records if record.address.method == method]
     return Yield(
         method,
         sum(record.figures.simulations.valid_runs for record in runs),
@@ -117,9 +119,9 @@ def _yield(method: str, study: Study) -> Yield:
     )
 
 
-def yields_text(study: Study) -> Iterator[str]:
+def yields_text(plan: Plan, records: Sequence[RunRecord]) -> Iterator[str]:
     """`ga: 61 avoidable of 9,210 collisions in 12,000 valid simulations; …`"""
-    for each in yields(study):
+    for each in yields(plan, records):
         if each.valid:
             yield (
                 f"{each.method}: {each.avoidable:,} avoidable of {counted(each.colliding, 'collision')} in "
@@ -135,7 +137,9 @@ def study_content(study: Study, found: Findings) -> dict[str, Any]:
         "runs": study.plan.runs,
         "individuals": study.plan.individuals,
         "simulations": distinct_simulations(study),
-        "yields": [{**asdict(each), "share": each.share, "per_second": each.rate} for each in yields(study)],
+        "yields": [
+            {**asdict(each), "share": each.share, "per_second": each.rate} for each in yields(study.plan, study.records)
+        ],
         "shares": [
             {
                 "scenario": row.scenario,

@@ -35,7 +35,7 @@ def primary(study: Study, found: Findings) -> Node:
         "Four outcomes named before the study was run, one family of tests: what speaks against the ego, and how many "
         "kinds of it; then the yield, genomes that may differ in a bit, and its variety."
     )
-    work = [element("p", f"{text}.", class_="note") for text in yields_text(study)]
+    work = [element("p", f"{text}.", class_="note") for text in yields_text(study.plan, study.records)]
     return part("primary", "Who finds more", note, tables, work)
 
 

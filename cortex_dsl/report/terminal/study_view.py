@@ -195,7 +195,7 @@ def _head(study: Study, findings: Findings) -> Iterator[RenderableType]:
         yield Text(f"not complete: {len(records):,} of {total:,} runs", "warn")
     if failed := sum(record.figures.simulations.error_runs for record in records):
         yield Text(f"{counted(failed, 'simulation')} failed and count nowhere", "bad")
-    for line in yields_text(study):
+    for line in yields_text(plan, records):
         yield Text(line, "quiet")
     yield Text()
     for sentence in findings.verdict:
