@@ -218,4 +218,4 @@ def in_parts(rows: int, jobs: int, run: Callable[[int, int], None]) -> None:
             run(*part)
         return
     with ThreadPoolExecutor(jobs) as pool:
-        list(pool.map(lambda part: run(*part), parts))
+        list(pool.map(run, *zip(*parts, strict=True)))
