@@ -10,7 +10,7 @@ from engine.interchange.measuring import measure
 from engine.interchange.recording import RecordedCase, Recording
 from engine.outcomes import PAIRS, Outcomes
 from engine.risk import PROFILES, assess
-from engine.tables import Floats
+from engine.tables import SLIDING, Floats
 from engine.vocabulary import State, Verdict
 
 NEAR = 1e-3
@@ -33,14 +33,20 @@ def same_run(case: RecordedCase, read: Recording, name: str) -> Iterator[Finding
 
 
 def _same_way(ours: Recording, read: Recording, actor: int, place: str) -> Iterator[Finding]:
-    """One actor's states at every sample of the run at which it was there; a speed after contact has no one meaning."""
-    scored = ours.scored_samples()
+    """One actor's states at every sample of the run at which it was there; a speed at contact or after it, or of who
+    slides, has no one meaning.
+    """
+    scored = ours.scored_samples() - (0 if ours.contact is None else 1)
+    slides = ours.states[:, actor, State.PRESENT] == SLIDING
+    slides[1:] |= slides[:-1].copy()
+    slides[:-1] |= slides[1:].copy()
     for what, column in (("place", State.X), ("place", State.Y), ("heading", State.HEADING), ("speed", State.SPEED)):
         for first, last in ours.stretches(actor):
             end = min(last + 1, scored) if what == "speed" else last + 1
             times, states = ours.time[first:end], ours.states[first:end, actor, column]
             off = np.abs(np.interp(times, *_course(read, actor, column)) - states)
             off = np.abs((off + np.pi) % (2 * np.pi) - np.pi) if what == "heading" else off
+            off = np.where(slides[first:end], 0.0, off) if what == "speed" else off
             worst = int(off.argmax()) if len(off) else 0
             if len(off) and not off[worst] <= NEAR:
                 yield Finding(place, f"the {what} at {times[worst]:.3f} s is {off[worst]:.3g} off", OURS)
