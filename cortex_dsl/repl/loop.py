@@ -10,8 +10,8 @@ from cortex_dsl.console.terminal import Exit, Terminal, UsageError, report_bug
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.repl.chunks import is_command
 from cortex_dsl.repl.commands import execute
-from cortex_dsl.repl.entering import enter, refuse
-from cortex_dsl.repl.state import State
+from cortex_dsl.repl.entering import enter
+from cortex_dsl.repl.state import State, refuse
 
 NO_TERMINALS = ("dumb", "unknown", "")
 """Values of TERM that say that nothing can be edited there."""
@@ -90,6 +90,7 @@ def run(state: State, chunks: Input) -> int:
 def do(state: State, chunk: str) -> None:
     """Carry out one chunk, and show what goes wrong in it."""
     act: Callable[[State, str], None] = execute if is_command(chunk) else enter
+    state.kernels.told = False
     try:
         act(state, chunk)
     except UsageError as error:
