@@ -109,6 +109,9 @@ def evaluated(case: Case, genomes: Floats, keys: Ints) -> Assessment:
         "pair": np.zeros(len(keys), dtype=np.int32),
         "tested": np.zeros((len(keys), 0), dtype=np.int64),
         "failed": np.zeros((len(keys), 0), dtype=np.int64),
+        "found": left <= 0.0,
+        "sought": np.zeros((len(keys), 0)),
+        "broken": np.zeros((len(keys), 0)),
     }
     return Assessment(**blank | known)
 

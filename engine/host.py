@@ -15,7 +15,7 @@ from engine.named_results import NAMED_RESULTS
 from engine.outcomes import OUTCOMES, PAIRS, Outcomes, Per
 from engine.program import Program
 from engine.scenes import Scenes, actor_columns
-from engine.tables import SHADE, Floats, Ints, RoadTables, Size
+from engine.tables import SHADE, CodeTables, Floats, Ints, RoadTables, Segment, Size
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, Reducer, RuleKind, State
 
@@ -71,9 +71,7 @@ def plan(
             last_sample=-(-samples_of(config) // hold) * hold,
             budget=int(config.instruction_budget),
             intersections=int(program.road_spec.rows) * int(program.road_spec.cols),
-            lasting=int(
-                len(code.temporal_root) > 0 or len(program.judged) > 0 or bool(np.any(code.rule_kind == RuleKind.WATCH))
-            ),
+            lasting=int(len(code.temporal_root) > 0 or len(program.judged) > 0 or _is_watched(code)),
             judged=int(len(program.judged) > 0),
             restitution=float(contact.restitution),
             contact_friction=float(contact.friction),
@@ -89,6 +87,12 @@ def _readings(program: Program) -> Ints:
     names = [row.name for row in NAMED_RESULTS]
     rows = [(r.kind, names.index(r.result) if r.kind is Reducer.RESULT else r.rule) for r in program.judged.readings]
     return np.array(rows, dtype=np.int32).reshape(-1, 2)
+
+
+def _is_watched(code: CodeTables) -> bool:
+    """Whether something is looked at in every sample that does not merely end the run."""
+    looked_at = np.any(code.rule_segment[:, :, Segment.START] >= 0, axis=0)
+    return bool(np.any(looked_at & (code.rule_kind != RuleKind.TERMINATE)))
 
 
 def _check(config: SimulationConfig) -> None:

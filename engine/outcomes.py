@@ -266,6 +266,14 @@ class Assessment(_Measured, _Judged, _Sampled, _Decided):
     the nearest, MS and its kin are those of the pair that decides the risk (`Kept`).
     """
 
+    sought: Floats
+    """(n, objectives) what is sought, the larger the better (`engine.search.objectives`); none in a search for the
+    paper's risk alone."""
+    broken: Floats
+    """(n, objectives of the file) 1 where an `expect` is broken, 0 where it is kept; NaN of all else."""
+    found: Bools
+    """Whether it is what the search is for; for the paper's risk: a collision."""
+
     def __len__(self) -> int:
         return len(self.verdict)
 

@@ -134,3 +134,64 @@ def test_a_hundred_that_hide() -> None:
     walker = "w = new Pedestrian at (-6 m, 10 m), with regionContainedIn None\nterminate when ego can see w"
     fast, _ = both(text(f"posts = [{post}, with occluding True for i in range(100)]\n{walker}"))
     assert fast.end_reason[0] == EndReason.TIMEOUT
+
+
+INSIDE = """
+a = new Car at (1.75 m, -20 m), facing 90 deg, with speed {a} m/s, with drag 0, with allowCollisions True
+b = new Car at ({x} m, {y} m), facing 90 deg, with speed {b} m/s, with drag 0, with allowCollisions True
+"""
+
+
+@pytest.mark.parametrize(("x", "y"), [(1.75, -21.0), (1.9, -20.4), (1.75, -23.5), (2.1, -20.9), (1.75, -20.05)])
+@pytest.mark.parametrize(("a", "b"), [(0.0, 10.0), (8.0, 10.0)])
+def test_who_starts_inside_another_does_not_pass_through_it(x: float, y: float, a: float, b: float) -> None:
+    """They are in contact from time 0: the one behind gives of its speed, and stays behind."""
+    fast, slow = both(text(INSIDE.format(x=x, y=y, a=a, b=b)))
+    assert fast.others_contact_time[0] <= 1e-6
+    (impact, *_) = slow.impacts
+    assert impact.time <= 1e-6
+    assert impact.actors == (1, 2)
+    ahead = slow.trajectory.states[:, 1, State.Y] - slow.trajectory.states[:, 2, State.Y]
+    assert ahead.min() >= 0.0
+    speeds = np.diff(slow.trajectory.states[:20, 1:, State.Y], axis=0) / 0.05
+    assert np.all((speeds**2).sum(axis=1) <= a * a + b * b + 1e-6)
+
+
+def test_who_starts_inside_another_may_leave_it() -> None:
+    """Two that part are in contact, and do nothing to one another; two that stand are left alone."""
+    for a, b in ((10.0, 5.0), (0.0, 0.0)):
+        fast, slow = both(text(INSIDE.format(x=1.75, y=-21.0, a=a, b=b)).replace("after 3 s", "after 2 s"))
+        assert not slow.impacts
+        assert (fast.others_contact_time[0] <= 1e-6) == (a > 0.0)
+        way = slow.trajectory.states[-1, 1:, State.Y] - slow.trajectory.states[0, 1:, State.Y]
+        assert way == pytest.approx([2.0 * a, 2.0 * b])
+
+
+LATER = """
+map intersection(approach=60 m)
+scenario Main():
+    setup:
+        ego = new Car at (-1.75 m, 50 m), facing 270 deg, with speed 1 m/s
+        b = new Car at (1.75 m, -51.2 m), facing 90 deg, with speed 10 m/s, with drag 0, with allowCollisions True
+    compose:
+        do Nothing() for 2 s
+        do Late()
+scenario Nothing():
+    compose:
+        while True:
+            wait
+scenario Late():
+    setup:
+        a = new Car at (1.75 m, -30 m), facing 90 deg, with allowCollisions True
+        terminate after 2 s
+"""
+
+
+def test_who_comes_in_inside_another_is_in_contact_from_then_on() -> None:
+    fast, slow = both(LATER)
+    assert fast.others_contact_time[0] == pytest.approx(2.0, abs=1e-6)
+    assert slow.impacts
+    assert slow.impacts[0].time == pytest.approx(2.0, abs=1e-6)
+    late, early = slow.trajectory.states[41:, 2], slow.trajectory.states[41:, 1]
+    assert late[0, State.PRESENT] != 0.0
+    assert np.all(late[:, State.Y] > early[:, State.Y])

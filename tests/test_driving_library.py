@@ -7,7 +7,7 @@ import pytest
 
 from cortex_dsl import compile_text
 from engine import batch, world
-from engine.tables import Floats
+from engine.tables import SLIDING, Floats
 from engine.vocabulary import State
 
 LANE_WIDTH = 3.5
@@ -211,6 +211,34 @@ def test_the_emergency_brake_leaves_others_alone() -> None:
     )
     _, run = states(text)
     assert run[:200, 0, State.BRAKE].max() == 0.0
+
+
+ASKEW = """
+map intersection(approach=200 m)
+behavior Straight():
+    while True:
+        wait
+ego = new Car at (1.75 m, -150 m), facing 90 deg, with speed 6 m/s, with drag 0,
+    with behavior EmergencyBrakeBehavior(Straight())
+struck = new Car at (1.75 m, {y} m), facing 0 deg, with regionContainedIn None, with friction 0.05
+truck = new Truck at (1.75 m, -60 m), facing 270 deg, with speed 20 m/s, with behavior Straight(), with drag 0
+terminate after 20 s
+"""
+
+
+@pytest.mark.parametrize("y", [-80, -90])
+def test_the_emergency_brake_knows_who_slides_broadside(y: float) -> None:
+    """A car that a truck pushes towards the ego, across its heading, comes at 21 m/s: TTC < v_rel / 12 m/s^2 + 0.35 s
+    at once, and by the ego's own 6 m/s not for long.
+    """
+    _, run = states(ASKEW.format(y=y))
+    struck = int(np.flatnonzero(run[:, 1, State.PRESENT] == SLIDING)[0])
+    assert np.abs(run[struck:, 1, State.SPEED]).max() < 0.1
+    closing = 6.0 + (run[struck, 1, State.Y] - run[struck + 1, 1, State.Y]) / 0.05
+    gap = run[struck, 1, State.Y] - run[struck, 0, State.Y] - 0.5 * CAR_LENGTH - 0.9
+    assert 6.0 / 12.0 + 0.35 < gap / closing < closing / 12.0 + 0.35
+    assert not run[: struck + 1, 0, State.BRAKE].any()
+    assert run[struck + 1, 0, State.BRAKE] > 0.0
 
 
 def test_time_to_collision_in_a_condition() -> None:

@@ -45,6 +45,31 @@ TIMEOUT = (Verdict.VALID, EndReason.TIMEOUT, "", 4.0)
 # -- temporal requirements --------------------------------------------------------------------------------------------
 
 
+LEAVES = "other = new Car at (-60, 1.75), facing 180 deg, with speed 10 m/s, with behavior FollowLaneBehavior(10 m/s)\n"
+
+
+@ENGINES
+@pytest.mark.parametrize(
+    ("declared", "end"),
+    [
+        ("", EndReason.ALL_DONE),
+        (f"require {BEFORE}", EndReason.ALL_DONE),
+        (f"terminate when {BEYOND}", EndReason.ALL_DONE),
+        (f"require always {BEFORE}", EndReason.ABORTED),
+        (f"require not eventually {BEYOND}", EndReason.ABORTED),
+        (f"require always ego in road\nterminate when {BEYOND}", EndReason.RULE),
+        (f"record final ego.speed\nterminate when {BEYOND}", EndReason.RULE),
+        (f"expect always {BEYOND} as X\nterminate when {BEYOND}", EndReason.RULE),
+    ],
+)
+def test_what_looks_at_the_whole_run_keeps_it_alive(declared: str, end: EndReason, engine: str) -> None:
+    """The other leaves at once, and the ego goes on alone: who looks sees what it does then."""
+    _, outcome = run(STRAIGHT + LEAVES + declared + "\n", engine)
+    assert outcome.end_reason[0] == end
+    alone = end == EndReason.ALL_DONE
+    assert (outcome.end_time[0] < 1.0) == alone
+
+
 @ENGINES
 @pytest.mark.parametrize(
     ("condition", "time"),

@@ -4,11 +4,11 @@ A wrong argument is answered by its name, what was expected, what was given, and
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -85,6 +85,24 @@ def callback(name: str, value: object) -> None:
     """Raise ArgumentKindError if a callback is no function."""
     if value is not None and not callable(value):
         raise ArgumentKindError(f"{name}: expected a function, got {type(value).__name__}", LEFT_OUT)
+
+
+def objectives_of(program: "Program", given: object) -> tuple[Any, ...]:
+    """Return what is sought, one or several, after checking that there is such a thing.
+
+    Raises:
+        ArgumentError, ArgumentKindError: an unknown name, nothing, or neither a name nor a function.
+    """
+    from engine.search.objectives import objectives
+
+    several: tuple[Any, ...] = tuple(cast("Sequence[Any]", given)) if isinstance(given, list | tuple) else (given,)
+    if not several:
+        raise ArgumentError("objective: expected one or more, got none", LEFT_OUT)
+    for each in several:
+        if not (isinstance(each, str) or callable(each)):
+            raise ArgumentKindError(f"objective: expected a name or a function, got {each!r}", "name one, as in `risk`")
+    objectives(program, several)
+    return several
 
 
 def one_of(name: str, value: object, choices: Iterable[str]) -> str:

@@ -10,18 +10,22 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from errno import ENOENT
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from cortex_dsl.pipeline import Compiled
 from cortex_dsl.semantics.names.linking import import_statements
+from cortex_dsl.source import Source
 from cortex_dsl.syntax import nodes
 from engine.config import Config
 from engine.program import Program
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record
 from engine.search.manifest import Link, Manifest, Origin, Text, changed_versions, make_manifest
+from engine.search.objectives import known_objectives, names_of
 from engine.search.past import ForeignPastError
+from engine.search.protocol import SOUGHT, Sought
 from engine.search.ranking import Case
 from engine.search.result_files import write_exports
 from engine.search.run import Campaign, OnGeneration, Progress, search
@@ -78,6 +82,8 @@ class Work:
     on_generation: OnGeneration | None
     on_removed: OnRemoved | None
     workers: Workers
+    objective: Sequence[Sought] = ()
+    """What is sought; none: what the manifest names."""
 
 
 def search_and_keep(
@@ -90,21 +96,47 @@ def search_and_keep(
     on_generation: OnGeneration | None = None,
     on_removed: OnRemoved | None = None,
     workers: Workers | None = None,
+    objective: Sequence[Sought] = SOUGHT,
 ) -> Found:
     """Search a scenario by its own settings, and keep everything in an empty folder.
 
     Raises:
         StoreError: the folder cannot be written, or another process writes it.
         UnknownMethodError, MissingExtraError, PluginError: there is no such method here.
+        UnknownObjectiveError: there is no such objective.
+        ObjectiveError: a function as objective failed; what was found before is kept.
         WorkersLostError: no worker process is left to run simulations.
     """
     method, source = canonical(method), scenario.compiled.source
     manifest = make_manifest(
-        scenario.program, scenario.config, method, profile, source.name, command_line, origin_of(scenario)
+        scenario.program, scenario.config, method, profile, source.name, command_line, origin_of(scenario), objective
     )
-    work = Work(scenario, folder, manifest, on_generation, on_removed, workers or default_workers(scenario))
+    workers = workers or default_workers(scenario)
+    work = Work(scenario, folder, manifest, on_generation, on_removed, workers, tuple(objective))
     with hold(folder), closing(Journal.create(folder / JOURNAL, manifest)) as journal:
         return carry_out(work, journal)
+
+
+def same_objective(
+    folder: Path, program: Program, manifest: Manifest, given: Sequence[Sought] | None = None
+) -> tuple[Sought, ...]:
+    """What a run looks for, to go on with it.
+
+    Raises:
+        StoreError: another objective is given, or a function that the run names is not.
+    """
+    named = manifest.objective
+    aims = named if given is None else tuple(given)
+    if names_of(aims) != named:
+        asked = ", ".join(names_of(aims))
+        raise StoreError(f"`{folder}` looks for {', '.join(named)}, not for {asked}", "search anew for that")
+    known = known_objectives(program)
+    if strange := [each for each in aims if isinstance(each, str) and each not in known]:
+        raise StoreError(
+            f"`{folder}` looks for `{strange[0]}`, a function of a Python program",
+            "go on with it from there: `cx.resume(folder, objective=function)`",
+        )
+    return aims
 
 
 def default_workers(scenario: Searchable) -> Workers:
@@ -158,6 +190,7 @@ def campaign_of(work: Work, record: Record | None) -> Campaign:
             spent=record.spent if record else 0.0,
             workers=work.workers,
             number=manifest.method_number,
+            objective=work.objective or manifest.objective,
         )
     except ForeignPastError as error:
         raise _foreign(work, error) from error
@@ -198,6 +231,29 @@ def _write_case(work: Work, case: Case) -> Path:
         for name, text in files.items():
             path.with_name(name).write_text(text, encoding="utf-8")
     return path
+
+
+@dataclass(frozen=True)
+class KeptFiles:
+    """The imported files of a manifest, as a compiler asks for them (see `cortex_dsl.files.Files`)."""
+
+    origin: Origin
+
+    def find(self, importer: str, paths: Sequence[str]) -> str | None:
+        links = (link for link in self.origin.links if (link.importer, link.path) == (importer, paths[0]))
+        return next((link.name for link in links), None)
+
+    def read(self, name: str) -> Source:
+        for file in self.origin.imports:
+            if file.name == name:
+                return Source(name, file.text)
+        raise FileNotFoundError(ENOENT, "the journal does not hold its text", name)
+
+    def identity(self, name: str) -> str:
+        return name
+
+    def beside(self, importer: str, path: str) -> list[str]:  # noqa: ARG002 - asked for spellings, which a journal has right
+        return []
 
 
 def origin_of(scenario: Searchable) -> Origin:

@@ -10,12 +10,21 @@
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, replace
-from errno import ENOENT
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cortex_dsl.api.arguments import callback, kind, path_of, whole
-from cortex_dsl.api.run_folder import Found, OnRemoved, Work, campaign_of, carry_out, default_workers, worst_files
+from cortex_dsl.api.arguments import callback, kind, objectives_of, path_of, whole
+from cortex_dsl.api.run_folder import (
+    Found,
+    KeptFiles,
+    OnRemoved,
+    Work,
+    campaign_of,
+    carry_out,
+    default_workers,
+    same_objective,
+    worst_files,
+)
 from cortex_dsl.api.scenario import Scenario, load
 from cortex_dsl.diagnostics import CompileError
 from cortex_dsl.pipeline import Compiled, compile_source
@@ -25,12 +34,12 @@ from cortex_dsl.syntax.reading import read_source
 from engine.display import facts_table
 from engine.search.journal import Journal
 from engine.search.journal_reader import Record, damaged, read_journal
-from engine.search.manifest import Manifest, ManifestError, Origin, Text, check_program
+from engine.search.manifest import Manifest, ManifestError, Text, check_program
 from engine.search.past import follow
-from engine.search.protocol import Box
+from engine.search.protocol import Box, Sought
 from engine.search.ranking import Case, order_of_risk, worst_cases
 from engine.search.run import Campaign, OnGeneration
-from engine.search.searchers import build_searcher, find_searcher
+from engine.search.searchers import build_searcher, find_searcher, seek
 from engine.search.store import JOURNAL, StoreError, example_run, hold
 from engine.search.workers import Workers
 from engine.study.database import is_study
@@ -77,35 +86,13 @@ class OpenedRun:
         return scenes
 
 
-@dataclass(frozen=True)
-class KeptFiles:
-    """The imported files of a manifest, as a compiler asks for them (see `cortex_dsl.files.Files`)."""
-
-    origin: Origin
-
-    def find(self, importer: str, paths: Sequence[str]) -> str | None:
-        links = (link for link in self.origin.links if (link.importer, link.path) == (importer, paths[0]))
-        return next((link.name for link in links), None)
-
-    def read(self, name: str) -> Source:
-        for file in self.origin.imports:
-            if file.name == name:
-                return Source(name, file.text)
-        raise FileNotFoundError(ENOENT, "the journal does not hold its text", name)
-
-    def identity(self, name: str) -> str:
-        return name
-
-    def beside(self, importer: str, path: str) -> list[str]:  # noqa: ARG002 - asked for spellings, which a journal has right
-        return []
-
-
 def search(
     scenario: str | Path | Scenario,
     method: str = "ga",
     *,
     profile: str = "paper",
     preset: str = "cortex",
+    objective: Sought | Sequence[Sought] = "risk",
     on_generation: OnGeneration | None = None,
     workers: Workers | None = None,
     out: str | Path | None = None,
@@ -124,6 +111,7 @@ def search(
         method,
         profile=profile,
         preset=preset,
+        objective=objective,
         on_generation=on_generation,
         workers=workers,
         out=out,
@@ -157,6 +145,7 @@ def check_journal(run: OpenedRun) -> None:
     space, config = run.scenario.program.space, run.scenario.config
     manifest = run.record.manifest
     searcher = build_searcher(manifest.method, Box.of(space), config, manifest.method_number)
+    seek(searcher, manifest.method, manifest.aims)
     follow(searcher, run.record.past())
 
 
@@ -230,8 +219,11 @@ def resume(
     on_generation: OnGeneration | None = None,
     on_removed: OnRemoved | None = None,
     workers: Workers | None = None,
+    objective: Sought | Sequence[Sought] | None = None,
 ) -> Found:
     """Continue a run that was stopped or killed, to the journal that an undisturbed one would have written.
+
+    `objective`: what the run looks for, which is known but for functions: these must be given again, by the same name.
 
     `generations`: as many in all as this, more or fewer than the run was started with. Of a finished run nothing is
     written, and nothing simulated but the probes of its genes.
@@ -243,7 +235,7 @@ def resume(
     generations = None if generations is None else whole("generations", generations, 0)
     callback("on_generation", on_generation)
     callback("on_removed", on_removed)
-    with reopened(open_run(folder), generations) as rest:
+    with reopened(open_run(folder), generations, objective) as rest:
         return rest.carry_out(on_generation=on_generation, on_removed=on_removed, workers=workers)
 
 
@@ -257,6 +249,8 @@ class Rest:
     journal: Journal | None = None
     record: Record | None = None
     """What the journal holds."""
+    objective: tuple[Sought, ...] = ()
+    """What the run looks for."""
 
     def carry_out(
         self,
@@ -267,7 +261,8 @@ class Rest:
     ) -> Found:
         """Search to the end, or only report a run that is finished."""
         folder, scenario = self.run.folder, replace(self.run.scenario, config=self.manifest.config)
-        work = Work(scenario, folder, self.manifest, on_generation, on_removed, workers or default_workers(scenario))
+        workers = workers or default_workers(scenario)
+        work = Work(scenario, folder, self.manifest, on_generation, on_removed, workers, self.objective)
         if self.journal is not None and self.record is not None:
             return carry_out(work, self.journal, self.record)
         campaign = replace(campaign_of(work, self.run.record), elapsed=self.run.record.seconds)
@@ -275,20 +270,25 @@ class Rest:
 
 
 @contextmanager
-def reopened(run: OpenedRun, generations: int | None = None) -> Iterator[Rest]:
+def reopened(
+    run: OpenedRun, generations: int | None = None, objective: Sought | Sequence[Sought] | None = None
+) -> Iterator[Rest]:
     """Hold an open run for as long as the block goes on with it, once nothing stands against that.
 
     Raises:
-        StoreError: it cannot be made so long, another process is at it, or its folder cannot be written.
+        StoreError: it looks for something else, cannot be made so long, another process is at it, or its folder
+            cannot be written.
     """
     longer = _with_generations(run, generations)
+    given = None if objective is None else objectives_of(run.scenario.program, objective)
+    aims = same_objective(run.folder, run.scenario.program, longer, given)
     if run.record.status == "finished" and longer == run.record.manifest:
-        yield Rest(run, longer)
+        yield Rest(run, longer, objective=aims)
         return
     with hold(run.folder):
         record = read_journal(run.folder / JOURNAL)  # read again under the lock: no process can change it any more
         with closing(Journal.reopen(run.folder / JOURNAL, longer)) as journal:
-            yield Rest(run, longer, journal, record)
+            yield Rest(run, longer, journal, record, aims)
 
 
 def _with_generations(run: OpenedRun, generations: int | None) -> Manifest:

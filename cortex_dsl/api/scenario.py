@@ -17,7 +17,7 @@ Arrays are row-aligned and in SI units, genomes in the file's own; their shapes 
 `engine.outcomes.Outcomes` and `engine.search.evaluations.Evaluations`.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import NoneType
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from engine.outcomes import Outcomes
     from engine.risk import Risk
     from engine.scenes import Scenes
+    from engine.search.protocol import Sought
     from engine.search.ranking import Case
     from engine.search.run import Campaign, OnGeneration
     from engine.search.workers import Workers
@@ -233,6 +234,7 @@ class Scenario:
         *,
         profile: str = "paper",
         preset: str = "cortex",
+        objective: "Sought | Sequence[Sought]" = "risk",
         on_generation: "OnGeneration | None" = None,
         workers: "Workers | None" = None,
         out: str | Path | None = None,
@@ -241,10 +243,11 @@ class Scenario:
         """Search for the worst by `method`, a name of `engine.search.searchers.known_searchers()` such as `ga`,
         `random`, `niching`, `cmaes`; `preset` of the genetic algorithm is `cortex` or `cortex-literal`.
 
-        Settings are fields of `engine.config.SearchConfig`: generations, population, seed, rollouts, aggregate, jobs,
-        engine. `on_generation` is called with a `Progress` after each generation; `workers` run the simulations (see
-        `engine.search.workers`; processes need a main module that can be imported). `out` is a new folder for journal,
-        tables and worst cases; `cortex_dsl.open_run` opens it, `cortex_dsl.resume` continues it.
+        `objective` names what is sought (`engine.search.objectives`, or one of the file), or is a function from
+        `Outcomes` to one number a scene, the larger the better; `nsga2` and `map_elites` take several. Settings are
+        fields of `engine.config.SearchConfig`. `on_generation` is called with a `Progress` after each generation;
+        `workers` run the simulations (see `engine.search.workers`; processes need a main module that can be imported).
+        `out` is a new folder for journal, tables and worst cases; `cx.open_run` opens it, `cx.resume` continues it.
 
         Raises:
             ArgumentKindError: there is no such setting, or it is no number.
@@ -259,16 +262,13 @@ class Scenario:
         arguments.kind("workers", workers, (Workers, NoneType), "`engine.search.workers.Workers` are some")
         arguments.kind("method", method, str, "`known_searchers` lists all")
         arguments.callback("on_generation", on_generation)
-        config = replace(
-            self.config,
-            search=replace(self.config.search, **settings),
-            ga=replace(self.config.ga, preset=preset),
-        )
+        aims = arguments.objectives_of(self.program, objective)
+        settled = replace(self.config.search, **settings)
+        config = replace(self.config, search=settled, ga=replace(self.config.ga, preset=preset))
         if out is None:
-            return search(self.program, method, config, profile, on_generation, workers=workers)
-        return self._kept(
-            method, arguments.path_of("out", out), config, profile=profile, on_generation=on_generation, workers=workers
-        )
+            return search(self.program, method, config, profile, on_generation, workers=workers, objective=aims)
+        how = {"profile": profile, "on_generation": on_generation, "workers": workers, "objective": aims}
+        return self._kept(method, arguments.path_of("out", out), config, **how)
 
     def _kept(self, method: str, out: Path, config: Config, **how: Any) -> "Campaign":
         """A search in a run directory of its own."""

@@ -76,6 +76,7 @@ def study(
     jobs: int = 1,
     profile: str = "paper",
     preset: str = "cortex",
+    objective: str | Iterable[str] = "risk",
     on_run: "OnRun | None" = None,
     **settings: Any,
 ) -> Studied:
@@ -90,6 +91,7 @@ def study(
         jobs: processes, each with a whole run; more than 1 need a main module that can be imported.
         profile: where the bands of the risk end, `paper`, `paper-mm` or `literature`.
         preset: of the genetic algorithm, `cortex` or `cortex-literal`.
+        objective: what is sought, by a name that every scenario has, or several.
         on_run: called with each `engine.study.run_records.Finished`, in no certain order.
         settings: fields of `engine.config.SearchConfig`: generations, population, seed, rollouts, aggregate, engine.
 
@@ -108,7 +110,8 @@ def study(
     for word in words:
         arguments.kind("methods", word, str, "`known_searchers` lists all")
     arguments.callback("on_run", on_run)
-    plan = Plan(with_own_seeds(subjects), tuple(dict.fromkeys(map(canonical, words))), runs, profile)
+    aims = (objective,) if isinstance(objective, str) else tuple(_several("objective", objective))
+    plan = Plan(with_own_seeds(subjects), tuple(dict.fromkeys(map(canonical, words))), runs, profile, aims)
     check(plan)
     if out is None:
         return _in_memory(plan, Workers("processes", jobs), on_run)

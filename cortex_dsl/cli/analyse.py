@@ -16,7 +16,7 @@ from cortex_dsl.report.documents import document
 from cortex_dsl.report.findings.analysis_report import analysis_content
 from cortex_dsl.report.terminal.analysis_view import analysis_view, probability_view
 from engine.search.insight.analysis import BUDGET, Analysis, analyse
-from engine.search.probability.estimates import Withheld, keep
+from engine.search.probability.estimates import Withheld, content, keep
 from engine.search.probability.monte_carlo import CONDITIONS, JOINT, METHODS, PARAMS, RARE, Probability, estimate
 
 
@@ -98,9 +98,11 @@ def _probability(options: argparse.Namespace, terminal: Terminal) -> int:
         return compiled
     scenario = open_scenario(request, RunRequest(seed=options.seed, jobs=options.jobs), compiled)
     compile_kernels(scenario, terminal)
-    found = estimate(
-        scenario.program, scenario.config, options.method, options.samples, options.seed or 0, options.condition
-    )
+    seed = options.seed or 0
+    with usage_errors():
+        found = estimate(
+            scenario.program, scenario.config, options.method, options.samples, seed, options.condition, of=options.of
+        )
     return _show(options, scenario, found, terminal)
 
 
@@ -114,7 +116,8 @@ def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
         compile_kernels(run.scenario, terminal)
         config = replace(run.scenario.config, search=replace(run.scenario.config.search, jobs=options.jobs))
         seed = config.search.seed if options.seed is None else options.seed
-        found = estimate(run.scenario.program, config, options.method, options.samples, seed, options.condition)
+        program = run.scenario.program
+        found = estimate(program, config, options.method, options.samples, seed, options.condition, of=options.of)
     code = _show(options, run.scenario, found, terminal)
     with usage_errors():
         path = keep(run.folder, found, run.scenario.program.digest, seed)
@@ -124,7 +127,7 @@ def _of_run(options: argparse.Namespace, terminal: Terminal) -> int:
 
 def _show(options: argparse.Namespace, scenario: Scenario, found: Probability, terminal: Terminal) -> int:
     if options.json:
-        terminal.write(document("probability", {"file": options.file, **vars(found)}))
+        terminal.write(document("probability", {"file": options.file, **content(found)}))
     else:
         terminal.out.print(probability_view(scenario.program, found))
     return Exit.NO_SCENE if found.withheld == Withheld.INVALID or not found.valid else Exit.FINE
@@ -136,6 +139,7 @@ def _probability_options(parser: Parser) -> None:
     parser.add_argument(
         "--condition", choices=CONDITIONS, metavar="NAME", default=PARAMS, help=f"params or joint, see below ({PARAMS})"
     )
+    parser.add_argument("--of", metavar="NAME", default="", help="that an `expect` of the file is broken (a collision)")
     parser.add_argument(
         "--samples",
         metavar="N",
@@ -151,7 +155,7 @@ def _probability_options(parser: Parser) -> None:
 
 PROBABILITY = Command(
     name="probability",
-    usage="FILE|RUN [--method NAME] [--condition NAME] [options]",
+    usage="FILE|RUN [--of NAME] [--method NAME] [options]",
     description="The probability of a collision, given a valid scene, when every param is drawn\nas the file says.",
     options=_probability_options,
     function=_probability,

@@ -52,7 +52,7 @@ New here? docs/tutorial/first-collision.md goes from an empty file to the first
 collision. All of the language is in docs/reference/language.md, Python in
 docs/reference/python.md; the reports are explained in README.md."""
 
-SEARCH_OPTIONS = ("generations", "population", "preset", "rollouts", "aggregate", "dask", "out")
+SEARCH_OPTIONS = ("generations", "population", "preset", "objective", "rollouts", "aggregate", "dask", "out")
 RUN_OPTIONS = ("seed", "engine", "jobs", "max_attempts", "time_step", "profile", "prune", "target")
 """Options of drawing and running: they mean nothing where a file is only compiled."""
 BUDGET_LIMIT = 100_000_000
@@ -176,6 +176,12 @@ def _add_search_options(parser: Parser) -> None:
         metavar="NAME",
         help="cortex: parents by tournament; cortex-literal: uniformly (cortex)",
     )
+    group.add_argument(
+        "--objective",
+        metavar="NAME",
+        action="append",
+        help="what is sought: risk, avoidable, conflict, severity, an objective of the file; again for several (risk)",
+    )
     group.add_argument("--rollouts", metavar="K", type=whole_number(1, 10_000), help="scenes for each individual (1)")
     group.add_argument(
         "--aggregate", metavar="HOW", type=aggregate, help="K scores to one: mean, max or a quantile as q90 (mean)"
@@ -232,7 +238,8 @@ def to_request(options: argparse.Namespace, arguments: Sequence[str]) -> Request
 
 def _given(options: argparse.Namespace, names: Sequence[str]) -> dict[str, Any]:
     """The options that were given; for the others the request, or the file, has a value."""
-    return {name: value for name in names if (value := getattr(options, name)) is not None}
+    given = {name: value for name in names if (value := getattr(options, name)) is not None}
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in given.items()}
 
 
 def _methods(options: argparse.Namespace) -> tuple[str, ...]:

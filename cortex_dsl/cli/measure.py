@@ -110,7 +110,7 @@ def _report(reader: Reader, options: argparse.Namespace, terminal: Terminal) -> 
         recording=read.recording,
         measured=measured,
         profile=options.profile,
-        remarks=read.remarks,
+        remarks=(*read.remarks, *measured.not_judged),
         road=read.road,
         lines=road_outline(read.road) if own is None else outline(build_network(own)),
         again=_again(reader, options),

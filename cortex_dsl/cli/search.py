@@ -18,8 +18,9 @@ from cortex_dsl.spelling import nearest
 from engine.extras import installing, is_installed
 from engine.program import Program
 from engine.search.manifest import changed_versions
+from engine.search.objectives import objectives
 from engine.search.protocol import Box
-from engine.search.searchers import SearcherEntry, UnknownMethodError, build_searcher, canonical, known_searchers
+from engine.search.searchers import SearcherEntry, UnknownMethodError, build_searcher, canonical, known_searchers, seek
 from engine.search.store import new_directory, numbered_directory
 from engine.study.database import is_study
 
@@ -33,8 +34,9 @@ def search(request: CompileRequest, run: RunRequest, asked: SearchRequest, termi
         raise UsageError(f"`{request.file}` has no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
     scenario = open_scenario(request, run, compiled, asked)
     with usage_errors():
+        aims = objectives(scenario.program, asked.objective)
         for method in asked.methods:  # what is missing is said before anything is made
-            build_searcher(method, Box.of(scenario.program.space), scenario.config)
+            seek(build_searcher(method, Box.of(scenario.program.space), scenario.config), method, len(aims))
         compile_kernels(scenario, terminal)
         found = _searches(scenario, run, asked, terminal)
     return show_found(found, scenario, request, terminal)
@@ -64,6 +66,7 @@ def _search(method: str, scenario: Scenario, run: RunRequest, asked: SearchReque
             method,
             folder,
             profile=run.profile,
+            objective=asked.objective,
             command_line=asked.command_line,
             on_generation=on_generation,
             on_removed=removed(terminal),

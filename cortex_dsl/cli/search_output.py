@@ -19,6 +19,7 @@ from cortex_dsl.console.request import CompileRequest
 from cortex_dsl.console.simulating import mistake_of
 from cortex_dsl.console.terminal import Exit, Terminal, UsageError
 from cortex_dsl.report.documents import document
+from cortex_dsl.report.findings.readable import significant
 from cortex_dsl.report.findings.search_report import SearchReport
 from cortex_dsl.report.terminal.progress import SearchProgress
 from cortex_dsl.report.terminal.search_view import comparison_view, failures_line, search_view
@@ -26,13 +27,26 @@ from engine.extras import MissingExtraError
 from engine.program import Program
 from engine.search.journal_reader import Record
 from engine.search.manifest import changed_versions
+from engine.search.objectives import ObjectiveError, UnknownObjectiveError
 from engine.search.past import ForeignPastError
+from engine.search.protocol import SOUGHT
 from engine.search.ranking import Case
 from engine.search.result_files import summary
 from engine.search.run import Campaign, OnGeneration, Progress
-from engine.search.searchers import PluginError, UnknownMethodError
+from engine.search.searchers import PluginError, SeveralObjectivesError, UnknownMethodError
 from engine.search.store import StoreError
 from engine.search.workers import Workers, WorkersLostError, workers_for
+
+SOLVABLE = (
+    StoreError,
+    WorkersLostError,
+    MissingExtraError,
+    PluginError,
+    UnknownMethodError,
+    UnknownObjectiveError,
+    SeveralObjectivesError,
+    ObjectiveError,
+)
 
 
 @contextmanager
@@ -40,7 +54,7 @@ def usage_errors() -> Iterator[None]:
     """Turn an error that the user can solve into a UsageError."""
     try:
         yield
-    except (StoreError, WorkersLostError, MissingExtraError, PluginError, UnknownMethodError) as error:
+    except SOLVABLE as error:
         raise UsageError(error.message, error.cure) from error
 
 
@@ -61,10 +75,25 @@ def watched(terminal: Terminal, method: str, total: int, record: Record | None =
     with SearchProgress(terminal.err, method, total, before, spent=record.spent if record else 0.0) as progress:
 
         def on_generation(done: Progress) -> None:
-            best = done.best.score if done.best else nan
+            best = nan if done.best is None else done.best.score if done.objective == SOUGHT else done.best.continuous
             progress.generation_done(done.figures.by_individual, done.simulations, best)
+            if done.generation == 0 and is_constant(done):
+                terminal.err.print(constant_line(done), style="warn", soft_wrap=True)
 
         yield on_generation
+
+
+def is_constant(done: Progress) -> bool:
+    """Whether an objective other than the risk is the same in every valid run of a generation."""
+    values = done.evaluations.fitness[done.evaluations.valid]
+    return done.objective != SOUGHT and len(values) > 1 and bool((values == values[0]).all())
+
+
+def constant_line(done: Progress) -> str:
+    """What to say of an objective that is the same whatever is drawn."""
+    value = significant(done.best.continuous) if done.best else ""
+    what = f"{done.objective[0]} is {value} in every valid run of the first generation"
+    return f"{what}: there is nothing to climb, and the search is a random one until it changes"
 
 
 def show_found(found: Sequence[Found], scenario: Scenario, request: CompileRequest, terminal: Terminal) -> Exit:
@@ -113,6 +142,7 @@ def _settings(found: Sequence[Found]) -> str:
     parts += [f"preset {each.manifest.preset}" for each in found if each.manifest.preset]
     if search.rollouts > 1:
         parts.append(f"{search.aggregate} of {search.rollouts} rollouts")
+    parts += [] if manifest.objective == SOUGHT else [f"objective {' and '.join(manifest.objective)}"]
     return ", ".join([*parts, f"profile {manifest.profile}", f"{search.engine} engine"])
 
 

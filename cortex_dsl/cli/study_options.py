@@ -42,6 +42,7 @@ DEFAULTS = {
     "seed": 0,
     "preset": "cortex",
     "profile": "paper",
+    "objective": ["risk"],
     "rollouts": 1,
     "aggregate": "mean",
 }
@@ -84,6 +85,7 @@ def add_options(parser: Parser) -> None:
     add(
         "--profile", choices=("paper", "paper-mm", "literature"), metavar="NAME", help="bands of the risk score (paper)"
     )
+    add("--objective", metavar="NAME", action="append", help="what is sought; again for several (risk)")
     add("--rollouts", metavar="K", type=whole_number(1, 10_000), help="scenes for each individual (1)")
     add("--aggregate", metavar="HOW", type=aggregate, help="K scores to one: mean, max or a quantile as q90 (mean)")
     add("--out", metavar="DIR", type=Path, help="new folder for the study (one under runs/)")
@@ -110,7 +112,7 @@ def study_plan(options: argparse.Namespace, terminal: Terminal) -> "Plan | Exit"
         if isinstance(subject, Exit):
             return subject
         subjects.append(subject)
-    plan = Plan(with_own_seeds(subjects), methods, options.runs, options.profile)
+    plan = Plan(with_own_seeds(subjects), methods, options.runs, options.profile, tuple(options.objective))
     if plan.individuals * options.rollouts * plan.runs * len(subjects) * len(methods) > LIMIT:
         raise UsageError(f"the whole study is more than {LIMIT:,} simulations", "lower --runs, or make several studies")
     try:

@@ -65,6 +65,8 @@ class SearchRequest:
     preset: str = "cortex"
     rollouts: int = 1
     aggregate: str = "mean"
+    objective: tuple[str, ...] = ("risk",)
+    """What is sought."""
     dask: str | None = None
     """Address of a scheduler, or `local`."""
     out: Path | None = None

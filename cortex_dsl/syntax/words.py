@@ -232,6 +232,11 @@ INSTEAD: Mapping[str, str] = MappingProxyType(
     }
 )
 
+BARE: Mapping[str, str] = MappingProxyType(
+    {"visible": "write `require ego can see x`, or `require not (ego can see x)`, on a line of its own"}
+)
+"""For specifiers of one word, which after a comma are read as names."""
+
 LATER_OPERATORS: Mapping[str, str] = MappingProxyType(
     {
         "relative": "`relative to` and `relative position of`",

@@ -2,18 +2,19 @@
 
 The ego's first contact is searched over the motion between samples. Up to it, or to the end, all are put on whole
 steps; the row after the last of them holds where they would be without contact, as in the record of a run of ours. What
-was such a run has the same numbers again.
+was such a run has the same numbers again. Buildings that the recording knows are walls; whom
+anybody sees it cannot say.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from engine.host import MAX_SAMPLES, pair_arrays, plain
-from engine.interchange.contract import OURS, Finding, InterchangeError
-from engine.interchange.recording import OF_STEPS, SAME_INSTANT, RecordedCase, Recording, states_at
+from engine.interchange.contract import InterchangeError
+from engine.interchange.recording import OF_STEPS, SAME_INSTANT, Recording, states_at
 from engine.kernels.approach import Touch, search_contact_of
 from engine.kernels.fault import fault_of
 from engine.kernels.pair import PLACES, measure_pair
@@ -21,7 +22,7 @@ from engine.metrics import Body, Metric, measure_trajectory, outlines_of
 from engine.outcomes import PAIRS, Outcomes, blank_outcomes
 from engine.risk import PROFILES, Risk, assess
 from engine.scenes import Trajectory
-from engine.tables import ROAD_REGION, Floats, RoadTables, no_road
+from engine.tables import A_BUILDING, ROAD_REGION, Floats, RoadTables, no_road
 from engine.vehicles import MODELS
 from engine.vocabulary import EndReason, State, Verdict
 
@@ -36,6 +37,10 @@ class Measured:
     metrics: tuple[Metric, ...]
     trajectory: Trajectory
     """The whole recording on steps of `Recording.step`, with what follows contact."""
+    sudden: bool
+    """Whether the ego and whom it touches were never apart: one of them came in on the other, and nothing led to it."""
+    not_judged: tuple[str, ...]
+    """What the recording does not say, so that no number here speaks of it."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +53,12 @@ class _End:
     states: Floats
     """(actors, len(State)) then."""
     touch: Touch
+    """The ego's; actors are followed by the buildings."""
+
+    @property
+    def met(self) -> int:
+        """The actor that it touches; `A_BUILDING` for a building, and where it touches nothing."""
+        return self.touch.other if self.touch.other < len(self.states) else A_BUILDING
 
 
 def measure(recording: Recording, profile: str = "paper") -> Measured:
@@ -67,7 +78,7 @@ def measure(recording: Recording, profile: str = "paper") -> Measured:
     instants: Floats = np.arange(_steps(recording) + 1, dtype=np.float64) * recording.step
     steps = states_at(recording, instants)
     states = np.ascontiguousarray(recording.states)
-    touch = search_contact_of(states, outlines, 0, 1)
+    touch = _first(search_contact_of(states, outlines, 0, 1), _search_walls(recording, states, outlines))
     _refuse_overlap(recording, touch)
     end = _end_of(recording, steps, touch)
     others = search_contact_of(states, outlines, 1, len(recording.actors))
@@ -75,7 +86,16 @@ def measure(recording: Recording, profile: str = "paper") -> Measured:
     trajectory = Trajectory(instants, steps, outlines[:, :2].copy(), contact)
     outcomes = _outcomes(recording, _judged(steps, end), outlines, end, others)
     metrics = measure_trajectory(trajectory, outcomes, bodies, commands=recording.commands)
-    return Measured(outcomes, assess(outcomes, PROFILES[profile]), metrics, trajectory)
+    risk = assess(outcomes, PROFILES[profile])
+    return Measured(outcomes, risk, metrics, trajectory, _is_sudden(states, end), tuple(_not_judged(recording)))
+
+
+def _not_judged(recording: Recording) -> Iterator[str]:
+    """Buildings stop and hide; whom the ego sees hangs on where it looks."""
+    if recording.buildings is None:
+        yield "whether the ego runs into a building, or one hides anybody, is not judged: no buildings are known"
+    elif len(recording.buildings):
+        yield "the ego may run into a building; whom they hide is not judged: nothing says where it looks"
 
 
 def _bodies(recording: Recording) -> tuple[Body, ...]:
@@ -115,9 +135,10 @@ def _check(recording: Recording) -> None:
 def _refuse_overlap(recording: Recording, touch: Touch) -> None:
     """Raises InterchangeError where there is no start to judge from."""
     if touch.sample == 0 and touch.part == 0.0:
-        one, other = (recording.actors[actor].name for actor in (touch.one, touch.other))
+        names = [*(actor.name for actor in recording.actors), "a building"]
+        one, other = names[0], names[min(touch.other, len(recording.actors))]
         raise InterchangeError(
-            f"`{recording.name}`: {one} and {other} overlap in the first sample, so that nothing led to it",
+            f"`{recording.name}`: {one} and {other} overlap in the first sample: nothing led to it",
             "cut the recording so that it begins before they touch, or check the sizes of both",
         )
 
@@ -130,6 +151,37 @@ def _steps(recording: Recording) -> int:
 # -- the end ----------------------------------------------------------------------------------------------------------
 
 
+def _search_walls(recording: Recording, states: Floats, outlines: Floats) -> Touch:
+    """The ego's first contact with a building, as if that were an actor that stands."""
+    touch = Touch(-1, 0.0, -1, -1)
+    there = states[recording.there[:, 0], 0, : State.Y + 1]
+    if not len(there) or recording.buildings is None:
+        return touch
+    pair = np.zeros((len(states), 2, len(State)))
+    pair[:, 0], pair[:, 1, State.PRESENT] = states[:, 0], 1.0
+    low, high, radius = there.min(axis=0), there.max(axis=0), math.hypot(*outlines[0, :2])
+    for number, wall in enumerate(recording.buildings):
+        reach = radius + math.hypot(*wall[3:])
+        if np.all(wall[:2] > low - reach) and np.all(wall[:2] < high + reach):
+            pair[:, 1, : State.HEADING + 1] = wall[:3]
+            found = search_contact_of(pair, np.array([outlines[0, :2], wall[3:]]), 0, 1)
+            touch = _first(touch, found._replace(other=len(recording.actors) + number))
+    return touch
+
+
+def _first(one: Touch, other: Touch) -> Touch:
+    """The earlier of two; at one time the former."""
+    earlier = (other.sample, other.part) < (one.sample, one.part)
+    return other if other.sample >= 0 and (one.sample < 0 or earlier) else one
+
+
+def _is_sudden(states: Floats, end: _End) -> bool:
+    """Whether the ego and whom it touches have no earlier sample in common."""
+    if end.met == A_BUILDING or end.touch.part > 0.0:
+        return False
+    return not (states[: end.touch.sample, [0, end.met], State.PRESENT] != 0.0).all(axis=1).any()
+
+
 def _end_of(recording: Recording, steps: Floats, touch: Touch) -> _End:
     """Contact at the very sample of a step belongs to the step before, as in a run of ours; an end there does not."""
     step = recording.step
@@ -138,7 +190,7 @@ def _end_of(recording: Recording, steps: Floats, touch: Touch) -> _End:
         return _End(time, last, _part(time, last, step), recording.states[-1], touch)
     time, states = _moment(recording, touch)
     last = min(max(0, math.ceil((time - SAME_INSTANT) / step) - 1), len(steps) - 1)
-    both = [touch.one, touch.other]
+    both = [actor for actor in (touch.one, touch.other) if actor < len(recording.actors)]
     if not (steps[last, both, State.PRESENT] != 0.0).all():  # they came in where they touch
         return _End(time, last + 1, 0.0, states, touch)
     return _End(time, last, _part(time, last, step), states, touch)
@@ -176,7 +228,7 @@ def _judged(steps: Floats, end: _End) -> Floats:
 
 def _outcomes(recording: Recording, judged: Floats, outlines: Floats, end: _End, among: Touch) -> Outcomes:
     samples = len(judged) - (1 if end.part > 0.0 else 0)
-    touched = end.touch.other
+    touched = end.met
     others = range(1, len(recording.actors))
     motions = [
         measure_pair(judged, samples, recording.step, other, outlines, other == touched, end.part) for other in others
@@ -195,13 +247,13 @@ def _outcomes(recording: Recording, judged: Floats, outlines: Floats, end: _End,
         1,
         len(recording.actors),
         verdict=_row(int(Verdict.VALID)),
-        collided=np.array([end.touch.one == 0]),
+        collided=np.array([touched >= 0]),
         end_reason=_row(int(_reason(end))),
         end_time=np.array([end.time]),
         steps=_row(end.last + (1 if end.part > 0.0 else 0)),
         **arrays,
         left_road_time=_left_road(recording, judged),
-        contact_actors=_row(end.touch.one, end.touch.other).reshape(1, 2),
+        contact_actors=_row(end.touch.one, touched).reshape(1, 2),
         **_among_others(recording, end, among),
     )
 
@@ -234,7 +286,7 @@ def _row(*values: int) -> np.ndarray:
 
 def _reason(end: _End) -> EndReason:
     if end.touch.sample >= 0:
-        return EndReason.COLLISION
+        return EndReason.COLLISION if end.met >= 0 else EndReason.BUILDING
     there = np.count_nonzero(end.states[:, State.PRESENT])
     return EndReason.TIMEOUT if there >= min(2, len(end.states)) else EndReason.ALL_DONE
 
@@ -254,74 +306,3 @@ def _left_road(recording: Recording, judged: Floats) -> Floats:
                 times[0, actor] = sample * recording.step
                 break
     return times
-
-
-# -- against the run that a file was written from ----------------------------------------------------------------------
-
-NEAR = 1e-3
-"""A place that is read back may be so far off [m]; a heading [rad], a speed [m/s]."""
-SAME = 1e-6
-"""A metric may be so far off, of its size."""
-METRICS = {row.symbol: row.name for row in PAIRS if row.of_risk}
-
-
-def same_run(case: RecordedCase, read: Recording, name: str) -> Iterator[Finding]:
-    """Check that all actors are where they were, and that metrics and risk are the same."""
-    ours = case.replay
-    if len(read.actors) != len(ours.actors):
-        count = f"{len(ours.actors)} took part, {len(read.actors)} are read back"
-        yield Finding(name, count, OURS)
-        return
-    for number, actor in enumerate(ours.actors):
-        yield from _same_way(ours, read, number, f"{name}, {actor.name}")
-    yield from _same_risk(case, read, name)
-
-
-def _same_way(ours: Recording, read: Recording, actor: int, place: str) -> Iterator[Finding]:
-    """One actor's states at every sample of the run at which it was there; a speed after contact has no one meaning."""
-    scored = ours.scored_samples()
-    for what, column in (("place", State.X), ("place", State.Y), ("heading", State.HEADING), ("speed", State.SPEED)):
-        for first, last in ours.stretches(actor):
-            end = min(last + 1, scored) if what == "speed" else last + 1
-            times, states = ours.time[first:end], ours.states[first:end, actor, column]
-            off = np.abs(np.interp(times, *_course(read, actor, column)) - states)
-            off = np.abs((off + np.pi) % (2 * np.pi) - np.pi) if what == "heading" else off
-            worst = int(off.argmax()) if len(off) else 0
-            if len(off) and not off[worst] <= NEAR:
-                yield Finding(place, f"the {what} at {times[worst]:.3f} s is {off[worst]:.3g} off", OURS)
-
-
-def _course(read: Recording, actor: int, column: State) -> tuple[Floats, Floats]:
-    there = read.there[:, actor]
-    values = read.states[there, actor, column]
-    return read.time[there], np.unwrap(values) if column == State.HEADING else values
-
-
-def _same_risk(case: RecordedCase, read: Recording, name: str) -> Iterator[Finding]:
-    """What was read back is judged as the run was, if that could be judged."""
-    if case.outcomes.verdict[0] != Verdict.VALID:
-        return
-    try:
-        measured = measure(read, case.profile)
-    except InterchangeError as error:
-        yield Finding(name, error.message, error.cure)
-        return
-    pairs = [actor - 1 for actor in range(1, len(case.recording.actors)) if actor not in case.recording.never_there]
-    yield from _same_metrics(case.outcomes, pairs, measured.outcomes, name)
-    ours = assess(case.outcomes, PROFILES[case.profile])
-    if int(ours.score[0]) != int(measured.risk.score[0]):
-        yield Finding(name, f"the risk is {ours.score[0]}, read back {measured.risk.score[0]}", OURS)
-
-
-def _same_metrics(ours: Outcomes, pairs: Sequence[int], read: Outcomes, name: str) -> Iterator[Finding]:
-    """`pairs` of ours are those of which both took part."""
-    if bool(ours.collided[0]) != bool(read.collided[0]):
-        yield Finding(name, "the run collided or not, read back it is otherwise", OURS)
-    for metric, column in METRICS.items():
-        one, other = getattr(ours, column)[0, pairs], getattr(read, column)[0]
-        if not np.allclose(one, other, rtol=SAME, atol=SAME, equal_nan=True):
-            yield Finding(name, f"{metric} is {_listed(one)}, read back {_listed(other)}", OURS)
-
-
-def _listed(values: Floats) -> str:
-    return ", ".join(f"{value:.6g}" for value in values.tolist())

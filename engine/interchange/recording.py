@@ -145,6 +145,8 @@ class Recording:
     contact: Contact | None = None
     road: RoadSpec | None = None
     """The road, where it is one of ours."""
+    buildings: Floats | None = None
+    """(n, 5): centre x, y [m], heading [rad], length along it and width [m]; None where they are not known."""
     signals: SignalTimes | None = None
     surroundings: Surroundings | None = None
     commands: bool = True
@@ -195,8 +197,7 @@ class Recording:
 
     def from_zero(self) -> "Recording":
         """The same with times that begin at 0, those of contact and of the signals' plan among them."""
-        begin = float(self.time[0])
-        if begin == 0.0:
+        if not (begin := float(self.time[0])):
             return self
         contact = self.contact and replace(self.contact, time=self.contact.time - begin)
         signals = self.signals and replace(self.signals, offset=self.signals.offset + begin)
@@ -304,6 +305,7 @@ def recorded_run(
         step=step,
         contact=None if run.touching is None else Contact(float(run.outcomes.end_time[0]), met),
         road=program.road_spec,
+        buildings=program.road.buildings,
         signals=signals,
         surroundings=surroundings,
         provenance=provenance,
@@ -337,10 +339,9 @@ def _with_contact(run: "WorldRun", step: float) -> tuple[Floats, Floats]:
     """Times and states of all samples, and of first contact where it lies between two of them."""
     states = run.trajectory.states
     time: Floats = np.arange(len(states), dtype=np.float64) * step
-    if run.touching is None:
+    if (touching := run.touching) is None:
         return time, states
     instant, after = float(run.outcomes.end_time[0]), run.trajectory.contact_sample + 1
-    touching = run.touching
     for sample in (after - 1, after):
         if sample < len(time) and abs(time[sample] - instant) < SAME_INSTANT:
             states = states.copy()

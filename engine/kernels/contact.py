@@ -74,6 +74,12 @@ BODY, CONTACT, ROW = len(Body), len(Contact), len(Row)
 """Numbers of columns."""
 
 
+@inlined
+def is_fixed(said: float, mass: float) -> bool:
+    """Whether nothing moves a body: it is `said` to be fixed (not 0), or its mass is no number above 0."""
+    return said != 0.0 or not 0.0 < mass < math.inf
+
+
 # -- where two outlines touch ------------------------------------------------------------------------------------------
 
 
@@ -101,6 +107,18 @@ def touching(a: Frame, b: Frame) -> Touching:
     if turned:
         return _on_side(b, a, best[0], best[1], best[2], -1.0)
     return _on_side(a, b, best[0], best[1], best[2], 1.0)
+
+
+@inlined
+def wedged(a: Frame, b: Frame) -> Touching:
+    """The contact of two that are inside one another too deep for a side: half way between their centres, along the way
+    from one to the other. Without such a way its normal is 0.
+    """
+    x, y = b.x - a.x, b.y - a.y
+    apart = math.sqrt(x * x + y * y)
+    scale = 1.0 / apart if apart > 0.0 else 0.0
+    mid_x, mid_y = 0.5 * (a.x + b.x), 0.5 * (a.y + b.y)
+    return Touching(-math.inf, scale * x, scale * y, 1, mid_x, mid_y, mid_x, mid_y)
 
 
 @inlined

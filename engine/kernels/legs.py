@@ -5,9 +5,10 @@ Bodies are numbered: the actors, then the buildings of the road, which are walls
 
 import math
 
-from engine.kernels.contact import Body
+from engine.kernels.contact import Body, is_fixed
 from engine.kernels.geometry import Box, building, half_diagonal, shortest_turn
 from engine.kernels.jit import inlined, kernel
+from engine.kernels.pair import swung
 from engine.kernels.stage import HOSTED, Leg, Plan, Run, Slot, column_of
 from engine.tables import Floats
 from engine.vocabulary import ActorKind, Column, State
@@ -33,9 +34,7 @@ def lay_leg(plan: Plan, run: Run, sample: int, actor: int) -> None:
         row = states[sample + end, actor]
         leg[Leg.X0 + 3 * end], leg[Leg.Y0 + 3 * end] = row[State.X], row[State.Y]
         leg[Leg.HEADING0 + 3 * end] = row[State.HEADING]
-        cos, sin = math.cos(row[State.HEADING]), math.sin(row[State.HEADING])
-        leg[Leg.VX0 + 3 * end] = row[State.SPEED] * cos - swing * sin
-        leg[Leg.VY0 + 3 * end] = row[State.SPEED] * sin + swing * cos
+        leg[Leg.VX0 + 3 * end], leg[Leg.VY0 + 3 * end] = swung(row[State.HEADING], row[State.SPEED], swing)
         leg[Leg.SPIN0 + 3 * end] = turn
 
 
@@ -81,18 +80,11 @@ def embody(plan: Plan, run: Run, actor: int, part: float, bodies: Floats) -> Non
     bodies[actor, Body.Y] = on_leg(run, actor, Leg.Y0, along)
     for column in range(3):
         bodies[actor, Body.VX + column] = on_leg(run, actor, Leg.VX0 + column, along)
-    if not is_fixed(plan, run, actor):
-        mass, length = column_of(plan, run, actor, Column.MASS), column_of(plan, run, actor, Column.LENGTH)
-        width = column_of(plan, run, actor, Column.WIDTH)
+    mass = column_of(plan, run, actor, Column.MASS)
+    if not is_fixed(column_of(plan, run, actor, Column.FIXED), mass):
+        length, width = column_of(plan, run, actor, Column.LENGTH), column_of(plan, run, actor, Column.WIDTH)
         bodies[actor, Body.LIGHTNESS] = 1.0 / mass
         bodies[actor, Body.EASE] = 1.0 / (plan.gyration[actor] * mass * (length * length + width * width))
-
-
-@inlined
-def is_fixed(plan: Plan, run: Run, actor: int) -> bool:
-    """Whether nothing moves a body: it is said to be fixed, or its mass is no number above 0."""
-    mass = column_of(plan, run, actor, Column.MASS)
-    return column_of(plan, run, actor, Column.FIXED) != 0.0 or not 0.0 < mass < math.inf
 
 
 @inlined

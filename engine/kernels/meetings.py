@@ -7,7 +7,8 @@ record keeps of such a step is its start and its end: between the two a struck b
 contact and for all metrics, as everybody does in every step.
 
 Contact is where two come within `TOUCH` while they approach. Two who touch and part, or rest against one another, are
-left alone until they approach again, looked at `LOOKS` times a step.
+left alone until they approach again, looked at `LOOKS` times a step. Two who are inside one another since they came
+together (a file may say so) have no side that keeps one out of the other: their centres may not approach either.
 """
 
 import math
@@ -17,8 +18,8 @@ import numpy as np
 
 from engine.kernels.approach import TOUCH, circles_apart, first_contact, probe, relative_motion
 from engine.kernels.coasting import STILL
-from engine.kernels.contact import BODY, CONTACT, Body, Contact, add_contact, closing, touching
-from engine.kernels.geometry import Box, building, frame, nearest_points
+from engine.kernels.contact import BODY, CONTACT, FLAT, Body, Contact, add_contact, closing, touching, wedged
+from engine.kernels.geometry import building, frame, nearest_points
 from engine.kernels.impact import resolve
 from engine.kernels.jit import inlined, kernel
 from engine.kernels.legs import along_leg, beside, bodies_of, embody, lay_leg, on_leg, outline_on_leg, takes_part
@@ -157,22 +158,43 @@ def _gather(plan: Plan, run: Run, sample: int, part: float, bodies: Floats, cont
             if not (takes_part(run, sample, one) and takes_part(run, sample, other)):
                 continue
             a, b = outline_on_leg(plan, run, one, part), outline_on_leg(plan, run, other, part)
-            if not circles_apart(a, a, b, b) and _approach(a, b, one, other, bodies, contacts, count):
+            if circles_apart(a, a, b, b):
+                continue
+            if _approach(plan, run, sample, part, one, other, bodies, contacts, count):
                 count += 1
     return count
 
 
 @inlined
-def _approach(a: Box, b: Box, one: int, other: int, bodies: Floats, contacts: Floats, row: int) -> bool:
+def _approach(
+    plan: Plan, run: Run, sample: int, part: float, one: int, other: int, bodies: Floats, contacts: Floats, row: int
+) -> bool:
     """Whether two touch and approach; their contact is written into a row either way."""
-    first, second = frame(a), frame(b)
+    first, second = frame(outline_on_leg(plan, run, one, part)), frame(outline_on_leg(plan, run, other, part))
     # A little further than where the search stops, which computes the same places with other roundings.
     if nearest_points(first, second).distance > 1.5 * TOUCH:
         return False
     if bodies[one, Body.LIGHTNESS] + bodies[other, Body.LIGHTNESS] == 0.0:
         return False
-    add_contact(contacts, row, one, other, touching(first, second))
-    return closing(bodies, contacts, row) > STILL
+    found = touching(first, second)
+    add_contact(contacts, row, one, other, found)
+    if closing(bodies, contacts, row) > STILL:
+        return True
+    if found.gap >= -FLAT or other >= len(plan.kinds):
+        return False
+    add_contact(contacts, row, one, other, wedged(first, second))
+    return closing(bodies, contacts, row) > STILL and _came_in_one_another(plan, run, sample, one, other)
+
+
+@kernel
+def _came_in_one_another(plan: Plan, run: Run, sample: int, one: int, other: int) -> bool:
+    """Whether two have been inside one another at every sample up to this one at which both were there."""
+    for k in range(sample, -1, -1):
+        if run.states[k, one, State.PRESENT] == 0.0 or run.states[k, other, State.PRESENT] == 0.0:
+            break
+        if touching(frame(outline_of(plan, run, k, one)), frame(outline_of(plan, run, k, other))).gap >= -FLAT:
+            return False
+    return True
 
 
 @kernel
@@ -269,14 +291,14 @@ def _next_meeting(plan: Plan, run: Run, sample: int, part: float, bodies: Floats
             b0, b1 = outline_on_leg(plan, run, other, part), outline_on_leg(plan, run, other, 1.0)
             if circles_apart(a0, a1, b0, b1):
                 continue
-            found = _meet(plan, run, part, one, other, bodies, row)
+            found = _meet(plan, run, sample, part, one, other, bodies, row)
             if found < first:
                 first = found
     return first
 
 
 @kernel
-def _meet(plan: Plan, run: Run, part: float, one: int, other: int, bodies: Floats, row: Floats) -> float:
+def _meet(plan: Plan, run: Run, sample: int, part: float, one: int, other: int, bodies: Floats, row: Floats) -> float:
     """When two next touch and approach: by conservative advancement as far as they are apart, else by looking."""
     a0, a1 = outline_on_leg(plan, run, one, part), outline_on_leg(plan, run, one, 1.0)
     b0, b1 = outline_on_leg(plan, run, other, part), outline_on_leg(plan, run, other, 1.0)
@@ -288,8 +310,7 @@ def _meet(plan: Plan, run: Run, part: float, one: int, other: int, bodies: Float
             now = part + fraction * (1.0 - part)
             embody(plan, run, one, now, bodies)
             embody(plan, run, other, now, bodies)
-            a, b = outline_on_leg(plan, run, one, now), outline_on_leg(plan, run, other, now)
-            if _approach(a, b, one, other, bodies, row, 0):
+            if _approach(plan, run, sample, now, one, other, bodies, row, 0):
                 return now
             if fraction >= 1.0:
                 return NEVER

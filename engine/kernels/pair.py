@@ -19,7 +19,7 @@ from collections import namedtuple
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from engine.kernels.approach import centers_apart, closest_in_step
-from engine.kernels.geometry import Box, box_distance, half_diagonal, outline_at, shortest_turn
+from engine.kernels.geometry import Box, box_distance, half_diagonal, outline_at, outline_between, shortest_turn
 from engine.kernels.jit import inlined, kernel
 from engine.outcomes import PAIRS
 from engine.tables import SLIDING, Floats
@@ -200,8 +200,8 @@ def _approach(states: Floats, samples: int, at: float, time_step: float, other: 
     """The pair `at` steps after the first of `samples` samples, in between linearly."""
     k = min(int(at), samples - 1)
     after, part = min(k + 1, samples - 1), at - k
-    ego = _between(outline_at(states, k, 0, outlines), outline_at(states, after, 0, outlines), part)
-    them = _between(outline_at(states, k, other, outlines), outline_at(states, after, other, outlines), part)
+    ego = outline_between(states, k, after, part, 0, outlines)
+    them = outline_between(states, k, after, part, other, outlines)
     start = closing_speed(states, samples, k, time_step, other, outlines)
     end = closing_speed(states, samples, after, time_step, other, outlines)
     return Approach(
@@ -243,8 +243,6 @@ def center_velocity(states: Floats, samples: int, k: int, time_step: float, acto
     The yaw rate is the central difference of the headings, so that it holds whatever limited the turn; at the last of
     the samples it is that of the step before.
     """
-    heading, speed = states[k, actor, State.HEADING], states[k, actor, State.SPEED]
-    cos, sin = math.cos(heading), math.sin(heading)
     before, after = max(k - 1, 0), min(k + 1, samples - 1)
     if states[k, actor, State.PRESENT] == SLIDING and after > before:
         if states[before, actor, State.PRESENT] != SLIDING and after > k:
@@ -256,6 +254,13 @@ def center_velocity(states: Floats, samples: int, k: int, time_step: float, acto
     swing = 0.0
     if turn != 0.0:
         swing = to_center * turn / ((after - before) * time_step)
+    return swung(states[k, actor, State.HEADING], states[k, actor, State.SPEED], swing)
+
+
+@inlined
+def swung(heading: float, speed: float, swing: float) -> Rate:
+    """Velocity of a centre whose rear axle goes along the heading, and about which it swings sideways [m/s]."""
+    cos, sin = math.cos(heading), math.sin(heading)
     return Rate(speed * cos - swing * sin, speed * sin + swing * cos)
 
 
@@ -283,19 +288,7 @@ def _least_in_ending(
 ) -> tuple[float, float]:
     """MD and its time, with the part `ending` of the step after sample k, in which a third actor was in contact."""
     a0, b0 = outline_at(states, k, 0, outlines), outline_at(states, k, other, outlines)
-    a1 = _between(a0, outline_at(states, k + 1, 0, outlines), ending)
-    b1 = _between(b0, outline_at(states, k + 1, other, outlines), ending)
+    a1 = outline_between(states, k, k + 1, ending, 0, outlines)
+    b1 = outline_between(states, k, k + 1, ending, other, outlines)
     best, fraction = closest_in_step(a0, a1, b0, b1, best)
     return best, (k + fraction * ending if fraction >= 0.0 else at)
-
-
-@inlined
-def _between(start: Box, end: Box, part: float) -> Box:
-    """The outline after a part of its step; recorded headings are not wrapped."""
-    return Box(
-        start.x + part * (end.x - start.x),
-        start.y + part * (end.y - start.y),
-        start.heading + part * (end.heading - start.heading),
-        start.length,
-        start.width,
-    )

@@ -66,9 +66,9 @@ def to_columns(runs: Assessment) -> dict[str, list[float | int]]:
     return columns
 
 
-def from_columns(columns: dict[str, list[float | int | None]], tested: Ints, failed: Ints) -> Assessment:
-    """Inverse of `to_columns`; None is NaN."""
-    arrays: dict[str, Any] = {"tested": tested, "failed": failed}
+def from_columns(columns: dict[str, list[float | int | None]], **others: Any) -> Assessment:
+    """Inverse of `to_columns`; None is NaN. `others` are the arrays that are no columns."""
+    arrays: dict[str, Any] = dict(others)
     for row in COLUMNS:
         lists = [columns[name] for name in row.columns]
         arrays[row.name] = np.array(lists, dtype=row.dtype).T.copy() if row.parts else np.array(lists[0], row.dtype)

@@ -76,7 +76,7 @@ class Evaluations:
     verdict: Ints
     """(n,) VALID when any rollout is, else what befell the first of them."""
     fitness: Floats
-    """(n,) the integer risk, aggregated over the valid rollouts; NaN where none is."""
+    """(n,) the integer risk, or what is sought, aggregated over the valid rollouts; NaN where none is."""
     keys: Ints
     """(n, k, 6) stream keys."""
     rollouts: Assessment
@@ -101,16 +101,26 @@ class Evaluations:
         return np.asarray(self.rollouts.collided.any(axis=1))
 
     @cached_property
+    def found(self) -> Bools:
+        """(n,) at least one rollout is what the search is for: it collided, where the risk is sought."""
+        return np.asarray(self.rollouts.found.any(axis=1))
+
+    @cached_property
     def worst_rollout(self) -> Ints:
-        """(n,) the rollout with the largest score, then continuous score, then lowest number."""
+        """(n,) the rollout with the largest score, then continuous score, then lowest number; where something else is
+        sought, the one with the most of it.
+        """
+        if is_aimed(self.rollouts):
+            return np.argmax(np.nan_to_num(goal_of(self.rollouts), nan=-np.inf), axis=1)
         score = self.rollouts.score.astype(np.float64)
         top = score == score.max(axis=1, keepdims=True)
         return np.argmax(np.where(top, np.nan_to_num(self.rollouts.continuous, nan=-1.0), -np.inf), axis=1)
 
     @cached_property
     def continuous(self) -> Floats:
-        """(n,) continuous risk of the worst rollout."""
-        return self.rollouts.continuous[np.arange(len(self)), self.worst_rollout]
+        """(n,) continuous risk of the worst rollout, or how much it has of what is sought."""
+        values = goal_of(self.rollouts) if is_aimed(self.rollouts) else self.rollouts.continuous
+        return values[np.arange(len(self)), self.worst_rollout]
 
     @cached_property
     def score(self) -> Ints:
@@ -138,16 +148,28 @@ def judge(rollouts: Assessment, how: str) -> tuple[Ints, Floats]:
     failed = (rollouts.verdict == Verdict.ERROR).any(axis=1)
     verdict = np.where(failed, int(Verdict.ERROR), rollouts.verdict[:, 0])
     verdict = np.where(valid.any(axis=1), int(Verdict.VALID), verdict).astype(np.int32)
-    return verdict, aggregate(rollouts.score.astype(np.float64), valid, how)
+    return verdict, aggregate(goal_of(rollouts), valid, how)
+
+
+def is_aimed(rollouts: Assessment) -> bool:
+    """Whether something else than the risk alone is sought."""
+    return rollouts.sought.shape[-1] > 0
+
+
+def goal_of(rollouts: Assessment) -> Floats:
+    """(n, k) the first of what is sought: the integer risk where nothing else is."""
+    return rollouts.sought[..., 0] if is_aimed(rollouts) else rollouts.score.astype(np.float64)
 
 
 def results(evaluations: Evaluations) -> list[Result]:
     """Return what a searcher's `tell` gets, one result a row."""
-    columns = evaluations.verdict, evaluations.fitness, evaluations.reused, evaluations.continuous, evaluations.collided
-    rows = zip(*(column.tolist() for column in columns), _measures(evaluations), strict=True)
+    columns = evaluations.verdict, evaluations.fitness, evaluations.reused, evaluations.continuous, evaluations.found
+    each = np.arange(len(evaluations)), evaluations.worst_rollout
+    sought = evaluations.rollouts.sought[each].tolist()
+    rows = zip(*(column.tolist() for column in columns), _measures(evaluations), sought, strict=True)
     return [
-        Result(_status(verdict, reused), fitness, Verdict(verdict), continuous, collided, tuple(measures))
-        for verdict, fitness, reused, continuous, collided, measures in rows
+        Result(_status(verdict, reused), fitness, Verdict(verdict), continuous, found, tuple(measures), tuple(values))
+        for verdict, fitness, reused, continuous, found, measures, values in rows
     ]
 
 

@@ -3,7 +3,7 @@
 The one module of the search that knows sampler, hosts and risk; a host is imported when it is chosen.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,13 +18,18 @@ from engine.risk import Risk, RiskProfile, assess
 from engine.sampling import sample
 from engine.scenes import Scenes
 from engine.search.assessment import Evaluate
+from engine.search.objectives import Objective, Runs
 from engine.tables import Bools, Floats, Ints
 
 Simulate = Callable[[Scenes], Outcomes]
+MOST = 1e9
+"""Of an objective, either way: means of what is infinite are no numbers."""
 
 
-def make_evaluator(program: Program, config: Config, profile: RiskProfile) -> Evaluate:
-    """Return an evaluator of this program by the engine, threads and settings of the config."""
+def make_evaluator(program: Program, config: Config, profile: RiskProfile, aims: Sequence[Objective] = ()) -> Evaluate:
+    """Return an evaluator of this program by the engine, threads and settings of the config, for what `aims` look for;
+    without any for the risk.
+    """
     jobs = config.search.jobs
     prune = pruner(program) if config.simulation.prune else None
     simulate = make_host(program, config)
@@ -32,7 +37,12 @@ def make_evaluator(program: Program, config: Config, profile: RiskProfile) -> Ev
     def evaluate(genomes: Floats, keys: Ints) -> Assessment:
         scenes = sample(program, genomes, keys, config.simulation, jobs, prune)
         outcomes = simulate(scenes)
-        return assessment(scenes, outcomes, assess(outcomes, profile))
+        risk = assess(outcomes, profile)
+        runs = Runs(program, config, scenes, outcomes, risk)
+        values = [np.where(runs.valid, np.clip(aim.value(runs), -MOST, MOST), np.nan) for aim in aims]
+        found = aims[0].finds(runs, values[0]) & runs.valid if aims else None
+        sought = np.stack(values, axis=1) if values else np.zeros((len(outcomes), 0))
+        return assessment(scenes, outcomes, risk, sought, found)
 
     return evaluate
 
@@ -51,8 +61,13 @@ def make_host(program: Program, config: Config) -> Simulate:
     raise ArgumentError(f"engine: expected batch or world, got `{config.search.engine}`", "name one of these")
 
 
-def assessment(scenes: Scenes, outcomes: Outcomes, risk: Risk) -> Assessment:
-    """Sampled, simulated and judged rows as one table; of several pairs and actors, each keeps what its row says."""
+def assessment(
+    scenes: Scenes, outcomes: Outcomes, risk: Risk, sought: Floats | None = None, found: Bools | None = None
+) -> Assessment:
+    """Sampled, simulated and judged rows as one table; of several pairs and actors, each keeps what its row says.
+
+    `sought` (n, objectives) and `found` (n,) as `Assessment` has them; left out, the risk is sought.
+    """
     valid = outcomes.verdict == 0
     distances = np.where(np.isnan(outcomes.min_distance), np.inf, outcomes.min_distance)
     deciding = np.maximum(risk.pair, 0)
@@ -70,6 +85,9 @@ def assessment(scenes: Scenes, outcomes: Outcomes, risk: Risk) -> Assessment:
         continuous=np.where(valid, risk.continuous, np.nan),
         parts=risk.parts,
         pair=np.where(valid, risk.pair, -1),
+        sought=np.zeros((len(outcomes), 0)) if sought is None else sought,
+        broken=outcomes.broken,
+        found=outcomes.collided & valid if found is None else found,
         **{row.name: _of_scene(row, getattr(outcomes, row.name), valid, chosen) for row in MEASURED},
     )
 

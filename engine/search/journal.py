@@ -14,7 +14,9 @@ took (`pace`, `status`) lies in tables of its own. Taken in order, the individua
 | status     | `running`, `stopped` or `finished` (one row)                                           |
 
 A stream key is the manifest's seed, method and run, then birth and rollout. Genomes and counts are little-endian
-blobs (float64; int32, tested then failed); NaN is NULL.
+blobs (float64; int32, tested then failed); NaN is NULL. Where something else than the risk is sought, or a file has
+objectives, a blob (float64) more holds what each objective came to, which expectations are broken, and whether the run
+is what the search is for.
 """
 
 import json
@@ -28,7 +30,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from engine.search.assessment import COLUMNS, SCALARS, take, to_columns
+from engine.search.assessment import COLUMNS, take, to_columns
 from engine.search.evaluations import Evaluations, GenerationFigures, flat_rollouts
 from engine.search.manifest import Manifest
 from engine.search.run import Campaign, Progress
@@ -57,7 +59,7 @@ CREATE TABLE individual (
 CREATE TABLE simulation (
     generation INTEGER NOT NULL, place INTEGER NOT NULL, rollout INTEGER NOT NULL,
     {_SIMULATION},
-    counts BLOB NOT NULL,
+    counts BLOB NOT NULL,{{sought}}
     PRIMARY KEY (generation, place, rollout)
 ) WITHOUT ROWID;
 CREATE TABLE pace (generation INTEGER PRIMARY KEY, seconds REAL NOT NULL);
@@ -67,7 +69,12 @@ PRAGMA application_id = {APPLICATION_ID};
 PRAGMA user_version = {SCHEMA_VERSION};
 """  # noqa: S608 (made of names in this package alone, as are the next two)
 _ADD_INDIVIDUAL = f"INSERT INTO individual VALUES ({', '.join('?' * 13)})"  # noqa: S608
-_ADD_SIMULATION = f"INSERT INTO simulation VALUES ({', '.join('?' * (len(SCALARS) + 4))})"  # noqa: S608
+_SOUGHT = "\n    sought BLOB NOT NULL,"
+"""Kept of a run that looks for something else than the risk, or whose file has objectives."""
+
+
+def _adding(columns: int) -> str:
+    return f"INSERT INTO simulation VALUES ({', '.join('?' * columns)})"  # noqa: S608
 
 
 class Journal:
@@ -94,7 +101,7 @@ class Journal:
                 stale.unlink()
             with closing(sqlite3.connect(unborn, isolation_level=None)) as connection:
                 connection.execute("PRAGMA journal_mode = WAL")
-                connection.executescript(f"BEGIN; {SCHEMA}")
+                connection.executescript("BEGIN; " + SCHEMA.format(sought=_SOUGHT if manifest.keeps_sought else ""))
                 connection.executemany("INSERT INTO manifest VALUES (?, ?)", _manifest_rows(manifest))
                 connection.execute("COMMIT")
             unborn.rename(path)
@@ -154,7 +161,8 @@ class Journal:
             row = figures.generation, figures_json(figures)
             connection.execute("INSERT INTO generation VALUES (?, ?)", row)
             connection.executemany(_ADD_INDIVIDUAL, _individual_rows(evaluations))
-            connection.executemany(_ADD_SIMULATION, _simulation_rows(evaluations))
+            rows = list(_simulation_rows(evaluations))
+            connection.executemany(_adding(len(rows[0]) if rows else 1), rows)
             connection.execute("INSERT INTO pace VALUES (?, ?)", (figures.generation, seconds))
 
 
@@ -236,5 +244,8 @@ def _simulation_rows(evaluations: Evaluations) -> Iterable[tuple[Any, ...]]:
     runs = flat_rollouts(new)
     counts = np.concatenate([runs.tested, runs.failed], axis=1).astype("<i4")
     columns = to_columns(runs).values()
-    blobs = (row.tobytes() for row in counts)
-    return zip(*keys.T.tolist(), *columns, blobs, strict=True)
+    blobs = [(row.tobytes() for row in counts)]
+    if runs.sought.shape[1] + runs.broken.shape[1] > 0:
+        sought = np.concatenate([runs.sought, runs.broken, runs.found[:, np.newaxis]], axis=1).astype("<f8")
+        blobs.append(row.tobytes() for row in sought)
+    return zip(*keys.T.tolist(), *columns, *blobs, strict=True)

@@ -2,6 +2,7 @@
 
 import json
 import sqlite3
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -11,7 +12,14 @@ import numpy as np
 
 from engine.outcomes import Assessment
 from engine.search.assessment import SCALARS, from_columns, map_arrays, take
-from engine.search.evaluations import Evaluations, Figures, GenerationFigures, aggregate, generation_figures
+from engine.search.evaluations import (
+    Evaluations,
+    Figures,
+    GenerationFigures,
+    aggregate,
+    generation_figures,
+    goal_of,
+)
 from engine.search.journal import APPLICATION_ID, SCHEMA_VERSION
 from engine.search.manifest import Manifest, ManifestError, read_manifest
 from engine.search.store import StoreError, example_run, store_errors
@@ -126,8 +134,8 @@ def _check(path: Path, connection: sqlite3.Connection) -> None:
             f"`{path}` has version {found} of the journal, this program reads {SCHEMA_VERSION}",
             "use the version of cortexc that wrote it",
         )
-    kept = [row[1] for row in connection.execute("PRAGMA table_info(simulation)")][3:-1]
-    if tuple(kept) != SCALARS:
+    kept = [row[1] for row in connection.execute("PRAGMA table_info(simulation)")][3:]
+    if tuple(kept) not in ((*SCALARS, "counts"), (*SCALARS, "counts", "sought")):
         raise StoreError(f"`{path}` keeps other results than this program", "use the version of cortexc that wrote it")
 
 
@@ -158,7 +166,7 @@ def _evaluations(connection: sqlite3.Connection, manifest: Manifest) -> Evaluati
     integers = np.array([row[:11] for row in rows], dtype=np.int32).reshape(len(rows), 11)
     genomes = np.frombuffer(b"".join(row[12] for row in rows), dtype="<f8").astype(np.float64)
     births = integers[:, 2:4]
-    names, runs = _simulations(connection, len(manifest.requirements))
+    names, runs = _simulations(connection, manifest)
     at = np.array([names[generation, place] for generation, place in births.tolist()], dtype=np.int64)
     rollouts = map_arrays(runs, lambda array: array[at])
     valid = rollouts.verdict == 0
@@ -170,22 +178,36 @@ def _evaluations(connection: sqlite3.Connection, manifest: Manifest) -> Evaluati
         parents=integers[:, 6:10].reshape(-1, 2, 2),
         reused=integers[:, 4].astype(bool),
         verdict=integers[:, 10],
-        fitness=aggregate(rollouts.score.astype(np.float64), valid, manifest.settings["search"]["aggregate"]),
+        fitness=aggregate(goal_of(rollouts), valid, manifest.settings["search"]["aggregate"]),
         keys=_keys(births, rollouts.verdict.shape[1], manifest),
         rollouts=rollouts,
     )
 
 
-def _simulations(connection: sqlite3.Connection, requirements: int) -> tuple[dict[tuple[int, int], int], Assessment]:
+def _simulations(connection: sqlite3.Connection, manifest: Manifest) -> tuple[dict[tuple[int, int], int], Assessment]:
     """Row of each birth, and all simulations as arrays (births, k, …)."""
     rows = connection.execute("SELECT * FROM simulation ORDER BY generation, place, rollout").fetchall()
     births = {birth: number for number, birth in enumerate(dict.fromkeys((row[0], row[1]) for row in rows))}
-    values = list(zip(*rows, strict=True)) or [()] * (len(SCALARS) + 4)
-    columns = {name: list(column) for name, column in zip(SCALARS, values[3:-1], strict=True)}
-    counts = np.frombuffer(b"".join(values[-1]), dtype="<i4").astype(np.int64).reshape(len(rows), 2, requirements)
-    runs = from_columns(columns, counts[:, 0], counts[:, 1])
+    values = list(zip(*rows, strict=True)) or [()] * (len(SCALARS) + 5)
+    end, requirements = 3 + len(SCALARS), len(manifest.requirements)
+    columns = {name: list(column) for name, column in zip(SCALARS, values[3:end], strict=True)}
+    counts = np.frombuffer(b"".join(values[end]), dtype="<i4").astype(np.int64).reshape(len(rows), 2, requirements)
+    others = _sought(values[end + 1], manifest) if manifest.keeps_sought else _nothing_sought(columns)
+    runs = from_columns(columns, tested=counts[:, 0], failed=counts[:, 1], **others)
     rollouts = len(rows) // max(1, len(births))
     return births, map_arrays(runs, lambda array: array.reshape(len(births), rollouts, *array.shape[1:]))
+
+
+def _sought(blobs: Sequence[bytes], manifest: Manifest) -> dict[str, Any]:
+    aims, expected = manifest.aims, len(manifest.objectives)
+    numbers = np.frombuffer(b"".join(blobs), dtype="<f8").astype(np.float64).reshape(len(blobs), aims + expected + 1)
+    return {"sought": numbers[:, :aims], "broken": numbers[:, aims:-1], "found": numbers[:, -1] == 1.0}
+
+
+def _nothing_sought(columns: Mapping[str, Sequence[Any]]) -> dict[str, Any]:
+    count = len(columns["collided"])
+    nothing = np.zeros((count, 0))
+    return {"sought": nothing, "broken": nothing, "found": np.array(columns["collided"], dtype=bool).reshape(count)}
 
 
 def _keys(births: Ints, rollouts: int, manifest: Manifest) -> Ints:

@@ -18,6 +18,7 @@ from engine.program import Program
 from engine.risk import PROFILES
 from engine.sampling import attempt_limit
 from engine.search.methods.table import SEARCHERS
+from engine.search.protocol import SOUGHT, Sought, function_name
 from engine.search.searchers import distribution_of
 from engine.streams import method_number, old_number
 
@@ -144,16 +145,31 @@ class Manifest:
     number: int | None = None
     """Of the method in every stream key, where its name makes it (see `engine.streams`); None for a method of
     `Method`, and in a manifest from before names made numbers."""
+    objective: tuple[str, ...] = SOUGHT
+    """What the search looks for."""
+    objectives: tuple[str, ...] = ()
+    """Those of the file."""
 
     @property
     def method_number(self) -> int:
         """Of the method in every stream key."""
         return old_number(self.method) if self.number is None else self.number
 
+    @property
+    def aims(self) -> int:
+        """How many objectives each simulation keeps a number of; the risk alone is kept anyway."""
+        return 0 if self.objective == SOUGHT else len(self.objective)
+
+    @property
+    def keeps_sought(self) -> bool:
+        """Whether simulations keep what their objectives came to."""
+        return self.aims + len(self.objectives) > 0
+
     def stored(self) -> dict[str, Any]:
-        """What is stored of it; a number that there is none of is left out."""
+        """What is stored of it; what is newer than the first manifests is left out where there is nothing to say."""
         values = {each.name: getattr(self, each.name) for each in fields(self)}
-        return {name: value for name, value in values.items() if name != "number" or value is not None}
+        usual = {"number": None, "objective": SOUGHT, "objectives": ()}
+        return {name: value for name, value in values.items() if name not in usual or value != usual[name]}
 
     @property
     def config(self) -> Config:
@@ -174,6 +190,7 @@ def make_manifest(
     file: str = "",
     command_line: Sequence[str] = (),
     origin: Origin = NO_ORIGIN,
+    objective: Sequence[Sought] = SOUGHT,
 ) -> Manifest:
     """The manifest of a search that is about to start; `method` is a row of `searchers.SEARCHERS`."""
     return Manifest(
@@ -197,6 +214,8 @@ def make_manifest(
         actors=program.actors,
         origin=origin,
         number=method_number(method) if method_number(method) != old_number(method) else None,
+        objective=tuple(each if isinstance(each, str) else function_name(each) for each in objective),
+        objectives=program.judged.names,
     )
 
 
@@ -257,6 +276,8 @@ def check_program(manifest: Manifest, program: Program) -> None:
     Raises:
         ManifestError: it speaks of other params, or of more attempts than the program's random numbers last for.
     """
+    if manifest.objectives != program.judged.names:
+        raise ManifestError("`objectives` of its manifest are not those of its scenario")
     if manifest.parameters != _parameters(program):
         raise ManifestError("`parameters` of its manifest are not those of its scenario")
     if manifest.config.simulation.max_attempts > (limit := attempt_limit(program)):

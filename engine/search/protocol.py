@@ -8,10 +8,11 @@ keeps the birth of the individual that it repeats, and with it the stream of its
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from numpy.random import Generator
 
+from engine.outcomes import Outcomes
 from engine.program import ParamSpace
 from engine.vocabulary import GeneKind, Verdict
 
@@ -24,6 +25,17 @@ StreamAt = Callable[[int, int], Generator]
 
 MEASURES = ("min_distance", "closing_speed", "ego_speed", "other_speed", "approach_angle")
 """What a result holds beside the risk, of an individual's worst rollout: columns of `engine.search.assessment`."""
+
+
+SOUGHT = ("risk",)
+"""What a search looks for where nothing else is named: the risk of the paper."""
+Sought = str | Callable[[Outcomes], Any]
+"""An objective: by its name (`engine.search.objectives`), or a function from outcomes to one number a scene."""
+
+
+def function_name(function: Callable[..., Any]) -> str:
+    """What a function is called as an objective."""
+    return getattr(function, "__name__", type(function).__name__)
 
 
 class Operator(IntEnum):
@@ -93,9 +105,11 @@ class Result:
     continuous: float = float("nan")
     """The continuous risk, by which a search may climb inside a band of the integer one; NaN as `fitness`."""
     failure: bool = False
-    """Whether it is what the search is for: the ego collided."""
+    """Whether it is what the search is for: the ego collided, or what the objective calls a find."""
     measures: tuple[float, ...] = ()
     """What else is known of the run, in the order of `MEASURES`; each NaN, or none at all, unless valid or reused."""
+    sought: tuple[float, ...] = ()
+    """How much of each objective the worst rollout has, the larger the better; none where the risk alone is sought."""
 
     @property
     def selectable(self) -> bool:

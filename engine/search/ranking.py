@@ -3,13 +3,14 @@
 Of the collisions in that order (of all valid simulations, where there are fewer than asked for), a case is taken when
 at least a third of its genes differ by more than a tenth of their range from those of every case taken before, which is
 the rule of `diversity`. Where fewer than asked for lie so far apart, the worst of what was passed over fill the list.
+Where something else than the risk is sought, it stands for the risk, and its finds for the collisions.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from engine.search.evaluations import Evaluations
+from engine.search.evaluations import Evaluations, is_aimed
 from engine.search.insight.diversity import first_apart
 from engine.search.protocol import Box
 from engine.streams import StreamKey
@@ -30,6 +31,7 @@ class Case:
     key: StreamKey
     score: int
     continuous: float
+    """Continuous risk, or how much it has of what is sought."""
     collided: bool
     min_distance: float
     """[m]"""
@@ -38,9 +40,12 @@ class Case:
 
 
 def order_of_risk(evaluations: Evaluations) -> Ints:
-    """Return the valid simulated rows, worst first: integer risk, then continuous risk, then birth."""
+    """Return the valid simulated rows, worst first: integer risk, then continuous risk, then birth; or by what else is
+    sought.
+    """
     rows = np.flatnonzero(evaluations.valid & evaluations.simulated)
-    return rows[np.lexsort((rows, -evaluations.continuous[rows], -evaluations.score[rows]))]
+    first = -evaluations.continuous if is_aimed(evaluations.rollouts) else -evaluations.score
+    return rows[np.lexsort((rows, -evaluations.continuous[rows], first[rows]))]
 
 
 def worst_cases(evaluations: Evaluations, count: int = 10, box: Box | None = None) -> tuple[Case, ...]:
@@ -53,8 +58,8 @@ def worst_cases(evaluations: Evaluations, count: int = 10, box: Box | None = Non
 
 def _apart(evaluations: Evaluations, rows: Ints, count: int, box: Box) -> Ints:
     """The first `count` of the rows that lie apart, filled up with the first of the others, in the rows' order."""
-    collisions = rows[evaluations.collided[rows]]
-    pool = collisions if len(collisions) >= count else rows
+    finds = rows[evaluations.found[rows]]
+    pool = finds if len(finds) >= count else rows
     apart = pool[first_apart(evaluations.genomes[pool], box, most=count)]
     others = pool[~np.isin(pool, apart)][: count - len(apart)]
     return rows[np.isin(rows, np.concatenate([apart, others]))]
@@ -79,7 +84,7 @@ def _case(evaluations: Evaluations, row: int, rank: int) -> Case:
         genome=tuple(evaluations.genomes[row].tolist()),
         key=StreamKey(*evaluations.keys[place].tolist()),
         score=int(runs.score[place]),
-        continuous=float(runs.continuous[place]),
+        continuous=float(evaluations.continuous[row]),
         collided=bool(runs.collided[place]),
         min_distance=float(runs.min_distance[place]),
         closing_speed=float(runs.closing_speed[place]),

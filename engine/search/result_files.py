@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from engine.outcomes import RESULTS, Result
+from engine.outcomes import RESULTS, Assessment, Result
 from engine.search.assessment import take, to_columns
 from engine.search.evaluations import Evaluations, Figures, flat_rollouts, partners
 from engine.search.journal import finite
@@ -125,7 +125,7 @@ def write_exports(directory: Path, campaign: Campaign, manifest: Manifest, criti
         StoreError: a file cannot be written.
     """
     evaluations = campaign.evaluations
-    columns = _table(evaluations, campaign.space.names)
+    columns = _table(evaluations, campaign.space.names, manifest)
     lines = [",".join(row) for row in zip(*columns.values(), strict=True)]
     score = flat_rollouts(evaluations).score
     header = ",".join(map(_quoted, columns))
@@ -151,6 +151,7 @@ def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
         "generations": len(campaign.generations),
         "seconds": campaign.elapsed,
         "distinct_collisions": campaign.distinct_collisions,
+        **({"broken": broken_by(campaign.evaluations, manifest.objectives)} if manifest.objectives else {}),
         **collisions_by_partner(campaign.evaluations, manifest.actors),
         "by_individual": asdict(campaign.by_individual),
         "by_simulation": asdict(campaign.by_simulation),
@@ -162,6 +163,15 @@ def summary(campaign: Campaign, manifest: Manifest) -> dict[str, Any]:
         "worst": [_case(campaign, case) for case in campaign.worst],
         "genes": [{**asdict(gene), "worst": list(gene.worst), "dead": gene.dead} for gene in campaign.genes],
     }
+
+
+def broken_by(evaluations: Evaluations, objectives: Sequence[str]) -> dict[str, int]:
+    """Distinct simulations that break each expectation."""
+    broken = evaluations.rollouts.broken[evaluations.simulated]
+    counts: list[float] = np.nansum(broken, axis=(0, 1)).tolist()
+    is_number = np.isnan(broken).sum(axis=(0, 1)) < broken.shape[0] * broken.shape[1]
+    told: list[bool] = is_number.tolist()
+    return {name: int(count) for name, count, says in zip(objectives, counts, told, strict=True) if says}
 
 
 def collisions_by_partner(evaluations: Evaluations, actors: Sequence[str]) -> dict[str, Any]:
@@ -178,7 +188,7 @@ def _case(campaign: Campaign, case: Case) -> dict[str, Any]:
     return {**asdict(case), "genome": genome, "key": format_key(case.key)}
 
 
-def _table(evaluations: Evaluations, genes: Sequence[str]) -> dict[str, Column]:
+def _table(evaluations: Evaluations, genes: Sequence[str], manifest: Manifest) -> dict[str, Column]:
     """All columns as texts, one row a rollout."""
     rollouts = int(evaluations.keys.shape[1])
     rows = np.repeat(np.arange(len(evaluations)), rollouts)
@@ -200,7 +210,16 @@ def _table(evaluations: Evaluations, genes: Sequence[str]) -> dict[str, Column]:
         "fitness": _texts(individuals.fitness.tolist()),
         **{name: _texts(values) for name, values in runs.items()},
         **{row.name: _words(runs[row.name], row.words or {}) for row in _CODED},
+        **_sought(flat_rollouts(evaluations), manifest),
     }
+
+
+def _sought(runs: Assessment, manifest: Manifest) -> dict[str, Column]:
+    """What each objective came to, and which expectations are broken; empty where there is none."""
+    aims = zip(manifest.objective, runs.sought.T.tolist(), strict=False)
+    expected = zip(manifest.objectives, runs.broken.T.tolist(), strict=False)
+    found = {f"sought_{name}": _texts(values) for name, values in aims}
+    return found | {f"broken_{name}": _texts(values) for name, values in expected if any(v == v for v in values)}
 
 
 def _numbering(evaluations: Evaluations) -> Callable[[Ints], list[int]]:

@@ -25,6 +25,7 @@ from engine.search.evaluations import (
     distinct_collisions,
     figures,
     generation_figures,
+    is_aimed,
     judge,
     parent_rows,
     quantile_level,
@@ -32,9 +33,9 @@ from engine.search.evaluations import (
 )
 from engine.search.insight.gene_effects import GeneEffect, gene_effects, probe_genes
 from engine.search.past import checked
-from engine.search.protocol import Box, Proposal, Searcher
+from engine.search.protocol import SOUGHT, Box, Proposal, Searcher, Sought
 from engine.search.ranking import Case, worst_cases
-from engine.search.searchers import build_searcher, canonical, find_searcher
+from engine.search.searchers import build_searcher, canonical, find_searcher, seek
 from engine.search.workers import Workers, open_workers, spread
 from engine.streams import key_rows, method_number
 from engine.tables import Floats, Ints
@@ -55,6 +56,8 @@ class Progress:
     """Distinct simulations so far."""
     elapsed: float
     """[s]"""
+    objective: tuple[str, ...] = SOUGHT
+    """What is sought."""
 
     @property
     def simulations_per_second(self) -> float:
@@ -95,6 +98,8 @@ class Campaign:
     """[s]"""
     stopped: bool
     """Whether it ended before its last generation."""
+    objective: tuple[str, ...] = SOUGHT
+    """What was sought."""
 
     def __repr__(self) -> str:
         """One line, for notebooks: the whole would be every evaluation."""
@@ -135,6 +140,7 @@ def run_campaign(
     past: Sequence[Evaluations] = (),
     spent: float = 0.0,
     number: int | None = None,
+    objective: tuple[str, ...] = SOUGHT,
 ) -> Campaign:
     """Run all generations, or as many as there is time for.
 
@@ -167,14 +173,16 @@ def run_campaign(
             simulations += done[-1][1].by_simulation.runs
             if on_generation is not None and generation >= len(past):
                 elapsed = perf_counter() - start
-                on_generation(Progress(generation, config.generations, *done[-1], best, simulations, elapsed))
+                said = (*done[-1], best, simulations, elapsed, objective)
+                on_generation(Progress(generation, config.generations, *said))
             if should_stop():
                 break
     except KeyboardInterrupt:
         if not done:
             raise
     stopped = len(done) < config.generations
-    return _finish(space, evaluate if not stopped else None, config, method, preset, done, start)
+    campaign = _finish(space, evaluate if not stopped else None, config, method, preset, done, start)
+    return replace(campaign, objective=objective)
 
 
 def _evaluate(
@@ -234,9 +242,14 @@ def _simulate(
 def _worse(best: Case | None, evaluations: Evaluations, first_row: int) -> Case | None:
     """The worst case so far, after a generation whose first individual has this row."""
     for case in worst_cases(evaluations, 1):
-        if best is None or (case.score, case.continuous) > (best.score, best.continuous):
+        if best is None or _order(evaluations, case) > _order(evaluations, best):
             return replace(case, row=case.row + first_row)
     return best
+
+
+def _order(evaluations: Evaluations, case: Case) -> tuple[float, float]:
+    """Of two cases the worse has the greater."""
+    return (case.continuous if is_aimed(evaluations.rollouts) else case.score), case.continuous
 
 
 def _finish(
@@ -287,8 +300,12 @@ def search(
     spent: float = 0.0,
     workers: Workers | None = None,
     number: int | None = None,
+    objective: Sequence[Sought] = SOUGHT,
 ) -> Campaign:
     """Search a program's box by a method of `searchers.known_searchers`, judged by a risk profile; see `run_campaign`.
+
+    `objective` names what is sought: rows of `engine.search.objectives`, objectives of the file, or functions of
+    outcomes, which run in threads of this process alone.
 
     Without `workers`, threads of this process run the simulations, as many as the config says. Where they run changes
     no result.
@@ -302,17 +319,22 @@ def search(
     searcher = build_searcher(method, Box.of(program.space), config, number)
     from engine.risk import PROFILES
     from engine.search.evaluator import make_evaluator
+    from engine.search.objectives import names_of, objectives
 
     if profile not in PROFILES:
         raise ArgumentError(f"profile: `{profile}` is none of {', '.join(PROFILES)}", "name one of these")
+    aims = objectives(program, objective)
+    seek(searcher, method, len(aims))
     entry = find_searcher(method)
     workers = workers or Workers("threads", config.search.jobs)
     with open_workers(workers) as executor:
-        here = make_evaluator(program, config, PROFILES[profile])
+        if executor and not all(isinstance(each, str) for each in objective):
+            raise ArgumentError("a function as objective runs in threads of this process", "leave `workers` out")
+        here = make_evaluator(program, config, PROFILES[profile], aims)
         return run_campaign(
             program.space,
             searcher,
-            spread(executor, workers, program, config, profile) if executor else here,
+            spread(executor, workers, program, config, profile, names_of(objective)) if executor else here,
             config.search,
             method,
             preset=entry.preset(config),
@@ -321,4 +343,5 @@ def search(
             past=past,
             spent=spent,
             number=number,
+            objective=names_of(objective),
         )

@@ -35,6 +35,7 @@ __all__ = [
     "canonical",
     "find_searcher",
     "known_searchers",
+    "seek",
 ]
 
 # -- searchers of other packages ---------------------------------------------------------------------------------------
@@ -182,3 +183,22 @@ def build_searcher(name: str, box: Box, config: Config, number: int | None = Non
         )
     method = entry.number if number is None else number
     return entry.build(box, config, partial(operator_generator, search.seed, method, search.run))
+
+
+class SeveralObjectivesError(ArgumentError):
+    """A method that makes one number large is given several."""
+
+
+def seek(searcher: Searcher, method: str, aims: int) -> None:
+    """Tell a searcher how many objectives there are.
+
+    Raises:
+        SeveralObjectivesError: its method makes one number large.
+    """
+    several = getattr(searcher, "seek", None)
+    if aims > 1 and several is None:
+        raise SeveralObjectivesError(
+            f"`{method}` seeks one objective, and {aims} are named", "name one, or search by `nsga2` or `map_elites`"
+        )
+    if several is not None:
+        several(aims)

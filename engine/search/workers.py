@@ -28,6 +28,7 @@ from engine.extras import needed
 from engine.outcomes import Assessment
 from engine.program import Program
 from engine.search.assessment import Evaluate, concatenate
+from engine.search.protocol import SOUGHT
 from engine.tables import Floats, Ints
 
 # -- Ctrl-C ------------------------------------------------------------------------------------------------------------
@@ -178,6 +179,7 @@ class Job:
     program: Program
     config: Config
     profile: str
+    objective: tuple[str, ...] = SOUGHT
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Job) and self._decides == other._decides
@@ -186,8 +188,8 @@ class Job:
         return hash(self._decides)
 
     @property
-    def _decides(self) -> tuple[str, Config, str]:
-        return self.program.digest, self.config, self.profile
+    def _decides(self) -> tuple[str, Config, str, tuple[str, ...]]:
+        return self.program.digest, self.config, self.profile, self.objective
 
 
 def work(job: Job, genomes: Floats, keys: Ints) -> Assessment:
@@ -199,17 +201,25 @@ def work(job: Job, genomes: Floats, keys: Ints) -> Assessment:
 def _evaluator(job: Job) -> Evaluate:
     from engine.risk import PROFILES
     from engine.search.evaluator import make_evaluator
+    from engine.search.objectives import objectives
 
-    return make_evaluator(job.program, job.config, PROFILES[job.profile])
+    return make_evaluator(job.program, job.config, PROFILES[job.profile], objectives(job.program, job.objective))
 
 
-def spread(executor: Executor, workers: Workers, program: Program, config: Config, profile: str) -> Evaluate:
+def spread(
+    executor: Executor,
+    workers: Workers,
+    program: Program,
+    config: Config,
+    profile: str,
+    objective: Sequence[str] = SOUGHT,
+) -> Evaluate:
     """An evaluator whose batches are run by an executor.
 
     Raises (when called):
         WorkersLostError: a worker was killed, and none is left to do its batch again.
     """
-    job = Job(program, replace(config, search=replace(config.search, jobs=1)), profile)
+    job = Job(program, replace(config, search=replace(config.search, jobs=1)), profile, tuple(objective))
 
     def evaluate(genomes: Floats, keys: Ints) -> Assessment:
         batches = batches_of(len(genomes), workers.jobs)

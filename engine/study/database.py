@@ -30,6 +30,7 @@ from engine.errors import CortexError
 from engine.program import ArchiveError, load_program, save_program
 from engine.search.evaluations import Evaluations
 from engine.search.journal import finite
+from engine.search.protocol import SOUGHT
 from engine.search.store import StoreError, insist_on, store_errors
 from engine.streams import method_number, old_number
 from engine.study.plan import Address, Plan, Subject
@@ -133,6 +134,7 @@ def opened(path: Path, mode: str) -> sqlite3.Connection:
 
 def _document(plan: Plan) -> dict[str, Any]:
     document = {"methods": plan.methods, "runs": plan.runs, "profile": plan.profile, "fields": FIELDS}
+    document |= {} if plan.objective == SOUGHT else {"objective": plan.objective}
     numbers = {method: method_number(method) for method in _numbered_by_name(plan.methods)}
     return {**document, STREAMS: numbers} if numbers else document
 
@@ -265,7 +267,8 @@ def _damaged(folder: Path, why: str) -> StoreError:
 def _plan(folder: Path, connection: sqlite3.Connection, manifest: dict[str, Any]) -> Plan:
     rows = connection.execute("SELECT number, name, file, manifest, digest FROM scenario ORDER BY number")
     subjects = tuple(_subject(folder, *row) for row in rows)
-    return Plan(subjects, tuple(manifest["methods"]), manifest["runs"], manifest["profile"])
+    aims = tuple(manifest.get("objective", SOUGHT))
+    return Plan(subjects, tuple(manifest["methods"]), manifest["runs"], manifest["profile"], aims)
 
 
 def _subject(folder: Path, number: int, name: str, file: str, manifest: str, digest: str) -> Subject:

@@ -42,7 +42,8 @@ def perform(task: Task, should_stop: Callable[[], bool] = lambda: False) -> "Fin
     from engine.search.run import search
     from engine.study.run_records import finished
 
-    campaign = search(task.program, task.address.method, task.config, task.profile, should_stop=should_stop)
+    method, aims = task.address.method, task.objective
+    campaign = search(task.program, method, task.config, task.profile, should_stop=should_stop, objective=aims)
     if campaign.stopped:
         raise Stopped if should_stop() else KeyboardInterrupt
     return finished(task.address, campaign)

@@ -13,8 +13,8 @@ from engine.config import Config
 from engine.errors import ArgumentError
 from engine.program import Program
 from engine.search.manifest import NO_ORIGIN, Manifest, Origin, make_manifest
-from engine.search.protocol import Box
-from engine.search.searchers import build_searcher, find_searcher
+from engine.search.protocol import SOUGHT, Box
+from engine.search.searchers import build_searcher, find_searcher, seek
 from engine.streams import FIELD_BITS
 
 RUNS = 30
@@ -54,6 +54,7 @@ class Task:
     program: Program
     config: Config
     profile: str
+    objective: tuple[str, ...] = SOUGHT
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,7 @@ class Plan:
     methods: tuple[str, ...]
     runs: int = RUNS
     profile: str = "paper"
+    objective: tuple[str, ...] = SOUGHT
 
     @property
     def baseline(self) -> str:
@@ -100,11 +102,13 @@ class Plan:
     def task(self, address: Address) -> Task:
         subject = self.subjects[address.scenario]
         search = replace(subject.config.search, run=address.run, jobs=1, probes=0)
-        return Task(address, subject.program, replace(subject.config, search=search), self.profile)
+        return Task(address, subject.program, replace(subject.config, search=search), self.profile, self.objective)
 
     def manifest(self, subject: Subject, method: str) -> Manifest:
         """What a run directory of this method on this scenario would say, but for the run's number."""
-        return make_manifest(subject.program, subject.config, method, self.profile, subject.file, origin=subject.origin)
+        program, config, aims = subject.program, subject.config, self.objective
+        origin = subject.origin
+        return make_manifest(program, config, method, self.profile, subject.file, origin=origin, objective=aims)
 
     def preset(self, method: str) -> str:
         """What must be named beside the method; "" when there is nothing."""
@@ -126,9 +130,12 @@ def check(plan: Plan) -> None:
     """Build each searcher once, so that nothing is wrong with them later.
 
     Raises:
-        ArgumentError: nothing to do, an unknown or repeated method, two scenarios of one name, too many runs.
+        ArgumentError: nothing to do, an unknown or repeated method, an unknown objective, two scenarios of one
+            name, too many runs.
         MissingExtraError, PluginError: a method cannot be used.
     """
+    from engine.search.objectives import objectives
+
     if not plan.subjects or not plan.methods:
         raise ArgumentError("a study needs a scenario and a method", "name one or more of each")
     for what, names in (("method", plan.methods), ("scenario", [subject.name for subject in plan.subjects])):
@@ -139,4 +146,5 @@ def check(plan: Plan) -> None:
         raise ArgumentError(f"runs: expected 1 to {MOST_RUNS}, got {plan.runs}", "take a number between these")
     for subject in plan.subjects:
         for method in plan.methods:
-            build_searcher(method, Box.of(subject.program.space), subject.config)
+            searcher = build_searcher(method, Box.of(subject.program.space), subject.config)
+            seek(searcher, method, len(objectives(subject.program, plan.objective)))

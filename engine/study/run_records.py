@@ -108,7 +108,7 @@ def _evaluations(
     births, reused = arrays["births"], arrays["reused"]
     born = first[births[:, 0]] + births[:, 1]
     simulation = (np.cumsum(~reused) - 1)[born]
-    each = map_arrays(runs, lambda array: array.reshape(-1, rollouts, *array.shape[1:])[simulation])
+    each = map_arrays(runs, lambda array: array.reshape(len(array) // rollouts, rollouts, *array.shape[1:])[simulation])
     verdict, fitness = judge(each, aggregate)
     return Evaluations(
         **{name: arrays[name] for name in INDIVIDUAL},

@@ -17,6 +17,7 @@ import numpy as np
 
 from engine.config import Config
 from engine.kernels.coasting import STILL
+from engine.kernels.pair import swung
 from engine.kernels.rollout import advance
 from engine.kernels.stage import HOSTED, LOOSE, PULSE, Leg, Plan, Run, Slot, Status
 from engine.tables import Floats
@@ -167,17 +168,11 @@ def _set_up(run: Run, stage: Stage, sample: int, part: float, step: float) -> No
             speed = before[actor, State.SPEED] + part * (after[actor, State.SPEED] - before[actor, State.SPEED])
             # Walkers turn at once, so the chord of their heading is no rate that they carry on with.
             turn = 0.0 if actors[actor].kind is ActorKind.PEDESTRIAN else chords[actor, 2]
-            stage.drive(actor, true_velocity(poses[actor, 2], speed, turn, actors[actor].rear_to_center))
+            stage.drive(actor, np.array([*swung(poses[actor, 2], speed, actors[actor].rear_to_center * turn), turn]))
             stage.release(actor, braked)
         else:
             stage.drive(actor, chords[actor])
     run.actors[sorted(stage.free), Slot.FREE] = HOSTED
-
-
-def true_velocity(heading: float, speed: float, turn: float, rear_to_center: float) -> Floats:
-    """Velocity of the centre and yaw rate: vx, vy, turn; `speed` is the rear axle's."""
-    cos, sin, swing = math.cos(heading), math.sin(heading), rear_to_center * turn
-    return np.array([speed * cos - swing * sin, speed * sin + swing * cos, turn])
 
 
 def _record(run: Run, stage: Stage, sample: int, step: float) -> None:

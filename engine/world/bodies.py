@@ -14,6 +14,7 @@ import pymunk
 from engine.config import ContactConfig
 from engine.kernels.bicycle import GRAVITY
 from engine.kernels.coasting import Coasting, Supports, has_axles, slowed, supports_of
+from engine.kernels.contact import is_fixed
 from engine.tables import Floats, Ints
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, Column, State
@@ -63,7 +64,7 @@ def physique(kind: ActorKind, columns: Sequence[float]) -> Physique:
         inertia=mass * supports.gyration,
         rear_to_center=behind,
         supports=supports,
-        fixed=columns[Column.FIXED] != 0.0 or not 0.0 < mass < math.inf,
+        fixed=is_fixed(columns[Column.FIXED], mass),
     )
 
 

@@ -10,7 +10,7 @@ from cortex_dsl import compile_text
 from engine import batch
 from engine.outcomes import Outcomes
 from engine.verification import NOBODY, Answer, Drive, Verified, answer_of, verify
-from engine.vocabulary import ActorKind, State, Verdict
+from engine.vocabulary import ActorKind, EndReason, State, Verdict
 
 HIT = Drive(Verdict.VALID, True, 1, 2.0, 12.0, (0.0, 0.4), 20, 0.4)
 MISS = replace(HIT, collided=False, distances=(1.0, 0.4), score=8)
@@ -214,3 +214,26 @@ def test_who_looks_every_tenth_step_leaves_before_the_end_of_the_road() -> None:
         outcomes = batch.simulate(scenario.program, scenes, config, hold=hold)
         last[hold] = outcomes.end_time
     assert np.all(last[10] <= last[1] + 1e-9)
+
+
+LEAVES = """
+map intersection(approach=40 m)
+lane = intersection.incomingLanes[0]
+ego = new {kind} before intersection by Range(20 m, 30 m) along [lane], with speed 12 m/s,
+    with behavior FollowLaneBehavior(12 m/s)
+require always ego in road
+terminate after 12 s
+"""
+
+
+@pytest.mark.parametrize("kind", ["Car", "Truck"])
+def test_no_outline_passes_the_end_of_the_road_between_two_turns(kind: str) -> None:
+    """Of whoever looks every tenth step of 5 ms, the next turn is 0.6 m further on."""
+    scenario = compile_text(LEAVES.format(kind=kind))
+    scenes = scenario.sample(20, seed=3)
+    assert scenes.valid.all()
+    config = replace(scenario.config.simulation, time_step=0.005)
+    for hold in (1, 10):
+        outcomes = batch.simulate(scenario.program, scenes, config, hold=hold)
+        assert np.all(outcomes.verdict == Verdict.VALID)
+        assert np.all(outcomes.end_reason == EndReason.ALL_DONE)

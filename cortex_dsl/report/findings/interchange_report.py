@@ -133,9 +133,10 @@ def recorded_story(report: MeasuredReport) -> list[Moment]:
 
 def recorded_end(report: MeasuredReport) -> str:
     """Why it is over: a recording does not know of time limits."""
-    if report.measured.outcomes.end_reason[0] == EndReason.COLLISION:
-        return end_of(report.cast, report.measured.outcomes, 0).text
-    return "the recording ends"
+    if report.measured.outcomes.end_reason[0] not in (EndReason.COLLISION, EndReason.BUILDING):
+        return "the recording ends"
+    came_in = "; one came in on the other, and nothing led to it" if report.measured.sudden else ""
+    return end_of(report.cast, report.measured.outcomes, 0).text + came_in
 
 
 def measured_content(report: MeasuredReport) -> dict[str, Any]:

@@ -121,4 +121,4 @@ def counts_text(found: Probability) -> str:
     runs = f"{whole(found.valid)} valid of {counted(found.simulations, tried)}"
     if found.method in NO_SHARE:
         return f"{runs}; {NO_SHARE[found.method]}, so their share is no estimate"
-    return f"{counted(found.collisions, 'collision')} among {runs}"
+    return f"{counted(found.collisions, 'violation' if found.of else 'collision')} among {runs}"

@@ -28,8 +28,9 @@ from engine.search.evaluations import (
 )
 from engine.search.journal_reader import Record
 from engine.search.methods.table import PLUGIN_STYLE, SEARCHERS
+from engine.search.protocol import SOUGHT
 from engine.search.ranking import worst_cases
-from engine.search.result_files import collisions_by_partner
+from engine.search.result_files import broken_by, collisions_by_partner
 from engine.search.run import Campaign
 from engine.search.statistics import clopper_pearson
 from engine.vocabulary import EndReason, Verdict
@@ -208,6 +209,18 @@ def worst_words(record: Record) -> str:
     """How bad the worst is, and how often; empty where nothing was valid."""
     score, times = worst_score(record)
     return f"The highest risk found, {score} of {HIGHEST_RISK}, came up {counted(times, 'time')}." if times else ""
+
+
+def sought_words(record: Record) -> str:
+    """What was sought instead of the risk, and how often each expectation is broken; empty where there is neither."""
+    manifest, evaluations = record.manifest, record.evaluations
+    texts: list[str] = []
+    if manifest.objective != SOUGHT:
+        times = counted(int(evaluations.found[evaluations.simulated].sum()), "time")
+        texts.append(f"The search looked for {' and '.join(manifest.objective)}, and found it {times}.")
+    for name, count in broken_by(evaluations, manifest.objectives).items():
+        texts.append(f'"{name}" is broken in {counted(count, "simulation")}.')
+    return " ".join(texts)
 
 
 def first_collision(record: Record) -> int:

@@ -30,6 +30,7 @@ from cortex_dsl.report.findings.search_report import (
     limits,
     method_name,
     partners_text,
+    sought_words,
     whole_run,
     why_invalid,
     worst_words,
@@ -120,7 +121,7 @@ def _found(record: Record, different: int) -> Node:
         figure("by_simulation.nis", simulated.nis, counted(simulated.nis, "individual")),
         f" ({percent(ratio(simulated.nis, simulated.individuals))})",
         f" {'was' if simulated.nis == 1 else 'were'} invalid{why_invalid(record)}. ",
-        worst_words(record),
+        f"{worst_words(record)} {sought_words(record)}".rstrip(),
     )
 
 

@@ -270,8 +270,9 @@ def probability_view(program: Program, found: Probability) -> RenderableType:
     """The estimate with its interval, what it is conditioned on, and how it was made."""
     if not found.valid:
         return Group(heading(program.name), Text(f"no valid {_given(found)}: there is nothing to estimate", "bad"))
+    event = f'that "{found.of}" is broken' if found.of else "of a collision"
     lines = [
-        Text.assemble(f"probability of a collision, given a valid {_given(found)}: ", (probability_text(found), "bad")),
+        Text.assemble(f"probability {event}, given a valid {_given(found)}: ", (probability_text(found), "bad")),
         Text(f"{percent(found.level, 0)} interval: {interval_text(found)}", "warn" if found.withheld else ""),
         *_avoidable(found),
         Text(),
@@ -288,7 +289,7 @@ def _partners_met(program: Program, found: Probability) -> Iterator[Text]:
     """With whom the ego collided, and with whom never."""
     missing = (0,) * (len(program.actors) - 1 - len(found.by_partner))
     text = partners_text(program.actors, Partners(found.by_partner + missing, found.without_ego))
-    if text and found.method == "mc":
+    if text and found.method == "mc" and not found.of:
         yield Text(f"collisions {text}", "quiet")
 
 

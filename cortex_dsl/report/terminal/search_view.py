@@ -9,7 +9,7 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from cortex_dsl.report.findings.readable import counted, duration, fixed, percent, ratio, whole
+from cortex_dsl.report.findings.readable import counted, duration, fixed, percent, ratio, significant, whole
 from cortex_dsl.report.findings.search_report import (
     METRICS,
     End,
@@ -28,7 +28,8 @@ from cortex_dsl.report.terminal.worst_view import common_line, effect_note, gene
 from engine.program import Program
 from engine.search.evaluations import Figures, partners
 from engine.search.insight.diversity import distinct_failures
-from engine.search.protocol import Box
+from engine.search.protocol import SOUGHT, Box
+from engine.search.result_files import broken_by
 from engine.vocabulary import EndReason, Verdict
 
 APART = "worst first, but each differs in a third of its params by a tenth of their range, where there are so many"
@@ -101,6 +102,12 @@ def _below(program: Program, report: SearchReport) -> Iterator[str]:
     work = f"{counted(found.runs, 'run')} in {duration(campaign.elapsed)}, {whole(rate)} a second"
     apart = len(distinct_failures(campaign.evaluations, Box.of(campaign.space)))
     yield f"{campaign.distinct_collisions:,} distinct, {apart:,} of them well apart; {work}" if everyone.nc else work
+    if campaign.objective != SOUGHT:
+        finds = int(campaign.evaluations.found[campaign.evaluations.simulated].sum())
+        best = significant(campaign.worst[0].continuous) if campaign.worst else "none"
+        yield f"sought: {' and '.join(campaign.objective)}; found {finds:,} times, largest {best}"
+    for name, count in broken_by(campaign.evaluations, program.judged.names).items():
+        yield f'"{name}" broken in {counted(count, "run")}'
     how = "as the paper counts, elites repeated" if campaign.evaluations.reused.any() else "by individual"
     yield f"{how}: {counted(everyone.nc, 'collision')} among {counted(everyone.individuals, 'individual')}"
 
@@ -114,7 +121,7 @@ def generations_table(report: SearchReport, width: int) -> RenderableType:
     rows = [
         (
             Text(metric.name, "title"),
-            _meaning(metric.brief, metric.unit),
+            _meaning(_brief(report, metric), metric.unit),
             *(_value(f, metric) for f in (first, last, report.campaign.by_individual)),
             Text(_course(report, metric.field, curve), method_style(report.method)),
         )
@@ -122,6 +129,12 @@ def generations_table(report: SearchReport, width: int) -> RenderableType:
     ]
     head = (left(), left(wrap=True), right("first"), right("last"), right("whole run"), left("course"))
     return columns(*head, rows=rows, header=True)
+
+
+def _brief(report: SearchReport, metric: PaperMetric) -> str:
+    """What a metric is, of a search that looks for the risk or for something else."""
+    aimed = report.campaign.objective != SOUGHT and metric.field == "rl"
+    return f"mean of {report.campaign.objective[0]}, valid runs" if aimed else metric.brief
 
 
 def comparison_table(reports: Sequence[SearchReport], width: int) -> RenderableType:

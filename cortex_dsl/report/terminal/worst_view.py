@@ -19,6 +19,7 @@ from engine.avoidability import Avoidability
 from engine.outcomes import Assessment
 from engine.program import ParamSpace, Program
 from engine.search.insight.gene_effects import GeneEffect
+from engine.search.protocol import SOUGHT
 from engine.search.ranking import Case, order_of_risk
 from engine.search.run import Campaign
 from engine.tables import Floats
@@ -66,6 +67,8 @@ def _judgement(program: Program, campaign: Campaign) -> Judged:
         (["risk"], [Text(str(case.score)) for case in worst]),
         (["parts"], [_parts(runs.parts[case.row, case.rollout].tolist()) for case in worst]),
     ]
+    if campaign.objective != SOUGHT:
+        found.insert(0, (["sought"], [Text(significant(case.continuous)) for case in worst]))
     if len(program.actors) > 2:
         found.append((["hit or", "near"], [_other(program, runs, case) for case in worst]))
     return found

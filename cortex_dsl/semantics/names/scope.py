@@ -45,7 +45,7 @@ from cortex_dsl.semantics.names.tree import (
 )
 from cortex_dsl.source import Span
 from cortex_dsl.spelling import class_called, did_you_mean, likely_range, nearest
-from cortex_dsl.syntax import nodes
+from cortex_dsl.syntax import nodes, words
 from engine.frozen import frozen
 
 # -- one expression ----------------------------------------------------------------------------------------------------
@@ -150,7 +150,7 @@ class Names:
             self.table.findings.add(USED_BEFORE.at(span, name=name))
             return
         candidates = {*self.inner, *self.visible, *BUILTINS, *SPECIAL_NAMES} - ({"self"} - {*self.inner})
-        suggestion = self._kind_of_thing(name, candidates) or did_you_mean(name, candidates)
+        suggestion = words.BARE.get(name) or self._kind_of_thing(name, candidates) or did_you_mean(name, candidates)
         self.table.used.add(nearest(name, candidates) or name)  # what was meant is used, for all that is known
         if not suggestion and name.endswith("Behavior"):
             suggestion = "library behaviors: " + ", ".join(f"`{n}`" for n in names_of(Kind.BEHAVIOUR))

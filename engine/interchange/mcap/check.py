@@ -9,7 +9,7 @@ from typing import Any
 from engine.extras import needed
 from engine.interchange.contract import OURS, ExportOptions, Finding
 from engine.interchange.mcap.write import NUMBERS
-from engine.interchange.measuring import NEAR
+from engine.interchange.read_back import NEAR
 from engine.interchange.recording import RecordedActor, RecordedCase, Recording
 from engine.tables import Floats
 from engine.vocabulary import State

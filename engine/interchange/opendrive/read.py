@@ -2,19 +2,23 @@
 
 Sources: ASAM OpenDRIVE 1.7.0, chapters 8 (geometry), 10 (roads) and 11 (lanes). Elevation and superelevation are left
 out. Headings on a lane are those of its traffic: lanes right of the reference line run along it, lanes left of it
-against it, and the other way round where the road's `rule` is left hand traffic.
+against it, and the other way round where the road's `rule` is left hand traffic. Of the objects beside roads (chapter
+13) buildings that are rectangles are read: they are the walls that a recording may meet.
 """
 
 import bisect
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from engine.interchange.contract import InterchangeError, name_cure
+import numpy as np
+
+from engine.interchange.contract import InterchangeError, name_cure, quoted
 from engine.interchange.opendrive.places import Piece, Pose, read_piece
 from engine.interchange.xml import LIMITS, Limits, Node, read_xml
+from engine.tables import Floats
 
 MOST_LANES = 100
 """Of one section, both sides together."""
@@ -104,6 +108,8 @@ class OdrNetwork:
     path: Path
     """Where that file is."""
     remarks: tuple[str, ...] = ()
+    buildings: Floats = field(default_factory=lambda: np.zeros((0, 5)))
+    """As `Recording.buildings`."""
 
     def road(self, road: str, place: str = "") -> OdrRoad:
         """A road of this network; `place` is who asks.
@@ -169,15 +175,23 @@ def read_opendrive(path: str | Path, limits: Limits = LIMITS) -> OdrNetwork:
     path = Path(path)
     root = read_xml(path, "OpenDRIVE", limits)
     roads: dict[str, OdrRoad] = {}
+    buildings: list[tuple[float, ...]] = []
+    unread: list[str] = []
     for node in root.every("road"):
         road = _read_road(node)
+        for place in _building_nodes(node):
+            try:
+                buildings += _read_building(place, road)
+            except InterchangeError:
+                unread.append(place.attributes.get("name") or place.attributes.get("id", ""))
         if road.id in roads:
             raise node.error(f"two roads have the id `{road.id}`", f"see {roads[road.id].place}")
         roads[road.id] = road
     if not roads:
         raise root.error("there is no road in it", "write <road> elements into <OpenDRIVE>")
     junctions = tuple(node.text("id") for node in root.every("junction"))
-    return OdrNetwork(path.name, roads, junctions, path, tuple(_remarks(roads)))
+    walls: Floats = np.array(buildings, dtype=np.float64).reshape(-1, 5)
+    return OdrNetwork(path.name, roads, junctions, path, (*_remarks(roads), *_on_buildings(unread)), walls)
 
 
 def _remarks(roads: Mapping[str, OdrRoad]) -> Iterator[str]:
@@ -208,6 +222,42 @@ def _read_road(node: Node) -> OdrRoad:
         sections=tuple(sorted(sections, key=lambda section: section.start)),
         place=node.place,
     )
+
+
+# -- buildings ---------------------------------------------------------------------------------------------------------
+
+OVERHEAD = 4.0
+"""What hangs so high is driven under [m]: the greatest height of a truck (Directive 96/53/EC, annex I)."""
+LARGEST_BUILDING = 10_000.0
+"""Length or width [m]."""
+
+
+def _building_nodes(road: Node) -> list[Node]:
+    objects = road.find("objects")
+    return [each for each in objects.every("object") if each.text("type", "") == "building"] if objects else []
+
+
+def _read_building(node: Node, road: OdrRoad) -> list[tuple[float, ...]]:
+    """Its row of `OdrNetwork.buildings`; none where it hangs overhead.
+
+    Raises:
+        InterchangeError: it is no rectangle, or has no place.
+    """
+    if node.number("zOffset", 0.0) >= OVERHEAD:
+        return []
+    if "radius" in node.attributes or node.every("outline", "outlines", "repeat"):
+        raise node.error("this building is no rectangle", 'give it a length and a width, without "radius" or outlines')
+    s, t = node.number("s", low=0.0, high=road.length + BEYOND), node.number("t")
+    pose = road.reference(s).moved(0.0, t, node.number("hdg", 0.0))
+    sizes = (node.number(name, low=0.01, high=LARGEST_BUILDING) for name in ("length", "width"))
+    return [(*pose, *sizes)]
+
+
+def _on_buildings(unread: Sequence[str]) -> Iterator[str]:
+    """On those that are left out, by the first."""
+    if unread:
+        first = f"`{quoted(unread[0])[1:-1]}` and {len(unread) - 1} more" if unread[1:] else quoted(unread[0])
+        yield f"buildings are left out that are no rectangles, or have no place: {first}"
 
 
 def _read_section(node: Node) -> OdrSection:

@@ -9,9 +9,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from engine.interchange.contract import ExportOptions, Finding, InterchangeError
-from engine.interchange.measuring import same_run
 from engine.interchange.opendrive.check import check_opendrive
 from engine.interchange.openscenario.read import read_openscenario
+from engine.interchange.read_back import same_run
 from engine.interchange.recording import RecordedCase
 from engine.interchange.xml import Tree, read_tree
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from engine.host import MAX_SAMPLES
 from engine.interchange.contract import ExportOptions, Finding, InterchangeError, name_cure, quoted
-from engine.interchange.measuring import same_run
 from engine.interchange.openscenario.read import Imported
+from engine.interchange.read_back import same_run
 from engine.interchange.recording import RecordedActor, RecordedCase, Recording
 from engine.interchange.tables.cells import Cells, read_csv_cells, read_parquet_cells
 from engine.interchange.tables.columns import GAP

@@ -86,11 +86,18 @@ class NonDominatedSorting(InCube):
     def __init__(self, box: Box, population: int, streams: StreamAt) -> None:
         super().__init__(box, population, streams)
         self._bred: Any = None
+        self._aims = 0
         self._algorithm: Any = self._start() if len(box) else None
+
+    def seek(self, aims: int) -> None:
+        """Look for several objectives instead of those of its own."""
+        if aims > 0 and self._algorithm is not None:
+            self._aims = aims
+            self._algorithm = self._start()
 
     def _start(self) -> Any:
         problem = needed("pymoo.core.problem", "`nsga2` needs", "search").Problem(
-            n_var=self._cube.size, n_obj=len(OBJECTIVES), n_ieq_constr=1, xl=0.0, xu=1.0
+            n_var=self._cube.size, n_obj=self._aims or len(OBJECTIVES), n_ieq_constr=1, xl=0.0, xu=1.0
         )
         algorithm = needed("pymoo.algorithms.moo.nsga2", "`nsga2` needs", "search").NSGA2(pop_size=self._population)
         endless = needed("pymoo.core.termination", "`nsga2` needs", "search").NoTermination()
@@ -116,7 +123,7 @@ class NonDominatedSorting(InCube):
         own = results[: len(self._bred)]
         broken = np.array([[0.0 if result.selectable else 1.0] for result in own])
         static = needed("pymoo.problems.static", "`nsga2` needs", "search").StaticProblem
-        problem = static(self._algorithm.problem, F=objectives(own), G=broken)
+        problem = static(self._algorithm.problem, F=losses(own) if self._aims else objectives(own), G=broken)
         self._algorithm.evaluator.eval(problem, self._bred)
         self._algorithm.tell(infills=self._bred)
 
@@ -125,6 +132,11 @@ def objectives(results: Sequence[Result]) -> Floats:
     """(n, 2) what is made small: the least distance, and the closing speed with its sign turned."""
     rows = [[sign * measure(result, name) for name, sign in OBJECTIVES] for result in results]
     return np.nan_to_num(np.array(rows).reshape(len(rows), len(OBJECTIVES)), nan=WORST)
+
+
+def losses(results: Sequence[Result]) -> Floats:
+    """(n, objectives) what is sought with its sign turned."""
+    return np.nan_to_num(-np.array([result.sought for result in results]), nan=WORST)
 
 
 # -- MAP-Elites and CMA-ME ---------------------------------------------------------------------------------------------
@@ -157,20 +169,29 @@ class Illumination(InCube):
         self._bred = False
         self._archive: Any = None
         self._emitters: list[Any] = []
+        self._rejected = REJECTED
         if len(box):
             self._archive = self._grid()
             self._emitters = self._strategies() if method == "cma_me" and population > 1 else [self._mutation()]
 
+    def seek(self, aims: int) -> None:
+        """Fill cells by the first objective, which may be less than 0."""
+        if aims > 0 and self._archive is not None:
+            self._rejected = -WORST
+            self._archive = self._grid(threshold=0.5 * self._rejected)
+            ribs = self._method == "cma_me" and self._population > 1
+            self._emitters = self._strategies() if ribs else [self._mutation()]
+
     def _seed(self, slot: int) -> int:
         return int(self._streams(0, self._population + slot).integers(1 << 63))
 
-    def _grid(self) -> Any:
+    def _grid(self, threshold: float = 0.0) -> Any:
         return self._ribs[0].GridArchive(
             solution_dim=self._cube.size,
             dims=[CELLS] * len(DESCRIPTORS),
             ranges=[(0.0, FASTEST)] * len(DESCRIPTORS),
             learning_rate=1.0,
-            threshold_min=0.0,
+            threshold_min=threshold,
             seed=self._seed(0),
         )
 
@@ -214,7 +235,7 @@ class Illumination(InCube):
     def _learn(self, results: Sequence[Result]) -> None:
         if self._archive is None:
             return
-        objective = np.array([result.continuous if result.selectable else REJECTED for result in results])
+        objective = np.array([result.continuous if result.selectable else self._rejected for result in results])
         rows = [[measure(result, name) for name in DESCRIPTORS] for result in results]
         measures = np.nan_to_num(np.array(rows))
         added = self._archive.add(self._points, objective, measures)

@@ -1,5 +1,5 @@
 """An estimate of the probability of a collision, however it was made; and estimates kept beside the
-journal of a run, one for each method and condition, for reports.
+journal of a run, one for each method, condition and event, for reports.
 """
 
 import json
@@ -98,6 +98,8 @@ class Probability:
     """Repetitions that came to a failure. Under `subset` alone."""
     effective: float = math.nan
     """Effective sample size of the failures. Under `importance` alone."""
+    of: str = ""
+    """The expectation whose being broken takes the place of a collision; "" for collisions."""
 
 
 def around(value: float, half: float) -> Interval:
@@ -151,12 +153,17 @@ def keep(folder: Path, found: Probability, program_digest: str, seed: int) -> Pa
     path = folder / KEPT
     rows = {_place(row): row for row in _rows(path) if row.get("program_digest") == program_digest}
     intervals = {name: list(getattr(found, name)) for name in _INTERVALS}
-    row = {**asdict(found), **intervals, "seed": seed, "program_digest": program_digest}
+    row = {**content(found), **intervals, "seed": seed, "program_digest": program_digest}
     rows[_place(row)] = row
     with store_errors(path):
         text = json.dumps(finite(list(rows.values())), indent=2, allow_nan=False)
         write_one(path, f"{text}\n".encode())
     return path
+
+
+def content(found: Probability) -> dict[str, Any]:
+    """All of it, as documents have it; of collisions nothing is said."""
+    return {name: value for name, value in asdict(found).items() if name != "of" or value}
 
 
 def kept(folder: Path, program_digest: str) -> tuple[Probability, ...]:
@@ -167,7 +174,7 @@ def kept(folder: Path, program_digest: str) -> tuple[Probability, ...]:
     """
     rows = [row for row in _rows(folder / KEPT) if row.get("program_digest") == program_digest]
     try:
-        return tuple(sorted(map(_probability, rows), key=lambda found: (found.method, found.condition)))
+        return tuple(sorted(map(_probability, rows), key=lambda found: (found.of, found.method, found.condition)))
     except (KeyError, TypeError, ValueError) as error:
         raise _damaged(folder / KEPT) from error
 
@@ -188,8 +195,8 @@ def _damaged(path: Path) -> StoreError:
     return StoreError(f"`{path}` cannot be read", "remove it; `cortexc probability` of the run writes it again")
 
 
-def _place(row: dict[str, Any]) -> tuple[Any, Any]:
-    return row.get("method"), row.get("condition", PARAMS)
+def _place(row: dict[str, Any]) -> tuple[Any, Any, Any]:
+    return row.get("method"), row.get("condition", PARAMS), row.get("of", "")
 
 
 def _probability(row: dict[str, Any]) -> Probability:
@@ -201,7 +208,7 @@ def _needed(row: dict[str, Any]) -> list[Field[Any]]:
     return [field for field in fields(Probability) if field.default is MISSING or field.name in row]
 
 
-_TEXTS = ("method", "condition", "score")
+_TEXTS = ("method", "condition", "score", "of")
 _TUPLES = ("levels", "by_partner")
 _INTERVALS = ("interval", "avoidable_interval")
 

@@ -83,27 +83,44 @@ def estimate(
     seed: int = 0,
     condition: str = PARAMS,
     score: Score = DISTANCE,
+    of: str = "",
 ) -> Probability:
-    """The probability for a program, by one of `METHODS`, in the host that the config names.
+    """The probability for a program, by one of `METHODS`, in the host that the config names; `of` an expectation of
+    the file that is broken, instead of a collision.
 
     Raises:
+        UnknownObjectiveError: the file expects nothing of that name.
         ValueError: another method than `mc` under `joint`: where a scene's every attempt has params of its own, no
             neighbourhood of params leads anywhere.
     """
     from engine.risk import PAPER
     from engine.search.evaluator import make_evaluator
+    from engine.search.objectives import expectation
 
     if condition == JOINT:
         if method != "mc":
             raise ArgumentError("the joint condition needs method mc", "take method mc, or another condition")
         config = replace(config, simulation=replace(config.simulation, max_attempts=1))
     evaluate, judge = make_evaluator(program, config, PAPER), make_judge(program, config)
+    if of:
+        evaluate, judge = _of_event(make_evaluator(program, config, PAPER, (expectation(program, of),))), None
+        score = Score(of, "how far it is from being broken", "", lambda runs: runs.sought[:, 0], DISTANCE.failed)
     if method in RARE:
         found = RARE[method].function(program.space, evaluate, samples, seed, judge=judge, score=score)
     else:
         most = samples * DRAWS_A_RUN if condition == JOINT else samples
         found = monte_carlo(program.space, evaluate, most, seed, judge=judge, enough=samples)
-    return replace(found, condition=condition, max_attempts=config.simulation.max_attempts)
+    return replace(found, condition=condition, max_attempts=config.simulation.max_attempts, of=of)
+
+
+def _of_event(evaluate: Evaluate) -> Evaluate:
+    """An evaluator in whose answers a find stands for a collision."""
+
+    def of_event(genomes: Floats, keys: Ints) -> Assessment:
+        runs = evaluate(genomes, keys)
+        return replace(runs, collided=runs.found)
+
+    return of_event
 
 
 def make_judge(program: Program, config: Config) -> Judge:

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cortex_dsl import compile_text
+from cortex_dsl import compile_text, load
 from cortex_dsl.interchange.cases import ExportCase, case_of_scene
 from cortex_dsl.interchange.formats import FORMATS, checker_of, missing_extra, writer_of
 from engine.interchange.contract import ExportOptions, Finding
 from engine.interchange.mcap.write import write_mcap
 from engine.interchange.recording import Recording
-from engine.vocabulary import State
+from engine.vocabulary import EndReason, State
 
 STEM = "left_turn-case01"
 
@@ -106,6 +106,18 @@ def test_another_brake_is_found(tmp_path: Path) -> None:
         (tmp_path / f"{stem}.scn").write_text(spoilt)
         findings = list(checker_of("scn")(case, tmp_path, [f"{stem}.scn"], ExportOptions()))
         assert [finding.reason for finding in findings][:1] == said
+
+
+@pytest.mark.parametrize("seed", [1, 4])
+@pytest.mark.parametrize("name", ["xosc", "csv"])
+def test_a_run_that_ends_at_a_building_is_read_back(name: str, seed: int, tmp_path: Path) -> None:
+    """An OpenSCENARIO file brings the buildings in its road; a table has none, and is judged with those of the run. The
+    speed of who slides, or is stopped by a wall, has no one meaning.
+    """
+    scenario = load(Path(__file__).parents[2] / "agreement" / "walls.scn")
+    case = case_of_scene(scenario, scenario.scene_of_seed(seed), Path("walls.scn"), seed, "")
+    assert case.outcomes.end_reason[0] == EndReason.BUILDING
+    assert spoiled(case, name, tmp_path, "", "", "") == []
 
 
 NEVER = """

@@ -217,7 +217,9 @@ def _assessment(genomes: np.ndarray, valid: np.ndarray) -> Assessment:
         "side": np.where(valid, 0, -1).reshape(shape),
         "left_road_time": numbers(np.nan),
     }
-    return Assessment(**blank | known)
+    made = blank | known
+    made["sought"] = made["broken"] = np.zeros((*np.shape(made["collided"]), 0))
+    return Assessment(**{"found": made["collided"], **made})
 
 
 def _campaign(valid_share: float, space: ParamSpace) -> Campaign:

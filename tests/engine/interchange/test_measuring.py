@@ -16,17 +16,17 @@ from engine.host import MAX_SAMPLES
 from engine.interchange import Contact, InterchangeError, RecordedActor, Recording
 from engine.interchange.measuring import Measured, measure
 from engine.interchange.recording import recorded_run
+from engine.kernels.geometry import Box, box_distance
 from engine.metrics import Body, bodies_of, measure_trajectory
 from engine.metrics.driving import OF_ACTORS
 from engine.outcomes import Outcomes
+from engine.tables import A_BUILDING
 from engine.vehicles import MODELS
 from engine.vocabulary import ActorKind, EndReason, Side, State, Verdict
 from engine.world import WorldRun, run
 
 ROOT = Path(__file__).parents[3]
-FILES = [*sorted((ROOT / "examples").glob("*.scn")), *sorted((ROOT / "tests" / "agreement").glob("*.scn"))]
-EXAMPLES = [path for path in FILES if path.stem != "walls"]
-"""Of the ends of runs at a building no recording knows."""
+EXAMPLES = [*sorted((ROOT / "examples").glob("*.scn")), *sorted((ROOT / "tests" / "agreement").glob("*.scn"))]
 TOLERANCE = 2e-9
 """Who comes in where it touches is recorded 1e-9 of a step later, less than 1e-9 m."""
 ENDS = ("end_reason", "end_rule", "steps", "others_contact_time", "others_contact_actors")
@@ -50,7 +50,7 @@ def recordings(
 
 UNTOLD = ("first_seen", "ttc_at_first_sight", "hidden_time", "lateral_grip", "combined_grip", "sought", "broken")
 """What no recording tells: who looks where, how slippery the road is, and what the file expects."""
-SLIDING = ("column", "modular", "pile")
+SLIDING = ("column", "modular", "pile", "walls")
 """Where others strike one another: who slides moves otherwise than it heads, and a recording keeps its speed alone."""
 
 
@@ -178,12 +178,15 @@ def test_a_contact_at_the_last_sample_counts() -> None:
 
 
 def test_who_comes_in_where_another_stands_touches_then() -> None:
-    """The pair is judged, though it was never together before."""
+    """The pair is judged, though it was never together before, and the result says so."""
     still = [(0.0, 0.0, 0.0, 0.0)] * 4
     late = [None, None, (2.0, 0.0, 0.0, 0.0), (2.0, 0.0, 0.0, 0.0)]
-    outcomes = measure(by_hand([still, late], [0.0, 0.1, 0.2, 0.3], 0.1)).outcomes
-    assert outcomes.end_time[0] == pytest.approx(0.2)
-    assert outcomes.min_distance[0, 0] == 0.0
+    measured = measure(by_hand([still, late], [0.0, 0.1, 0.2, 0.3], 0.1))
+    assert measured.outcomes.end_time[0] == pytest.approx(0.2)
+    assert measured.outcomes.min_distance[0, 0] == 0.0
+    assert measured.sudden
+    assert not measure(head_on(np.arange(30) * 0.1)).sudden
+    assert not measure(head_on([0.0, 0.1])).sudden
 
 
 def test_who_is_gone_touches_nobody() -> None:
@@ -216,6 +219,55 @@ def test_an_overlap_in_the_first_sample_is_no_run() -> None:
     with pytest.raises(InterchangeError, match="overlap in the first sample"):
         measure(by_hand([still, inside], [0.0, 0.1, 0.2], 0.1))
     assert measure(by_hand([apart, still, inside], [0.0, 0.1, 0.2], 0.1)).outcomes.others_contact_time[0] == 0.0
+
+
+BLOCK = [30.0, 0.0, 0.3, 8.0, 6.0]
+FAR = [3000.0, 0.0, 0.0, 8.0, 6.0]
+
+
+@pytest.mark.parametrize("buildings", [[BLOCK], [FAR, BLOCK, [40.0, 0.0, 0.0, 2.0, 2.0]]])
+def test_the_ego_runs_into_a_building_that_the_recording_knows(buildings: list[list[float]]) -> None:
+    """Where the distance of the outlines is 0, as the end of a run of ours: no pair collides, and what others do later
+    counts no more. Others go through: a recording says what happened, and only the ego is judged.
+    """
+    time = np.arange(60) * 0.1
+    ego = [(10.0 * t, 1.0, 0.0, 10.0) for t in time]
+    other = [(0.0, 5.0, 0.0, 0.0) for t in time]
+    recording = by_hand([ego, other], time, 0.1)
+    assert measure(recording).outcomes.end_reason[0] == EndReason.TIMEOUT
+    outcomes = measure(replace(recording, buildings=np.array(buildings))).outcomes
+    length, width = MODELS[ActorKind.CAR].length, MODELS[ActorKind.CAR].width
+    at = 10.0 * outcomes.end_time[0]
+    assert outcomes.end_reason[0] == EndReason.BUILDING
+    assert outcomes.contact_actors[0].tolist() == [0, A_BUILDING]
+    assert not outcomes.collided[0]
+    assert box_distance(Box(at, 1.0, 0.0, length, width), Box(*BLOCK)) < 2e-4
+    assert box_distance(Box(at - 0.1, 1.0, 0.0, length, width), Box(*BLOCK)) > 0.0
+    assert outcomes.min_distance[0, 0] > 0.0
+
+
+def test_what_no_recording_says_is_said() -> None:
+    """Without buildings that are known none is met, and with some nobody knows whom they hide."""
+    recording = head_on([0.0, 0.1])
+    (unknown,) = measure(recording).not_judged
+    assert "no buildings are known" in unknown
+    assert measure(replace(recording, buildings=np.zeros((0, 5)))).not_judged == ()
+    (hidden,) = measure(replace(recording, buildings=np.array([FAR]))).not_judged
+    assert "whom they hide is not judged" in hidden
+
+
+def test_whoever_is_met_first_ends_it() -> None:
+    """A building behind the other is not reached; one before it is."""
+    recording = head_on(np.arange(30) * 0.1)
+    for place, reason in ((25.0, EndReason.COLLISION), (12.0, EndReason.BUILDING)):
+        outcomes = measure(replace(recording, buildings=np.array([[place, 0.0, 0.0, 1.0, 1.0]]))).outcomes
+        assert outcomes.end_reason[0] == reason
+
+
+def test_an_ego_that_begins_in_a_building_is_refused() -> None:
+    recording = replace(head_on([0.0, 0.1]), buildings=np.array([[0.0, 0.0, 0.0, 9.0, 9.0]]))
+    with pytest.raises(InterchangeError, match="ego and a building overlap in the first sample"):
+        measure(recording)
 
 
 def test_one_alone_has_no_risk() -> None:

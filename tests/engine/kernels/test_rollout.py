@@ -156,13 +156,13 @@ def test_what_others_do_after_the_end_of_a_run_is_none_of_its_results(hand) -> N
 
 
 def test_drivers_know_how_a_sliding_body_moves(hand) -> None:
-    """Struck at its side, a car slides across its heading: its velocity and who leads are those of its centre."""
+    """Struck at its side, a car slides across its heading: its velocity and its speed as a leader are its centre's."""
     path = hand.route("south", ManeuverType.STRAIGHT)
     struck, striking = hand.on_route(path, 30, 0), hand.on_route(path, 18, 12)
     struck[Column.HEADING] += math.pi / 2
     code = hand.assembler(CAR, CAR, CAR)
     for number, (op, *operands) in enumerate(
-        [(Op.VELOCITY, 1), (Op.VELOCITY, 1), (Op.LEAD, 0, hand.literal(path), hand.literal(math.inf))]
+        [(Op.VELOCITY, 1), (Op.VELOCITY, 1), (Op.LEAD, 2, hand.literal(path), hand.literal(math.inf))]
     ):
         code.rule(hand.temporary(min(number, 1)), RuleKind.WATCH)
         code.emit(op, hand.temporary(0), *operands)
@@ -176,6 +176,9 @@ def test_drivers_know_how_a_sliding_body_moves(hand) -> None:
     assert run.watched[first, :2] == pytest.approx(way, abs=9.81 * STEP)
     assert abs(run.states[first, 1, State.SPEED]) < 0.5
     assert not run.watched[0, :2].any()
+    ahead = run.states[0, 2, State.HEADING]  # as the route leads, which is straight
+    assert run.watched[first, 2] == pytest.approx(way @ [np.cos(ahead), np.sin(ahead)], abs=9.81 * STEP)
+    assert run.watched[0, 2] == 0.0
 
 
 def crash(hand, *blocks, max_time: float = 2.0, **settings):

@@ -105,7 +105,9 @@ def assessed(verdict: Ints, distance: Floats) -> Assessment:
         "side": np.where(valid, 0, -1).astype(np.int32),
         "left_road_time": np.full(count, np.nan),
     }
-    return Assessment(**blank | known)
+    made = blank | known
+    made["sought"] = made["broken"] = np.zeros((*np.shape(made["collided"]), 0))
+    return Assessment(**{"found": made["collided"], **made})
 
 
 def evaluated(genomes: Floats, rollouts: Assessment) -> Evaluations:

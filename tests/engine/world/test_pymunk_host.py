@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from cortex_dsl import compile_text
 from engine import batch, world
 from engine.config import Config, ContactConfig, SimulationConfig
 from engine.program import Program
@@ -130,6 +131,29 @@ def test_others_go_on_until_they_are_struck(hand, lane) -> None:
     speed = found.trajectory.states[contact : contact + 3, 2, State.SPEED]
     assert speed == pytest.approx([12.0] * 3, abs=0.1)
     assert abs(found.trajectory.states[-1, 2, State.SPEED]) < 0.01
+
+
+BACKS = """
+map intersection(approach=60 m)
+behavior Backs():
+    take SetReverseAction(True)
+    while True:
+        take SetThrottleAction(0.3)
+ego = new Car at (1.75 m, -50 m), facing 90 deg, with speed 3 m/s
+wall = new Obstacle at (1.75 m, -46.5 m), with length 1 m, with width 1 m
+other = new Car at (1.75 m, -38 m), facing 90 deg, with speed 0 m/s, with behavior Backs()
+terminate after 12 s
+"""
+
+
+def test_the_aftermath_goes_on_while_somebody_backs() -> None:
+    """Who still reverses when those that crashed stand drives into the wreck."""
+    scenario = compile_text(BACKS)
+    found = world.run(scenario.program, scenario.sample(1, seed=1), 0, scenario.config)
+    assert found.outcomes.contact_actors[0].tolist() == [0, 1]
+    speeds = found.trajectory.states[..., State.SPEED]
+    assert np.any((speeds[:, 2] < -0.1) & (np.abs(speeds[:, :2]).max(axis=1) < 0.01))
+    assert (1, 2) in [impact.actors for impact in found.impacts]
 
 
 def pile(hand) -> tuple[Program, Scenes]:

@@ -188,6 +188,8 @@ def read_openscenario(
     times = grid(parts, end, step, path.name)
     parts = judged(parts, times.given)
     recording = replace(_recording(path, parts, times), provenance=_provenance(raw, path))
+    if road is not None:
+        recording = replace(recording, buildings=road.buildings)
     on_motion = (remark for part in parts for remark in part.remarks)
     return Imported(recording, road, (*remarks, *said, *on_motion, *times.remarks, *on_end))
 

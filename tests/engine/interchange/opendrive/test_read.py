@@ -11,12 +11,46 @@ from hypothesis import HealthCheck, given, settings
 
 from engine.interchange import InterchangeError
 from engine.interchange.opendrive import road_map, write_opendrive
+from engine.interchange.opendrive.read import read_opendrive
 from engine.program import RoadSpec
+from engine.road import build_network
 from tests.engine.interchange.opendrive.reading_back import specs
 from tests.engine.interchange.openscenario.read.files import XODR, network
 
 NEGATIVE = 'id="-1" type="driving"><width sOffset="0" a="-3"'
 LHT = XODR.replace('junction="-1"', 'junction="-1" rule="LHT"')
+
+
+BUILT = """<objects>
+ <object id="1" type="building" s="20" t="8" hdg="0.3" length="10" width="6"/>
+ <object id="2" type="building" s="20" t="-9" length="10" width="6" zOffset="5" name="bridge"/>
+ <object id="3" type="building" s="20" t="-9" radius="4" name="tower"/>
+ <object id="4" type="building" s="60" t="9" length="8" width="6"><outline/></object>
+ <object id="5" type="building" s="900" t="9" length="8" width="6"/>
+ <object id="6" type="tree" s="30" t="5" length="1" width="1"/>
+</objects></road>"""
+
+
+def test_buildings_beside_a_road_are_walls(tmp_path: Path) -> None:
+    """Those that are rectangles and stand on the ground; a remark names what is left out."""
+    road = network(
+        tmp_path, XODR.replace("</road>", BUILT).replace('hdg="0" length', 'hdg="1.5707963267948966" length')
+    )
+    assert road.buildings == pytest.approx(np.array([[-8.0, 20.0, math.pi / 2 + 0.3, 10.0, 6.0]]))
+    assert [remark for remark in road.remarks if "building" in remark] == [
+        "buildings are left out that are no rectangles, or have no place: `tower` and 2 more"
+    ]
+    assert len(network(tmp_path, XODR).buildings) == 0
+
+
+def test_buildings_of_ours_are_read_where_they_stand(tmp_path: Path) -> None:
+    """All of them, to the last digits."""
+    spec = RoadSpec(buildings=5.0)
+    (tmp_path / "road.xodr").write_text(write_opendrive(spec, None, "road"))
+    read, ours = read_opendrive(tmp_path / "road.xodr").buildings, build_network(spec).buildings
+    order = [np.lexsort(rows[:, :2].round(3).T) for rows in (read, ours)]
+    assert len(ours) == 4
+    np.testing.assert_allclose(read[order[0]], ours[order[1]], rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize(

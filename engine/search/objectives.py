@@ -1,0 +1,257 @@
+"""What a search looks for: one table of objectives, and what each makes of simulated scenes.
+
+A row is a function of results to one number a scene, of which the larger is sought. Beside the rows that every file has
+there is one for each `expect`, `maximize` and `minimize` of the file, and for each function that is given from Python.
+The paper's risk is no row that costs anything: a search for it alone keeps and compares what it always did.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from engine.avoidability import Avoidance, avoidability
+from engine.batch import trajectory
+from engine.config import Config
+from engine.errors import ArgumentError, CortexError, nearest
+from engine.frozen import frozen
+from engine.kernels.conflict import relative_speed
+from engine.metrics import Body, bodies_of
+from engine.metrics.encounters import Encounter
+from engine.outcomes import Outcomes
+from engine.program import Program
+from engine.risk import Risk
+from engine.scenes import Scenes
+from engine.search.assessment import take
+from engine.search.protocol import SOUGHT, Sought, function_name
+from engine.tables import Bools, Floats
+from engine.vocabulary import OBJECTIVES, Sense
+
+MOST_MARGIN = 4.0
+"""To wait longer with braking makes no collision more avoidable [s]; the horizon of the reference driver."""
+FARTHEST = 60.0
+"""A conflict farther off than this is none [s]."""
+
+
+@frozen
+class Runs:
+    """Simulated scenes: what an objective is a function of."""
+
+    program: Program
+    config: Config
+    scenes: Scenes
+    outcomes: Outcomes
+    risk: Risk
+
+    @property
+    def valid(self) -> Bools:
+        return self.outcomes.verdict == 0
+
+    def encounters(self, row: int) -> list[Encounter]:
+        """The ego and each other that it meets, of one valid scene, driven again."""
+        driven = trajectory(self.program, self.scenes, row, self.config.simulation, self.config.contact)
+        bodies: tuple[Body, ...] = bodies_of(self.program, self.scenes.values[row])
+        pairs = (Encounter(driven, self.outcomes, row, bodies, other) for other in range(1, len(bodies)))
+        return [pair for pair in pairs if pair.span[1] > 0]
+
+
+@frozen
+class Objective:
+    """One row. Its function gives (n,) numbers; those of scenes that are not valid mean nothing."""
+
+    name: str
+    sentence: str
+    value: Callable[[Runs], Floats]
+    finds: Callable[[Runs, Floats], Bools]
+    """Which scenes are what such a search is for, from their numbers."""
+    sign: float = 1.0
+    """What people read is this times the number that a search makes large."""
+    unit: str = ""
+
+
+class ObjectiveError(CortexError):
+    """An objective of the user's own cannot be worked out."""
+
+
+# -- the rows that every file has --------------------------------------------------------------------------------------
+
+
+def _collisions(runs: Runs, _values: Floats) -> Bools:
+    return np.asarray(runs.outcomes.collided, dtype=bool)
+
+
+def avoidable(runs: Runs) -> Floats:
+    """2 + min(margin, 4 s) / 4 s for a collision that the reference driver avoids, by how long it may wait; for one
+    that it does not 1 / (1 + seconds that it comes too late), 0 where the scene is lost; without a collision of the
+    ego's own making 1 / (1 + |conflict gap| / 1 s), below 1.
+    """
+    values = np.zeros(len(runs.outcomes))
+    collided = np.flatnonzero(runs.outcomes.collided & runs.valid)
+    answers = avoidability(
+        runs.program, take(runs.scenes, collided), runs.config.simulation, contact=runs.config.contact
+    )
+    struck: set[int] = set()
+    for row, answer in zip(collided.tolist(), answers, strict=True):
+        if answer is None or answer.struck:
+            struck.add(row)
+        elif answer.avoidable:
+            values[row] = 2.0 + min(max(answer.margin, 0.0), MOST_MARGIN) / MOST_MARGIN
+        elif answer.avoidance is not Avoidance.LOST and math.isfinite(answer.margin):
+            values[row] = 1.0 / (1.0 + abs(answer.margin))
+    below = np.nextafter(1.0, 0.0)
+    for row in np.flatnonzero(runs.valid).tolist():
+        if row in struck or not runs.outcomes.collided[row]:
+            others = [pair for pair in runs.encounters(row) if not pair.touched]
+            values[row] = min(below, 1.0 / (1.0 + abs(_gap(others))))
+    return values
+
+
+def conflict(runs: Runs) -> Floats:
+    """Minus the magnitude of the conflict gap [s]: 0 on contact."""
+    values = np.full(len(runs.outcomes), -FARTHEST)
+    for row in np.flatnonzero(runs.valid).tolist():
+        values[row] = 0.0 if runs.outcomes.collided[row] else -abs(_gap(runs.encounters(row)))
+    return values
+
+
+def _gap(pairs: Sequence[Encounter]) -> float:
+    """The least time between the ego's being where another is too, of several [s]: from when one has left the overlap
+    of their swept paths until the other comes in; where there is no such overlap, or both are in it at once, MD over
+    the speed at which they close then.
+    """
+    return min((min(FARTHEST, _gap_of(pair)) for pair in pairs), default=FARTHEST)
+
+
+def _gap_of(pair: Encounter) -> float:
+    from engine.metrics.values import pet_by_area
+
+    gap = abs(pet_by_area(pair))
+    if math.isfinite(gap):
+        return gap
+    closing = pair.outcome("closing_speed")
+    distance = pair.outcome("min_distance")
+    return distance / closing if closing > 0.0 else FARTHEST
+
+
+def severity(runs: Runs) -> Floats:
+    """Delta-V [m/s] of whom it is larger, as of a central impact without rebound: in a collision at contact, without
+    one at the closest approach and then below every collision, from -1 to 0. Risks of injury are left out, as no source
+    of their coefficients for all partners can be checked.
+    """
+    values = np.full(len(runs.outcomes), -1.0)
+    for row in np.flatnonzero(runs.valid).tolist():
+        collided = bool(runs.outcomes.collided[row])
+        pairs = [pair for pair in runs.encounters(row) if pair.touched or not collided]
+        change = max((_larger_change(pair) for pair in pairs), default=0.0)
+        values[row] = change if collided else change / (1.0 + change) - 1.0
+    return values
+
+
+def _larger_change(pair: Encounter) -> float:
+    masses = pair.ego.mass, pair.other.mass
+    return relative_speed(pair.nearest) * max(masses) / sum(masses)
+
+
+BUILT_IN: tuple[Objective, ...] = (
+    Objective("risk", "the risk of the paper, 0 to 22", lambda runs: runs.risk.continuous, _collisions),
+    Objective(
+        "avoidable",
+        "collisions that a competent driver would have avoided: 2 to 3; below 1 those that did not happen",
+        avoidable,
+        lambda _, values: values >= 2.0,
+    ),
+    Objective("conflict", "the least time between two at one place, 0 on contact", conflict, _collisions, -1.0, "s"),
+    Objective("severity", "delta-V of whom it is larger; no risks of injury", severity, _collisions, 1.0, "m/s"),
+)
+assert tuple(row.name for row in BUILT_IN) == OBJECTIVES
+
+
+# -- those of the file, and of Python ----------------------------------------------------------------------------------
+
+
+def of_file(program: Program) -> Iterator[Objective]:
+    """A row for each `expect`, `maximize` and `minimize`."""
+    for number, each in enumerate(program.judged.objectives):
+        sign = 1.0 if each.sense is Sense.MAXIMIZE else -1.0
+        kind = {Sense.EXPECT: "how far it is broken", Sense.MAXIMIZE: "made large", Sense.MINIMIZE: "made small"}
+        finds = _breaks(number) if each.sense is Sense.EXPECT else _collisions
+        sentence = f"{kind[each.sense]} (line {each.line})"
+        yield Objective(each.name, sentence, _number(number, sign), finds, sign, each.unit)
+
+
+def _number(number: int, sign: float) -> Callable[[Runs], Floats]:
+    return lambda runs: sign * runs.outcomes.sought[:, number]
+
+
+def _breaks(number: int) -> Callable[[Runs, Floats], Bools]:
+    return lambda runs, _: runs.outcomes.broken[:, number] == 1.0
+
+
+def of_function(function: Callable[[Outcomes], Any]) -> Objective:
+    """The row of a function."""
+    name = function_name(function)
+
+    def value(runs: Runs) -> Floats:
+        try:
+            values = np.asarray(function(runs.outcomes), dtype=np.float64)
+        except Exception as error:
+            what = f"the objective `{name}` failed: {type(error).__name__}: {error}"
+            raise ObjectiveError(what, "what was found before is kept; mend it, and search again") from error
+        if values.shape != (len(runs.outcomes),):
+            what = f"the objective `{name}` gave an array of shape {values.shape} for {len(runs.outcomes)} scenes"
+            raise ObjectiveError(what, "give one number for each scene: an array of shape (n,)")
+        if np.isnan(values[runs.valid]).any():
+            what = f"the objective `{name}` gave NaN for a valid scene"
+            raise ObjectiveError(what, "give a number for each; those of scenes that are not valid do not matter")
+        return values
+
+    return Objective(name, "a function from Python", value, _collisions)
+
+
+class UnknownObjectiveError(ArgumentError):
+    """There is no objective of this name; the nearest one, and all that there are."""
+
+    def __init__(self, name: str, known: Sequence[str]) -> None:
+        near = nearest(name, known)
+        meant = f"did you mean `{near}`? " if near else ""
+        there = f"there are {', '.join(known)}" if known else "the file has no `expect`"
+        super().__init__(f"there is no objective `{name}`", meant + there)
+        self.name, self.known = name, tuple(known)
+
+
+def known_objectives(program: Program) -> tuple[str, ...]:
+    """Names of all rows that a search of this program can have."""
+    return tuple(row.name for row in (*BUILT_IN, *of_file(program)))
+
+
+def objectives(program: Program, named: Sequence[Sought] = SOUGHT) -> tuple[Objective, ...]:
+    """The rows that a search looks for, in their order; none where it is the paper's risk alone.
+
+    Raises:
+        UnknownObjectiveError: there is no objective of such a name.
+    """
+    if tuple(named) == SOUGHT:
+        return ()
+    known = {row.name: row for row in (*BUILT_IN, *of_file(program))}
+    for each in named:
+        if isinstance(each, str) and each not in known:
+            raise UnknownObjectiveError(each, tuple(known))
+    return tuple(known[each] if isinstance(each, str) else of_function(each) for each in named)
+
+
+def expectation(program: Program, name: str) -> Objective:
+    """The row of an `expect` of the file.
+
+    Raises:
+        UnknownObjectiveError: there is none of this name.
+    """
+    expected = [each.name for each in program.judged.objectives if each.sense is Sense.EXPECT]
+    if name not in expected:
+        raise UnknownObjectiveError(name, expected)
+    return next(row for row in of_file(program) if row.name == name)
+
+
+def names_of(named: Sequence[Sought]) -> tuple[str, ...]:
+    """As manifests keep them."""
+    return tuple(each if isinstance(each, str) else function_name(each) for each in named)

@@ -1,0 +1,256 @@
+"""What a search looks for: rows by name, what they make of runs, and what is said of those that cannot be."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import cortex_dsl as cx
+from cortex_dsl import Scenario
+from engine.avoidability import Avoidance, avoidability
+from engine.errors import ArgumentError, ArgumentKindError
+from engine.outcomes import Outcomes
+from engine.risk import assess
+from engine.search.assessment import take
+from engine.search.objectives import (
+    BUILT_IN,
+    ObjectiveError,
+    Runs,
+    UnknownObjectiveError,
+    conflict,
+    expectation,
+    known_objectives,
+    names_of,
+    objectives,
+    severity,
+)
+from engine.search.objectives import avoidable as how_avoidable
+from engine.search.searchers import SeveralObjectivesError
+from engine.search.store import StoreError
+from engine.vocabulary import OBJECTIVES
+
+TEXT = """
+map intersection(approach=60 m)
+param V = Range(4, 14) m/s
+param GAP = Range(6, 40) m
+param PEDAL = Range(0, 1)
+way = [network.lanes[0]]
+behavior Careful():
+    try:
+        do ConstantSpeedBehavior(V)
+    interrupt when (distance to truck) < 14 m:
+        take SetBrakeAction(PEDAL)
+
+ego = new Car at (-50, -1.75), facing 0 deg, with speed V, with behavior Careful()
+truck = new Truck ahead of ego by GAP
+expect always (minimum distance from ego to truck) > 2 m as "room"
+maximize largest(ego.speed) as "fast"
+minimize min_distance as "near"
+terminate after 4 s
+"""
+SMALL: dict[str, Any] = {"generations": 3, "population": 12, "seed": 4, "jobs": 1}
+
+
+@pytest.fixture(scope="module")
+def scenario() -> Scenario:
+    return cx.compile_text(TEXT)
+
+
+@pytest.fixture(scope="module")
+def runs(scenario: Scenario) -> Runs:
+    """Thirty simulated scenes, collisions among them."""
+    scenes = scenario.sample(30, seed=3)
+    outcomes = scenario.simulate(scenes)
+    assert 3 < outcomes.collided.sum() < 27
+    return Runs(scenario.program, scenario.config, scenes, outcomes, assess(outcomes))
+
+
+def test_every_file_has_the_same_rows_and_its_own(scenario: Scenario) -> None:
+    """In the order of the table, those of the file behind; the risk alone is no row."""
+    assert tuple(row.name for row in BUILT_IN) == OBJECTIVES
+    assert known_objectives(scenario.program) == (*OBJECTIVES, "room", "fast", "near")
+    assert objectives(scenario.program) == ()
+    assert [row.name for row in objectives(scenario.program, ["room", "risk"])] == ["room", "risk"]
+
+
+def test_an_unknown_name_is_told_with_those_that_there_are(scenario: Scenario) -> None:
+    """The nearest one first."""
+    with pytest.raises(UnknownObjectiveError, match="did you mean `avoidable`") as caught:
+        objectives(scenario.program, ["avoidabel"])
+    assert "room" in caught.value.cure
+    with pytest.raises(UnknownObjectiveError, match="there are room"):
+        expectation(scenario.program, "fast")
+
+
+def test_avoidable_is_graded(runs: Runs) -> None:
+    """2 to 3 for a collision that the reference driver avoids, 0 to 1 for others and for none at all."""
+    values, outcomes = how_avoidable(runs), runs.outcomes
+    collided = np.flatnonzero(outcomes.collided)
+    answers = avoidability(runs.program, take(runs.scenes, collided), runs.config.simulation)
+    for row, answer in zip(collided.tolist(), answers, strict=True):
+        assert answer is not None
+        assert (values[row] >= 2.0) == answer.avoidable
+        assert values[row] <= 3.0
+        assert answer.avoidance is not Avoidance.LOST or values[row] == 0.0
+    assert (values[~outcomes.collided] < 1.0).all()
+    assert (values >= 0.0).all()
+
+
+def test_conflict_is_nothing_on_contact_and_worse_than_that_without(runs: Runs) -> None:
+    """Minus seconds."""
+    values = conflict(runs)
+    assert (values[runs.outcomes.collided] == 0.0).all()
+    assert (values[~runs.outcomes.collided] < 0.0).all()
+    assert np.isfinite(values).all()
+
+
+def test_every_collision_is_severer_than_what_did_not_happen(runs: Runs) -> None:
+    """Delta-V of whom it is larger, the car's here, by the speed at the last sample before contact."""
+    values, outcomes = severity(runs), runs.outcomes
+    assert (values[outcomes.collided] >= 0.0).all()
+    assert (values[~outcomes.collided] < 0.0).all()
+    car, truck = 1093.0, 10_000.0
+    expected = outcomes.ego_speed[:, 0] * truck / (car + truck)
+    braked_in_a_step = 8.0 * 0.05
+    np.testing.assert_allclose(values[outcomes.collided], expected[outcomes.collided], atol=braked_in_a_step)
+
+
+def test_objectives_of_the_file_turn_their_sign(runs: Runs) -> None:
+    """An expectation is sought by how far it is broken, a minimum by how small it is."""
+    room, fast, near = (row.value(runs) for row in objectives(runs.program, ["room", "fast", "near"]))
+    np.testing.assert_array_equal(room, -runs.outcomes.sought[:, 0])
+    np.testing.assert_array_equal(fast, runs.outcomes.sought[:, 1])
+    np.testing.assert_array_equal(near, -runs.outcomes.min_distance[:, 0])
+    (row,) = objectives(runs.program, ["room"])
+    np.testing.assert_array_equal(row.finds(runs, room), runs.outcomes.min_distance[:, 0] <= 2.0)
+
+
+@pytest.mark.parametrize("name", ["room", "near", "avoidable", "conflict", "severity"])
+def test_a_search_climbs_what_it_is_told_to(scenario: Scenario, name: str) -> None:
+    """Fitness is the objective, the worst case has the most of it, and its journal comes back the same."""
+    campaign = scenario.search("ga", objective=name, **SMALL)
+    found = campaign.evaluations
+    assert campaign.objective == (name,)
+    valid = found.valid
+    np.testing.assert_array_equal(found.fitness[valid], found.rollouts.sought[valid, 0, 0])
+    assert campaign.worst[0].continuous == found.fitness[valid].max()
+
+
+def test_the_risk_is_sought_as_ever(scenario: Scenario) -> None:
+    """Named or not."""
+    usual, named = (scenario.search("ga", **how, **SMALL) for how in ({}, {"objective": "risk"}))
+    np.testing.assert_array_equal(usual.evaluations.fitness, named.evaluations.fitness)
+    assert usual.evaluations.rollouts.sought.shape[-1] == 0
+    np.testing.assert_array_equal(usual.evaluations.found, usual.evaluations.collided)
+
+
+def test_a_run_keeps_what_it_looks_for(scenario: Scenario, tmp_path: Path) -> None:
+    """In its manifest, its journal and its tables; it goes on for that, and for nothing else."""
+    file = tmp_path / "scene.scn"
+    file.write_text(TEXT)
+    stopped = _Stop()
+    campaign = cx.search(file, "ga", objective="room", out=tmp_path / "run", on_generation=stopped, **SMALL)
+    whole = cx.search(file, "ga", objective="room", out=tmp_path / "whole", **SMALL)
+    assert campaign.stopped
+    run = cx.open_run(tmp_path / "run")
+    assert (run.record.manifest.objective, run.record.manifest.objectives) == (("room",), ("room", "fast", "near"))
+    np.testing.assert_array_equal(run.record.evaluations.rollouts.sought, campaign.evaluations.rollouts.sought)
+    np.testing.assert_array_equal(run.record.evaluations.rollouts.broken, campaign.evaluations.rollouts.broken)
+    with pytest.raises(StoreError, match="looks for room, not for risk"):
+        cx.resume(tmp_path / "run", objective="risk")
+    rest = cx.resume(tmp_path / "run").campaign
+    np.testing.assert_array_equal(rest.evaluations.genomes, whole.evaluations.genomes)
+    np.testing.assert_array_equal(rest.evaluations.fitness, whole.evaluations.fitness)
+    header = (tmp_path / "run" / "evaluations.csv").read_text().splitlines()[0].split(",")
+    assert {"sought_room", "broken_room"} <= {*header}
+    assert cx.open_run(tmp_path / "run").record.evaluations.found.any()
+
+
+class _Stop:
+    """Ctrl-C in the second generation."""
+
+    def __call__(self, progress: object) -> None:
+        if getattr(progress, "generation", 0) == 1:
+            raise KeyboardInterrupt
+
+
+def braking(outcomes: Outcomes) -> np.ndarray:
+    """Larger where the ego is slower."""
+    return -outcomes.ego_speed[:, 0]
+
+
+def test_a_function_is_an_objective(scenario: Scenario, tmp_path: Path) -> None:
+    """Of outcomes; a run is gone on with by the same function alone."""
+    campaign = scenario.search("random", objective=braking, out=tmp_path / "run", **SMALL)
+    found = campaign.evaluations
+    np.testing.assert_array_equal(found.fitness[found.valid], -found.rollouts.ego_speed[found.valid, 0])
+    assert names_of([braking]) == campaign.objective == ("braking",)
+    with pytest.raises(StoreError, match="a function of a Python program"):
+        cx.resume(tmp_path / "run", generations=4)
+    assert len(cx.resume(tmp_path / "run", generations=4, objective=braking).campaign.generations) == 4
+
+
+@pytest.mark.parametrize(
+    ("function", "what"),
+    [
+        (lambda outcomes: outcomes.nothing, "AttributeError"),
+        (lambda _: 3.0, r"shape \(\)"),
+        (lambda outcomes: np.zeros((len(outcomes), 2)), r"shape \(12, 2\)"),
+        (lambda outcomes: np.full(len(outcomes), np.nan), "NaN"),
+        (lambda outcomes: ["a"] * len(outcomes), "ValueError"),
+    ],
+)
+def test_a_function_that_fails_is_told(
+    scenario: Scenario, tmp_path: Path, function: Callable[[Outcomes], object], what: str
+) -> None:
+    """By its name, what it did, and what it should do; what was written before is kept."""
+    calls = 0
+
+    def later(outcomes: Outcomes) -> object:
+        nonlocal calls
+        calls += 1
+        return braking(outcomes) if calls == 1 else function(outcomes)
+
+    with pytest.raises(ObjectiveError, match=what) as caught:
+        scenario.search("random", objective=later, out=tmp_path / "run", **SMALL)
+    assert "`later`" in caught.value.message
+    assert len(cx.open_run(tmp_path / "run").record.generations) == 1
+
+
+@pytest.mark.parametrize(
+    ("objective", "error"), [(3, ArgumentKindError), ([], ArgumentError), ("nothing", UnknownObjectiveError)]
+)
+def test_what_is_no_objective(scenario: Scenario, objective: object, error: type[Exception]) -> None:
+    """Said before anything is made."""
+    with pytest.raises(error):
+        scenario.search(objective=objective, **SMALL)  # type: ignore[arg-type]
+
+
+def test_several_objectives_need_a_method_for_them(scenario: Scenario) -> None:
+    """NSGA-II takes as many as there are; the genetic algorithm one."""
+    with pytest.raises(SeveralObjectivesError, match="nsga2"):
+        scenario.search("ga", objective=["room", "fast"], **SMALL)
+    pytest.importorskip("pymoo")
+    campaign = scenario.search("nsga2", objective=["room", "fast"], **SMALL)
+    assert campaign.evaluations.rollouts.sought.shape[-1] == 2
+
+
+def test_map_elites_fills_cells_below_zero(scenario: Scenario) -> None:
+    """An objective that is never positive is kept all the same."""
+    pytest.importorskip("ribs")
+    campaign = scenario.search("map_elites", objective="conflict", **SMALL)
+    assert len({genome.tobytes() for genome in campaign.evaluations.genomes}) == 36
+
+
+def test_probability_of_a_breach(scenario: Scenario) -> None:
+    """The share of runs that break it, which is that of a least distance of at most 2 m."""
+    from engine.search.probability.monte_carlo import estimate
+
+    found = estimate(scenario.program, scenario.config, "mc", 400, seed=5, of="room")
+    plain = estimate(scenario.program, scenario.config, "mc", 400, seed=5)
+    assert (found.of, plain.of) == ("room", "")
+    assert found.value >= plain.value > 0.0
+    with pytest.raises(UnknownObjectiveError):
+        estimate(scenario.program, scenario.config, "mc", 10, of="fast")
