@@ -1,8 +1,9 @@
 """A word before a kernel is compiled: numba's own event, which a kernel that comes from the cache does not set off."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
-from numba.core.event import Event, Listener, register
+from numba.core.event import Event, Listener, install_listener
 
 
 class _BeforeCompiling(Listener):
@@ -17,6 +18,8 @@ class _BeforeCompiling(Listener):
     def on_end(self, event: Event) -> None: ...
 
 
-def before_compiling(tell: Callable[[], None]) -> None:
-    """Call `tell` from now on before each compilation, in the thread that has to wait for it."""
-    register("numba:compile", _BeforeCompiling(tell))
+@contextmanager
+def before_compiling(tell: Callable[[], None]) -> Iterator[None]:
+    """While the block lasts, call `tell` before each compilation, in the thread that has to wait for it."""
+    with install_listener("numba:compile", _BeforeCompiling(tell)):
+        yield

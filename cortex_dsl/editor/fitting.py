@@ -214,7 +214,7 @@ def _rank_of_word(asked: Asked, candidate: Candidate, *, timed: bool) -> int | N
     if word in TEMPORAL_PREFIXES:
         return NEXT if timed and asked.sort is Sort.TRUTH else None
     if word in ("True", "False", "not"):
-        return (FIRST - 1 if asked.alone else LATER) if asked.sort is Sort.TRUTH else None
+        return (FIRST - 1 if asked.alone and word != "not" else LATER) if asked.sort is Sort.TRUTH else None
     if asked.sort is Sort.THING or word in ("new", "lambda", "None"):
         return None
     if word in MEASURES and asked.sort is Sort.RUN:

@@ -32,27 +32,35 @@ _ROWS = (
     Command("undo", "", "take the last change back", "commands_draft"),
     Command("redo", "", "take the last undo back", "commands_draft"),
     Command(
-        "edit", "N", "bring entry N back to be changed; from a pipe the next replaces it", "commands_draft", ("entry",)
+        "edit", "N", "bring entry N back to be changed; in a script the next one is it", "commands_draft", ("entry",)
     ),
     Command("delete", "N", "remove entry N", "commands_draft", ("entry",)),
-    Command("check", "", "everything that the compiler says, and what can hold at all", "commands_info"),
+    Command("check", "", "all that the compiler says, and what can hold at all", "commands_info"),
     Command("sample", "[N]", "draw N scenes and count (10,000)", "commands_scenes"),
     Command("scene", "", "draw one accepted scene here; again: the next one", "commands_scenes"),
-    Command(
-        "plot", "A[, B]", "how a param or any expression is spread; two against each other", "commands_plot", ("value",)
-    ),
-    Command("relax", "[SHARE%]", "which requirement to relax, by how much, to accept that share", "commands_scenes"),
+    Command("plot", "A[, B]", "how any expression is spread, or two against each other", "commands_plot", ("value",)),
+    Command("relax", "[SHARE%]", "which requirement to relax, to accept that share", "commands_scenes"),
     Command("run", "[SEED]", "run one scene and show what happened", "commands_scenes"),
-    Command("ga", "[GENERATIONS]", "search with the genetic algorithm (10 generations of 100)", "commands_scenes"),
-    Command("random", "[GENERATIONS]", "search at random", "commands_scenes"),
-    Command("worst", "", "the worst cases of the last search: risk, partner, kind, avoidable or not", "commands_cases"),
     Command(
-        "watch", "[N] [PACE]", "play case N of them, at twice its pace with `2x`", "commands_cases", ("case", "pace")
+        "ga",
+        "[N] [--objective NAME]",
+        "search genetically (10 generations of 100)",
+        "commands_scenes",
+        ("aim",),
+    ),
+    Command("random", "[N] [--objective NAME]", "search at random, as many", "commands_scenes", ("aim",)),
+    Command("worst", "", "the worst cases of the last search, and what they are", "commands_cases"),
+    Command(
+        "watch",
+        "[N] [PACE]",
+        "play case N of them, as `:watch 2 0.5x` at half its pace",
+        "commands_cases",
+        ("case", "pace"),
     ),
     Command(
         "export",
         "N FILE|FOLDER [FORMATS]",
-        "write case N; the suffix says as what: .scn, .xosc, .csv, .html, .gif, …",
+        "write case N, by the suffix as .scn, .xosc, .csv, .gif …",
         "commands_cases",
         ("case", "path", "format"),
         loud=True,
@@ -65,7 +73,7 @@ _ROWS = (
     Command(
         "save",
         "[FILE]",
-        "write the scenario, formatted; `:save! FILE` over another file",
+        "write the scenario, formatted; `:save!` over another",
         "commands_draft",
         ("file",),
         loud=True,

@@ -1,5 +1,6 @@
 """Commands on scenes: draw and count them, show one, plot a param, say what to relax; run one, or search many."""
 
+import shlex
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +15,8 @@ from cortex_dsl.repl.commands import whole_number
 from cortex_dsl.repl.instant import draw, is_undefined
 from cortex_dsl.repl.state import Found, State, refuse
 from cortex_dsl.report.findings.tally import Tally
-from engine.search.run import Campaign, Progress
+from engine.errors import ArgumentError
+from engine.search.run import Campaign
 
 if TYPE_CHECKING:
     from cortex_dsl.api.scenario import Scenario
@@ -121,6 +123,7 @@ def do_relax(state: State, argument: str) -> None:
 
 GENERATIONS = 10
 MOST_GENERATIONS = 10_000
+AIM = "--objective"
 NEXT = "  `:worst` lists their kinds, `:watch N` plays one, `:export N FILE` keeps it"
 
 
@@ -157,11 +160,12 @@ def do_random(state: State, argument: str) -> None:
 
 
 def _search(state: State, method: str, argument: str) -> None:
-    generations = whole_number(argument, GENERATIONS, "the number of generations", MOST_GENERATIONS)
+    """Search, show what was found, and keep it for the commands on cases."""
+    generations, aims = _asked(method, argument)
     scenario = state.scenario()
     if not len(scenario.program.space):
         raise UsageError("there is no param to search", "give it one: `param SPEED = Range(5, 80) km/h`")
-    campaign = _campaign(state, scenario, method, generations)
+    campaign = _campaign(state, scenario, method, generations, aims)
     mistake = mistake_of(scenario, campaign)
     if mistake is not None:
         refuse(state, scenario.compiled.source, [mistake])
@@ -171,7 +175,7 @@ def _search(state: State, method: str, argument: str) -> None:
     from cortex_dsl.report.terminal.search_view import search_view
 
     console, population = state.terminal.out, scenario.config.search.population
-    settings = f"{generations} x {population}, seed {state.seed}"
+    settings = ", ".join([f"{generations} x {population}", f"seed {state.seed}", *(f"objective {aim}" for aim in aims)])
     console.print(search_view(scenario.program, SearchReport(campaign, None), settings, console.width))
     state.found = Found(scenario, campaign, state.draft, f":{method}, {settings}")
     if campaign.worst:
@@ -179,14 +183,35 @@ def _search(state: State, method: str, argument: str) -> None:
         console.print(NEXT, style="quiet")
 
 
-def _campaign(state: State, scenario: Scenario, method: str, generations: int) -> Campaign:
+def _asked(method: str, argument: str) -> tuple[int, tuple[str, ...]]:
+    """How many generations, and what is sought; nothing named: the risk.
+
+    Raises:
+        UsageError: the words are not as they should be.
+    """
+    try:
+        words = shlex.split(argument)
+    except ValueError:
+        raise UsageError("a quotation mark is not closed") from None
+    count = words.pop(0) if words and not words[0].startswith("-") else ""
+    flags, aims = words[::2], words[1::2]
+    if len(flags) != len(aims) or any(flag != AIM for flag in flags):
+        raise UsageError(f"`{argument}` is no way to search", f"as in `:{method} 20 {AIM} avoidable`")
+    return whole_number(count, GENERATIONS, "the number of generations", MOST_GENERATIONS), tuple(aims)
+
+
+def _campaign(state: State, scenario: Scenario, method: str, generations: int, aims: tuple[str, ...]) -> Campaign:
     """The search; Ctrl-C ends it, and what was found until then stays."""
-    from cortex_dsl.report.terminal.progress import SearchProgress
+    from cortex_dsl.console.searching import watched
 
-    with SearchProgress(state.terminal.err, method, generations) as progress:
-
-        def on_generation(done: Progress) -> None:
-            best = done.best.score if done.best else float("nan")
-            progress.generation_done(done.figures.by_individual, done.simulations, best)
-
-        return scenario.search(method, generations=generations, seed=state.seed, on_generation=on_generation)
+    try:
+        with watched(state.terminal, method, generations) as on_generation:
+            return scenario.search(
+                method,
+                generations=generations,
+                seed=state.seed,
+                on_generation=on_generation,
+                objective=aims or "risk",
+            )
+    except ArgumentError as error:
+        raise UsageError(error.message, error.cure) from None

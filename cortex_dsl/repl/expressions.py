@@ -142,7 +142,7 @@ def _compiled(state: State, probes: Sequence[Probe], whole: bool) -> Probed | No
     try:
         compiled = compile_source(Source(state.name, text), state.overrides, observe=witness)
     except CompileError as error:
-        for probe, start in zip(probes, starts, strict=True):
+        for probe, start in reversed(list(zip(probes, starts, strict=True))):
             if _refused(state, error, probe.text, start, len(probe.over.value) + 2):
                 return None
         refuse(state, error.source, error.diagnostics)

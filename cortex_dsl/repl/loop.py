@@ -90,7 +90,6 @@ def run(state: State, chunks: Input) -> int:
 def do(state: State, chunk: str) -> None:
     """Carry out one chunk, and show what goes wrong in it."""
     act: Callable[[State, str], None] = execute if is_command(chunk) else enter
-    state.kernels.told = False
     try:
         act(state, chunk)
     except UsageError as error:
@@ -109,6 +108,8 @@ def do(state: State, chunk: str) -> None:
             raise
         state.bugs += 1
         report_bug(error, ("repl", chunk), state.terminal)
+    finally:
+        state.kernels.over()
 
 
 def complain(state: State, message: str, cure: str) -> None:

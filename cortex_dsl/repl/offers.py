@@ -1,5 +1,6 @@
 """What Tab offers for the words behind a command: each is of a kind, which a row of the table of commands names."""
 
+import shlex
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
@@ -34,6 +35,8 @@ def of_command(state: State, analysis: Analysis, text: str, event: CompleteEvent
         yield from PathCompleter(expanduser=True, file_filter=PATHS[kind]).get_completions(Document(word), event)
     elif kind == "value":
         yield from _values(state, analysis, word)
+    elif kind == "aim":
+        yield from _aims(state, word)
     else:
         yield from _named(word.rpartition(",")[2] if kind == "format" else word, KINDS[kind](state))
 
@@ -63,6 +66,22 @@ def _values(state: State, analysis: Analysis, argument: str) -> Iterator[Complet
     for each in sorted(found.values(), key=lambda c: (c.rank, c.label.lower())):
         if each.label.lower().startswith(word.lower()):
             yield Completion(each.label, -len(word), display_meta=each.detail or each.kind)
+
+
+# -- what a search looks for -------------------------------------------------------------------------------------------
+
+
+def _aims(state: State, argument: str) -> Iterator[Completion]:
+    """The flag, and behind it a name of what can be sought."""
+    before, _, word = argument.rpartition(" ")
+    if not before.endswith("--objective"):
+        yield from _named(word, iter([("--objective", "what is sought, instead of the risk")]))
+        return
+    from engine.search.objectives import BUILT_IN, of_file
+
+    compiled = state.checked.compiled
+    rows = (*BUILT_IN, *(() if compiled is None else of_file(compiled.program)))
+    yield from _named(word, ((shlex.quote(row.name), row.sentence) for row in rows))
 
 
 # -- words of a kind ---------------------------------------------------------------------------------------------------

@@ -5,6 +5,7 @@ It knows the draft and what the compiler says of it, and the kernels, which are 
 
 import threading
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -131,6 +132,7 @@ class Kernels:
     cold: bool = False
     """Whether they have to be compiled, not only loaded."""
     failed: list[BaseException] = field(default_factory=list)
+    heard: ExitStack = field(default_factory=ExitStack)
     listening: bool = False
     told: bool = False
     """Whether the present command has said that it waits."""
@@ -159,7 +161,7 @@ class Kernels:
             self.thread.join(0.1)
 
     def listen(self, terminal: "Terminal") -> None:
-        """From now on say so when a command has to wait for a kernel that is in no cache, once a command."""
+        """Until the command is over, say so once when it has to wait for a kernel that is in no cache."""
         if self.listening:
             return
         from cortex_dsl.console.simulating import COMPILING
@@ -170,8 +172,13 @@ class Kernels:
                 self.told = True
                 terminal.err.print(COMPILING, style="quiet")
 
-        before_compiling(tell)
+        self.heard.enter_context(before_compiling(tell))
         self.listening = True
+
+    def over(self) -> None:
+        """A command is done."""
+        self.heard.close()
+        self.listening = self.told = False
 
     def _work(self) -> None:
         try:

@@ -1,11 +1,13 @@
 """Cases that a search of the session has found: listed, played, written."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from cortex_dsl.api.scenario import load
+from cortex_dsl.console.terminal import Terminal
 
 from .conftest import LEFT_TURN, Talk
 
@@ -15,6 +17,7 @@ def searched(talk: Talk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Tal
     """A session after a short search, in a folder of its own."""
     monkeypatch.chdir(tmp_path)
     talk(f":load {LEFT_TURN}", ":random 1")
+    talk.state.terminal = Terminal(colour=False)  # the streams of a set-up are not those of its test
     return talk
 
 
@@ -59,6 +62,7 @@ def test_a_case_is_watched(searched: Talk) -> None:
 def test_a_case_is_written(searched: Talk) -> None:
     """The suffix says as what, and a scenario runs to the outcome that was found; a folder takes several formats."""
     searched(":export 1 mine.scn")
+    assert searched.state.found is not None
     case = searched.state.found.campaign.worst[0]
     copy = load("mine.scn")
     outcomes = copy.simulate(copy.scene_of_seed())
@@ -114,9 +118,20 @@ def test_what_cannot_be_exported(searched: Talk, argument: str, said: str) -> No
     assert not list(Path().iterdir())
 
 
-def test_a_search_without_a_case(talk: Talk) -> None:
-    """None of its simulations was valid: nothing is listed, and the reason has a cure."""
-    talk("param V = Range(1, 9) m/s", "ego = new Car on road, with speed V", "require V > 20 m/s")
-    talk.state.found = None
-    talk(":random 1")
-    assert "has no case" in talk(":worst").err or "nothing can hold" in talk(":check").out
+def test_a_search_without_a_case(searched: Talk) -> None:
+    """None of its simulations was valid: it is said so, with a cure."""
+    found = searched.state.found
+    assert found is not None
+    searched.state.found = replace(found, campaign=replace(found.campaign, worst=()))
+    assert "none of its simulations was valid" in searched(":worst").err
+
+
+def test_a_search_for_something_else(searched: Talk) -> None:
+    """What is sought is named by a flag; a name that is not there is answered with the nearest."""
+    said = searched('expect always not self.collided as "no contact"', ':random 1 --objective "no contact"').out
+    assert "sought: no contact" in said
+    assert "objective no contact" in searched(":worst").out
+    assert "did you mean `avoidable`?" in searched(":ga 1 --objective avoidabel").err
+    for words in ("1 2", "--objective", "1 --seed 2", '"1'):
+        assert searched(f":random {words}").err
+    assert searched.state.mistakes == 5

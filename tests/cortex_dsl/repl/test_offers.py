@@ -49,6 +49,9 @@ def loaded(talk: Talk) -> Talk:
         (":watch 1 ", {"0.5x", "2x"}, {"1"}),
         (":watch ", set(), {"1"}),
         (":undo ", set(), {"1"}),
+        (":ga 5 ", {"--objective"}, {"avoidable"}),
+        (":ga 5 --objective ", {"avoidable", "severity"}, {"--objective"}),
+        (":random --objective av", {"avoidable"}, {"risk"}),
     ],
 )
 def test_what_fits_is_offered(loaded: Talk, text: str, there: set[str], not_there: set[str]) -> None:
@@ -62,7 +65,7 @@ def test_the_best_comes_first(loaded: Talk) -> None:
     """Reducers where a number of the run is asked for, speeds where a speed is."""
     assert set(offered(loaded.state, "maximize ")[:5]) == {"largest", "least", "final", "mean", "total"}
     assert set(offered(loaded.state, "require EGO_SPEED < ")[:2]) == {"EGO_SPEED", "ADV_SPEED"}
-    assert set(offered(loaded.state, "x = new Car at advSpawnPt, with occluding ")[:2]) >= {"True"}
+    assert set(offered(loaded.state, "x = new Car at advSpawnPt, with occluding ")[:2]) == {"True", "False"}
 
 
 def test_cases_and_files(loaded: Talk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -79,4 +82,4 @@ def test_cases_and_files(loaded: Talk, tmp_path: Path, monkeypatch: pytest.Monke
 def test_every_kind_of_word_has_its_offers() -> None:
     """The table of commands names what exists."""
     kinds = {kind for row in commands.COMMANDS.values() for kind in row.completes}
-    assert kinds == {*offers.KINDS, *offers.PATHS, "value"}
+    assert kinds == {*offers.KINDS, *offers.PATHS, "value", "aim"}

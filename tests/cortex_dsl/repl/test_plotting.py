@@ -78,6 +78,13 @@ def test_what_cannot_be_plotted(talk: Talk, argument: str, said: str) -> None:
     assert talk.state.mistakes == 1
 
 
+def test_the_mistake_of_the_second_one(talk: Talk) -> None:
+    """It is shown in the expression that has it."""
+    talk(*FOLLOWING)
+    assert "| GAPP\n" in talk(":plot V, GAPP").err
+    assert "| VV\n" in talk(":plot VV, GAP").err
+
+
 def test_without_an_ego(talk: Talk) -> None:
     """Params alone can be plotted; what speaks of the ego or of a run has to wait."""
     talk(*PARAMS)

@@ -53,7 +53,7 @@ def test_what_is_owed_is_weighed_by_runs(talk: Talk) -> None:
     assert runs == 400
     assert 0 < kept < runs
     said = talk('maximize largest(ego.speed) as "top speed"').out
-    assert re.search(r"top speed .* 5\.\d\d \.\. (9\.9\d|10\.00) m/s, median 7\.\d\d", said)
+    assert re.search(r"top speed .* 5\.\d+ \.\. 9\.9\d+ m/s, median 7\.\d+", said)
     assert "room" not in said
     said = talk('require always (distance from ego to truck) > 10 m as "far"').out
     assert "far" in said
